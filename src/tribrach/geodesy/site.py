@@ -1,0 +1,175 @@
+"""Which way is up, and what is a height, at a point of the work frame?
+
+The work frame W is right-handed and Cartesian. Two kinds of site answer the same questions:
+
+* :class:`FlatSite`: W is taken as (E, N, U) with parallel plumb lines; Earth curvature enters
+  only as the classical correction of trigonometric heights, if a radius is given.
+* :class:`EllipsoidSite`: W is East-North-Up at an origin on the GRS80 ellipsoid; verticals are
+  ellipsoid normals and heights are ellipsoidal.
+
+Everything is array-shaped, metres and radians. Method section 1.1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["GRS80", "EllipsoidSite", "FlatSite", "Site", "ecef_from_geodetic", "enu_rotation"]
+
+Array = NDArray[np.float64]
+
+#: semi-major axis [m] and flattening of GRS80
+GRS80 = (6378137.0, 1 / 298.257222101)
+
+
+class Site(Protocol):
+    """What the observation kinds ask of the place they are measured at."""
+
+    #: curvature radius [m] for the correction of zenith angles, None where verticals carry it
+    curvature_radius: float | None
+
+    def axes(self, x: Array) -> Array:
+        """Rows east, north, up at points ``x`` (n, 3) in W; (n, 3, 3)."""
+        ...
+
+    def turn(self, x: Array) -> Array:
+        """Matrix ``K`` (n, 3, 3): moving by ``dx`` turns the axes by ``w = K @ dx`` (vector in W).
+
+        ``axes(x + dx) = axes(x) @ exp(w)^T`` to first order.
+        """
+        ...
+
+    def height(self, x: Array) -> Array:
+        """Heights (n,) in metres of points (n, 3); their gradient is the up axis."""
+        ...
+
+
+@dataclass(frozen=True)
+class FlatSite:
+    """W is (E, N, U) with parallel verticals.
+
+    curvature_radius : Earth radius [m] used to reduce zenith angles, or None for a purely
+        Cartesian site (industrial, or a textbook network).
+    """
+
+    curvature_radius: float | None = None
+
+    def axes(self, x: Array) -> Array:
+        """Identity axes at every point."""
+        return np.broadcast_to(np.eye(3), (len(x), 3, 3))
+
+    def turn(self, x: Array) -> Array:
+        """Parallel verticals do not turn."""
+        return np.zeros((len(x), 3, 3))
+
+    def height(self, x: Array) -> Array:
+        """The U coordinate."""
+        return x[:, 2]
+
+
+def enu_rotation(latitude: Array, longitude: Array) -> Array:
+    """Rows east, north, up in ECEF at geodetic positions in radians; (...,) -> (..., 3, 3)."""
+    sp, cp = np.sin(latitude), np.cos(latitude)
+    sl, cl = np.sin(longitude), np.cos(longitude)
+    zero = np.zeros_like(sp)
+    rows = [[-sl, cl, zero], [-sp * cl, -sp * sl, cp], [cp * cl, cp * sl, sp]]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def ecef_from_geodetic(
+    latitude: Array, longitude: Array, height: Array, ellipsoid: tuple[float, float] = GRS80
+) -> Array:
+    """ECEF (..., 3) of geodetic latitude, longitude [rad] and ellipsoidal height [m]."""
+    a, f = ellipsoid
+    e2 = f * (2 - f)
+    nu = a / np.sqrt(1 - e2 * np.sin(latitude) ** 2)
+    return np.stack(
+        [
+            (nu + height) * np.cos(latitude) * np.cos(longitude),
+            (nu + height) * np.cos(latitude) * np.sin(longitude),
+            (nu * (1 - e2) + height) * np.sin(latitude),
+        ],
+        axis=-1,
+    )
+
+
+@dataclass(frozen=True)
+class EllipsoidSite:
+    """W is ENU at ``(latitude, longitude, height)`` [rad, rad, m] on an ellipsoid ``(a, f)``."""
+
+    latitude: float
+    longitude: float
+    ellipsoidal_height: float
+    ellipsoid: tuple[float, float] = field(default=GRS80)
+    curvature_radius: float | None = None
+
+    @cached_property
+    def w_from_ecef(self) -> Array:
+        """Rotation (3, 3) from ECEF differences to W."""
+        return enu_rotation(np.float64(self.latitude), np.float64(self.longitude))  # type: ignore[arg-type]
+
+    @cached_property
+    def origin(self) -> Array:
+        """ECEF of the origin of W, (3,)."""
+        return ecef_from_geodetic(
+            np.float64(self.latitude),  # type: ignore[arg-type]
+            np.float64(self.longitude),  # type: ignore[arg-type]
+            np.float64(self.ellipsoidal_height),  # type: ignore[arg-type]
+            self.ellipsoid,
+        )
+
+    def to_ecef(self, x: Array) -> Array:
+        """ECEF (n, 3) of points (n, 3) in W."""
+        return self.origin + x @ self.w_from_ecef
+
+    def from_ecef(self, xyz: Array) -> Array:
+        """W coordinates (n, 3) of ECEF points (n, 3)."""
+        return (xyz - self.origin) @ self.w_from_ecef.T
+
+    def geodetic(self, x: Array) -> Array:
+        """Latitude, longitude [rad], ellipsoidal height [m] (n, 3) of points in W.
+
+        Bowring's start and three fixed-point steps: below 1e-9 m within 10 km of the ellipsoid.
+        """
+        a, f = self.ellipsoid
+        e2 = f * (2 - f)
+        ecef = self.to_ecef(np.asarray(x, dtype=float))
+        p = np.hypot(ecef[:, 0], ecef[:, 1])
+        beta = np.arctan2(ecef[:, 2], (1 - f) * p)
+        for _ in range(4):
+            latitude = np.arctan2(
+                ecef[:, 2] + e2 / (1 - e2) * a * (1 - f) * np.sin(beta) ** 3,
+                p - e2 * a * np.cos(beta) ** 3,
+            )
+            beta = np.arctan2((1 - f) * np.sin(latitude), np.cos(latitude))
+        nu = a / np.sqrt(1 - e2 * np.sin(latitude) ** 2)
+        height = p * np.cos(latitude) + ecef[:, 2] * np.sin(latitude) - a**2 / nu
+        return np.stack([latitude, np.arctan2(ecef[:, 1], ecef[:, 0]), height], axis=1)
+
+    def axes(self, x: Array) -> Array:
+        """East, north, up of the ellipsoid normal at each point, as rows in W."""
+        geodetic = self.geodetic(x)
+        return enu_rotation(geodetic[:, 0], geodetic[:, 1]) @ self.w_from_ecef.T
+
+    def turn(self, x: Array) -> Array:
+        """Turn of the local axes per metre moved: 1/(nu+h), 1/(M+h) and tan(lat)/(nu+h)."""
+        a, f = self.ellipsoid
+        e2 = f * (2 - f)
+        geodetic = self.geodetic(x)
+        w2 = 1 - e2 * np.sin(geodetic[:, 0]) ** 2
+        nu, m = a / np.sqrt(w2), a * (1 - e2) / w2**1.5
+        axes = self.axes(x)
+        local = np.zeros((len(x), 3, 3))
+        local[:, 0, 1] = -1 / (m + geodetic[:, 2])
+        local[:, 1, 0] = 1 / (nu + geodetic[:, 2])
+        local[:, 2, 0] = np.tan(geodetic[:, 0]) / (nu + geodetic[:, 2])
+        return axes.transpose(0, 2, 1) @ local @ axes
+
+    def height(self, x: Array) -> Array:
+        """Ellipsoidal heights."""
+        return self.geodetic(x)[:, 2]

@@ -1,0 +1,1 @@
+"""Rotations, polar coordinates and closed-form alignment, all array-shaped."""

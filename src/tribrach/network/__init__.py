@@ -1,0 +1,1 @@
+"""The core: unknowns, observations, datum, adjustment and its quality."""

@@ -1,0 +1,1 @@
+"""One file per observation kind; see ``base`` for what a kind is."""

@@ -1,0 +1,434 @@
+"""What was measured, by name: the common ground of all readers.
+
+A reader fills a :class:`Survey`; several surveys merge; :meth:`Survey.network` turns names into
+indices and gives the :class:`~tribrach.network.network.Network`. Points that are observed but
+not given coordinates become free points whose start values are found from the observations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tribrach.errors import InputError
+from tribrach.geodesy.site import FlatSite, Site
+from tribrach.network.network import Constraint, Datum, JointCovariance, Network
+from tribrach.network.observations.base import Array, Observations, covariance_from_sigma
+from tribrach.network.observations.coordinates import Coordinates
+from tribrach.network.unknowns import FAMILIES, Layout, State
+
+__all__ = ["GivenPoint", "GivenStation", "Survey"]
+
+
+@dataclass
+class GivenPoint:
+    """A point with what is known of it beforehand.
+
+    xyz (3,) E, N, U [m], NaN where unknown; free (3,) False for fixed or unused components;
+    covariance (3, 3) [m^2] if the coordinates are weighted control; datum (3,) components that
+    carry inner constraints when the reader's format marks them; source ``file:line``.
+    """
+
+    xyz: Array
+    free: NDArray[np.bool_]
+    role: str = "free"
+    covariance: Array | None = None
+    datum: NDArray[np.bool_] | None = None
+    source: str = ""
+
+
+@dataclass
+class GivenStation:
+    """A scanner station with six unknowns: approximate pose (NaN if unknown) and fixed parts."""
+
+    translation: Array
+    rotation: Array
+    free: NDArray[np.bool_]
+    source: str = ""
+
+
+@dataclass
+class _Table:
+    kind: type[Observations]
+    group: str
+    columns: dict[str, Any]
+    n: int
+    hard: bool = False
+
+
+@dataclass
+class Survey:
+    """Points, stations and observations by name."""
+
+    site: Site = field(default_factory=FlatSite)
+    points: dict[str, GivenPoint] = field(default_factory=dict)
+    stations: dict[str, GivenStation] = field(default_factory=dict)
+    planes: dict[str, tuple[Array, float]] = field(default_factory=dict)
+    vectors: dict[str, tuple[Array, bool]] = field(default_factory=dict)
+    scalars: dict[str, tuple[float, bool]] = field(default_factory=dict)
+    datum: Datum = field(default_factory=Datum)
+    sigma0: float = 1.0
+    warnings: list[str] = field(default_factory=list)
+    info: dict[str, Any] = field(default_factory=dict)
+    _tables: list[_Table] = field(default_factory=list)
+    _joint: list[tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], Array]] = field(
+        default_factory=list
+    )
+
+    def point(
+        self,
+        name: str,
+        xyz: ArrayLike = (np.nan, np.nan, np.nan),
+        *,
+        free: ArrayLike = (True, True, True),
+        role: str = "free",
+        covariance: ArrayLike | None = None,
+        datum: ArrayLike | None = None,
+        source: str = "",
+    ) -> None:
+        """Add a point; a second definition of the same name is an error.
+
+        Raises
+        ------
+        InputError : duplicate name, infinite coordinates, covariance not positive definite.
+        """
+        if name in self.points or name in self.stations:
+            other = (self.points.get(name) or self.stations[name]).source
+            raise InputError(
+                f"point {name} is defined twice" + (f" (first at {other})" if other else ""),
+                record=source or None,
+                cure="keep one definition",
+            )
+        coordinates = np.asarray(xyz, dtype=float)
+        if np.isinf(coordinates).any():
+            raise InputError(f"point {name} has an infinite coordinate", record=source or None)
+        matrix = None if covariance is None else np.asarray(covariance, dtype=float)
+        if matrix is not None:
+            check_covariance(matrix[None], [source], f"point {name}")
+        mask = None if datum is None else np.asarray(datum, dtype=bool)
+        self.points[name] = GivenPoint(
+            coordinates, np.asarray(free, dtype=bool), role, matrix, mask, source
+        )
+
+    def station(
+        self,
+        name: str,
+        *,
+        translation: ArrayLike = (np.nan, np.nan, np.nan),
+        rotation: ArrayLike | None = None,
+        free: ArrayLike = (True, True, True, True, True, True),
+        source: str = "",
+    ) -> None:
+        """Add a scanner station; translation [m], rotation (3, 3) world from scanner.
+
+        Raises
+        ------
+        InputError : a second definition of the same name.
+        """
+        if name in self.points or name in self.stations:
+            raise InputError(
+                f"station {name} is defined twice", record=source or None, cure="keep one definition"
+            )
+        matrix = np.full((3, 3), np.nan) if rotation is None else np.asarray(rotation, dtype=float)
+        self.stations[name] = GivenStation(
+            np.asarray(translation, dtype=float), matrix, np.asarray(free, dtype=bool), source
+        )
+
+    def add(
+        self,
+        kind: type[Observations],
+        *,
+        values: ArrayLike,
+        sigma: ArrayLike | None = None,
+        covariance: ArrayLike | None = None,
+        source: Sequence[str] | None = None,
+        group: str = "",
+        hard: bool = False,
+        **columns: Any,
+    ) -> int:
+        """Add n observations of a kind; returns the table's number for :meth:`correlate`.
+
+        Parameters
+        ----------
+        kind : the observation class; its index fields are given as names here.
+        values : (n,) or (n, rows) in metres and radians.
+        sigma : (n,) or (n, rows); or covariance (n, rows, rows). Not needed with ``hard``.
+        source : ``file:line`` of each, (n,).
+        hard : the values must hold exactly (a constraint).
+        columns : the kind's own fields, names for those that refer to unknowns.
+
+        Raises
+        ------
+        InputError : not a number, sigma not positive, covariance not positive definite.
+        """
+        rows = len(kind.units)
+        measured = np.asarray(values, dtype=float).reshape(-1, rows)
+        n = len(measured)
+        origin = list(source) if source is not None else [""] * n
+        bad = np.flatnonzero(~np.isfinite(measured).all(axis=1))
+        if len(bad):
+            raise InputError(
+                f"{kind.kind} is not a number", record=origin[bad[0]] or f"observation {bad[0] + 1}"
+            )
+        if covariance is None:
+            sigmas = np.ones((n, rows)) if sigma is None and hard else np.asarray(sigma, dtype=float)
+            sigmas = np.broadcast_to(
+                sigmas.reshape(-1, rows) if sigmas.ndim else sigmas, (n, rows)
+            )
+            bad = np.flatnonzero(~(sigmas > 0).all(axis=1) | ~np.isfinite(sigmas).all(axis=1))
+            if len(bad):
+                raise InputError(
+                    f"sigma of {kind.kind} is {sigmas[bad[0]].min():g}",
+                    record=origin[bad[0]] or f"observation {bad[0] + 1}",
+                    cure="give a standard deviation above zero",
+                )
+            matrices = covariance_from_sigma(sigmas)
+        else:
+            matrices = np.asarray(covariance, dtype=float).reshape(-1, rows, rows)
+            check_covariance(matrices, origin, kind.kind)
+        table = dict(columns)
+        table |= {"values": measured, "covariance": matrices, "source": origin}
+        self._tables.append(_Table(kind, group or kind.kind, table, n, hard))
+        return len(self._tables) - 1
+
+    def correlate(
+        self, table: ArrayLike, item: ArrayLike, row: ArrayLike, covariance: ArrayLike, source: str = ""
+    ) -> None:
+        """Give values of several observations one covariance matrix (k, k).
+
+        table, item, row (k,): the number that :meth:`add` returned, the observation within that
+        call, its row.
+
+        Raises
+        ------
+        InputError : the matrix is not symmetric positive definite.
+        """
+        matrix = np.asarray(covariance, dtype=float)
+        check_covariance(matrix[None], [source], "covariance matrix")
+        index = [np.asarray(a, dtype=np.int64).ravel() for a in (table, item, row)]
+        self._joint.append((index[0], index[1], index[2], matrix))
+
+    def merge(self, other: Survey) -> None:
+        """Add everything of another survey.
+
+        A point defined in both keeps the definition that has more to say: coordinates over none.
+
+        Raises
+        ------
+        InputError : the same point defined with different coordinates in both.
+        """
+        for name, given in other.points.items():
+            mine = self.points.get(name)
+            if mine is not None and not np.isnan(mine.xyz).all() and not np.isnan(given.xyz).all():
+                raise InputError(
+                    f"point {name} is defined in both {mine.source or 'one survey'} and "
+                    f"{given.source or 'the other'}",
+                    cure="keep one definition",
+                )
+            if mine is None or np.isnan(mine.xyz).all():
+                self.points[name] = given
+        self.stations |= other.stations
+        self.planes |= other.planes
+        self.vectors |= other.vectors
+        self.scalars |= other.scalars
+        first = len(self._tables)
+        self._tables += other._tables
+        self._joint += [(t + first, i, r, c) for t, i, r, c in other._joint]
+        self.warnings += other.warnings
+        self.info = other.info | self.info
+        if other.datum.kind != "control":
+            self.datum = other.datum
+
+    def network(self) -> Network:
+        """Resolve all names and give the network.
+
+        Raises
+        ------
+        InputError : nothing observed, or a name refers to an unknown of another family.
+        """
+        if not self._tables:
+            raise InputError("there are no observations", cure="give a file with observations")
+        layout = self._layout()
+        kinds, place = self._concatenate(layout, [t for t in self._tables if not t.hard])
+        joint = tuple(
+            JointCovariance(
+                np.array([place[id(self._tables[t])][0] for t in tables]),
+                np.array([place[id(self._tables[t])][1] + i for t, i in zip(tables, items, strict=True)]),
+                rows,
+                matrix,
+            )
+            for tables, items, rows, matrix in self._joint
+        )
+        hard, _ = self._concatenate(layout, [t for t in self._tables if t.hard])
+        free, datum_mask = self._masks(layout)
+        datum = self.datum
+        if datum.kind == "free" and datum.components is None and datum_mask is not None:
+            datum = Datum("free", datum.names, datum_mask)
+        return Network(
+            start=self._start(layout),
+            free=free,
+            observations=tuple(kinds + self._control(layout)),
+            joint=joint,
+            constraints=tuple(Constraint(o) for o in hard),
+            datum=datum,
+            site=self.site,
+            sigma0=self.sigma0,
+            warnings=tuple(self.warnings),
+            info=dict(self.info),
+        )
+
+    def _layout(self) -> Layout:
+        """All names that are given or referred to."""
+        names: dict[str, dict[str, None]] = {family: {} for family in FAMILIES}
+        given: Mapping[str, Iterable[str]] = {
+            "point": self.points,
+            "pose": self.stations,
+            "plane": self.planes,
+            "vector": self.vectors,
+            "scalar": self.scalars,
+        }
+        for family, known in given.items():
+            names[family] |= dict.fromkeys(known)
+        for table in self._tables:
+            for item in fields(table.kind):
+                family = item.metadata.get("refers")
+                if family is None or item.name not in table.columns:
+                    continue
+                used = dict.fromkeys(n for n in table.columns[item.name] if n)
+                if family == "position":
+                    used = {n: None for n in used if n not in names["pose"]}
+                    family = "point"
+                names[family] |= used
+        clash = names["point"].keys() & names["pose"].keys()
+        if clash:
+            raise InputError(
+                f"{sorted(clash)[0]} is used both as a point and as a scanner station",
+                cure="give the station a name of its own",
+            )
+        return Layout(*(tuple(names[family]) for family in FAMILIES))
+
+    def _concatenate(
+        self, layout: Layout, tables: list[_Table]
+    ) -> tuple[list[Observations], dict[int, tuple[int, int]]]:
+        """One Observations per kind and group; where each table went (number, first item)."""
+        grouped: dict[tuple[type[Observations], str], list[_Table]] = {}
+        for table in tables:
+            grouped.setdefault((table.kind, table.group), []).append(table)
+        out: list[Observations] = []
+        place: dict[int, tuple[int, int]] = {}
+        for (kind, group), members in grouped.items():
+            first = 0
+            for table in members:
+                place[id(table)] = (len(out), first)
+                first += table.n
+            out.append(self._build(layout, kind, group, members))
+        return out, place
+
+    def _build(
+        self, layout: Layout, kind: type[Observations], group: str, members: list[_Table]
+    ) -> Observations:
+        columns: dict[str, Any] = {}
+        for item in fields(kind):
+            parts = [m.columns.get(item.name) for m in members]
+            if item.name in ("group", "site") or all(part is None for part in parts):
+                continue
+            default = item.metadata.get("per_item", "")
+            filled = [
+                np.full(m.n, default, dtype=object if default == "" else float)
+                if part is None
+                else _as_column(part, m.n)
+                for part, m in zip(parts, members, strict=True)
+            ]
+            column = np.concatenate(filled)
+            family = item.metadata.get("refers")
+            columns[item.name] = column if family is None else _indices(layout, family, column)
+        if any(item.name == "site" for item in fields(kind)):
+            columns["site"] = self.site
+        return kind(group=group, **columns)
+
+    def _control(self, layout: Layout) -> list[Observations]:
+        """Weighted control coordinates as observations."""
+        control = [(n, p) for n, p in self.points.items() if p.covariance is not None]
+        if not control:
+            return []
+        return [
+            Coordinates(
+                values=np.array([p.xyz for _, p in control]),
+                covariance=np.array([p.covariance for _, p in control]),
+                position=np.array([layout.index("point", n) for n, _ in control]),
+                source=np.array([p.source for _, p in control], dtype=object),
+                group="control",
+            )
+        ]
+
+    def _start(self, layout: Layout) -> State:
+        start = State.blank(layout)
+        for name, given in self.points.items():
+            start.points[layout.index("point", name)] = given.xyz
+        for name, station in self.stations.items():
+            start.pose_t[layout.index("pose", name)] = station.translation
+            start.pose_r[layout.index("pose", name)] = station.rotation
+        for name, (normal, offset) in self.planes.items():
+            start.plane_n[layout.index("plane", name)] = normal
+            start.plane_d[layout.index("plane", name)] = offset
+        for name, (vector, _) in self.vectors.items():
+            start.vectors[layout.index("vector", name)] = vector
+        start.scalars[:] = np.nan
+        for name, (value, _) in self.scalars.items():
+            start.scalars[layout.index("scalar", name)] = value
+        return start
+
+    def _masks(self, layout: Layout) -> tuple[NDArray[np.bool_], NDArray[np.bool_] | None]:
+        """Free columns, and columns that carry the datum if the survey marks any."""
+        free = np.ones(layout.size, dtype=bool)
+        datum = np.zeros(layout.size, dtype=bool)
+        for name, given in self.points.items():
+            columns = layout.columns("point", layout.index("point", name))
+            free[columns] = given.free
+            if given.datum is not None:
+                datum[columns] = given.datum
+        for name, station in self.stations.items():
+            free[layout.columns("pose", layout.index("pose", name))] = station.free
+        for name, (_, is_free) in self.vectors.items():
+            free[layout.columns("vector", layout.index("vector", name))] = is_free
+        for name, (_, is_free) in self.scalars.items():
+            free[layout.columns("scalar", layout.index("scalar", name))] = is_free
+        return free, datum if datum.any() else None
+
+
+def check_covariance(matrices: Array, source: Sequence[str], what: str) -> None:
+    """Refuse covariances (n, k, k) that are not finite, symmetric and positive definite.
+
+    Raises
+    ------
+    InputError : names the source of the first bad matrix.
+    """
+    scale = np.sqrt(np.abs(np.einsum("nii->ni", matrices)))
+    scale[scale == 0] = 1.0
+    unit = matrices / scale[:, :, None] / scale[:, None, :]
+    for i, matrix in enumerate(unit):
+        good = np.isfinite(matrix).all() and np.allclose(matrix, matrix.T, atol=1e-9)
+        if not good or np.linalg.eigvalsh(matrix)[0] <= 1e-14:
+            raise InputError(
+                f"covariance of {what} is not symmetric and positive definite",
+                record=source[i] or None,
+                cure="check the order and the signs of its elements",
+            )
+
+
+def _as_column(part: Any, n: int) -> NDArray[Any]:
+    """A column (n, ...) of a table; a single value is repeated."""
+    if isinstance(part, str) or np.ndim(part) == 0:
+        return np.full(n, part, dtype=object if isinstance(part, str) else float)
+    array = np.asarray(part)
+    return array.astype(object) if array.dtype.kind in "US" else array
+
+
+def _indices(layout: Layout, family: str, names: NDArray[Any]) -> NDArray[np.int64]:
+    """Indices of names in a family; "" gives -1."""
+    find = layout.position_index if family == "position" else lambda n: layout.index(family, n)
+    return np.array([find(name) if name else -1 for name in names], dtype=np.int64)
