@@ -1,0 +1,310 @@
+"""What is left open by the observations, and how a datum closes it.
+
+A network without control may be shifted, turned or scaled as a whole without any observation
+noticing. Those motions are combinations of the seven similarity generators (method section
+3.2); :func:`open_motions` finds them exactly, and :class:`Cofactor` turns the factor of the
+pinned normal matrix into the cofactor matrix of the requested datum: hard constraints by their
+own elimination, inner constraints by the S-transformation (Baarda 1973).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse as sp
+import scipy.sparse.linalg as sla
+from numpy.typing import NDArray
+
+from tribrach.geometry.rotation import skew
+from tribrach.network.linear import Factor, factorise
+from tribrach.network.unknowns import Layout, State, plane_basis
+
+__all__ = ["GENERATORS", "Cofactor", "generators", "open_motions", "pins_of", "point_numbers"]
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+GENERATORS = (
+    "shift in E",
+    "shift in N",
+    "shift in U",
+    "rotation about E",
+    "rotation about N",
+    "rotation about U",
+    "scale",
+)
+#: singular values of the column-scaled whitened system below this are zero
+RANK_TOLERANCE = 1e-9
+
+
+def generators(state: State) -> Array:
+    """Tangents (size, 7) of three shifts [m], three turns about the centroid [rad] and scale.
+
+    Points and pose translations move, pose rotations and plane normals turn; scalars and vectors
+    are left at zero, :func:`open_motions` finds how they go along.
+    """
+    layout = state.layout
+    out = np.zeros((layout.size, 7))
+    positions = state.positions
+    centre = positions.mean(axis=0) if len(positions) else np.zeros(3)
+    columns = layout.position_columns(np.arange(len(positions)))
+    arm = positions - centre
+    for axis in range(3):
+        out[columns[:, axis], axis] = 1.0
+    # a turn w moves a point by w x arm = -[arm]x w
+    out[columns.ravel(), 3:6] = -skew(arm).reshape(-1, 3)
+    out[columns.ravel(), 6] = arm.ravel()
+    poses = layout.columns("pose", np.arange(layout.count("pose")))[:, 3:]
+    for axis in range(3):
+        out[poses[:, axis], 3 + axis] = 1.0
+    n, d = state.plane_n, state.plane_d
+    if len(n):
+        plane = layout.columns("plane", np.arange(len(n)))
+        basis = plane_basis(n)
+        out[plane[:, :2].ravel(), 3:6] = np.einsum("nik,nij->nkj", basis, -skew(n)).reshape(-1, 3)
+        out[plane[:, 2], :3] = n
+        out[plane[:, 2], 3:6] = np.cross(n, centre)
+        out[plane[:, 2], 6] = d - n @ centre
+    return out
+
+
+@dataclass(frozen=True)
+class OpenMotions:
+    """Motions that no observation sees.
+
+    basis (u, d) over the free columns; mix (7, d) their composition from the generators;
+    gap (largest singular value taken as zero, smallest taken as non-zero).
+    """
+
+    basis: Array
+    mix: Array
+    gap: tuple[float, float]
+
+
+def open_motions(
+    design: sp.csr_array, state: State, free_columns: Index, constraints: sp.csr_array
+) -> OpenMotions:
+    """Similarity motions that the whitened design (n, u) and the constraints leave open.
+
+    Scalars and vectors follow each motion as well as the observations let them, so a turn
+    about the vertical takes the orientation unknowns along.
+    """
+    full = generators(state)
+    motion = full[free_columns]
+    system = sp.csr_array(sp.vstack([design, _unit_rows(constraints)]))
+    length = np.sqrt(np.asarray(system.multiply(system).sum(axis=0)).ravel())
+    length[length == 0] = 1.0
+    scaled = system @ sp.diags_array(1 / length)
+    motion = motion * length[:, None]
+    follows = free_columns >= state.layout.offset["vector"]
+    if follows.any():
+        motion[follows] = _follow(scaled, motion, follows)
+    fixed = np.ones(state.layout.size, dtype=bool)
+    fixed[free_columns] = False
+    size = np.linalg.norm(motion, axis=0)
+    alive = size > 1e-9 * size.max(initial=0.0)
+    if not alive.any():
+        return OpenMotions(np.zeros((len(free_columns), 0)), np.zeros((7, 0)), (0.0, 1.0))
+    unit = motion[:, alive] / size[alive]
+    # fixed components must not move: their rows join the test, in metres and radians
+    held = full[fixed][:, alive] / size[alive] * np.median(length)
+    q, r = np.linalg.qr(unit)
+    test = np.vstack([scaled @ q, np.linalg.lstsq(r.T, held.T, rcond=1e-12)[0].T])
+    rank = np.abs(np.diag(r)) > 1e-9
+    _, value, vt = np.linalg.svd(test, full_matrices=False)
+    zero = value <= RANK_TOLERANCE * max(1.0, value.max(initial=0.0))
+    null = vt[zero].T
+    mix = np.zeros((7, int(zero.sum())))
+    mix[np.flatnonzero(alive)] = np.linalg.lstsq(r, null, rcond=1e-12)[0] / size[alive][:, None]
+    keep = np.ones(null.shape[1], dtype=bool) if rank.all() else _real(q[:, ~rank], q @ null)
+    gap = (float(value[zero].max(initial=0.0)), float(value[~zero].min(initial=np.inf)))
+    return OpenMotions((q @ null / length[:, None])[:, keep], mix[:, keep], gap)
+
+
+def _real(empty: Array, null: Array) -> NDArray[np.bool_]:
+    """Null vectors that are motions and not the padding of dependent generators."""
+    share: NDArray[np.bool_] = np.linalg.norm(empty.T @ null, axis=0) < 0.5
+    return share
+
+
+def _unit_rows(constraints: sp.csr_array) -> sp.csr_array:
+    """Constraint rows scaled to unit length."""
+    length = np.sqrt(np.asarray(constraints.multiply(constraints).sum(axis=1)).ravel())
+    length[length == 0] = 1.0
+    return sp.csr_array(sp.diags_array(1 / length) @ constraints)
+
+
+def _follow(scaled: sp.csr_array, motion: Array, follows: NDArray[np.bool_]) -> Array:
+    """Least-squares response (k, 7) of the following columns to the motion of the others."""
+    columns = sp.csc_array(scaled)
+    mine, others = columns[:, np.flatnonzero(follows)], columns[:, np.flatnonzero(~follows)]
+    normal = sp.csc_array(mine.T @ mine + 1e-10 * sp.eye_array(mine.shape[1]))
+    lu = sla.splu(normal)
+    response = np.zeros((mine.shape[1], motion.shape[1]))
+    driven = others @ motion[~follows]
+    for _ in range(6):  # iterative refinement takes the regularisation out again
+        response += lu.solve(-(mine.T @ (driven + mine @ response)))
+    return response
+
+
+def pins_of(basis: Array) -> Index:
+    """Indices (d,) of unknowns that, held, close the motions (u, d) in the best-conditioned way."""
+    if basis.shape[1] == 0:
+        return np.empty(0, dtype=np.int64)
+    _, _, order = scipy.linalg.qr(basis.T, mode="economic", pivoting=True)
+    pins: Index = np.asarray(order[: basis.shape[1]], dtype=np.int64)
+    return pins
+
+
+def point_numbers(layout: Layout, free_columns: Index) -> Index:
+    """Number of the point each free column belongs to, -1 for other families."""
+    return np.where(free_columns < 3 * layout.count("point"), free_columns // 3, -1)
+
+
+class Cofactor:
+    """Cofactor matrix ``Q`` (u, u) of the adjusted unknowns, never formed as a whole.
+
+    Parameters
+    ----------
+    normal : ``A^T A`` (u, u) of the whitened design.
+    point_of : point number of each column, -1 for others.
+    constraints : hard constraints C (q, u).
+    motions : open motions G (u, d).
+    datum : mask (u,) of the unknowns that carry the inner constraints.
+
+    ``Q = S Q1 S^T`` with ``Q1 = Z - Z C^T (C Z C^T)^-1 C Z``, Z the inverse of the pinned normal
+    matrix and ``S = I - G (B^T G)^-1 B^T``, B = G on the datum unknowns (method 3.2, 3.3).
+
+    Raises
+    ------
+    SingularMatrix : more is open than the motions, or the constraints contradict each other.
+    """
+
+    def __init__(
+        self,
+        normal: sp.csc_array,
+        point_of: Index,
+        constraints: sp.csr_array,
+        motions: Array,
+        datum: NDArray[np.bool_],
+    ) -> None:
+        self.constraints = constraints
+        self.motions = motions
+        diagonal = normal.diagonal()
+        pinned = np.zeros(len(diagonal))
+        pins = pins_of(motions * np.sqrt(diagonal)[:, None])
+        pinned[pins] = diagonal[pins]
+        total = normal + sp.diags_array(pinned)
+        self._weights = self._constraint_weights(diagonal)
+        if constraints.shape[0]:
+            weighted = sp.diags_array(self._weights) @ constraints
+            total = total + constraints.T @ weighted
+        self.factor: Factor = factorise(sp.csc_array(total), point_of)
+        self._eliminate_constraints()
+        self._transform(datum)
+
+    def _constraint_weights(self, diagonal: Array) -> Array:
+        """Weights that add the constraints to N without disturbing its scale."""
+        squared = self.constraints.multiply(self.constraints)
+        mean = squared @ (1 / np.where(diagonal > 0, diagonal, np.median(diagonal)))
+        return 1 / np.maximum(np.asarray(mean).ravel(), 1e-300)
+
+    def _eliminate_constraints(self) -> None:
+        """``V = Z C^T L^-T`` so that ``Q1 = Z - V V^T``."""
+        q = self.constraints.shape[0]
+        u = self.constraints.shape[1]
+        self._v = np.zeros((u, q))
+        self._k = np.zeros((q, q))
+        if q:
+            # duplicate constraints make K singular: only the independent part is used
+            v = self.factor.solve(self.constraints.toarray().T)
+            k = self.constraints @ v
+            value, vector = np.linalg.eigh((k + k.T) / 2)
+            good = value > 1e-12 * value.max()
+            self.n_constraints = int(good.sum())
+            root = vector[:, good] / np.sqrt(value[good])
+            self._v = v @ root
+            self._k = root
+        else:
+            self.n_constraints = 0
+
+    def _transform(self, datum: NDArray[np.bool_]) -> None:
+        """Low-rank terms of the S-transformation."""
+        g = self.motions
+        d = g.shape[1]
+        u = len(datum)
+        self._y, self._t = np.zeros((u, d)), np.zeros((d, d))
+        self._b, self._m = np.zeros((u, d)), np.zeros((d, d))
+        if d == 0:
+            return
+        self._b = np.where(datum[:, None], g, 0.0)
+        self._m = np.linalg.inv(self._b.T @ g)
+        qb = self._constrained(self._b)
+        self._y = qb @ self._m.T
+        self._t = self._m @ (self._b.T @ qb) @ self._m.T
+
+    def _constrained(self, b: Array) -> Array:
+        """``Q1 b``."""
+        out = self.factor.solve(b)
+        return out - self._v @ (self._v.T @ b)
+
+    def solve(self, b: Array) -> Array:
+        """``Q b`` for b (u,) or (u, k)."""
+        g = self.motions
+        st = b - self._b @ (self._m.T @ (g.T @ b))
+        out = self._constrained(st)
+        out = out - g @ (self._m @ (self._b.T @ out))
+        return out
+
+    def entries(self, i: Index, j: Index) -> Array:
+        """Elements (k,) of Q at index pairs."""
+        i, j = np.asarray(i), np.asarray(j)
+        out = self.factor.entries(i, j)
+        if self._v.shape[1]:
+            out = out - np.einsum("ka,ka->k", self._v[i], self._v[j])
+        if self.motions.shape[1]:
+            g, y = self.motions, self._y
+            out = out - np.einsum("ka,ka->k", g[i], y[j]) - np.einsum("ka,ka->k", y[i], g[j])
+            out = out + np.einsum("ka,ab,kb->k", g[i], self._t, g[j])
+        return out
+
+    def blocks(self, columns: Index) -> Array:
+        """Blocks (n, m, m) of Q for groups of columns (n, m); zero where a column is negative."""
+        m = columns.shape[1]
+        i = np.repeat(columns, m, axis=1).ravel()
+        j = np.tile(columns, (1, m)).ravel()
+        good = (i >= 0) & (j >= 0)
+        out = np.zeros(len(i))
+        out[good] = self.entries(i[good], j[good])
+        return out.reshape(-1, m, m)
+
+    def row_forms(self, rows: sp.csr_array) -> Array:
+        """``diag(M Q M^T)`` (n,) for sparse rows M (n, u) over columns observed together."""
+        count = np.diff(rows.indptr)
+        out = np.zeros(rows.shape[0])
+        for width in np.unique(count[count > 0]):
+            which = np.flatnonzero(count == width)
+            for part in np.array_split(which, max(1, len(which) * width**2 // 4_000_000)):
+                place = rows.indptr[part][:, None] + np.arange(width)
+                values, columns = rows.data[place], rows.indices[place].astype(np.int64)
+                q = self.blocks(columns)
+                out[part] = np.einsum("ni,nij,nj->n", values, q, values)
+        return out
+
+    def step(self, gradient: Array, right: Array, moved: Array) -> Array:
+        """Solution (u,) of the constrained system in the datum.
+
+        gradient ``A^T w``; right-hand side c (q,) of the constraints; moved (u,) corrections so
+        far, so that the inner constraints hold for the sum.
+        """
+        x = gradient
+        if len(right):
+            x = x + self.constraints.T @ (self._weights * right)
+        x = self.factor.solve(x)
+        if len(right):
+            x = x + self._v @ (self._k.T @ (right - self.constraints @ x))
+        if self.motions.shape[1]:
+            x = x - self.motions @ (self._m @ (self._b.T @ (x + moved)))
+        return x

@@ -1,0 +1,330 @@
+"""Factors of the normal matrix that answer with solutions and with entries of the inverse.
+
+Three ways, chosen by structure, one interface (:class:`Factor`):
+
+* :class:`DenseFactor`: Cholesky and the whole inverse, for small networks;
+* :class:`SchurFactor`: points eliminated block by block, dense Cholesky of what remains, for
+  many targets seen from some stations;
+* :class:`SparseFactor`: LDL^T with minimum-degree ordering and the selected inverse
+  (Takahashi, Fagan & Chin 1973), for large networks of points.
+
+None of them ever inverts a large matrix as a whole. Columns are scaled to unit diagonal first
+(Jacobi), so that metres, radians and calibration parameters live together.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numba
+import numpy as np
+import qdldl
+import scipy.linalg
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+__all__ = ["DenseFactor", "Factor", "SchurFactor", "SingularMatrix", "SparseFactor", "factorise"]
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+#: below this many unknowns the whole inverse is cheaper than any bookkeeping
+DENSE_LIMIT = 900
+#: largest remainder that is factored densely after the points are eliminated
+REDUCED_LIMIT = 4000
+#: pivots of the unit-diagonal matrix below this ask for a rank analysis
+PIVOT_LIMIT = 1e-11
+
+
+class SingularMatrix(ArithmeticError):
+    """A pivot vanished: the matrix is singular or nearly so."""
+
+
+class Factor(Protocol):
+    """A factored symmetric positive definite matrix (u, u)."""
+
+    #: smallest pivot of the unit-diagonal matrix: 1 - R^2 of the worst explained unknown
+    smallest_pivot: float
+
+    def solve(self, b: Array) -> Array:
+        """``N^-1 b`` for b (u,) or (u, k)."""
+        ...
+
+    def entries(self, i: Index, j: Index) -> Array:
+        """Elements (k,) of the inverse at index pairs."""
+        ...
+
+
+def factorise(normal: sp.csc_array, point_of: Index) -> Factor:
+    """Factor a normal matrix (u, u) in the way that suits its structure.
+
+    point_of (u,): number of the point a column belongs to, -1 for other unknowns.
+
+    Raises
+    ------
+    SingularMatrix : a pivot is zero or negative.
+    """
+    diagonal = normal.diagonal()
+    if not (diagonal > 0).all():
+        raise SingularMatrix("an unknown is observed by nothing")
+    scale = 1 / np.sqrt(diagonal)
+    size = normal.shape[0]
+    if size <= DENSE_LIMIT:
+        return DenseFactor(normal.toarray(), scale)
+    lonely = _independent_points(normal, point_of)
+    if size - lonely.sum() <= REDUCED_LIMIT and lonely.sum() >= size / 2:
+        return SchurFactor(normal, scale, lonely, point_of)
+    return SparseFactor(normal, scale)
+
+
+def _independent_points(normal: sp.csc_array, point_of: Index) -> NDArray[np.bool_]:
+    """Columns of points that share no observation with another point."""
+    pairs = normal.tocoo()
+    a, b = point_of[pairs.row], point_of[pairs.col]
+    tied = (a >= 0) & (b >= 0) & (a != b)
+    bad = np.zeros(point_of.max(initial=-1) + 2, dtype=bool)
+    bad[a[tied]] = True
+    lonely: NDArray[np.bool_] = (point_of >= 0) & ~bad[point_of]
+    return lonely
+
+
+class DenseFactor:
+    """Cholesky factor and full inverse of a small matrix."""
+
+    def __init__(self, normal: Array, scale: Array) -> None:
+        unit = normal * scale[:, None] * scale
+        try:
+            lower = scipy.linalg.cholesky(unit, lower=True)
+        except scipy.linalg.LinAlgError as error:
+            raise SingularMatrix(str(error)) from error
+        self.smallest_pivot = float(np.diag(lower).min() ** 2)
+        inverse = scipy.linalg.cho_solve((lower, True), np.eye(len(unit)))
+        self.inverse: Array = (inverse + inverse.T) / 2 * scale[:, None] * scale
+
+    def solve(self, b: Array) -> Array:
+        """``N^-1 b``."""
+        return self.inverse @ b
+
+    def entries(self, i: Index, j: Index) -> Array:
+        """Elements of the inverse."""
+        return self.inverse[i, j]
+
+
+class SchurFactor:
+    """Independent points eliminated as blocks; the rest dense.
+
+    With ``N = [P R; R^T S]``, P block diagonal: ``Q_ss = (S - R^T P^-1 R)^-1``,
+    ``Q_ps = -Y Q_ss`` and ``Q_pp = P^-1 + Y Q_ss Y^T`` where ``Y = P^-1 R``.
+    """
+
+    def __init__(
+        self, normal: sp.csc_array, scale: Array, lonely: NDArray[np.bool_], point_of: Index
+    ) -> None:
+        unit = sp.csr_array(normal.multiply(scale[:, None]).multiply(scale[None, :]))
+        self.scale = scale
+        self.point = np.flatnonzero(lonely)
+        self.rest = np.flatnonzero(~lonely)
+        self.place = np.empty(len(lonely), dtype=np.int64)
+        self.place[self.point] = np.arange(len(self.point))
+        self.place[self.rest] = np.arange(len(self.rest))
+        self.is_point = lonely
+        self.p_inverse, pivot = _block_inverse(
+            sp.csr_array(unit[self.point][:, self.point]), point_of[self.point]
+        )
+        coupling = sp.csr_array(unit[self.point][:, self.rest])
+        self.y = sp.csr_array(self.p_inverse @ coupling)
+        reduced = unit[self.rest][:, self.rest].toarray() - (coupling.T @ self.y).toarray()
+        try:
+            lower = scipy.linalg.cholesky(reduced, lower=True)
+        except scipy.linalg.LinAlgError as error:
+            raise SingularMatrix(str(error)) from error
+        self.smallest_pivot = min(pivot, float(np.diag(lower).min(initial=1.0) ** 2))
+        inverse = scipy.linalg.cho_solve((lower, True), np.eye(len(reduced)))
+        self.q_rest: Array = (inverse + inverse.T) / 2
+
+    def solve(self, b: Array) -> Array:
+        """``N^-1 b`` by forward elimination of the points and back substitution."""
+        column = b if b.ndim == 2 else b[:, None]
+        scaled = column * self.scale[:, None]
+        out = np.empty_like(scaled, dtype=float)
+        points = scaled[self.point]
+        rest = self.q_rest @ (scaled[self.rest] - self.y.T @ points)
+        out[self.rest] = rest
+        out[self.point] = self.p_inverse @ points - self.y @ rest
+        out *= self.scale[:, None]
+        return out if b.ndim == 2 else out[:, 0]
+
+    def entries(self, i: Index, j: Index) -> Array:
+        """Elements of the inverse, from the sparse ``Y`` and the dense ``Q_ss``."""
+        i, j = np.asarray(i), np.asarray(j)
+        a, b = self.place[i], self.place[j]
+        pi, pj = self.is_point[i], self.is_point[j]
+        out = np.empty(len(i))
+        both_rest = ~pi & ~pj
+        out[both_rest] = self.q_rest[a[both_rest], b[both_rest]]
+        for first, second, mixed in ((a, b, pi & ~pj), (b, a, ~pi & pj)):
+            out[mixed] = -_row_times(
+                self.y.indptr, self.y.indices, self.y.data, self.q_rest, first[mixed], second[mixed]
+            )
+        both = pi & pj
+        y, p = self.y, self.p_inverse
+        out[both] = _row_form(y.indptr, y.indices, y.data, self.q_rest, a[both], b[both])
+        out[both] += np.asarray(p[a[both], b[both]]).ravel() if both.any() else 0.0
+        return out * self.scale[i] * self.scale[j]
+
+
+def _block_inverse(blocks: sp.csr_array, point_of: Index) -> tuple[sp.csr_array, float]:
+    """Inverse of a block-diagonal matrix whose blocks are points; smallest relative pivot."""
+    order = np.argsort(point_of, kind="stable")
+    names, first, count = np.unique(point_of[order], return_index=True, return_counts=True)
+    rows, columns, values, pivot = [], [], [], 1.0
+    coo = blocks.tocoo()
+    rank = np.empty(len(order), dtype=np.int64)
+    rank[order] = np.arange(len(order)) - np.repeat(first, count)
+    number = np.searchsorted(names, point_of)
+    for width in np.unique(count):
+        chosen = np.flatnonzero(count == width)
+        local = np.full(len(names), -1, dtype=np.int64)
+        local[chosen] = np.arange(len(chosen))
+        dense = np.zeros((len(chosen), width, width))
+        mine = local[number[coo.row]] >= 0
+        i, j = coo.row[mine], coo.col[mine]
+        dense[local[number[i]], rank[i], rank[j]] = coo.data[mine]
+        try:
+            lower = np.linalg.cholesky(dense)
+        except np.linalg.LinAlgError as error:
+            raise SingularMatrix(str(error)) from error
+        pivot = min(pivot, float(np.einsum("nii->ni", lower).min() ** 2))
+        inverse = np.linalg.inv(dense)
+        index = order[first[chosen][:, None] + np.arange(width)]
+        rows.append(np.broadcast_to(index[:, :, None], inverse.shape).ravel())
+        columns.append(np.broadcast_to(index[:, None, :], inverse.shape).ravel())
+        values.append(((inverse + inverse.transpose(0, 2, 1)) / 2).ravel())
+    triple = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
+    return sp.csr_array(triple, shape=blocks.shape), pivot
+
+
+@numba.njit(cache=True)
+def _row_times(indptr, indices, data, dense, i, j):  # type: ignore[no-untyped-def]
+    """``(Y dense)[i, j]`` for pairs."""
+    out = np.zeros(len(i))
+    for k in range(len(i)):
+        for a in range(indptr[i[k]], indptr[i[k] + 1]):
+            out[k] += data[a] * dense[indices[a], j[k]]
+    return out
+
+
+@numba.njit(cache=True)
+def _row_form(indptr, indices, data, dense, i, j):  # type: ignore[no-untyped-def]
+    """``(Y dense Y^T)[i, j]`` for pairs."""
+    out = np.zeros(len(i))
+    for k in range(len(i)):
+        for a in range(indptr[i[k]], indptr[i[k] + 1]):
+            for b in range(indptr[j[k]], indptr[j[k] + 1]):
+                out[k] += data[a] * dense[indices[a], indices[b]] * data[b]
+    return out
+
+
+class SparseFactor:
+    """LDL^T of a permuted sparse matrix; the selected inverse is computed when first asked for."""
+
+    def __init__(self, normal: sp.csc_array, scale: Array) -> None:
+        unit = sp.csc_matrix(normal.multiply(scale[:, None]).multiply(scale[None, :]))
+        self.scale = scale
+        try:
+            self._solver = qdldl.Solver(unit)
+        except Exception as error:  # qdldl raises its own untyped error at a zero pivot
+            raise SingularMatrix(str(error)) from error
+        lower, self._d, permutation = self._solver.factors()
+        self._lower = sp.csc_array(lower)
+        self._lower.sort_indices()
+        self.smallest_pivot = float(self._d.min())
+        if self.smallest_pivot <= 0:
+            raise SingularMatrix("a pivot is not positive")
+        self._place = np.empty(len(scale), dtype=np.int64)
+        self._place[permutation] = np.arange(len(scale))
+        self._inverse: tuple[Array, Array] | None = None
+
+    def solve(self, b: Array) -> Array:
+        """``N^-1 b``, column by column."""
+        if b.ndim == 1:
+            solution: Array = self._solver.solve(b * self.scale) * self.scale
+            return solution
+        return np.stack([self.solve(column) for column in b.T], axis=1)
+
+    def entries(self, i: Index, j: Index) -> Array:
+        """Elements of the inverse: from the selected inverse, by solving where outside it."""
+        if self._inverse is None:
+            low = self._lower
+            self._inverse = _takahashi(low.indptr, low.indices, low.data, self._d)
+        a, b = self._place[np.asarray(i)], self._place[np.asarray(j)]
+        low = self._lower
+        out = _lookup(low.indptr, low.indices, *self._inverse, np.maximum(a, b), np.minimum(a, b))
+        out *= self.scale[i] * self.scale[j]
+        outside = np.isnan(out)
+        if outside.any():
+            out[outside] = self._by_solving(np.asarray(i)[outside], np.asarray(j)[outside])
+        return out
+
+    def _by_solving(self, i: Index, j: Index) -> Array:
+        """Elements outside the pattern of the factor, one solve per distinct column."""
+        out = np.empty(len(i))
+        columns, which = np.unique(j, return_inverse=True)
+        unit = np.zeros(len(self.scale))
+        for k, column in enumerate(columns):
+            unit[column] = 1.0
+            mine = which == k
+            out[mine] = self.solve(unit)[i[mine]]
+            unit[column] = 0.0
+        return out
+
+
+@numba.njit(cache=True)
+def _takahashi(indptr, indices, data, d):  # type: ignore[no-untyped-def]
+    """Entries of ``(L D L^T)^-1`` on the pattern of L (unit lower, CSC) and its diagonal."""
+    n = len(d)
+    value = np.zeros(len(data))
+    diagonal = np.zeros(n)
+    where = np.full(n, -1, dtype=np.int64)
+    for j in range(n - 1, -1, -1):
+        start, stop = indptr[j], indptr[j + 1]
+        for a in range(start, stop):
+            where[indices[a]] = a
+        for a in range(start, stop):
+            k = indices[a]
+            weight = data[a]
+            total = weight * diagonal[k]
+            for b in range(indptr[k], indptr[k + 1]):
+                q = where[indices[b]]
+                if q >= 0:
+                    # Z is symmetric: one stored element serves both rows
+                    value[q] -= weight * value[b]
+                    total += data[q] * value[b]
+            value[a] -= total
+        explained = 0.0
+        for a in range(start, stop):
+            explained += data[a] * value[a]
+            where[indices[a]] = -1
+        diagonal[j] = 1 / d[j] - explained
+    return value, diagonal
+
+
+@numba.njit(cache=True)
+def _lookup(indptr, indices, value, diagonal, row, column):  # type: ignore[no-untyped-def]
+    """Elements at (row >= column) pairs; NaN outside the pattern."""
+    out = np.empty(len(row))
+    for k in range(len(row)):
+        i, j = row[k], column[k]
+        if i == j:
+            out[k] = diagonal[i]
+            continue
+        a, b = indptr[j], indptr[j + 1]
+        while a < b:
+            middle = (a + b) // 2
+            if indices[middle] < i:
+                a = middle + 1
+            else:
+                b = middle
+        found = a < indptr[j + 1] and indices[a] == i
+        out[k] = value[a] if found else np.nan
+    return out
