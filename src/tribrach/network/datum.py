@@ -108,25 +108,19 @@ def open_motions(
     if not alive.any():
         return OpenMotions(np.zeros((len(free_columns), 0)), np.zeros((7, 0)), (0.0, 1.0))
     unit = motion[:, alive] / size[alive]
+    # an SVD drops turns that move nothing, such as the one about the line of two points
+    q, strength, vt = np.linalg.svd(unit, full_matrices=False)
+    rank = strength > 1e-9 * strength[0]
+    q, back = q[:, rank], vt[rank].T / strength[rank]
     # fixed components must not move: their rows join the test, in metres and radians
     held = full[fixed][:, alive] / size[alive] * np.median(length)
-    q, r = np.linalg.qr(unit)
-    test = np.vstack([scaled @ q, np.linalg.lstsq(r.T, held.T, rcond=1e-12)[0].T])
-    rank = np.abs(np.diag(r)) > 1e-9
-    _, value, vt = np.linalg.svd(test, full_matrices=False)
+    _, value, vt = np.linalg.svd(np.vstack([scaled @ q, held @ back]), full_matrices=False)
     zero = value <= RANK_TOLERANCE * max(1.0, value.max(initial=0.0))
     null = vt[zero].T
-    mix = np.zeros((7, int(zero.sum())))
-    mix[np.flatnonzero(alive)] = np.linalg.lstsq(r, null, rcond=1e-12)[0] / size[alive][:, None]
-    keep = np.ones(null.shape[1], dtype=bool) if rank.all() else _real(q[:, ~rank], q @ null)
+    mix = np.zeros((7, null.shape[1]))
+    mix[alive] = back @ null / size[alive][:, None]
     gap = (float(value[zero].max(initial=0.0)), float(value[~zero].min(initial=np.inf)))
-    return OpenMotions((q @ null / length[:, None])[:, keep], mix[:, keep], gap)
-
-
-def _real(empty: Array, null: Array) -> NDArray[np.bool_]:
-    """Null vectors that are motions and not the padding of dependent generators."""
-    share: NDArray[np.bool_] = np.linalg.norm(empty.T @ null, axis=0) < 0.5
-    return share
+    return OpenMotions(q @ null / length[:, None], mix, gap)
 
 
 def _unit_rows(constraints: sp.csr_array) -> sp.csr_array:

@@ -1,0 +1,350 @@
+"""The loop: linearise, whiten, solve, update, converge. And what comes out of it.
+
+Gauss-Newton on the manifold with Levenberg-Marquardt damping only where a full step would not
+descend; the covariance is always that of the undamped system at the solution (method 3.1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from tribrach.errors import AdjustmentError, NotConverged
+from tribrach.geometry import rotation
+from tribrach.network import defects
+from tribrach.network.approximate import find_start
+from tribrach.network.assembly import Assembly, Rows
+from tribrach.network.datum import Cofactor, OpenMotions, open_motions, point_numbers
+from tribrach.network.linear import PIVOT_LIMIT, SingularMatrix
+from tribrach.network.network import Network
+from tribrach.network.unknowns import WIDTH, Layout, State
+
+__all__ = ["Adjustment", "Options", "adjust"]
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Options:
+    """How the iteration ends.
+
+    max_iterations : linearisations before giving up.
+    step_sigma : largest last step in units of its own sigma.
+    step_metres, step_radians : largest last step of lengths and angles.
+    vtpv_change : largest last relative change of the sum of squares.
+    progress : called with (iteration, sum of squares) after each step.
+    """
+
+    max_iterations: int = 60
+    step_sigma: float = 0.01
+    step_metres: float = 1e-7
+    step_radians: float = 1e-10
+    vtpv_change: float = 1e-10
+    progress: Callable[[int, float], None] | None = None
+
+
+@dataclass(frozen=True)
+class Adjustment:
+    """An adjusted network: estimates, covariances on request, residuals.
+
+    state : adjusted unknowns in the work frame; residuals ``v = h(x) - l`` (n,) in metres and
+    radians of the active values listed in ``rows``; ``vtpv`` their weighted sum of squares;
+    ``defect`` the number of open motions that inner constraints closed. Covariances are a
+    priori: those given with the observations taken as they are. ``posterior_factor`` scales
+    them.
+    """
+
+    network: Network
+    state: State
+    rows: Rows
+    residuals: Array
+    whitened_residuals: Array
+    design: sp.csr_array
+    free_columns: Index
+    cofactor: Cofactor
+    motions: OpenMotions
+    iterations: int
+    warnings: tuple[str, ...]
+    assembly: Assembly = field(repr=False)
+
+    @property
+    def layout(self) -> Layout:
+        """Names and columns of the unknowns."""
+        return self.state.layout
+
+    @property
+    def n_observations(self) -> int:
+        """Active observed values."""
+        return len(self.rows)
+
+    @property
+    def n_unknowns(self) -> int:
+        """Free unknowns."""
+        return len(self.free_columns)
+
+    @property
+    def n_constraints(self) -> int:
+        """Independent hard constraints."""
+        return self.cofactor.n_constraints
+
+    @property
+    def defect(self) -> int:
+        """Open motions closed by inner constraints."""
+        return int(self.motions.basis.shape[1])
+
+    @property
+    def dof(self) -> int:
+        """Redundancy ``r = n - u + q + d``."""
+        return self.n_observations - self.n_unknowns + self.n_constraints + self.defect
+
+    @property
+    def vtpv(self) -> float:
+        """Weighted sum of squared residuals."""
+        return float(self.whitened_residuals @ self.whitened_residuals)
+
+    @property
+    def sigma0(self) -> float:
+        """A-priori standard deviation of unit weight."""
+        return self.network.sigma0
+
+    @property
+    def sigma0_posterior(self) -> float:
+        """A-posteriori standard deviation of unit weight; NaN without redundancy."""
+        return self.sigma0 * float(np.sqrt(self.posterior_factor))
+
+    @property
+    def posterior_factor(self) -> float:
+        """``v^T P v / r``: what scales covariances from a priori to a posteriori; NaN if r = 0."""
+        return self.vtpv / self.dof if self.dof > 0 else float("nan")
+
+    @cached_property
+    def whitener(self) -> sp.csr_array:
+        """``W`` (n, n) with ``W C W^T = I``."""
+        return self.assembly.whitener
+
+    @cached_property
+    def reduced(self) -> Index:
+        """Free column number (size,) of each column of the full tangent vector, -1 if fixed."""
+        return self.assembly.reduced[:-1]
+
+    def columns(self, name: str) -> Index:
+        """Columns of the full tangent vector of a named unknown; KeyError if there is none."""
+        family, index = self.layout.find(name)
+        return self.layout.columns(family, index)
+
+    def covariance(self, a: str, b: str | None = None) -> Array:
+        """A-priori covariance block of named unknowns: points 3, stations 6, scalars 1 wide."""
+        return self.covariance_columns(self.columns(a), self.columns(a if b is None else b))
+
+    def covariance_columns(self, a: Index, b: Index) -> Array:
+        """A-priori covariance (k, l) between columns of the full tangent vector; fixed: zero."""
+        i, j = self.reduced[np.asarray(a)], self.reduced[np.asarray(b)]
+        out = np.zeros((len(i), len(j)))
+        good = np.ix_(np.flatnonzero(i >= 0), np.flatnonzero(j >= 0))
+        grid_i, grid_j = np.meshgrid(i[i >= 0], j[j >= 0], indexing="ij")
+        values = self.cofactor.entries(grid_i.ravel(), grid_j.ravel())
+        out[good] = values.reshape(grid_i.shape)
+        return out
+
+    def family_covariances(self, family: str) -> Array:
+        """A-priori blocks (n, w, w) of all unknowns of a family; fixed components are zero."""
+        columns = self.layout.columns(family, np.arange(self.layout.count(family)))
+        return self.cofactor.blocks(self.reduced[columns]) if len(columns) else np.zeros(
+            (0, WIDTH[family], WIDTH[family])
+        )
+
+    def position_covariances(self) -> Array:
+        """A-priori 3x3 blocks (P + S, 3, 3) of all points, then of all station positions."""
+        return np.concatenate(
+            [self.family_covariances("point"), self.family_covariances("pose")[:, :3, :3]]
+        )
+
+    def summary(self) -> str:
+        """The adjustment in a few lines."""
+        datum = self.network.datum
+        frame = "control" if datum.kind == "control" else "inner constraints"
+        lines = [
+            f"{self.n_observations} observed values, {self.n_unknowns} unknowns, "
+            f"{self.n_constraints} constraints, datum defect {self.defect}, "
+            f"redundancy {self.dof}",
+            f"datum: {frame}; {self.iterations} iterations",
+            f"sigma0 a priori {self.sigma0:g}, a posteriori {self.sigma0_posterior:.4f}"
+            if self.dof > 0
+            else "no redundancy: nothing is checked",
+        ]
+        return "\n".join([*lines, *self.warnings])
+
+    def __str__(self) -> str:
+        return self.summary()
+
+
+def adjust(network: Network, *, options: Options | None = None) -> Adjustment:
+    """Adjust a network.
+
+    Raises
+    ------
+    NoStartValues : unknowns that no chain of observations reaches.
+    RankDefect : combinations of unknowns that the observations leave open, in sentences.
+    NotConverged : the iteration did not reach a minimum.
+    """
+    options = options or Options()
+    network = network.with_start(find_start(network))
+    assembly = Assembly(network)
+    datum = defects.datum_mask(network, assembly.free_columns)
+    state = network.start
+    damping, vtpv, motions = 0.0, np.inf, None
+    for iteration in range(1, options.max_iterations + 1):
+        system = _System(assembly, state, datum, motions, damping)
+        motions = system.motions
+        step = system.step(_moved(network.start, state, assembly.free_columns))
+        trial = state.retract(_full(step, assembly))
+        cost = assembly_cost(assembly, trial)
+        if cost > system.cost * (1 + 1e-8) + 1e-9:
+            damping = max(10 * damping, 1e-4)
+            if damping > 1e8:
+                break
+            continue
+        state = trial
+        if options.progress:
+            options.progress(iteration, cost)
+        change = abs(vtpv - cost)
+        settled = change <= options.vtpv_change * cost + 1e-12
+        vtpv, damped = cost, damping
+        damping = 0.0 if damping < 1e-3 else damping / 10
+        if not damped and settled and _small(step, assembly, options):
+            final = _finish(assembly, state, datum, motions, iteration)
+            if _within_sigma(step, final, options):
+                return final
+    raise NotConverged(
+        f"the adjustment did not converge in {options.max_iterations} iterations",
+        [defects.worst_misclosure(assembly, state)],
+    )
+
+
+class _System:
+    """The linearised network at one state."""
+
+    def __init__(
+        self,
+        assembly: Assembly,
+        state: State,
+        datum: NDArray[np.bool_],
+        motions: OpenMotions | None,
+        damping: float,
+    ) -> None:
+        self.design = assembly.design(state)
+        self.white = assembly.whiten(assembly.misclosure(state))
+        self.constraints, self.right = assembly.constraints(state)
+        self.cost = float(self.white @ self.white) + _penalty(self.right)
+        if motions is not None and motions.basis.shape[1] == 0:
+            self.motions = motions
+        else:
+            self.motions = open_motions(
+                self.design, state, assembly.free_columns, self.constraints
+            )
+        if motions is None:
+            defects.check_datum(assembly, self.design, self.constraints, self.motions, datum)
+        transposed = sp.csr_array(self.design.T)
+        normal = sp.csc_array(transposed @ self.design)
+        self.gradient = transposed @ self.white
+        if damping:
+            normal = sp.csc_array(normal + damping * sp.diags_array(normal.diagonal()))
+        point_of = point_numbers(state.layout, assembly.free_columns)
+        try:
+            self.cofactor = Cofactor(
+                normal, point_of, self.constraints, self.motions.basis, datum
+            )
+            weak = self.cofactor.factor.smallest_pivot < PIVOT_LIMIT
+        except SingularMatrix:
+            weak = True
+        if weak:
+            defects.check_rank(assembly, self.design, self.constraints, self.motions.basis)
+
+    def step(self, moved: Array) -> Array:
+        """Increment (u,) of the free columns."""
+        if not hasattr(self, "cofactor"):
+            raise AdjustmentError("the normal matrix cannot be factored")
+        return self.cofactor.step(self.gradient, self.right, moved)
+
+
+def _penalty(right: Array) -> float:
+    """Violated constraints count as if measured to a hundredth of a millimetre or arc second."""
+    return float(right @ right) * 1e10
+
+
+def assembly_cost(assembly: Assembly, state: State) -> float:
+    """Weighted sum of squares at a state, infinite where it cannot be evaluated."""
+    white = assembly.whiten(assembly.misclosure(state))
+    right = [c.observations.misclosure(state).ravel() for c in assembly.network.constraints]
+    cost = float(white @ white) + sum(_penalty(r) for r in right)
+    return cost if np.isfinite(cost) else np.inf
+
+
+def _full(step: Array, assembly: Assembly) -> Array:
+    full = np.zeros(assembly.layout.size)
+    full[assembly.free_columns] = step
+    return full
+
+
+def _moved(start: State, state: State, free_columns: Index) -> Array:
+    """Tangent (u,) from the start to a state, for the families that can carry a datum."""
+    layout = state.layout
+    out = np.zeros(layout.size)
+    out[: 3 * layout.count("point")] = (state.points - start.points).ravel()
+    turn = rotation.log(state.pose_r @ start.pose_r.transpose(0, 2, 1))
+    pose = np.concatenate([state.pose_t - start.pose_t, turn], axis=1)
+    first = layout.offset["pose"]
+    out[first : first + pose.size] = pose.ravel()
+    return out[free_columns]
+
+
+def _small(step: Array, assembly: Assembly, options: Options) -> bool:
+    """True if no length and no angle moved noticeably."""
+    layout = assembly.layout
+    radians = np.zeros(layout.size, dtype=bool)
+    poses = layout.columns("pose", np.arange(layout.count("pose")))
+    planes = layout.columns("plane", np.arange(layout.count("plane")))
+    radians[poses[:, 3:].ravel()] = True
+    radians[planes[:, :2].ravel()] = True
+    radians[layout.offset["scalar"] :] = True
+    limit = np.where(radians[assembly.free_columns], options.step_radians, options.step_metres)
+    return bool((np.abs(step) < limit).all())
+
+
+def _within_sigma(step: Array, final: Adjustment, options: Options) -> bool:
+    """True if the last step is small against the sigma of each unknown."""
+    index = np.arange(len(step))
+    sigma = np.sqrt(np.maximum(final.cofactor.entries(index, index), 0.0))
+    return bool((np.abs(step) <= options.step_sigma * sigma + 1e-9).all())
+
+
+def _finish(
+    assembly: Assembly,
+    state: State,
+    datum: NDArray[np.bool_],
+    motions: OpenMotions,
+    iterations: int,
+) -> Adjustment:
+    """The adjustment at the solution, with the undamped cofactor matrix."""
+    system = _System(assembly, state, datum, motions, 0.0)
+    network = assembly.network
+    return Adjustment(
+        network=network,
+        state=state,
+        rows=assembly.rows,
+        residuals=-assembly.misclosure(state),
+        whitened_residuals=-system.white,
+        design=system.design,
+        free_columns=assembly.free_columns,
+        cofactor=system.cofactor,
+        motions=system.motions,
+        iterations=iterations,
+        warnings=network.warnings,
+        assembly=assembly,
+    )
