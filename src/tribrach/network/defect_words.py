@@ -203,7 +203,8 @@ def _point_words(
     whom = "all points together" if everyone and len(index) > 1 else f"point {points[0]}"
     if len(index) > 1 and not everyone:
         whom = f"points {_join(points)} together"
-    if len(index) > 1 and residual < 1e-6:
+    # two points or fewer follow some similarity whatever they do
+    if len(index) > 2 and residual < 1e-6:
         return points, f"{whom}: {', '.join(motion_words(mix[:, None]))}"
     if len(index) > 1:
         return points, f"points {_join(points)}"

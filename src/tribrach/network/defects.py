@@ -73,7 +73,7 @@ def check_datum(
     if d == 0:
         return
     moves = ", ".join(motion_words(motions.mix))
-    if assembly.network.datum.kind == "control":
+    if assembly.network.datum.kind != "free":
         null, _ = null_space(design, constraints, motions.basis)
         raise RankDefect(
             "the network is not tied to a frame",

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tribrach.errors import InputError
 from tribrach.geodesy.site import FlatSite, Site
-from tribrach.network.observations.base import Array, Observations
+from tribrach.network.observations.base import Array, Observations, Use
 from tribrach.network.unknowns import State
 
 __all__ = ["Constraint", "Datum", "JointCovariance", "Network"]
@@ -21,14 +21,14 @@ class Datum:
     """What fixes the frame.
 
     kind : ``"control"``: the given control (fixed or weighted) and nothing else;
-        ``"free"``: inner constraints, the corrections of the datum unknowns have minimum norm and
-        coordinates given as observations are switched off.
-    names : points and stations that carry the inner constraints; all of them if empty.
+        ``"free"``: inner constraints, the corrections of the datum unknowns have minimum norm;
+        ``"fixed"``: the named points are held at their given coordinates.
+    names : points and stations that carry the datum; with ``free`` all of them if empty.
     components : optional mask (n_columns,) of the full tangent vector that carries the inner
         constraints, for networks whose points are datum points in some coordinates only.
     """
 
-    kind: Literal["control", "free"] = "control"
+    kind: Literal["control", "free", "fixed"] = "control"
     names: tuple[str, ...] = ()
     components: NDArray[np.bool_] | None = None
 
@@ -81,8 +81,41 @@ class Network:
     info: dict[str, Any] = field(default_factory=dict)
 
     def with_datum(self, datum: Datum) -> Network:
-        """The same network in another datum."""
-        return replace(self, datum=datum)
+        """The same observations in another datum.
+
+        ``free`` and ``fixed`` switch given control off: coordinates that were observed are kept
+        as inactive observations with the reason, coordinates that were held become free (or, for
+        ``fixed``, stay held at the named points only).
+
+        Raises
+        ------
+        InputError : a name that is no point or station, or a fixed point without coordinates.
+        """
+        if datum.kind == "control":
+            return replace(self, datum=datum)
+        layout = self.start.layout
+        unknown = [n for n in datum.names if not (layout.has("point", n) or layout.has("pose", n))]
+        if unknown:
+            raise InputError(
+                f"the datum names {unknown[0]}, which is no point or station of the network",
+                cure="name points that occur in the observations",
+            )
+        free = self.free.copy()
+        points = free[: 3 * layout.count("point")].reshape(-1, 3)
+        # an axis that is free nowhere and zero or unknown everywhere is not in use (levelling, plan)
+        used = points.any(axis=0) | (np.nan_to_num(self.start.points) != 0).any(axis=0)
+        points[:, used] = True
+        if datum.kind == "fixed":
+            for name in datum.names:
+                index = layout.index("point", name) if layout.has("point", name) else -1
+                if index < 0 or np.isnan(self.start.points[index][used]).any():
+                    raise InputError(
+                        f"the datum fixes {name}, which has no given coordinates",
+                        cure="give its coordinates or fix another point",
+                    )
+                points[index] = False
+        off = [_switched_off(o, "the datum does not use it") for o in self.observations]
+        return replace(self, datum=datum, free=free, observations=tuple(off))
 
     def with_start(self, state: State) -> Network:
         """The same network with other start values."""
@@ -101,6 +134,9 @@ class Network:
         return f"{observations.kind}{arrow}" + (f" ({source})" if source else "")
 
 
-def positions_named(names: Sequence[str], state: State) -> NDArray[np.int64]:
-    """Position indices of names."""
-    return np.array([state.layout.position_index(name) for name in names], dtype=np.int64)
+def _switched_off(observations: Observations, reason: str) -> Observations:
+    """Control coordinates switched off with a reason; other kinds unchanged."""
+    if observations.group != "control":
+        return observations
+    use = np.full(len(observations), Use.OFF, dtype=np.int8)
+    return replace(observations, use=use, reason=np.full(len(observations), reason, dtype=object))
