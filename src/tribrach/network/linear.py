@@ -14,6 +14,7 @@ None of them ever inverts a large matrix as a whole. Columns are scaled to unit 
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Protocol
 
 import numba
@@ -88,6 +89,13 @@ def _independent_points(normal: sp.csc_array, point_of: Index) -> NDArray[np.boo
     return lonely
 
 
+def _inverse(lower: Array) -> Array:
+    """Symmetric inverse of ``L L^T``."""
+    inverse, _ = scipy.linalg.lapack.dpotri(lower, lower=1)
+    full: Array = np.tril(inverse) + np.tril(inverse, -1).T
+    return full
+
+
 class DenseFactor:
     """Cholesky factor and full inverse of a small matrix."""
 
@@ -98,12 +106,19 @@ class DenseFactor:
         except scipy.linalg.LinAlgError as error:
             raise SingularMatrix(str(error)) from error
         self.smallest_pivot = float(np.diag(lower).min() ** 2)
-        inverse = scipy.linalg.cho_solve((lower, True), np.eye(len(unit)))
-        self.inverse: Array = (inverse + inverse.T) / 2 * scale[:, None] * scale
+        self.scale = scale
+        self._lower = lower
+
+    @cached_property
+    def inverse(self) -> Array:
+        """The whole inverse (u, u)."""
+        return _inverse(self._lower) * self.scale[:, None] * self.scale
 
     def solve(self, b: Array) -> Array:
         """``N^-1 b``."""
-        return self.inverse @ b
+        scale = self.scale if b.ndim == 1 else self.scale[:, None]
+        solution: Array = scipy.linalg.cho_solve((self._lower, True), b * scale) * scale
+        return solution
 
     def entries(self, i: Index, j: Index) -> Array:
         """Elements of the inverse."""
@@ -139,8 +154,12 @@ class SchurFactor:
         except scipy.linalg.LinAlgError as error:
             raise SingularMatrix(str(error)) from error
         self.smallest_pivot = min(pivot, float(np.diag(lower).min(initial=1.0) ** 2))
-        inverse = scipy.linalg.cho_solve((lower, True), np.eye(len(reduced)))
-        self.q_rest: Array = (inverse + inverse.T) / 2
+        self._lower = lower
+
+    @cached_property
+    def q_rest(self) -> Array:
+        """Inverse of the reduced matrix, the scaled cofactors of everything but the points."""
+        return _inverse(self._lower)
 
     def solve(self, b: Array) -> Array:
         """``N^-1 b`` by forward elimination of the points and back substitution."""
@@ -148,7 +167,8 @@ class SchurFactor:
         scaled = column * self.scale[:, None]
         out = np.empty_like(scaled, dtype=float)
         points = scaled[self.point]
-        rest = self.q_rest @ (scaled[self.rest] - self.y.T @ points)
+        right = scaled[self.rest] - self.y.T @ points
+        rest = scipy.linalg.cho_solve((self._lower, True), right)
         out[self.rest] = rest
         out[self.point] = self.p_inverse @ points - self.y @ rest
         out *= self.scale[:, None]
