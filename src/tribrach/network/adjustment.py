@@ -263,8 +263,11 @@ class _System:
             weak = self.cofactor.factor.smallest_pivot < PIVOT_LIMIT
         except SingularMatrix:
             weak = True
+        self.warnings: tuple[str, ...] = ()
         if weak:
-            defects.check_rank(assembly, self.design, self.constraints, self.motions.basis)
+            self.warnings = defects.check_rank(
+                assembly, self.design, self.constraints, self.motions.basis
+            )
 
     def step(self, moved: Array) -> Array:
         """Increment (u,) of the free columns."""
@@ -345,6 +348,6 @@ def _finish(
         cofactor=system.cofactor,
         motions=system.motions,
         iterations=iterations,
-        warnings=network.warnings,
+        warnings=network.warnings + system.warnings,
         assembly=assembly,
     )

@@ -17,7 +17,7 @@ from tribrach.network.assembly import Assembly
 from tribrach.network.datum import GENERATORS, generators
 from tribrach.network.unknowns import WIDTH, Layout
 
-__all__ = ["motion_words", "sentences", "unit_columns"]
+__all__ = ["motion_words", "sentences", "unit_columns", "weak_words"]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -179,6 +179,19 @@ def _sentence(
     }
     family = next(f for f in ("scalar", "vector", "plane", "pose") if f in families)
     return f"cannot be separated: {effect}; only their sum has an effect; {cure[family]}"
+
+
+def weak_words(assembly: Assembly, vector: Array) -> str:
+    """The unknowns that take most part in a vector (u,), in words."""
+    owner = _owners(assembly.layout, assembly.free_columns)
+    share = np.abs(vector) / np.abs(vector).max()
+    first = dict.fromkeys(int(owner[i]) for i in np.argsort(-share) if share[i] > 0.05)
+    labels = []
+    for unknown in first:
+        mine = np.flatnonzero(owner == unknown)
+        column = int(assembly.free_columns[mine[np.argmax(share[mine])]])
+        labels.append(assembly.layout.label(column))
+    return _join(labels, 6)
 
 
 def _join(terms: Sequence[str], most: int = 8) -> str:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from tribrach.errors import RankDefect
 from tribrach.network.assembly import Assembly
 from tribrach.network.datum import OpenMotions, pins_of
-from tribrach.network.defect_words import motion_words, sentences, unit_columns
+from tribrach.network.defect_words import motion_words, sentences, unit_columns, weak_words
 from tribrach.network.linear import SparseFactor
 from tribrach.network.network import Network
 from tribrach.network.unknowns import State
@@ -31,8 +31,9 @@ Index = NDArray[np.int64]
 
 #: singular values of the column-scaled system below this are zero
 RANK_TOLERANCE = 1e-9
+#: and below this they are worth a warning
+WEAK_TOLERANCE = 1e-6
 DENSE_LIMIT = 1500
-HEADLINE = "the observations leave unknowns open"
 
 
 def datum_mask(network: Network, free_columns: Index) -> NDArray[np.bool_]:
@@ -98,21 +99,30 @@ def check_datum(
 
 def check_rank(
     assembly: Assembly, design: sp.csr_array, constraints: sp.csr_array, motions: Array
-) -> None:
+) -> tuple[str, ...]:
     """Refuse a network whose unknowns cannot be separated, apart from the known motions.
+
+    Returns warnings about combinations that are separated, but only just.
 
     Raises
     ------
     RankDefect : one sentence for each combination of unknowns that is open.
     """
-    null, gap = null_space(design, constraints, motions)
-    if null.shape[1] == 0:
-        return
-    said = sentences(assembly, null, motions)
-    raise RankDefect(
-        f"{HEADLINE}: {null.shape[1]} combination{'s' if null.shape[1] > 1 else ''} cannot be "
-        f"determined (singular values {gap[0]:.0e} against {gap[1]:.0e})",
-        said,
+    vectors, values = _spectrum(design, constraints, motions)
+    zero = values <= RANK_TOLERANCE
+    if zero.any():
+        count = int(zero.sum())
+        raise RankDefect(
+            f"the observations leave unknowns open: {count} combination"
+            f"{'s' if count > 1 else ''} cannot be determined (singular values "
+            f"{values[zero].max():.0e} against {values[~zero].min(initial=np.inf):.0e})",
+            sentences(assembly, vectors[:, zero], motions),
+        )
+    weak = np.flatnonzero(values <= WEAK_TOLERANCE)[:3]
+    return tuple(
+        f"nearly open (singular value {values[i]:.0e}): "
+        f"{weak_words(assembly, vectors[:, i])}; its sigma depends on the last digits of the data"
+        for i in weak
     )
 
 
@@ -124,6 +134,16 @@ def null_space(
     Also the gap: the largest singular value taken as zero and the smallest taken as not,
     of the system with columns scaled to unit length.
     """
+    vectors, values = _spectrum(design, constraints, motions)
+    zero = values <= RANK_TOLERANCE
+    gap = (float(values[zero].max(initial=0.0)), float(values[~zero].min(initial=np.inf)))
+    return vectors[:, zero], gap
+
+
+def _spectrum(
+    design: sp.csr_array, constraints: sp.csr_array, motions: Array
+) -> tuple[Array, Array]:
+    """Right singular vectors (u, k), in natural units, and values from the smallest upwards."""
     length = np.sqrt(np.asarray(design.multiply(design).sum(axis=0)).ravel())
     seen = length > 0
     median = float(np.median(length[seen])) if seen.any() else 1.0
@@ -131,13 +151,11 @@ def null_space(
     rows = [design, sp.diags_array(median / _row_length(constraints)) @ constraints]
     scaled = sp.csr_array(sp.csr_array(sp.vstack(rows)) @ sp.diags_array(1 / length))
     known, _ = np.linalg.qr(motions * length[:, None])
-    if scaled.shape[1] <= DENSE_LIMIT:
-        vectors, values = _dense_null(scaled.toarray(), known)
-    else:
-        vectors, values = _sparse_null(scaled, known)
-    zero = values <= RANK_TOLERANCE * max(1.0, float(values.max(initial=0.0)))
-    gap = (float(values[zero].max(initial=0.0)), float(values[~zero].min(initial=np.inf)))
-    return vectors[:, zero] / length[:, None], gap
+    small = scaled.shape[1] <= DENSE_LIMIT
+    find = _dense_null if small else _sparse_null
+    vectors, values = find(scaled, known)
+    order = np.argsort(values)
+    return vectors[:, order] / length[:, None], values[order]
 
 
 def _row_length(matrix: sp.csr_array) -> Array:
@@ -145,9 +163,9 @@ def _row_length(matrix: sp.csr_array) -> Array:
     return np.where(length > 0, length, 1.0)
 
 
-def _dense_null(scaled: Array, known: Array) -> tuple[Array, Array]:
+def _dense_null(scaled: sp.csr_array, known: Array) -> tuple[Array, Array]:
     """Right singular vectors and all singular values, the known motions held."""
-    system = np.vstack([scaled, known.T])
+    system = np.vstack([scaled.toarray(), known.T])
     if system.shape[0] < system.shape[1]:
         system = np.vstack([system, np.zeros((system.shape[1] - len(system), system.shape[1]))])
     triangle = np.linalg.qr(system, mode="r")
