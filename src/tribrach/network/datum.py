@@ -224,6 +224,17 @@ class Cofactor:
         else:
             self.n_constraints = 0
 
+    def multiplier_covariance(self) -> Array:
+        """Covariance (q, q) of the constraints' Lagrange multipliers: ``(C N^-1 C^T)^-1``.
+
+        Zero for a constraint that only closes a motion. The weights that stabilise N are taken
+        out again: ``(C N^-1 C^T)^-1 = (C Z C^T)^-1 - W``.
+        """
+        inverse = self._k @ self._k.T - np.diag(self._weights)
+        size = np.abs(np.diag(self._k @ self._k.T))
+        cleaned: Array = np.where(np.abs(inverse) < 1e-9 * np.sqrt(np.outer(size, size)), 0, inverse)
+        return cleaned
+
     def _transform(self, datum: NDArray[np.bool_]) -> None:
         """Low-rank terms of the S-transformation."""
         g = self.motions
