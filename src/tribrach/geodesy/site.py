@@ -108,6 +108,13 @@ class EllipsoidSite:
     ellipsoid: tuple[float, float] = field(default=GRS80)
     curvature_radius: float | None = None
 
+    @classmethod
+    def centred(cls, xyz: Array, ellipsoid: tuple[float, float] = GRS80) -> EllipsoidSite:
+        """The site at the centroid of ECEF positions (n, 3) [m]."""
+        anywhere = cls(0.0, 0.0, 0.0, ellipsoid)
+        origin = anywhere.geodetic(anywhere.from_ecef(xyz.mean(axis=0)[None]))[0]
+        return cls(float(origin[0]), float(origin[1]), float(origin[2]), ellipsoid)
+
     @cached_property
     def w_from_ecef(self) -> Array:
         """Rotation (3, 3) from ECEF differences to W."""

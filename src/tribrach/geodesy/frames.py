@@ -1,0 +1,158 @@
+"""In which frame and epoch are geocentric coordinates, and how do they become another's?
+
+Frames go by the names that surveyors use (``GDA2020``, ``ITRF2014``, ``WGS 84``). Parameters
+come from the EPSG dataset through pyproj, except from the older ITRF to GDA2020, where EPSG
+chains through ITRF2014: there those of the datum's owner hold (:data:`ICSM`), which differ from
+the chain by some 3e-9 in scale and rotation. ECEF coordinates in metres, epochs as decimal years.
+Method section 1.1.
+"""
+
+from __future__ import annotations
+
+import re
+from datetime import date
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+from pyproj import CRS, Transformer
+from pyproj.database import query_crs_info
+from pyproj.enums import PJType
+from pyproj.exceptions import ProjError
+
+from tribrach.errors import InputError
+
+__all__ = ["decimal_year", "ellipsoid", "frame", "is_dynamic", "transform"]
+
+Array = NDArray[np.float64]
+
+#: ITRF to GDA2020: shifts [mm], scale [ppb], rotations of the axes [mas], then their rates per
+#: year, at epoch 2020 (ICSM, GDA2020 Technical Manual)
+ICSM = {
+    "ITRF96": "-480.71 75.16 574.71 6.995 10.2995 21.7458 9.8292 "
+    "-21.8 4.71 26.27 0.388 2.0203 2.1735 1.6290",
+    "ITRF97": "-176.68 -29.13 226.99 -3.117 1.3427 6.1880 3.9809 "
+    "-8.6 0.36 11.25 0.007 1.6394 1.5198 1.3801",
+    "ITRF2000": "-105.52 51.58 231.68 3.55 4.2175 6.3941 0.8617 "
+    "-4.66 3.55 11.24 0.249 1.7454 1.4868 1.2240",
+    "ITRF2005": "40.32 -33.85 -16.72 4.286 -1.2893 -0.8492 -0.3342 "
+    "2.25 -0.62 -0.56 0.294 1.4707 1.1443 1.1701",
+    "ITRF2008": "13.79 4.55 15.22 2.55 0.2808 0.2677 -0.4638 "
+    "1.42 1.34 0.90 0.109 1.5461 1.1820 1.1551",
+}
+#: accuracy [m] of these
+ICSM_ACCURACY = 0.03
+
+
+@cache
+def _geocentric() -> dict[str, str]:
+    """EPSG codes of the geocentric systems by their names without spaces and brackets."""
+    found = query_crs_info(auth_name="EPSG", pj_types=PJType.GEOCENTRIC_CRS)
+    return {_plain(info.name): info.code for info in found}
+
+
+def _plain(name: str) -> str:
+    letters = re.sub(r"[^A-Z0-9]", "", name.upper())
+    # EPSG writes the years of the last century with two digits
+    return re.sub(r"^ITRF19(\d\d)$", r"ITRF\1", letters)
+
+
+@cache
+def frame(name: str) -> CRS:
+    """Geocentric coordinate reference system of a frame's name.
+
+    Raises
+    ------
+    InputError : the name is not known.
+    """
+    code = _geocentric().get(_plain(name))
+    if code is None:
+        raise InputError(
+            f"reference frame {name!r} is not known",
+            cure="use a name such as GDA2020, ITRF2014 or WGS 84",
+        )
+    return CRS.from_epsg(code)
+
+
+@cache
+def is_dynamic(name: str) -> bool:
+    """True if coordinates of ground points change with time in this frame, as in any ITRF."""
+    datum = frame(name).datum
+    return datum is not None and "Dynamic" in datum.type_name
+
+
+def ellipsoid(name: str) -> tuple[float, float]:
+    """Semi-major axis [m] and flattening of a frame's ellipsoid."""
+    body = frame(name).ellipsoid
+    assert body is not None
+    return body.semi_major_metre, 1 / body.inverse_flattening
+
+
+def decimal_year(text: str) -> float:
+    """Decimal year of a date ``dd.mm.yyyy``, or of a decimal year itself.
+
+    Raises
+    ------
+    InputError : neither of both.
+    """
+    parts = text.strip().split(".")
+    try:
+        if len(parts) == 3:
+            day = date(int(parts[2]), int(parts[1]), int(parts[0]))
+            first, last = date(day.year, 1, 1), date(day.year + 1, 1, 1)
+            return day.year + (day - first) / (last - first)
+        return float(text)
+    except ValueError:
+        raise InputError(
+            f"epoch {text!r} is not a date",
+            cure="write it as day.month.year, such as 01.01.2020",
+        ) from None
+
+
+@cache
+def _transformer(source: str, target: str) -> Transformer:
+    published = ICSM.get(_plain(source)) if _plain(target) == "GDA2020" else None
+    if published is None:
+        return Transformer.from_crs(frame(source), frame(target), allow_ballpark=False)
+    keys = [
+        f"{rate}{key}"
+        for rate in ("", "d")
+        for key in ("x", "y", "z", "s", "rx", "ry", "rz")
+    ]
+    # millimetres, ppb and milliarcseconds to metres, ppm and arcseconds
+    values = [float(word) / 1000 for word in published.split()]
+    words = [f"+{key}={value:.9g}" for key, value in zip(keys, values, strict=True)]
+    return Transformer.from_pipeline(
+        "+proj=helmert +convention=coordinate_frame +t_epoch=2020 " + " ".join(words)
+    )
+
+
+def transform(
+    xyz: Array, source: str, target: str, epoch: Array | float
+) -> tuple[Array, float]:
+    """ECEF (n, 3) [m] of frame ``source`` in frame ``target``, and the accuracy [m] of it.
+
+    epoch (n,) or one for all, decimal years of the observations. Between two dynamic frames
+    the result keeps the epoch of the observation. The accuracy is that which the EPSG dataset
+    states for the transformation, NaN if it states none.
+
+    Raises
+    ------
+    InputError : no transformation between the two frames is known.
+    """
+    if frame(source) == frame(target):
+        return xyz, 0.0
+    transformer = _transformer(source, target)
+    when = np.broadcast_to(np.asarray(epoch, dtype=float), (len(xyz),))
+    try:
+        moved = transformer.transform(
+            xyz[:, 0], xyz[:, 1], xyz[:, 2], when, errcheck=True
+        )
+    except ProjError as error:
+        raise InputError(
+            f"no transformation from {source} to {target} is known"
+        ) from error
+    accuracy = transformer.get_last_used_operation().accuracy
+    if accuracy < 0:
+        accuracy = ICSM_ACCURACY if _plain(source) in ICSM else float("nan")
+    return np.stack(moved[:3], axis=1), accuracy
