@@ -30,8 +30,10 @@ GRS80 = (6378137.0, 1 / 298.257222101)
 class Site(Protocol):
     """What the observation kinds ask of the place they are measured at."""
 
-    #: curvature radius [m] for the correction of zenith angles, None where verticals carry it
-    curvature_radius: float | None
+    @property
+    def curvature_radius(self) -> float | None:
+        """Radius [m] for the correction of zenith angles, None where verticals carry it."""
+        ...
 
     def axes(self, x: Array) -> Array:
         """Rows east, north, up at points ``x`` (n, 3) in W; (n, 3, 3)."""
