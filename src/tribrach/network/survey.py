@@ -190,7 +190,7 @@ class Survey:
         else:
             matrices = np.asarray(covariance, dtype=float).reshape(-1, rows, rows)
             check_covariance(matrices, origin, kind.kind)
-        table = dict(columns)
+        table = {name: _as_column(column, n) for name, column in columns.items()}
         table |= {"values": measured, "covariance": matrices, "source": origin}
         self._tables.append(_Table(kind, group or kind.kind, table, n, hard))
         return len(self._tables) - 1
@@ -336,7 +336,7 @@ class Survey:
             parts = [m.columns.get(item.name) for m in members]
             if item.name in ("group", "site") or all(part is None for part in parts):
                 continue
-            default = item.metadata.get("per_item", "")
+            default = 0 if item.name == "use" else item.metadata.get("per_item", "")
             filled = [
                 np.full(m.n, default, dtype=object if default == "" else float)
                 if part is None

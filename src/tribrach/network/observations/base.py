@@ -120,8 +120,7 @@ class Observations(ABC):
         self.covariance = np.asarray(self.covariance, dtype=float).reshape(n, rows, rows)
         if len(self.source) != n:
             self.source = np.full(n, "", dtype=object)
-        if len(self.use) != n:
-            self.use = np.zeros(n, dtype=np.int8)
+        self.use = np.asarray(self.use if len(self.use) == n else np.zeros(n), dtype=np.int8)
         if len(self.reason) != n:
             self.reason = np.full(n, "", dtype=object)
         self.group = self.group or self.kind
