@@ -114,11 +114,7 @@ def _transformer(source: str, target: str) -> Transformer:
     published = ICSM.get(_plain(source)) if _plain(target) == "GDA2020" else None
     if published is None:
         return Transformer.from_crs(frame(source), frame(target), allow_ballpark=False)
-    keys = [
-        f"{rate}{key}"
-        for rate in ("", "d")
-        for key in ("x", "y", "z", "s", "rx", "ry", "rz")
-    ]
+    keys = [f"{rate}{key}" for rate in ("", "d") for key in ("x", "y", "z", "s", "rx", "ry", "rz")]
     # millimetres, ppb and milliarcseconds to metres, ppm and arcseconds
     values = [float(word) / 1000 for word in published.split()]
     words = [f"+{key}={value:.9g}" for key, value in zip(keys, values, strict=True)]
@@ -127,9 +123,7 @@ def _transformer(source: str, target: str) -> Transformer:
     )
 
 
-def transform(
-    xyz: Array, source: str, target: str, epoch: Array | float
-) -> tuple[Array, float]:
+def transform(xyz: Array, source: str, target: str, epoch: Array | float) -> tuple[Array, float]:
     """ECEF (n, 3) [m] of frame ``source`` in frame ``target``, and the accuracy [m] of it.
 
     epoch (n,) or one for all, decimal years of the observations. Between two dynamic frames
@@ -145,13 +139,9 @@ def transform(
     transformer = _transformer(source, target)
     when = np.broadcast_to(np.asarray(epoch, dtype=float), (len(xyz),))
     try:
-        moved = transformer.transform(
-            xyz[:, 0], xyz[:, 1], xyz[:, 2], when, errcheck=True
-        )
+        moved = transformer.transform(xyz[:, 0], xyz[:, 1], xyz[:, 2], when, errcheck=True)
     except ProjError as error:
-        raise InputError(
-            f"no transformation from {source} to {target} is known"
-        ) from error
+        raise InputError(f"no transformation from {source} to {target} is known") from error
     accuracy = transformer.get_last_used_operation().accuracy
     if accuracy < 0:
         accuracy = ICSM_ACCURACY if _plain(source) in ICSM else float("nan")

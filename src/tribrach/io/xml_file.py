@@ -74,9 +74,7 @@ def load(path: Path, root: str) -> etree._Element:
     except (etree.XMLSyntaxError, LookupError, ValueError) as error:
         position: int | None = getattr(error, "lineno", None)
         what = str(getattr(error, "msg", error)).splitlines()[0].rstrip(".")
-        raise InputError(
-            f"the XML cannot be read: {what}", file=path, line=position
-        ) from error
+        raise InputError(f"the XML cannot be read: {what}", file=path, line=position) from error
     dtd: Any = element.getroottree().docinfo.internalDTD
     # encodings such as UTF-16 hide the declaration from the search in the bytes
     if dtd is not None and any(True for _ in dtd.iterentities()):

@@ -1,0 +1,135 @@
+"""Terrestrial measurements in DynaML and DNA files: simulated from places, read back, adjusted."""
+
+import numpy as np
+import pytest
+
+from tests.io.survey.dynadjust_files import Directions, Line, Network, Station, write_dna, write_xml
+from tests.io.survey.test_dynadjust import ENU, A
+from tribrach.errors import InputError
+from tribrach.geodesy.site import EllipsoidSite
+from tribrach.io.survey import dna, dynaml
+from tribrach.network.adjustment import adjust
+from tribrach.network.observations.base import Use
+
+PLACES = {
+    "A": (0, 0, 0),
+    "B": (300.0, 400.0, 20.0),
+    "C": (-350.0, 150.0, 35.0),
+    "D": (80, -420, -15),
+}
+ANYWHERE = EllipsoidSite(0.0, 0.0, 0.0)
+TRUE = {name: np.round(A + np.array(v) @ ENU, 4) for name, v in PLACES.items()}
+ARCSEC = np.pi / 180 / 3600
+
+
+def local(first: str, second: str, hi: float = 0.0, ht: float = 0.0) -> np.ndarray:
+    """East, north, up from instrument to target in the verticals of the ellipsoid."""
+    x = ANYWHERE.from_ecef(np.stack([TRUE[first], TRUE[second]]))
+    axes = ANYWHERE.axes(x)
+    return axes[0] @ (x[1] + ht * axes[1, 2] - x[0] - hi * axes[0, 2])
+
+
+def azimuth(first: str, second: str) -> float:
+    """Clockwise from north [rad]."""
+    east, north, _ = local(first, second)
+    return float(np.arctan2(east, north))
+
+
+def dms(angle: float) -> tuple[int, int, float]:
+    """Degrees, minutes, seconds of a positive angle."""
+    tenths = round(np.degrees(angle % (2 * np.pi)) * 3600e4)
+    seconds, fraction = divmod(tenths, 10000)
+    return seconds // 3600, seconds // 60 % 60, seconds % 60 + fraction / 1e4
+
+
+def height(name: str) -> float:
+    """Ellipsoidal height."""
+    return float(ANYWHERE.height(ANYWHERE.from_ecef(TRUE[name][None]))[0])
+
+
+def network() -> Network:
+    """A is held; everything else follows from one measurement or another."""
+    out = Network([Station(n, [f"{v:.4f}" for v in x], "CCC" if n == "A" else "FFF")
+                   for n, x in TRUE.items()])  # fmt: skip
+    m = out.measurements
+    m.append(Line("B", ["A", "B"], dms(azimuth("A", "B")), 1.0))
+    m.append(
+        Line("S", ["A", "B"], float(np.linalg.norm(local("A", "B", 1.6, 1.4))), 0.002, (1.6, 1.4))
+    )
+    for target in "BCD":
+        u = local("A", target, 1.55, 1.7)
+        zenith = np.arctan2(np.hypot(u[0], u[1]), u[2])
+        m.append(Line("V", ["A", target], dms(zenith), 2.0, (1.55, 1.7)))
+    u = local("B", "C", 1.5, 1.3)
+    elevation = np.arctan2(u[2], np.hypot(u[0], u[1]))
+    m.append(Line("Z", ["B", "C"], dms(elevation), 2.0, (1.5, 1.3)))
+    m.append(Line("A", ["A", "B", "C"], dms(azimuth("A", "C") - azimuth("A", "B")), 1.5))
+    m.append(Line("S", ["A", "C"], float(np.linalg.norm(local("A", "C"))), 0.002))
+    m.append(Line("S", ["A", "D"], float(np.linalg.norm(local("A", "D"))), 0.002))
+    m.append(Line("L", ["C", "D"], height("D") - height("C"), 0.001))
+    turn = 1.234
+    rays = [(t, dms(azimuth("B", t) - turn)) for t in "ACD"]
+    m.append(Directions("B", rays, 1.0))
+    return out
+
+
+@pytest.fixture(params=["dna", "xml"])
+def read(request, tmp_path):
+    """Write a network in one of the formats and read it."""
+    write, reader = {"dna": (write_dna, dna.read), "xml": (write_xml, dynaml.read)}[request.param]
+    return lambda net: reader(write(net, tmp_path))
+
+
+def test_values_and_sigmas(read):
+    tables = {o.kind: o for o in read(network()).network().observations}
+    assert {
+        "angle",
+        "azimuth",
+        "direction",
+        "height_difference",
+        "slope_distance",
+        "zenith",
+    } == set(tables)
+    np.testing.assert_allclose(tables["azimuth"].values[0, 0], azimuth("A", "B"), atol=1e-9)
+    np.testing.assert_allclose(tables["azimuth"].sigma[0, 0], ARCSEC)
+    np.testing.assert_allclose(tables["slope_distance"].sigma[:, 0], 0.002)
+    np.testing.assert_allclose(tables["zenith"].height_target, [1.7, 1.7, 1.7, 1.3])
+    assert len(tables["direction"]) == 3
+
+
+def test_adjusts_to_the_truth(read):
+    survey = read(network())
+    assert any("orthometric" in warning for warning in survey.warnings)
+    adjustment = adjust(survey.network())
+    assert adjustment.dof == 13 - 10
+    # values are rounded to 0.1 mm and 0.0001 arc seconds
+    assert adjustment.vtpv < 0.02
+    for name, x in TRUE.items():
+        got = survey.site.to_ecef(adjustment.state.points[[adjustment.layout.index("point", name)]])
+        np.testing.assert_allclose(got[0], x, atol=2e-4)
+
+
+def test_ignored(read):
+    net = network()
+    net.measurements.append(Line("S", ["A", "B"], 1.0, 0.002, ignored=True))
+    table = next(o for o in read(net).network().observations if o.kind == "slope_distance")
+    assert list(table.use) == [Use.ACTIVE] * 3 + [Use.OFF]
+
+
+@pytest.mark.parametrize(
+    ("line", "sentence"),
+    [
+        (Line("S", ["A", "Q"], 1.0, 0.002), "station Q is in no station file"),
+        (Line("S", ["A", "B"], 1.0, 0.0), "sigma of slope_distance is 0"),
+        (Line("S", ["A", "B"], 1.0, -0.01), "sigma of slope_distance is -0.01"),
+        (Line("K", ["A", "B"], (1, 2, 3.0), 1.0), "type K (astronomic azimuth) is not read"),
+        (Line("A", ["A", "B"], (1, 2, 3.0), 1.0), ""),
+        (Line("V", ["A", "B"], (90, 61, 3.0), 1.0), "60"),
+    ],
+)
+def test_bad_input_is_named(read, line, sentence):
+    net = network()
+    net.measurements.append(line)
+    with pytest.raises(InputError) as caught:
+        read(net)
+    assert sentence in str(caught.value)
