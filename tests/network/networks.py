@@ -2,10 +2,17 @@
 
 import numpy as np
 
+from tribrach.geodesy.site import FlatSite
 from tribrach.geometry import rotation
 from tribrach.network.network import Datum
+from tribrach.network.observations.direction import Directions
+from tribrach.network.observations.gnss_baseline import GnssBaselines
+from tribrach.network.observations.gnss_position import GnssPositions
+from tribrach.network.observations.height_difference import HeightDifferences
+from tribrach.network.observations.parameter import VectorPriors
 from tribrach.network.observations.slope_distance import SlopeDistances
 from tribrach.network.observations.target_centre import TargetCentres
+from tribrach.network.observations.zenith import ZenithAngles
 from tribrach.network.survey import Survey
 
 #: Strang & Borre 1997, example 12.4: a free trilateration, metres
@@ -51,3 +58,53 @@ def scanner_network(
             target=names,
         )
     return survey, truth
+
+
+def mixed_network() -> Survey:
+    """Levelling, total station (directions, zeniths, distances, hi and ht) and GNSS, weighted."""
+    rng = np.random.default_rng(21)
+    truth = np.c_[rng.uniform(0, 300, (6, 2)), rng.uniform(10, 40, 6)]
+    names = [f"N{i}" for i in range(6)]
+    survey = Survey(site=FlatSite(6.37e6))
+    for name, x in zip(names, truth, strict=True):
+        survey.point(name, x)
+    pairs = [(i, j) for i in range(6) for j in range(6) if i != j and (i + j) % 2]
+    i, j = np.array(pairs).T
+    ends = {"start": [names[k] for k in i], "end": [names[k] for k in j]}
+    chord = truth[j] - truth[i] + [0, 0, 0.1]
+    flat = np.hypot(chord[:, 0], chord[:, 1])
+    heights = {"height_instrument": 1.6, "height_target": 1.7}
+    azimuth = np.arctan2(chord[:, 0], chord[:, 1])
+    circle = {"orientation": [f"circle {names[k]}" for k in i]}
+    survey.add(Directions, values=azimuth, sigma=1e-5, **ends, **heights, **circle)
+    zenith = np.arctan2(flat, chord[:, 2] - 0.87 * flat**2 / 2 / 6.37e6)
+    survey.add(ZenithAngles, values=zenith, sigma=2e-5, refraction=0.13, **ends, **heights)
+    length = np.hypot(flat, chord[:, 2])
+    survey.add(SlopeDistances, values=length, sigma=0.002, **ends, **heights)
+    rise = truth[1:, 2] - truth[:-1, 2]
+    lines = {"start": names[:-1], "end": names[1:]}
+    survey.add(HeightDifferences, values=rise, sigma=0.0007, **lines)
+    own = np.diag([0.008, 0.008, 0.015]) ** 2 + 2e-5
+    antennas = {"position": names[:3], "antenna_height": 1.2, "common": "session 1"}
+    values = truth[:3] + [0, 0, 1.2]
+    survey.add(GnssPositions, values=values, covariance=np.array([own] * 3), **antennas)
+    survey.add(VectorPriors, values=[[0, 0, 0]], sigma=0.01, vector=["session 1"])
+    table = survey.add(
+        GnssBaselines,
+        values=truth[[4, 5]] - truth[0],
+        sigma=0.005,
+        start=[names[0]] * 2,
+        end=names[4:],
+    )
+    joint = 0.005**2 * (np.eye(6) + np.kron(np.ones((2, 2)), np.eye(3))) / 2
+    survey.correlate([table] * 6, [0, 0, 0, 1, 1, 1], [0, 1, 2, 0, 1, 2], joint)
+    return survey
+
+
+def constrained_network() -> Survey:
+    """Scanner stations with a true base length and a point held on a known height."""
+    survey, truth = scanner_network(np.random.default_rng(8), targets=7, stations=2)
+    base = float(np.linalg.norm(survey.stations["S1"].translation - survey.stations["S0"].translation))
+    survey.add(SlopeDistances, values=[base], hard=True, start=["S0"], end=["S1"])
+    survey.add(HeightDifferences, values=[truth[1, 2] - truth[0, 2]], hard=True, start=["T0"], end=["T1"])
+    return survey

@@ -204,8 +204,10 @@ def adjust(network: Network, *, options: Options | None = None) -> Adjustment:
         motions = system.motions
         step = system.step(_moved(network.start, state, assembly.free_columns))
         trial = state.retract(_full(step, assembly))
-        cost = assembly_cost(assembly, trial)
-        if cost > system.cost * (1 + 1e-8) + 1e-9:
+        cost, violation = _merit(assembly, trial)
+        descends = cost <= system.cost * (1 + 1e-8) + 1e-9
+        # pulling a constraint in may cost some fit: either is progress
+        if not descends and not violation < 0.5 * system.violation:
             damping = max(10 * damping, 1e-4)
             if damping > 1e8:
                 break
@@ -214,7 +216,7 @@ def adjust(network: Network, *, options: Options | None = None) -> Adjustment:
         if options.progress:
             options.progress(iteration, cost)
         change = abs(vtpv - cost)
-        settled = change <= options.vtpv_change * cost + 1e-12
+        settled = change <= options.vtpv_change * cost + 1e-9
         vtpv, damped = cost, damping
         damping = 0.0 if damping < 1e-3 else damping / 10
         if not damped and settled and _small(step, assembly, options):
@@ -241,7 +243,8 @@ class _System:
         self.design = assembly.design(state)
         self.white = assembly.whiten(assembly.misclosure(state))
         self.constraints, self.right = assembly.constraints(state)
-        self.cost = float(self.white @ self.white) + _penalty(self.right)
+        self.cost = float(self.white @ self.white)
+        self.violation = float(np.abs(self.right).max(initial=0.0))
         if motions is not None and motions.basis.shape[1] == 0:
             self.motions = motions
         else:
@@ -276,17 +279,13 @@ class _System:
         return self.cofactor.step(self.gradient, self.right, moved)
 
 
-def _penalty(right: Array) -> float:
-    """Violated constraints count as if measured to a hundredth of a millimetre or arc second."""
-    return float(right @ right) * 1e10
-
-
-def assembly_cost(assembly: Assembly, state: State) -> float:
-    """Weighted sum of squares at a state, infinite where it cannot be evaluated."""
+def _merit(assembly: Assembly, state: State) -> tuple[float, float]:
+    """Weighted sum of squares and largest violated constraint; infinite where undefined."""
     white = assembly.whiten(assembly.misclosure(state))
     right = [c.observations.misclosure(state).ravel() for c in assembly.network.constraints]
-    cost = float(white @ white) + sum(_penalty(r) for r in right)
-    return cost if np.isfinite(cost) else np.inf
+    cost = float(white @ white)
+    violation = float(np.abs(np.concatenate([np.zeros(1), *right])).max())
+    return (cost if np.isfinite(cost) else np.inf), violation
 
 
 def _full(step: Array, assembly: Assembly) -> Array:
