@@ -1,0 +1,74 @@
+"""Angles and lengths at the border: one parser, one formatter, one table of units.
+
+Inside the program there are only metres and radians. A unit is named by the suffix of the field
+it stands in: ``direction_gon``, ``sigma_zenith_arcsec``, ``height_instrument_m``.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+
+__all__ = ["CC", "GON", "SEC", "UNITS", "format_angle", "parse_angle"]
+
+#: radians per gon, per arc second, per ten-thousandth of a gon
+GON = math.pi / 200
+SEC = math.pi / 648000
+CC = GON / 10000
+
+#: factor to metres, radians, their squares or one, by suffix
+UNITS: dict[str, float] = {
+    "m": 1.0,
+    "cm": 1e-2,
+    "mm": 1e-3,
+    "km": 1e3,
+    "ft": 0.3048,
+    "usft": 1200 / 3937,
+    "rad": 1.0,
+    "mrad": 1e-3,
+    "deg": math.pi / 180,
+    "gon": GON,
+    "mgon": GON / 1000,
+    "cc": CC,
+    "arcmin": SEC * 60,
+    "arcsec": SEC,
+    "ppm": 1e-6,
+    "m2": 1.0,
+    "mm2": 1e-6,
+}
+
+_SEXAGESIMAL = re.compile(r"([+-]?)(\d+)[-:°\s]\s*(\d+)[-:'\s]\s*(\d+(?:\.\d*)?)\"?$")
+
+
+def parse_angle(text: str, unit: str) -> float:
+    """Radians of an angle written in a unit, or as degrees, minutes and seconds.
+
+    ``unit`` is a suffix of :data:`UNITS` or ``dms`` (``D-M-S``, also with colons or blanks).
+
+    Raises
+    ------
+    ValueError : not a number, or minutes or seconds of 60 and more.
+    """
+    text = text.strip()
+    if unit != "dms":
+        return float(text) * UNITS[unit]
+    match = _SEXAGESIMAL.match(text)
+    if match is None:
+        raise ValueError(f"{text!r} is not degrees, minutes and seconds")
+    sign, degrees, minutes, seconds = match.groups()
+    if int(minutes) >= 60 or float(seconds) >= 60:
+        raise ValueError(f"{text!r} has 60 or more minutes or seconds")
+    value = (int(degrees) * 3600 + int(minutes) * 60 + float(seconds)) * SEC
+    return -value if sign == "-" else value
+
+
+def format_angle(value: float, unit: str, digits: int = 4) -> str:
+    """An angle in radians written in a unit of :data:`UNITS` or as ``D-MM-SS`` (``dms``)."""
+    if unit != "dms":
+        return f"{value / UNITS[unit]:.{digits}f}"
+    whole = round(abs(value) / SEC, digits)
+    degrees, rest = divmod(whole, 3600)
+    minutes, seconds = divmod(rest, 60)
+    width = digits + 3 if digits else 2
+    sign = "-" if value < 0 else ""
+    return f"{sign}{int(degrees)}-{int(minutes):02d}-{seconds:0{width}.{digits}f}"
