@@ -5,12 +5,6 @@ from pathlib import Path
 import pytest
 
 
-def pytest_configure(config: pytest.Config) -> None:
-    """Name the markers."""
-    config.addinivalue_line("markers", "data: needs the third-party files in ../shared/data")
-    config.addinivalue_line("markers", "slow: takes more than a few seconds")
-
-
 @pytest.fixture(scope="session")
 def shared_data() -> Path:
     """The folder of third-party test data; the test is skipped where it is absent."""

@@ -136,9 +136,9 @@ def transform(xyz: Array, source: str, target: str, epoch: Array | float) -> tup
     """
     if frame(source) == frame(target):
         return xyz, 0.0
-    transformer = _transformer(source, target)
     when = np.broadcast_to(np.asarray(epoch, dtype=float), (len(xyz),))
     try:
+        transformer = _transformer(source, target)
         moved = transformer.transform(xyz[:, 0], xyz[:, 1], xyz[:, 2], when, errcheck=True)
     except ProjError as error:
         raise InputError(f"no transformation from {source} to {target} is known") from error

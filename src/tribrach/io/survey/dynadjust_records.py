@@ -61,10 +61,12 @@ SIGHTS = {
     "A": (3, True),
     "B": (2, True),
     "D": (2, True),
+    "H": (1, False),
+    "L": (2, False),
+    "R": (1, False),
+    "S": (2, False),
     "V": (2, True),
     "Z": (2, True),
-    "L": (2, False),
-    "S": (2, False),
 }
 ARCSEC = pi / 180 / 3600
 #: reason of measurements that carry the ignore flag

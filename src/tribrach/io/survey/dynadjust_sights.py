@@ -1,8 +1,8 @@
 """Terrestrial measurements of DynAdjust's files as observations.
 
 Angles, azimuths, directions, zenith and vertical angles refer to the ellipsoid's normal;
-DynAdjust models no refraction and neither is any assumed here. Height differences are those of
-orthometric heights; without a geoid model they are taken as ellipsoidal.
+DynAdjust models no refraction and neither is any assumed here. Orthometric heights and their
+differences are taken as ellipsoidal, for lack of a geoid model.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from tribrach.network.observations.angle import Angles
 from tribrach.network.observations.azimuth import Azimuths
 from tribrach.network.observations.base import Observations, Use
 from tribrach.network.observations.direction import Directions
+from tribrach.network.observations.height import Heights
 from tribrach.network.observations.height_difference import HeightDifferences
 from tribrach.network.observations.slope_distance import SlopeDistances
 from tribrach.network.observations.zenith import ZenithAngles
@@ -29,7 +30,9 @@ _KINDS: dict[str, type[Observations]] = {
     "A": Angles,
     "B": Azimuths,
     "D": Directions,
+    "H": Heights,
     "L": HeightDifferences,
+    "R": Heights,
     "S": SlopeDistances,
     "V": ZenithAngles,
     "Z": ZenithAngles,
@@ -45,10 +48,10 @@ def add_sights(survey: Survey, sights: Sequence[Sight]) -> None:
     """
     for kind in dict.fromkeys(sight.type for sight in sights):
         _add(survey, kind, [sight for sight in sights if sight.type == kind])
-    if any(sight.type == "L" and not sight.ignored for sight in sights):
+    if any(sight.type in "HL" and not sight.ignored for sight in sights):
         survey.warnings.append(
-            "height differences are orthometric; they are taken as ellipsoidal, no geoid model "
-            "is read"
+            "measured heights and height differences are orthometric; they are taken as "
+            "ellipsoidal, no geoid model is read"
         )
 
 
@@ -63,20 +66,20 @@ def _add(survey: Survey, kind: str, sights: Sequence[Sight]) -> None:
         source=[str(sight.place) for sight in sights],
         use=np.where(ignored, Use.OFF, Use.ACTIVE).astype(np.int8),
         reason=np.where(ignored, IGNORED, "").astype(object),
-        start=[sight.names[0] for sight in sights],
-        end=[sight.names[1] for sight in sights],
-        **_further(kind, sights),
+        **_fields(kind, sights),
     )
 
 
-def _further(kind: str, sights: Sequence[Sight]) -> dict[str, Any]:
-    """The fields that only this type has."""
+def _fields(kind: str, sights: Sequence[Sight]) -> dict[str, Any]:
+    """The fields of the kind that name stations and heights."""
+    first = [sight.names[0] for sight in sights]
+    if kind in "HR":
+        return {"position": first}
+    out: dict[str, Any] = {"start": first, "end": [sight.names[1] for sight in sights]}
     if kind == "L":
-        return {}
-    out: dict[str, Any] = {
-        "height_instrument": np.array([sight.height_instrument for sight in sights]),
-        "height_target": np.array([sight.height_target for sight in sights]),
-    }
+        return out
+    out["height_instrument"] = np.array([sight.height_instrument for sight in sights])
+    out["height_target"] = np.array([sight.height_target for sight in sights])
     if kind == "A":
         out["foresight"] = [sight.names[2] for sight in sights]
     if kind == "D":
