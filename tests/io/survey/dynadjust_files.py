@@ -159,11 +159,11 @@ def write_xml(network: Network, folder: Path) -> list[Path]:
 
 
 def _xml_gnss(m: Gnss) -> list[str]:
-    v, p, l, h = m.scales
+    v, p, lam, h = m.scales
     out = [
         f"<DnaMeasurement><Type>{m.type}</Type><Ignore>{'*' if m.ignored else ''}</Ignore>",
         f"<ReferenceFrame>{m.frame}</ReferenceFrame><Epoch>{m.epoch}</Epoch>",
-        f"<Vscale>{v}</Vscale><Pscale>{p}</Pscale><Lscale>{l}</Lscale><Hscale>{h}</Hscale>",
+        f"<Vscale>{v}</Vscale><Pscale>{p}</Pscale><Lscale>{lam}</Lscale><Hscale>{h}</Hscale>",
     ]
     if m.type == "Y":
         out.append(f"<Coords>{m.coordinates}</Coords>")
@@ -195,7 +195,9 @@ def _xml_gnss(m: Gnss) -> list[str]:
 
 
 def _xml_line(m: Line) -> list[str]:
-    names = "".join(f"<{t}>{n}</{t}>" for t, n in zip(("First", "Second", "Third"), m.names))
+    names = "".join(
+        f"<{t}>{n}</{t}>" for t, n in zip(("First", "Second", "Third"), m.names, strict=False)
+    )
     return [
         f"<DnaMeasurement><Type>{m.type}</Type><Ignore>{'*' if m.ignored else ''}</Ignore>",
         f"{names}<Value>{_xml_value(m.value)}</Value><StdDev>{m.sigma}</StdDev>",

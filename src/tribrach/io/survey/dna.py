@@ -152,7 +152,7 @@ class _Reader:
         """Header and entries of a G, X or Y measurement."""
         n = 1 if kind == "G" else _count(line, place)
         *scales, frame, epoch = (line[c].strip() for c in self.layout.header)
-        v, p, l, h = (number(text or "1", "a scale", place) for text in scales)
+        v, p, lam, h = (number(text or "1", "a scale", place) for text in scales)
         entries = [self.entry(place, line, n - 1, ignored)]
         for k in range(1, n):
             where, entry = self.take(f"entry {k + 1} of {n} of the cluster")
@@ -166,7 +166,7 @@ class _Reader:
                 kind,
                 (line[_SECOND].strip() or "XYZ") if kind == "Y" else "XYZ",
                 entries,
-                (v, p, l, h),
+                (v, p, lam, h),
                 frame or self.records.frame,
                 epoch or self.records.epoch,
                 place,

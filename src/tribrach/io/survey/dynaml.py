@@ -161,12 +161,12 @@ def _cluster(records: Records, node: _Node, kind: str) -> Cluster:
     total = node.text("Total", "") if kind != "G" else "1"
     if not entries or (total and total != str(len(entries))):
         raise node.place.error(f"the measurement has {len(entries)} of {total or 'its'} <{tag}>")
-    v, p, l, h = (node.number(f"{axis}scale", "1") for axis in "VPLH")
+    v, p, lam, h = (node.number(f"{axis}scale", "1") for axis in "VPLH")
     return Cluster(
         kind,
         node.text("Coords", "XYZ") if kind == "Y" else "XYZ",
         entries,
-        (v, p, l, h),
+        (v, p, lam, h),
         node.text("ReferenceFrame", records.frame),
         node.text("Epoch", records.epoch),
         node.place,
