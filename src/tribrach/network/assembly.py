@@ -164,13 +164,14 @@ class Assembly:
         out = np.concatenate([np.empty(0), *parts])
         return out if self.joint_whitener is None else self.joint_whitener @ out
 
-    def design(self, state: State) -> sp.csr_array:
-        """Whitened Jacobian (n, u) over the free columns."""
+    def design(self, state: State, *, whitened: bool = True) -> sp.csr_array:
+        """Jacobian (n, u) over the free columns, whitened or in metres and radians."""
         data, rows, columns, first = [], [], [], 0
-        for o, items, white in zip(
+        for o, items, weight in zip(
             self.network.observations, self.active, self._white, strict=True
         ):
-            n, m = white.shape[:2]
+            n, m = weight.shape[:2]
+            white = weight if whitened else np.broadcast_to(np.eye(m), weight.shape)
             for block in o.jacobian(state) if n else ():
                 d, i, j = self._triples(block, items, white, first)
                 data.append(d)
@@ -178,7 +179,9 @@ class Assembly:
                 columns.append(j)
             first += n * m
         matrix = _sparse(data, rows, columns, (len(self.rows), len(self.free_columns)))
-        return matrix if self.joint_whitener is None else (self.joint_whitener @ matrix).tocsr()
+        if self.joint_whitener is None or not whitened:
+            return matrix
+        return (self.joint_whitener @ matrix).tocsr()
 
     def _triples(
         self, block: Block, items: Index, white: Array, first: int

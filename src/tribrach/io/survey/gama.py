@@ -212,6 +212,8 @@ class _Reader:
         for child in children:  # points may stand anywhere: they come first
             if child.tag == "point":
                 self._point(child)
+            if child.tag == "coordinates":
+                self._points_with_observed_coordinates(child)
         for child in children:
             if child.tag != "point":
                 _dispatch(parts, child)(child)
@@ -246,6 +248,13 @@ class _Reader:
                 source=element.source,
             ),
         )
+
+    def _points_with_observed_coordinates(self, element: _Element) -> None:
+        """A point may be defined where its coordinates are observed."""
+        for child in element.children():
+            defines = "adj" in child.node.attrib or "fix" in child.node.attrib
+            if child.tag == "point" and defines and child.text("id") not in self.survey.points:
+                self._point(child)
 
     def _obs(self, element: _Element) -> None:
         self.sets += 1

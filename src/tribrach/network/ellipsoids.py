@@ -1,0 +1,48 @@
+"""Confidence ellipses and ellipsoids of positions.
+
+Factor on the standard ellipsoid: ``sqrt(chi2_d)`` with the a-priori sigma0, ``sqrt(d F_{d,r})``
+with the a-posteriori one of redundancy r (method section 3.4).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2, f
+
+__all__ = ["Ellipses", "confidence_factor", "plan_ellipses", "principal_axes"]
+
+Array = NDArray[np.float64]
+
+
+def confidence_factor(dimension: int, confidence: float, dof: int | None = None) -> float:
+    """Factor from the standard ellipsoid to the one of a confidence; ``dof`` if a posteriori."""
+    if dof is None:
+        return float(np.sqrt(chi2.ppf(confidence, dimension)))
+    return float(np.sqrt(dimension * f.ppf(confidence, dimension, dof)))
+
+
+@dataclass(frozen=True)
+class Ellipses:
+    """Ellipses in plan: semi-axes major, minor (n,) [m], azimuth (n,) of the major axis [rad]."""
+
+    major: Array
+    minor: Array
+    azimuth: Array
+
+
+def plan_ellipses(covariances: Array, factor: float = 1.0) -> Ellipses:
+    """Ellipses of the E, N part of covariances (n, 3, 3) [m^2], enlarged by a factor."""
+    values, vectors = np.linalg.eigh(covariances[:, :2, :2])
+    axes = factor * np.sqrt(np.maximum(values, 0.0))
+    azimuth = np.arctan2(vectors[:, 0, 1], vectors[:, 1, 1]) % np.pi
+    return Ellipses(axes[:, 1], axes[:, 0], azimuth)
+
+
+def principal_axes(covariances: Array, factor: float = 1.0) -> tuple[Array, Array]:
+    """Semi-axes (n, 3) [m], longest first, and unit directions (n, 3, 3) as rows."""
+    values, vectors = np.linalg.eigh(covariances)
+    axes = factor * np.sqrt(np.maximum(values[:, ::-1], 0.0))
+    return axes, vectors[:, :, ::-1].transpose(0, 2, 1)
