@@ -1,0 +1,1 @@
+"""What an adjustment says: one content model, rendered as HTML, text and JSON."""

@@ -1,0 +1,137 @@
+"""From an adjustment and its quality to the content of the report: one verb per chapter."""
+
+from __future__ import annotations
+
+import datetime
+from collections.abc import Iterable, Mapping
+from typing import Literal
+
+import tribrach
+from tribrach.geodesy.site import EllipsoidSite, FlatSite
+from tribrach.network.adjustment import Adjustment
+from tribrach.network.quality import Quality
+from tribrach.network.snooping import SnoopingLog
+from tribrach.network.variance_components import VarianceComponents
+from tribrach.report.content import Component, Content, Settings, SnoopingStep
+from tribrach.report.correlations import correlations
+from tribrach.report.numbers import number
+from tribrach.report.observations import observations, sights
+from tribrach.report.points import control, points, position_uncertainty
+from tribrach.report.stations import stations
+from tribrach.report.summary import datum_statement, sigma_origin, summary
+from tribrach.report.unknowns import other_unknowns
+from tribrach.report.warnings import warnings
+from tribrach.units import format_angle
+
+__all__ = ["build"]
+
+
+def build(
+    adjustment: Adjustment,
+    quality: Quality,
+    *,
+    confidence: float = 0.95,
+    posterior: bool = False,
+    angle: Literal["gon", "deg"] = "gon",
+    title: str | None = None,
+    date: str | None = None,
+    facts: Mapping[str, str] | None = None,
+    snooping: SnoopingLog | None = None,
+    components: VarianceComponents | None = None,
+    further_warnings: Iterable[str] = (),
+) -> Content:
+    """Everything a report says about an adjustment.
+
+    Parameters
+    ----------
+    confidence : of ellipses, intervals and ellipsoids.
+    posterior : scale sigmas and covariances of unknowns by the a-posteriori variance factor.
+    angle : how angles are written in text and HTML.
+    title, date : of the report; the network's own title and today if None.
+    facts : further lines of the head (client, instrument, crew, weather ...).
+    snooping, components : logs of what was done before this adjustment, if anything.
+    """
+    settings = Settings(confidence, posterior, quality.global_test.alpha, angle)
+    covariances, uncertainty = position_uncertainty(adjustment, settings)
+    given = control(adjustment, settings)
+    rows = observations(adjustment, quality)
+    info = adjustment.network.info
+    return Content(
+        title=title or str(info.get("title") or "Network adjustment"),
+        version=tribrach.__version__,
+        date=date or datetime.date.today().isoformat(),
+        facts=_facts(adjustment, [row.source for row in rows], facts or {}),
+        settings=settings,
+        warnings=warnings(adjustment, quality, given, rows, further_warnings),
+        datum=datum_statement(adjustment),
+        sigma_origin=sigma_origin(adjustment, settings),
+        summary=summary(adjustment, quality),
+        control=given,
+        points=points(adjustment, settings, covariances, uncertainty),
+        stations=stations(adjustment, settings, uncertainty),
+        unknowns=other_unknowns(adjustment, settings),
+        observations=rows,
+        components=_components(components),
+        snooping=_snooping(snooping),
+        correlations=correlations(adjustment),
+        sights=sights(adjustment),
+    )
+
+
+def _facts(
+    adjustment: Adjustment, sources: list[str], facts: Mapping[str, str]
+) -> tuple[tuple[str, str], ...]:
+    """Lines of the head: what the caller gives, the reference system, the files."""
+    files = list(dict.fromkeys(source.rsplit(":", 1)[0] for source in sources if source))
+    lines = [*facts.items(), ("Reference system", _reference(adjustment))]
+    if files:
+        more = f" and {len(files) - 8} more" if len(files) > 8 else ""
+        lines.append(("Files", ", ".join(files[:8]) + more))
+    return tuple(lines)
+
+
+def _reference(adjustment: Adjustment) -> str:
+    """The work frame in words."""
+    site = adjustment.network.site
+    named = adjustment.network.info.get("crs")
+    if isinstance(site, EllipsoidSite):
+        latitude, longitude = (
+            format_angle(value, "dms", 3) for value in (site.latitude, site.longitude)
+        )
+        place = (
+            f"local East-North-Up at latitude {latitude}, longitude {longitude}, "
+            f"ellipsoidal height {site.ellipsoidal_height:.3f} m"
+        )
+    else:
+        place = "plane East-North-Up, parallel verticals"
+        if isinstance(site, FlatSite) and site.curvature_radius:
+            place += f", Earth radius {site.curvature_radius / 1000:.1f} km for zenith angles"
+    return f"{named}; {place}" if named else place
+
+
+def _components(found: VarianceComponents | None) -> tuple[Component, ...]:
+    """Variance components as the report lists them."""
+    if found is None:
+        return ()
+    return tuple(
+        Component(c.group, c.sigma_factor, number(c.sigma_of_factor), c.redundancy, c.note)
+        for c in found.components
+    )
+
+
+def _snooping(log: SnoopingLog | None) -> tuple[SnoopingStep, ...]:
+    """Steps of the snooping, numbered."""
+    if log is None:
+        return ()
+    return tuple(
+        SnoopingStep(
+            number=i + 1,
+            observation=step.observation,
+            test=number(step.statistic),
+            limit=number(step.critical),
+            error=number(step.gross_error) if step.gross_error else None,
+            unit=step.unit,
+            action=step.action,
+        )
+        for i, step in enumerate(log.steps)
+    )

@@ -1,0 +1,314 @@
+"""What does a report say? One model that every rendering shares; nothing is computed after it.
+
+Plain numbers in metres and radians of the work frame (E, N, U), None where there is no number.
+Standard deviations and covariances are already scaled as ``sigma_origin`` says. Angles are
+written in the unit of ``Settings.angle`` by the renderings only. Method section 11.1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+__all__ = [
+    "CheckVerdict",
+    "Component",
+    "Content",
+    "Control",
+    "Correlation",
+    "DatumStatement",
+    "Ellipse",
+    "Ellipsoid",
+    "GlobalVerdict",
+    "KindCount",
+    "Observation",
+    "Point",
+    "Settings",
+    "SnoopingStep",
+    "Station",
+    "Summary",
+    "Unknown",
+]
+
+Number = float | None
+Triple = tuple[Number, Number, Number]
+Matrix = tuple[tuple[Number, ...], ...]
+Role = Literal["control", "free", "check"]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the numbers depend on.
+
+    confidence : probability that ellipses, intervals and ellipsoids hold; posterior : True if
+    covariances are scaled by the a-posteriori variance factor; alpha : error probability of the
+    global test and of check verdicts; angle : how angles are written, ``gon`` or ``deg``.
+    """
+
+    confidence: float = 0.95
+    posterior: bool = False
+    alpha: float = 0.05
+    angle: Literal["gon", "deg"] = "gon"
+
+
+@dataclass(frozen=True)
+class DatumStatement:
+    """What fixes the frame: ``kind`` as in the network, a sentence, the names that carry it."""
+
+    kind: str
+    sentence: str
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class GlobalVerdict:
+    """Global test: ``v^T P v`` against its chi-square bounds; a sentence says how it ended."""
+
+    statistic: float
+    lower: Number
+    upper: Number
+    alpha: float
+    accepted: bool | None
+    sentence: str
+
+
+@dataclass(frozen=True)
+class KindCount:
+    """Observed values of one kind and group.
+
+    active, check, off count values; redundancy is the sum of the redundancy numbers;
+    sigma0 is ``sqrt(v^T P v / r)`` of the group, None without redundancy.
+    """
+
+    kind: str
+    group: str
+    active: int
+    check: int
+    off: int
+    redundancy: Number
+    sigma0: Number
+
+
+@dataclass(frozen=True)
+class Summary:
+    """The adjustment in numbers."""
+
+    kinds: tuple[KindCount, ...]
+    n_observations: int
+    n_check: int
+    n_off: int
+    n_unknowns: int
+    n_constraints: int
+    defect: int
+    dof: int
+    iterations: int
+    vtpv: float
+    sigma0: float
+    sigma0_posterior: Number
+    test: GlobalVerdict
+
+
+@dataclass(frozen=True)
+class Ellipse:
+    """Confidence ellipse in plan: semi-axes [m], azimuth of the major one [rad] in [0, pi)."""
+
+    major: float
+    minor: float
+    azimuth: float
+
+
+@dataclass(frozen=True)
+class Ellipsoid:
+    """Confidence ellipsoid: three semi-axes [m] from the longest, azimuth and elevation of it."""
+
+    axes: tuple[float, float, float]
+    azimuth: float
+    elevation: float
+
+
+@dataclass(frozen=True)
+class Point:
+    """An adjusted point.
+
+    xyz : E, N, U [m], None where the network has no such coordinate; sigma (3,), None where
+    held; covariance 3x3 [m^2]; ellipse, height interval (half width) and ellipsoid at the
+    confidence; geodetic latitude, longitude [rad] and height [m] where the site knows them.
+    """
+
+    name: str
+    role: Role
+    xyz: Triple
+    sigma: Triple
+    covariance: Matrix
+    ellipse: Ellipse | None = None
+    height_interval: Number = None
+    ellipsoid: Ellipsoid | None = None
+    geodetic: tuple[float, float, float] | None = None
+
+
+@dataclass(frozen=True)
+class CheckVerdict:
+    """A squared distance in its own metric against chi-square: statistic, limit, sentence."""
+
+    statistic: float
+    limit: float
+    agrees: bool
+
+
+@dataclass(frozen=True)
+class Control:
+    """Control or check coordinates of a point.
+
+    use : ``held``, ``weighted``, ``check`` or ``off``; given coordinates and their sigma [m];
+    difference adjusted - given [m] with its predicted sigma; verdict against it where there is
+    one; reason if it is off; source ``file:line``.
+    """
+
+    name: str
+    use: Literal["held", "weighted", "check", "off"]
+    given: Triple
+    sigma: Triple
+    difference: Triple
+    difference_sigma: Triple
+    verdict: CheckVerdict | None
+    reason: str = ""
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class Station:
+    """An adjusted scanner station.
+
+    world_from_scanner (4, 4); covariance (6, 6) of translation [m] and left rotation increments
+    [rad]; heading is the azimuth of the scanner's x axis, tilts turn its z axis about E and N,
+    tilt is the angle of that axis with the vertical of the work frame. All angles in radians.
+    """
+
+    name: str
+    world_from_scanner: Matrix
+    covariance: Matrix
+    xyz: Triple
+    sigma: Triple
+    heading: float
+    heading_sigma: Number
+    tilt_e: float
+    tilt_e_sigma: Number
+    tilt_n: float
+    tilt_n_sigma: Number
+    tilt: float
+    tilt_sigma: Number
+    ellipse: Ellipse | None = None
+    height_interval: Number = None
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """Any other unknown: orientation, calibration parameter, lever arm or shift, plane.
+
+    values, sigma and units one per component; role says what it is (``orientation``, ``zero``,
+    ``refraction``, ``lever arm``, ``plane`` ...); at names the position it belongs to, if one.
+    """
+
+    name: str
+    family: Literal["scalar", "vector", "plane"]
+    role: str
+    values: tuple[float, ...]
+    sigma: tuple[Number, ...]
+    units: tuple[str, ...]
+    covariance: Matrix
+    at: str = ""
+
+
+@dataclass(frozen=True)
+class Observation:
+    """One observed value.
+
+    value, sigma, residual in ``unit`` (m, rad or 1); residual is ``v = h(x) - l``. For values
+    that take part: redundancy number, test w, tau, minimal detectable bias in ``unit`` and what
+    that bias would do, ``external`` [m] at the point ``external_at``; block_test is the test
+    of the whole vector or target against ``block_limit``. For check values w is the difference
+    over its predicted sigma. state : ``active``, ``check`` or ``off`` with the reason.
+    """
+
+    number: int
+    kind: str
+    component: str
+    start: str
+    end: str
+    unit: str
+    value: float
+    sigma: float
+    residual: Number
+    state: Literal["active", "check", "off"]
+    reason: str = ""
+    source: str = ""
+    group: str = ""
+    redundancy: Number = None
+    w: Number = None
+    tau: Number = None
+    mdb: Number = None
+    external: Number = None
+    external_at: str = ""
+    block_test: Number = None
+    block_limit: Number = None
+    suspicious: bool = False
+
+
+@dataclass(frozen=True)
+class Component:
+    """Variance component of a group: factor on its sigmas, its own sigma, its redundancy."""
+
+    group: str
+    factor: float
+    sigma: Number
+    redundancy: float
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class SnoopingStep:
+    """One step of iterative snooping: which observation, its test, what was done.
+
+    error is the estimated gross error in ``unit`` (m, rad or 1).
+    """
+
+    number: int
+    observation: str
+    test: Number
+    limit: Number
+    error: Number
+    unit: str
+    action: str
+
+
+@dataclass(frozen=True)
+class Correlation:
+    """Two estimated unknowns, in words, and their correlation."""
+
+    a: str
+    b: str
+    value: float
+
+
+@dataclass(frozen=True)
+class Content:
+    """Everything a report says, in the order it says it."""
+
+    title: str
+    version: str
+    date: str
+    facts: tuple[tuple[str, str], ...]
+    settings: Settings
+    warnings: tuple[str, ...]
+    datum: DatumStatement
+    sigma_origin: str
+    summary: Summary
+    control: tuple[Control, ...]
+    points: tuple[Point, ...]
+    stations: tuple[Station, ...]
+    unknowns: tuple[Unknown, ...]
+    observations: tuple[Observation, ...]
+    components: tuple[Component, ...] = ()
+    snooping: tuple[SnoopingStep, ...] = ()
+    correlations: tuple[Correlation, ...] = ()
+    sights: tuple[tuple[str, str], ...] = field(default=(), repr=False)

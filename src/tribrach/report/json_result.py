@@ -1,0 +1,145 @@
+"""The result for other programs: JSON of schema 1, strict, stable names.
+
+Metres, radians and metres squared; names as keys; null where there is no number. ``xyz`` are E,
+N, U of the work frame, which for Cartesian input are its own coordinates. Covariances are scaled
+as ``sigma0.covariances`` says (``prior`` or ``posterior``).
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from tribrach.report.content import Content, Observation, Point, Station, Unknown
+
+__all__ = ["SCHEMA", "dumps", "result"]
+
+#: version of the layout; it changes when a name or a meaning does
+SCHEMA = 1
+
+
+def result(content: Content) -> dict[str, Any]:
+    """The result as plain dictionaries, lists, strings, numbers and None."""
+    return {
+        "tribrach": content.version,
+        "schema": SCHEMA,
+        "title": content.title,
+        "datum": {
+            "kind": content.datum.kind,
+            "names": list(content.datum.names),
+            "statement": content.datum.sentence,
+        },
+        "sigma0": _sigma0(content),
+        "points": {point.name: _point(point) for point in content.points},
+        "stations": _stations(content),
+        "calibrations": {u.name: _scalar(u) for u in _calibrations(content)},
+        "lever_arms": {u.name: _block(u) for u in content.unknowns if u.family == "vector"},
+        "planes": {u.name: _plane(u) for u in content.unknowns if u.family == "plane"},
+        "observations": [_observation(o) for o in content.observations],
+        "warnings": list(content.warnings),
+    }
+
+
+def dumps(content: Content) -> str:
+    """The result as strict JSON text; NaN or infinity in it would be an error of this program."""
+    return json.dumps(result(content), allow_nan=False, ensure_ascii=False, indent=1) + "\n"
+
+
+def _sigma0(content: Content) -> dict[str, Any]:
+    """Sigma of unit weight, redundancy, global test, and what covariances are scaled by."""
+    summary, test = content.summary, content.summary.test
+    posterior = content.settings.posterior and summary.dof > 0
+    return {
+        "prior": summary.sigma0,
+        "posterior": summary.sigma0_posterior,
+        "dof": summary.dof,
+        "vtpv": summary.vtpv,
+        "covariances": "posterior" if posterior else "prior",
+        "iterations": summary.iterations,
+        "global_test": {
+            "statistic": test.statistic,
+            "lower": test.lower,
+            "upper": test.upper,
+            "alpha": test.alpha,
+            "accepted": test.accepted,
+        },
+    }
+
+
+def _point(point: Point) -> dict[str, Any]:
+    out = {"xyz": point.xyz, "covariance": point.covariance, "role": point.role}
+    return out | ({"geodetic": point.geodetic} if point.geodetic else {})
+
+
+def _stations(content: Content) -> dict[str, Any]:
+    """Scanner stations by their pose; set-ups on points by their orientation unknowns."""
+    out: dict[str, Any] = {station.name: _station(station) for station in content.stations}
+    for unknown in content.unknowns:
+        if unknown.role == "orientation" and unknown.at:
+            empty = {"world_from_scanner": None, "covariance": None}
+            station = out.setdefault(unknown.at, empty)
+            station.setdefault("orientation", {})[unknown.name] = {
+                "value": unknown.values[0],
+                "sigma": unknown.sigma[0],
+            }
+    return out
+
+
+def _station(station: Station) -> dict[str, Any]:
+    return {"world_from_scanner": station.world_from_scanner, "covariance": station.covariance}
+
+
+def _calibrations(content: Content) -> list[Unknown]:
+    """Scalars that are not listed as the orientation of a station."""
+    return [
+        u
+        for u in content.unknowns
+        if u.family == "scalar" and not (u.role == "orientation" and u.at)
+    ]
+
+
+def _scalar(unknown: Unknown) -> dict[str, Any]:
+    return {
+        "value": unknown.values[0],
+        "sigma": unknown.sigma[0],
+        "unit": unknown.units[0],
+        "role": unknown.role,
+    }
+
+
+def _block(unknown: Unknown) -> dict[str, Any]:
+    return {"xyz": unknown.values, "covariance": unknown.covariance}
+
+
+def _plane(unknown: Unknown) -> dict[str, Any]:
+    """Normal and offset; the covariance is of two turns of the normal [rad] and the offset [m]."""
+    return {
+        "normal": unknown.values[:3],
+        "offset": unknown.values[3],
+        "covariance": unknown.covariance,
+    }
+
+
+def _observation(o: Observation) -> dict[str, Any]:
+    """One value; figures that need it to take part are null for the others."""
+    out = {
+        "kind": o.kind,
+        "component": o.component,
+        "from": o.start,
+        "to": o.end,
+        "unit": o.unit,
+        "value": o.value,
+        "sigma": o.sigma,
+        "residual": o.residual,
+        "redundancy": o.redundancy,
+        "w": o.w,
+        "tau": o.tau,
+        "mdb": o.mdb,
+        "external": o.external,
+        "external_at": o.external_at or None,
+        "block_test": o.block_test,
+        "group": o.group,
+        "state": o.state,
+        "source": o.source,
+    }
+    return out | ({"reason": o.reason} if o.reason else {})

@@ -1,0 +1,115 @@
+"""Scanner stations: where they stand, where they look, how they lean (chapter 8)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.geometry.rotation import skew
+from tribrach.network.adjustment import Adjustment
+from tribrach.report.content import Settings, Station
+from tribrach.report.numbers import matrix, number, sigmas, triple
+from tribrach.report.points import Uncertainty
+from tribrach.report.summary import variance_factor
+
+__all__ = ["Attitude", "attitude", "stations"]
+
+Array = NDArray[np.float64]
+#: a total tilt below this [rad] has no direction, so no derivative
+_LEVEL = 1e-9
+
+
+@dataclass(frozen=True)
+class Attitude:
+    """Angles (n, 4) [rad]: heading in [0, 2 pi), tilt about E, tilt about N, total tilt.
+
+    derivative (n, 4, 3) by the left rotation increments.
+    """
+
+    angles: Array
+    derivative: Array
+
+    def sigma(self, covariance: Array) -> Array:
+        """Standard deviations (n, 4) from covariances (n, 3, 3) of the increments."""
+        j = self.derivative
+        variance = np.einsum("nij,njk,nik->ni", j, covariance, j)
+        return np.sqrt(np.where(variance > 0, variance, np.nan))
+
+
+def attitude(rotation: Array) -> Attitude:
+    """Heading and tilts of rotations (n, 3, 3) world from scanner.
+
+    Heading is the azimuth ``atan2(a_E, a_N)`` of the scanner's x axis a; the tilts turn its z
+    axis c: about E ``atan2(-c_N, c_U)``, about N ``atan2(c_E, c_U)``, in total the angle between
+    c and the vertical. An increment d moves an axis by ``d x a = -[a]x d``.
+    """
+    a, c = rotation[:, :, 0], rotation[:, :, 2]
+    by_a, by_c = -skew(a), -skew(c)
+    flat = np.hypot(c[:, 0], c[:, 1])
+    angles = np.stack(
+        [
+            np.arctan2(a[:, 0], a[:, 1]) % (2 * np.pi),
+            np.arctan2(-c[:, 1], c[:, 2]),
+            np.arctan2(c[:, 0], c[:, 2]),
+            np.arctan2(flat, c[:, 2]),
+        ],
+        axis=1,
+    )
+    safe = np.where(flat > _LEVEL, flat, 1.0)[:, None]
+    leaning = (c[:, :1] * by_c[:, 0] + c[:, 1:2] * by_c[:, 1]) / safe
+    leaning[flat <= _LEVEL] = 0.0
+    derivative = np.stack(
+        [
+            _turn(a[:, 0], a[:, 1], by_a[:, 0], by_a[:, 1]),
+            _turn(-c[:, 1], c[:, 2], -by_c[:, 1], by_c[:, 2]),
+            _turn(c[:, 0], c[:, 2], by_c[:, 0], by_c[:, 2]),
+            _turn(flat, c[:, 2], leaning, by_c[:, 2]),
+        ],
+        axis=1,
+    )
+    return Attitude(angles, derivative)
+
+
+def _turn(y: Array, x: Array, by_y: Array, by_x: Array) -> Array:
+    """Derivative (n, 3) of ``atan2(y, x)``; zero where both vanish."""
+    square = x**2 + y**2
+    safe = np.where(square > _LEVEL**2, square, np.inf)[:, None]
+    out: Array = (x[:, None] * by_y - y[:, None] * by_x) / safe
+    return out
+
+
+def stations(
+    adjustment: Adjustment, settings: Settings, uncertainty: Uncertainty
+) -> tuple[Station, ...]:
+    """All scanner stations; ``uncertainty`` lists positions, stations after the points."""
+    names = adjustment.layout.names["pose"]
+    if not names:
+        return ()
+    state, first = adjustment.state, adjustment.layout.count("point")
+    covariance = adjustment.family_covariances("pose") * variance_factor(adjustment, settings)
+    view = attitude(state.pose_r)
+    sigma, spread = sigmas(covariance), view.sigma(covariance[:, 3:, 3:])
+    pose = np.tile(np.eye(4), (len(names), 1, 1))
+    pose[:, :3, :3], pose[:, :3, 3] = state.pose_r, state.pose_t
+    return tuple(
+        Station(
+            name=name,
+            world_from_scanner=matrix(pose[i]),
+            covariance=matrix(covariance[i]),
+            xyz=triple(state.pose_t[i]),
+            sigma=triple(sigma[i, :3]),
+            heading=float(view.angles[i, 0]),
+            heading_sigma=number(spread[i, 0]),
+            tilt_e=float(view.angles[i, 1]),
+            tilt_e_sigma=number(spread[i, 1]),
+            tilt_n=float(view.angles[i, 2]),
+            tilt_n_sigma=number(spread[i, 2]),
+            tilt=float(view.angles[i, 3]),
+            tilt_sigma=number(spread[i, 3]),
+            ellipse=uncertainty.ellipse(first + i),
+            height_interval=uncertainty.height(first + i),
+        )
+        for i, name in enumerate(names)
+    )

@@ -1,0 +1,111 @@
+"""Other unknowns: orientations, calibration, lever arms, planes (report chapter 12)."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.network.adjustment import Adjustment
+from tribrach.report.content import Settings, Unknown
+from tribrach.report.numbers import matrix, numbers, sigmas
+from tribrach.report.summary import variance_factor
+
+__all__ = ["other_unknowns"]
+
+Array = NDArray[np.float64]
+
+#: unit and name of what a scalar is, by the field of the observation kind that refers to it
+_ROLES = {
+    "orientation": ("rad", "orientation"),
+    "offset": ("rad", "azimuth offset"),
+    "zero": ("m", "distance zero"),
+    "scale": ("1", "scale"),
+    "refraction_unknown": ("1", "refraction"),
+    "height_instrument_unknown": ("m", "instrument height correction"),
+    "height_target_unknown": ("m", "target height correction"),
+    "slope_1": ("1", "axis slope"),
+    "slope_2": ("1", "axis slope"),
+    "along": ("m", "distance along the axis"),
+    "radius": ("m", "radius"),
+}
+
+
+def other_unknowns(adjustment: Adjustment, settings: Settings) -> tuple[Unknown, ...]:
+    """Scalars, vectors and planes, in this order."""
+    factor = variance_factor(adjustment, settings)
+    return (
+        *_scalars(adjustment, factor),
+        *_vectors(adjustment, factor),
+        *_planes(adjustment, factor),
+    )
+
+
+def _scalar_roles(adjustment: Adjustment) -> dict[int, tuple[str, str, str]]:
+    """Unit, role and place of each scalar index, from the first observation that refers to it."""
+    out: dict[int, tuple[str, str, str]] = {}
+    for o in adjustment.network.observations:
+        for item in fields(o):
+            if item.metadata.get("refers") != "scalar" or len(o) == 0:
+                continue
+            index, first = np.unique(getattr(o, item.name), return_index=True)
+            unit, role = _ROLES.get(item.name, ("", ""))
+            ends = o.ends(adjustment.layout) if role == "orientation" else []
+            for i, k in zip(index.tolist(), first.tolist(), strict=True):
+                if i >= 0 and role:
+                    out.setdefault(i, (unit, role, ends[k][0] if ends else ""))
+                elif i >= 0 and item.name == "common":
+                    out.setdefault(i, (o.units[0], "common value", ""))
+    return out
+
+
+def _scalars(adjustment: Adjustment, factor: float) -> list[Unknown]:
+    names = adjustment.layout.names["scalar"]
+    covariance = adjustment.family_covariances("scalar") * factor
+    roles = _scalar_roles(adjustment)
+    out = []
+    for i, name in enumerate(names):
+        unit, role, at = roles.get(i, ("1", "parameter", ""))
+        value = float(adjustment.state.scalars[i])
+        if role == "orientation":
+            value = value % (2 * np.pi) % (2 * np.pi)  # the second brings 2 pi itself to 0
+        sigma = numbers(sigmas(covariance[i]))
+        out.append(
+            Unknown(name, "scalar", role, (value,), sigma, (unit,), matrix(covariance[i]), at)
+        )
+    return out
+
+
+def _vectors(adjustment: Adjustment, factor: float) -> list[Unknown]:
+    covariance = adjustment.family_covariances("vector") * factor
+    return [
+        Unknown(
+            name,
+            "vector",
+            "vector",
+            tuple(adjustment.state.vectors[i].tolist()),
+            numbers(sigmas(covariance[i])),
+            ("m", "m", "m"),
+            matrix(covariance[i]),
+        )
+        for i, name in enumerate(adjustment.layout.names["vector"])
+    ]
+
+
+def _planes(adjustment: Adjustment, factor: float) -> list[Unknown]:
+    """Normal and offset; their sigmas and covariance are of the tangent (two turns, offset)."""
+    covariance = adjustment.family_covariances("plane") * factor
+    state = adjustment.state
+    return [
+        Unknown(
+            name,
+            "plane",
+            "plane",
+            (*state.plane_n[i].tolist(), float(state.plane_d[i])),
+            numbers(sigmas(covariance[i])),
+            ("1", "1", "1", "m"),
+            matrix(covariance[i]),
+        )
+        for i, name in enumerate(adjustment.layout.names["plane"])
+    ]
