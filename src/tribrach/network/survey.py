@@ -190,7 +190,11 @@ class Survey:
         else:
             matrices = np.asarray(covariance, dtype=float).reshape(-1, rows, rows)
             check_covariance(matrices, origin, kind.kind)
-        table = {name: _as_column(column, n) for name, column in columns.items()}
+        whole = {item.name for item in fields(kind) if "shared" in item.metadata}
+        table = {
+            name: column if name in whole else _as_column(column, n)
+            for name, column in columns.items()
+        }
         table |= {"values": measured, "covariance": matrices, "source": origin}
         self._tables.append(_Table(kind, group or kind.kind, table, n, hard))
         return len(self._tables) - 1
@@ -298,7 +302,7 @@ class Survey:
                 family = item.metadata.get("refers")
                 if family is None or item.name not in table.columns:
                     continue
-                used = dict.fromkeys(n for n in table.columns[item.name] if n)
+                used = dict.fromkeys(n for n in table.columns[item.name].ravel() if n)
                 if family == "position":
                     used = {n: None for n in used if n not in names["pose"]}
                     family = "point"
@@ -335,6 +339,9 @@ class Survey:
         for item in fields(kind):
             parts = [m.columns.get(item.name) for m in members]
             if item.name in ("group", "site") or all(part is None for part in parts):
+                continue
+            if "shared" in item.metadata:
+                columns[item.name] = next(part for part in parts if part is not None)
                 continue
             default = 0 if item.name == "use" else item.metadata.get("per_item", "")
             filled = [
@@ -431,4 +438,5 @@ def _as_column(part: Any, n: int) -> NDArray[Any]:
 def _indices(layout: Layout, family: str, names: NDArray[Any]) -> NDArray[np.int64]:
     """Indices of names in a family; "" gives -1."""
     find = layout.position_index if family == "position" else lambda n: layout.index(family, n)
-    return np.array([find(name) if name else -1 for name in names], dtype=np.int64)
+    index = [find(name) if name else -1 for name in names.ravel()]
+    return np.array(index, dtype=np.int64).reshape(names.shape)

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from tribrach.network.unknowns import Layout, State
 
 __all__ = ["Array", "Block", "Index", "Observations", "Use",
-    "covariance_from_sigma", "norm", "per_item", "refers", "wrap"]
+    "covariance_from_sigma", "norm", "per_item", "refers", "shared", "wrap"]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -81,6 +81,11 @@ def refers(family: str, *, optional: bool = False) -> Any:
 def per_item(default: float) -> Any:
     """A dataclass field of values (n,) with a default; a single number is broadcast."""
     return field(default_factory=lambda: np.empty(0), metadata={"per_item": default})
+
+
+def shared() -> Any:
+    """A dataclass field that is one for all observations of a table; None if not given."""
+    return field(default=None, metadata={"shared": True})
 
 
 @dataclass(kw_only=True)

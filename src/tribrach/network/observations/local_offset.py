@@ -1,18 +1,19 @@
-"""Easting, northing or height offset of one position from another, in local axes.
+"""Horizontal offset of one position from another along an axis of known azimuth.
 
-``d = a . u`` with the line of sight ``u`` from instrument to target in the local axes (east,
-north, up) at the start. With value zero in east and north it is a centring: one mark plumb over
-another (method section 2.3 for ``u``).
+``d = E' sin A + N' cos A`` with the line of sight ``u = (E', N', U')`` from instrument to target in
+the local axes at the start. With azimuths 90 and 0 degrees these are the offsets in east and
+north; with the value zero both together are a centring, one mark plumb over another (method
+section 2.3 for ``u``).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
-from tribrach.network.observations.base import Array, Block, Index
+from tribrach.network.observations.base import Array, Block, per_item
 from tribrach.network.observations.sight import Sights
 from tribrach.network.unknowns import State
 
@@ -21,20 +22,21 @@ __all__ = ["LocalOffsets"]
 
 @dataclass(kw_only=True)
 class LocalOffsets(Sights):
-    """Offsets [m]; ``axis`` (n,) is 0 for east, 1 for north, 2 for up at the start."""
+    """Offsets [m] along ``azimuth`` (n,) [rad], clockwise from the local north at the start."""
 
-    axis: Index = field()
+    azimuth: Array = per_item(0.0)
     kind: ClassVar[str] = "local_offset"
     units: ClassVar[tuple[str, ...]] = ("m",)
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self.axis = np.asarray(self.axis, dtype=np.int64)
+    def _axis(self) -> Array:
+        zero = np.zeros(len(self))
+        return np.stack([np.sin(self.azimuth), np.cos(self.azimuth), zero], axis=1)
 
     def predict(self, state: State) -> Array:
         """Offsets (n, 1)."""
-        return self.sight(state)[np.arange(len(self)), self.axis][:, None]
+        offsets: Array = np.einsum("ni,ni->n", self._axis(), self.sight(state))
+        return offsets[:, None]
 
     def jacobian(self, state: State) -> list[Block]:
-        """The observed axis by the sight."""
-        return self.sight_blocks(state, np.eye(3)[self.axis][:, None, :])
+        """The axis by the sight."""
+        return self.sight_blocks(state, self._axis()[:, None, :])

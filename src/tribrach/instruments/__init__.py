@@ -1,0 +1,1 @@
+"""Instruments: their calibration models, noise and data sheets."""
