@@ -1,0 +1,202 @@
+"""Places where several lines or circles meet, for many places at once.
+
+* Intersection: rays from known set-ups meet in a point.
+* Multilateration: three or more distances, linear in the point after differencing.
+* Resection: three or more readings of one set; linear in (cos o, sin o, p, q) with
+  ``p = E cos o - N sin o``, ``q = E sin o + N cos o`` because each ray gives
+  ``(E_i cos r - N_i sin r) cos o - (E_i sin r + N_i cos r) sin o - p cos r + q sin r = 0``.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.network.approximate.frame import Frame
+from tribrach.network.approximate.grouping import grouped_median, grouped_sum, wrap
+from tribrach.network.approximate.plan import unit
+
+__all__ = ["intersect", "multilaterate", "resect", "trilaterate_space"]
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+#: smallest sine of the angle at which lines may meet
+_SHARP = 0.05
+
+
+def _lines(f: Frame) -> tuple[Index, Array, Array, Array]:
+    """Unknown nodes, points on lines through them, directions (n, 2), +1 ahead or -1 behind."""
+    known, r = f.known_plan, f.rays
+    oriented = np.isfinite(f.orientation[r.set])
+    ahead = oriented & known[r.start] & ~known[r.end]
+    back = oriented & known[r.end] & ~known[r.start]
+    nodes = np.concatenate([r.end[ahead], r.start[back]])
+    through = np.concatenate([f.plan[r.start[ahead]], f.plan[r.end[back]]])
+    direction = np.concatenate([unit(f.azimuths(r[ahead])), unit(f.azimuths(r[back]))])
+    sign = np.concatenate([np.ones(ahead.sum()), -np.ones(back.sum())])
+    return nodes, through, direction, sign
+
+
+def intersect(f: Frame) -> None:
+    """Places that two or more oriented rays meet at, the majority deciding."""
+    nodes, through, direction, sign = _lines(f)
+    if len(nodes) == 0:
+        return
+    places, group = np.unique(nodes, return_inverse=True)
+    size = len(places)
+    across = np.stack([direction[:, 1], -direction[:, 0]], axis=1)
+    centre = grouped_sum(group, size, through) / np.bincount(group)[:, None]
+    right = np.einsum("ni,ni->n", across, through - centre[group])
+    weights = np.ones(len(nodes))
+    for _ in range(6):
+        x, sharp = _solve2(group, size, across, right, weights)
+        v = np.abs(np.einsum("ni,ni->n", across, x[group]) - right)
+        _, median, _ = grouped_median(group, v[:, None])
+        weights = 1 / (v + median[group, 0] + 1e-6)
+    found = x + centre
+    in_front = sign * np.einsum("ni,ni->n", direction, found[group] - through) > 0
+    front = np.bincount(group, in_front) > 0.5 * np.bincount(group)
+    both = (np.bincount(group) > 2) | (np.bincount(group, in_front) == 2)
+    limit = _SHARP**2 / (10 if f.relaxed else 1)
+    good = (sharp > limit) & front & both
+    f.place_plan(places[good], found[good])
+
+
+def _solve2(group: Index, size: int, a: Array, b: Array, w: Array) -> tuple[Array, Array]:
+    """Least squares ``a . x = b`` (n, d) by group; smallest over largest eigenvalue."""
+    normal = grouped_sum(group, size, w[:, None, None] * a[:, :, None] * a[:, None, :])
+    right = grouped_sum(group, size, (w * b)[:, None] * a)
+    values, vectors = np.linalg.eigh(normal)
+    ratio = values[:, 0] / np.maximum(values[:, -1], 1e-300)
+    safe = np.maximum(values, 1e-12 * np.maximum(values[:, -1:], 1e-300))
+    x = np.einsum("gij,gj,gkj,gk->gi", vectors, 1 / safe, vectors, right)
+    return x, ratio
+
+
+def _centred_spheres(
+    group: Index, size: int, centre: Array, radius: Array
+) -> tuple[Array, Array, Array]:
+    """Linear multilateration: points (size, d), conditioning, medians of residuals [m].
+
+    ``|x|^2 - 2 c_i . x + |c_i|^2 = r_i^2`` with ``|x|^2`` as a further unknown, then two steps of
+    Gauss-Newton.
+    """
+    count = np.bincount(group, minlength=size)[:, None]
+    mean = grouped_sum(group, size, centre) / count
+    c = centre - mean[group]
+    b = radius**2 - (c**2).sum(axis=1)
+    b -= (np.bincount(group, b, minlength=size) / count[:, 0])[group]
+    ones = np.ones(len(group))
+    x, ratio = _solve2(group, size, -2 * c, b, ones)
+    for _ in range(4):
+        d = x[group] - c
+        length = np.maximum(np.linalg.norm(d, axis=1), 1e-9)
+        step, _ = _solve2(group, size, d / length[:, None], radius - length, ones)
+        x = x + step
+    v = np.abs(np.linalg.norm(x[group] - c, axis=1) - radius)
+    _, median, _ = grouped_median(group, v[:, None])
+    return x + mean, ratio, median[:, 0]
+
+
+def multilaterate(f: Frame) -> None:
+    """Plan from three or more horizontal distances to known places not on a line."""
+    known, flat = f.known_plan, f.flats()
+    a, b = f.lengths.start, f.lengths.end
+    ahead = known[a] & ~known[b] & np.isfinite(flat)
+    back = known[b] & ~known[a] & np.isfinite(flat)
+    nodes = np.concatenate([b[ahead], a[back]])
+    centre = np.concatenate([f.plan[a[ahead]], f.plan[b[back]]])
+    radius = np.concatenate([flat[ahead], flat[back]])
+    places, good, x = _enough(nodes, centre, radius, f.relaxed)
+    f.place_plan(places[good], x[good])
+
+
+def trilaterate_space(f: Frame) -> None:
+    """Places from four or more slope distances to known places not in a plane."""
+    known = f.known
+    a, b = f.lengths.start, f.lengths.end
+    slope = np.isnan(f.lengths.flat)
+    ahead, back = slope & known[a] & ~known[b], slope & known[b] & ~known[a]
+    nodes = np.concatenate([b[ahead], a[back]])
+    lift = np.zeros((len(nodes), 3))
+    lift[:, 2] = np.concatenate([-f.lengths.lift[ahead], f.lengths.lift[back]])
+    centre = f.space(np.concatenate([a[ahead], b[back]])) + lift
+    radius = np.concatenate([f.lengths.value[ahead], f.lengths.value[back]])
+    places, good, x = _enough(nodes, centre, radius, f.relaxed)
+    f.place(places[good], x[good])
+
+
+def _enough(
+    nodes: Index, centre: Array, radius: Array, relaxed: bool
+) -> tuple[Index, NDArray[np.bool_], Array]:
+    """Places with more distances than coordinates and a sound figure."""
+    dimension = centre.shape[1]
+    keys, counts = np.unique(nodes, return_counts=True)
+    rows = np.isin(nodes, keys[counts > dimension])
+    if not rows.any():
+        return keys[:0], np.zeros(0, dtype=bool), np.zeros((0, dimension))
+    places, group = np.unique(nodes[rows], return_inverse=True)
+    x, ratio, _ = _centred_spheres(group, len(places), centre[rows], radius[rows])
+    return places, ratio > (1e-5 if relaxed else 1e-3), x
+
+
+def resect(f: Frame) -> None:
+    """Set-ups and orientations from three or more readings to known places."""
+    known = f.known_plan
+    r = f.rays
+    r = r[
+        np.isnan(f.orientation[r.set])
+        & known[r.end]
+        & ~known[r.start]
+        & (f.ties.set_node[r.set] >= 0)
+    ]
+    keys, counts = np.unique(r.set, return_counts=True)
+    r = r[np.isin(r.set, keys[counts >= 3])]
+    if len(r) == 0:
+        return
+    sets, group = np.unique(r.set, return_inverse=True)
+    size, count = len(sets), np.bincount(group)
+    centre = grouped_sum(group, size, f.plan[r.end]) / count[:, None]
+    x = f.plan[r.end] - centre[group]
+    scale = np.sqrt(np.bincount(group, (x**2).sum(axis=1)) / count)
+    x = x / np.maximum(scale, 1e-9)[group, None]
+    solved, gap = _resect_linear(group, size, x, r.reading)
+    o = np.arctan2(solved[:, 1], solved[:, 0])
+    cos, sin = np.cos(o), np.sin(o)
+    length = np.hypot(solved[:, 0], solved[:, 1])
+    p, q = (solved[:, 2:] / np.maximum(length, 1e-300)[:, None]).T
+    place = np.stack([p * cos + q * sin, q * cos - p * sin], axis=1)
+    ahead = np.einsum("ni,ni->n", x - place[group], unit(r.reading + o[group])) > 0
+    share = np.bincount(group, ahead) / count
+    o = np.where(share < 0.5, o + np.pi, o)
+    good = (gap > (1e-7 if f.relaxed else 1e-5)) & (length > 1e-6)
+    good &= (np.abs(share - 0.5) > 0.49) | (count > 3)
+    nodes = f.ties.set_node[sets[good]]
+    f.place_plan(nodes, (place * scale[:, None] + centre)[good])
+    f.orientation[sets[good]] = wrap(o[good] - f.convergence(nodes))
+
+
+def _resect_linear(
+    group: Index, size: int, x: Array, reading: Array
+) -> tuple[Array, Array]:
+    """Null vectors (size, 4) of the resection equations; second smallest over largest eigenvalue.
+
+    The second smallest vanishes where the set-up and its targets lie on one circle.
+    """
+    cos, sin = np.cos(reading), np.sin(reading)
+    rows = np.stack(
+        [x[:, 0] * cos - x[:, 1] * sin, -(x[:, 0] * sin + x[:, 1] * cos), -cos, sin], axis=1
+    )
+    weights = np.ones(len(rows))
+    for _ in range(4):
+        normal = grouped_sum(
+            group, size, weights[:, None, None] * rows[:, :, None] * rows[:, None, :]
+        )
+        values, vectors = np.linalg.eigh(normal)
+        solved = vectors[:, :, 0]
+        v = np.abs(np.einsum("ni,ni->n", rows, solved[group]))
+        _, median, _ = grouped_median(group, v[:, None])
+        weights = 1 / (v + median[group, 0] + 1e-6)
+        weights /= np.maximum(np.bincount(group, weights), 1e-300)[group]
+    return solved, values[:, 1] / np.maximum(values[:, 3], 1e-300)
