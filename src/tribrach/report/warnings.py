@@ -49,19 +49,19 @@ def _words(o: Observation) -> str:
 
 
 def _suspects(observations: Sequence[Observation]) -> list[str]:
-    """The suspicious observations that take part, the worst by name."""
-    names = dict.fromkeys(
-        _words(o)
-        for o in sorted(observations, key=lambda o: -abs(o.w or 0.0))
-        if o.suspicious and o.state == "active"
-    )
-    if not names:
-        return []
-    first = "; ".join(list(names)[:3])
-    if len(names) == 1:
-        return [f"One observation that takes part is suspicious: {first}"]
-    more = f"; and {len(names) - 3} more" if len(names) > 3 else ""
-    return [f"{len(names)} observations that take part are suspicious: {first}{more}"]
+    """The suspicious observations, those held out apart, the worst by name."""
+    out = []
+    for state, verb in (("active", "suspicious"), ("check", "held out and do not agree")):
+        names = dict.fromkeys(
+            _words(o)
+            for o in sorted(observations, key=lambda o: -abs(o.w or 0.0))
+            if o.suspicious and o.state == state and o.group != "control"
+        )
+        if names:
+            more = f"; and {len(names) - 3} more" if len(names) > 3 else ""
+            first = "; ".join(list(names)[:3])
+            out.append(f"observations that are {verb}: {first}{more}")
+    return out
 
 
 def _checks(control: Sequence[Control]) -> list[str]:
@@ -94,5 +94,6 @@ def _off(observations: Sequence[Observation]) -> list[str]:
     n = sum(o.state == "off" for o in observations)
     if not n:
         return []
-    verb = "values are" if n > 1 else "value is"
-    return [f"{n} observed {verb} switched off; they are listed with the reason"]
+    if n == 1:
+        return ["One observed value is switched off; it is listed with its reason"]
+    return [f"{n} observed values are switched off; they are listed with their reasons"]

@@ -1,0 +1,274 @@
+"""Which tables the report has, chapter by chapter, with their notes in words."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from operator import attrgetter
+
+from tribrach.report.columns import AXES, Columns, Spec
+from tribrach.report.content import Content, Control, KindCount, Point, Unknown
+from tribrach.report.observation_table import kind_name, observation_table
+from tribrach.report.style import Style
+from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
+from tribrach.units import format_angle
+
+__all__ = ["Chapters"]
+
+
+class Chapters:
+    """Tables of one content in one style; empty chapters have no rows."""
+
+    def __init__(self, content: Content) -> None:
+        self.content = content
+        self.style = Style(content.settings.angle)
+        self.columns = Columns(self.style)
+        self.percent = f"{100 * content.settings.confidence:g} %"
+        posterior = content.settings.posterior and content.summary.dof > 0
+        self.origin = "a posteriori" if posterior else "a priori"
+
+    def all(self) -> list[Table]:
+        """Every table that has rows, in the order of the report."""
+        tables = [
+            self.kinds(),
+            self.control(),
+            self.stations(),
+            self.points(),
+            self.ellipsoids(),
+            self.geodetic(),
+            self.unknowns(),
+            self.components(),
+            self.snooping(),
+            observation_table(self.content, self.columns),
+            self.correlations(),
+        ]
+        return [table for table in tables if table.rows]
+
+    def worst(self, count: int) -> Table:
+        """The observations with the largest tests."""
+        return observation_table(self.content, self.columns).limited(count)
+
+    def kinds(self) -> Table:
+        """What was observed, how often, and whether each group deserves its sigmas."""
+        note = (
+            "Counts are observed values. sigma0 of a group is the square root of its share of "
+            "the weighted squares over its redundancy; 1 says its sigmas are right."
+        )
+        columns: list[Spec] = [
+            (Column("Kind", numeric=False), lambda k: text_cell(kind_name(k.kind))),
+            (Column("Group", numeric=False), lambda k: text_cell(_group(k))),
+            *(self.columns.plain(head, head, 0) for head in ("active", "check", "off")),
+            self.columns.plain("redundancy", "redundancy"),
+            self.columns.plain("sigma0", "sigma0", 3),
+        ]
+        return build_table(
+            "kinds", "Observations by kind", note, self.content.summary.kinds, columns
+        )
+
+    def control(self) -> Table:
+        """Control and check points against the network."""
+        limit = 100 * (1 - self.content.settings.alpha)
+        note = (
+            "Difference: adjusted minus given; its sigma is what the difference should have "
+            "if given coordinates and network are right. The test is the squared difference in "
+            f"that metric against chi-square at {limit:g} %. Check points take no part."
+        )
+        columns: list[Spec] = [
+            self.columns.word("Point", "name"),
+            self.columns.word("Use", "use"),
+            *self.columns.axes("given ", "given", self.columns.metres),
+            *self.columns.axes("σ given ", "sigma", self.columns.mm, wide=True),
+            *self.columns.axes("Δ", "difference", self.columns.mm),
+            *self.columns.axes("σ Δ", "difference_sigma", self.columns.mm, wide=True),
+            (Column("test"), _test),
+            (Column("limit"), _limit),
+            (Column("verdict", numeric=False), _verdict),
+            self.columns.word("Source", "source"),
+        ]
+        rows = sorted(
+            self.content.control, key=lambda c: ("check", "weighted", "held", "off").index(c.use)
+        )
+        return build_table(
+            "control", "Control and check points", note, rows, columns, _control_state
+        )
+
+    def points(self) -> Table:
+        """Adjusted points with sigmas and ellipses."""
+        note = (
+            f"Sigmas are {self.origin}. Ellipse in plan and height interval hold with "
+            f"{self.percent} each; the azimuth is that of the major axis."
+        )
+        columns: list[Spec] = [
+            self.columns.word("Point", "name"),
+            self.columns.word("Role", "role"),
+            *self.columns.axes("", "xyz", self.columns.metres),
+            *self.columns.axes("σ ", "sigma", self.columns.mm),
+            *self.columns.ellipse(),
+        ]
+        return build_table("points", "Adjusted points", note, self.content.points, columns)
+
+    def ellipsoids(self) -> Table:
+        """Covariance matrices of the points and their ellipsoids."""
+        note = (
+            f"Covariances are {self.origin}. The ellipsoid holds with {self.percent}; azimuth "
+            "and elevation are those of its longest axis."
+        )
+        pairs = [(i, j) for i in range(3) for j in range(i, 3)]
+        columns: list[Spec] = [
+            self.columns.word("Point", "name"),
+            *(self._square(f"{AXES[i]}{AXES[j]}", i, j) for i, j in pairs),
+            *(self.columns.mm(f"axis {k + 1}", _semi_axis(k)) for k in range(3)),
+            self.columns.bearing("azimuth", lambda p: p.ellipsoid and p.ellipsoid.azimuth),
+            self.columns.bearing("elevation", lambda p: p.ellipsoid and p.ellipsoid.elevation),
+        ]
+        rows = [p for p in self.content.points if any(p.sigma)]
+        return build_table("ellipsoids", "Covariances and ellipsoids", note, rows, columns)
+
+    def _square(self, head: str, i: int, j: int) -> Spec:
+        def cell(point: Point) -> Cell:
+            value = point.covariance[i][j]
+            held = point.sigma[i] is None or point.sigma[j] is None
+            shown = None if value is None or held else value * 1e6
+            return number_cell(shown, self.style.plain(shown, 3))
+
+        return Column(head, "mm²"), cell
+
+    def geodetic(self) -> Table:
+        """Latitude, longitude and height where the site knows them."""
+        columns: list[Spec] = [
+            self.columns.word("Point", "name"),
+            (Column("latitude", "° ′ ″"), lambda p: _dms(p.geodetic[0])),
+            (Column("longitude", "° ′ ″"), lambda p: _dms(p.geodetic[1])),
+            self.columns.metres("ellipsoidal height", lambda p: p.geodetic[2]),
+        ]
+        rows = [p for p in self.content.points if p.geodetic]
+        return build_table("geodetic", "Geodetic coordinates", "", rows, columns)
+
+    def stations(self) -> Table:
+        """Scanner stations with attitude."""
+        note = (
+            f"Sigmas are {self.origin}. Heading is the azimuth of the scanner's x axis; the tilts "
+            "turn its z axis about E and N; tilt is its angle with the vertical."
+        )
+        columns: list[Spec] = [
+            self.columns.word("Station", "name"),
+            *self.columns.axes("", "xyz", self.columns.metres),
+            *self.columns.axes("σ ", "sigma", self.columns.mm),
+            self.columns.angle("heading", attrgetter("heading"), "heading"),
+            self.columns.small_angle("σ heading", attrgetter("heading_sigma")),
+            self.columns.angle("tilt about E", attrgetter("tilt_e"), wide=True),
+            self.columns.small_angle("σ", attrgetter("tilt_e_sigma"), wide=True),
+            self.columns.angle("tilt about N", attrgetter("tilt_n"), wide=True),
+            self.columns.small_angle("σ", attrgetter("tilt_n_sigma"), wide=True),
+            self.columns.angle("tilt", attrgetter("tilt")),
+            self.columns.small_angle("σ", attrgetter("tilt_sigma")),
+            *self.columns.ellipse(wide=True),
+        ]
+        return build_table("stations", "Stations", note, self.content.stations, columns)
+
+    def unknowns(self) -> Table:
+        """Orientations, calibration parameters, lever arms and planes."""
+        note = (
+            f"Sigmas are {self.origin}. Sigmas of a plane are those of two turns of its normal "
+            "and of its offset."
+        )
+        columns: list[Spec] = [
+            self.columns.word("Name", "name"),
+            self.columns.word("What", "role"),
+            self.columns.word("At", "at"),
+            (Column("value", numeric=False), self._values),
+            (Column("σ", numeric=False), self._sigmas),
+        ]
+        return build_table("unknowns", "Other unknowns", note, self.content.unknowns, columns)
+
+    def _values(self, unknown: Unknown) -> Cell:
+        parts = [
+            f"{self.style.value(v, unit, unknown.role)} {self.style.value_unit(unit)}".strip()
+            for v, unit in zip(unknown.values, unknown.units, strict=True)
+        ]
+        return Cell("; ".join(parts), unknown.values[0])
+
+    def _sigmas(self, unknown: Unknown) -> Cell:
+        units = ("rad", "rad", "m") if unknown.family == "plane" else unknown.units
+        parts = [
+            "held" if s is None else f"{self.style.small(s, unit)} {self.style.small_unit(unit)}"
+            for s, unit in zip(unknown.sigma, units, strict=True)
+        ]
+        return Cell("; ".join(parts), unknown.sigma[0])
+
+    def components(self) -> Table:
+        """Variance components."""
+        columns: list[Spec] = [
+            self.columns.word("Group", "group"),
+            self.columns.plain("factor on sigma", "factor", 3),
+            self.columns.plain("σ of the factor", "sigma", 3),
+            self.columns.plain("redundancy", "redundancy"),
+            self.columns.word("Note", "note"),
+        ]
+        note = "Factors by which the given sigmas were multiplied before this adjustment."
+        return build_table(
+            "components", "Variance components", note, self.content.components, columns
+        )
+
+    def snooping(self) -> Table:
+        """What iterative snooping did."""
+        columns: list[Spec] = [
+            self.columns.plain("Step", "number", 0),
+            self.columns.word("Observation", "observation"),
+            self.columns.plain("test", "test"),
+            self.columns.plain("limit", "limit"),
+            (
+                Column("estimated error"),
+                lambda s: number_cell(
+                    s.error,
+                    f"{self.style.small(s.error, s.unit)} {self.style.small_unit(s.unit)}",
+                ),
+            ),
+            self.columns.word("Action", "action"),
+        ]
+        note = "One suspect at a time; what was switched off stays in the list of observations."
+        return build_table("snooping", "Snooping", note, self.content.snooping, columns)
+
+    def correlations(self) -> Table:
+        """Unknowns that are hard to tell apart."""
+        columns: list[Spec] = [
+            self.columns.word("Unknown", "a"),
+            self.columns.word("and", "b"),
+            self.columns.plain("correlation", "value", 3),
+        ]
+        note = "Pairs of unknowns other than point coordinates, stronger than 0.7."
+        return build_table("correlations", "Correlations", note, self.content.correlations, columns)
+
+
+def _semi_axis(k: int) -> Callable[[Point], float | None]:
+    """Takes one semi-axis of the ellipsoid of a point."""
+    return lambda point: point.ellipsoid.axes[k] if point.ellipsoid else None
+
+
+def _group(k: KindCount) -> str:
+    return "" if k.group == k.kind else k.group
+
+
+def _dms(value: float) -> Cell:
+    """Degrees, minutes and seconds to 1e-5 arc seconds, a third of a millimetre."""
+    return Cell(format_angle(value, "dms", 5), value)
+
+
+def _test(c: Control) -> Cell:
+    if c.verdict is None:
+        return Cell("")
+    return number_cell(c.verdict.statistic, f"{c.verdict.statistic:.2f}")
+
+
+def _limit(c: Control) -> Cell:
+    return Cell("") if c.verdict is None else number_cell(c.verdict.limit, f"{c.verdict.limit:.2f}")
+
+
+def _verdict(c: Control) -> Cell:
+    """In words: agrees, does not agree, or why there is no verdict."""
+    if c.verdict is None:
+        return text_cell(c.reason if c.use == "off" else "not tested")
+    return text_cell("agrees", "good") if c.verdict.agrees else text_cell("does not agree", "bad")
+
+
+def _control_state(c: Control) -> str:
+    return c.use if c.use in ("off", "check") else ""

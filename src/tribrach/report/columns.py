@@ -1,0 +1,94 @@
+"""Kinds of columns that the tables of the report are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from operator import attrgetter
+from typing import Any
+
+from tribrach.report.style import Style
+from tribrach.report.tables import Cell, Column, number_cell, text_cell
+from tribrach.units import format_angle
+
+__all__ = ["AXES", "Columns", "Spec"]
+
+Spec = tuple[Column, Callable[[Any], Cell]]
+AXES = ("E", "N", "U")
+
+
+class Columns:
+    """Columns in one style; each is a head and how to make a cell of an item."""
+
+    def __init__(self, style: Style) -> None:
+        self.style = style
+
+    def word(self, head: str, path: str, *, wide: bool = False) -> Spec:
+        """Words of an attribute."""
+        get = attrgetter(path)
+        return Column(head, numeric=False, wide=wide), lambda item: text_cell(get(item))
+
+    def plain(self, head: str, path: str, digits: int = 2, *, wide: bool = False) -> Spec:
+        """A number without a unit."""
+        get = attrgetter(path)
+        return Column(head, wide=wide), lambda item: number_cell(
+            get(item), self.style.plain(get(item), digits)
+        )
+
+    def metres(self, head: str, get: Callable[[Any], float | None]) -> Spec:
+        """Coordinates [m]."""
+        return Column(head, "m"), lambda item: number_cell(
+            get(item), self.style.value(get(item), "m")
+        )
+
+    def mm(
+        self, head: str, get: Callable[[Any], float | None], digits: int = 2, *, wide: bool = False
+    ) -> Spec:
+        """Small lengths, given in metres and written in millimetres."""
+        return Column(head, "mm", wide=wide), lambda item: number_cell(
+            get(item), self.style.small(get(item), "m", digits)
+        )
+
+    def angle(
+        self,
+        head: str,
+        get: Callable[[Any], float | None],
+        kind: str = "",
+        *,
+        wide: bool = False,
+    ) -> Spec:
+        """Angles, given in radians and written in the chosen unit."""
+        return Column(head, self.style.value_unit("rad"), wide=wide), lambda item: number_cell(
+            get(item), self.style.value(get(item), "rad", kind)
+        )
+
+    def small_angle(
+        self, head: str, get: Callable[[Any], float | None], *, wide: bool = False
+    ) -> Spec:
+        """Sigmas of angles, given in radians."""
+        return Column(head, self.style.small_unit("rad"), wide=wide), lambda item: number_cell(
+            get(item), self.style.small(get(item), "rad")
+        )
+
+    def axes(self, prefix: str, path: str, make: Callable[..., Spec], **options: Any) -> list[Spec]:
+        """One column for each of E, N and U of a triple."""
+        get = attrgetter(path)
+        return [
+            make(prefix + axis, lambda item, k=k: get(item)[k], **options)
+            for k, axis in enumerate(AXES)
+        ]
+
+    def bearing(self, head: str, get: Callable[[Any], float | None], *, wide: bool = False) -> Spec:
+        """Directions of axes, to a tenth of a gon or degree."""
+        unit = "gon" if self.style.angle == "gon" else "deg"
+        return Column(head, unit if unit == "gon" else "°", wide=wide), lambda item: number_cell(
+            get(item), "" if get(item) is None else format_angle(get(item) or 0.0, unit, 1)
+        )
+
+    def ellipse(self, *, wide: bool = False) -> list[Spec]:
+        """Ellipse in plan and height interval of a point or station."""
+        return [
+            self.mm("ellipse a", lambda p: p.ellipse and p.ellipse.major, wide=wide),
+            self.mm("ellipse b", lambda p: p.ellipse and p.ellipse.minor, wide=wide),
+            self.bearing("azimuth", lambda p: p.ellipse and p.ellipse.azimuth, wide=wide),
+            self.mm("± U", lambda p: p.height_interval, wide=wide),
+        ]

@@ -1,0 +1,116 @@
+"""The report as plain text to print, and the few lines a terminal shows."""
+
+from __future__ import annotations
+
+import textwrap
+
+from tribrach.report.chapters import Chapters
+from tribrach.report.content import Content
+from tribrach.report.tables import Column, Row, Table
+
+__all__ = ["WIDTH", "brief", "render"]
+
+#: characters per line of running text; tables may be a little wider
+WIDTH = 100
+_LEGEND = {"suspicious": "! suspicious", "check": "c held out as a check", "off": "x switched off"}
+
+
+def render(content: Content) -> str:
+    """The whole report; rows that are switched off start with ``x``, checks with ``c``."""
+    parts = [
+        _head(content),
+        _section("Warnings", [f"! {text}" for text in content.warnings] or ["none"]),
+        _section("Datum and standard deviations", [content.datum.sentence, content.sigma_origin]),
+        _section("Adjustment", _facts(content)),
+        *(_table(table) for table in Chapters(content).all()),
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def brief(content: Content) -> str:
+    """What a terminal shows after an adjustment: warnings, fit, datum, worst observations."""
+    summary, worst = content.summary, Chapters(content).worst(5)
+    lines = [
+        content.title,
+        *(f"! {text}" for text in content.warnings),
+        f"{summary.n_observations} observed values, {summary.n_unknowns} unknowns, "
+        f"{summary.n_constraints} constraints, datum defect {summary.defect}, redundancy "
+        f"{summary.dof}, {summary.iterations} iterations",
+        _sigma0(content),
+        summary.test.sentence,
+        content.datum.sentence,
+        content.sigma_origin,
+    ]
+    return "\n".join(
+        [_wrapped(line) for line in lines] + (["", _grid(worst)] if worst.rows else [])
+    )
+
+
+def _sigma0(content: Content) -> str:
+    summary = content.summary
+    after = summary.sigma0_posterior
+    words = "not estimated (no redundancy)" if after is None else f"{after:.4f}"
+    return f"sigma0 a priori {summary.sigma0:g}, a posteriori {words}"
+
+
+def _head(content: Content) -> str:
+    rule = "=" * WIDTH
+    facts = [_wrapped(f"{name}: {value}") for name, value in content.facts]
+    made = f"Tribrach {content.version}, {content.date}"
+    return "\n".join([rule, content.title, made, rule, *facts])
+
+
+def _facts(content: Content) -> list[str]:
+    """The adjustment in lines."""
+    summary = content.summary
+    return [
+        f"observed values {summary.n_observations}, check values {summary.n_check}, switched off "
+        f"{summary.n_off}",
+        f"unknowns {summary.n_unknowns}, constraints {summary.n_constraints}, datum defect "
+        f"{summary.defect}, redundancy {summary.dof}, iterations {summary.iterations}",
+        f"weighted sum of squares {summary.vtpv:.4f}; {_sigma0(content)}",
+        summary.test.sentence,
+    ]
+
+
+def _section(title: str, lines: list[str]) -> str:
+    return "\n".join([title, "-" * len(title), *(_wrapped(line) for line in lines)])
+
+
+def _wrapped(line: str) -> str:
+    return textwrap.fill(line, WIDTH, subsequent_indent="  ", break_on_hyphens=False)
+
+
+def _table(table: Table) -> str:
+    """Title, note and grid of a table."""
+    title = [table.title, "-" * len(table.title)]
+    legend = [_LEGEND[state] for state in _LEGEND if any(r.state == state for r in table.rows)]
+    note = " ".join(filter(None, [table.note, f"Marks: {', '.join(legend)}." if legend else ""]))
+    return "\n".join([*title, *([_wrapped(note)] if note else []), _grid(table)])
+
+
+def _grid(table: Table) -> str:
+    """Aligned columns: numbers to the right, words to the left; units under the heads."""
+    table = table.narrow()
+    grid = [
+        [column.head for column in table.columns],
+        [column.unit for column in table.columns],
+        *([cell.text for cell in row.cells] for row in table.rows),
+    ]
+    if not any(grid[1]):
+        del grid[1]
+    width = [max(len(line[k]) for line in grid) for k in range(len(table.columns))]
+    marks = ["  "] * (len(grid) - len(table.rows)) + [_mark(row) for row in table.rows]
+    lines = [
+        mark + "  ".join(_aligned(*item) for item in zip(line, table.columns, width, strict=True))
+        for mark, line in zip(marks, grid, strict=True)
+    ]
+    return "\n".join(line.rstrip() for line in lines)
+
+
+def _aligned(text: str, column: Column, width: int) -> str:
+    return text.rjust(width) if column.numeric else text.ljust(width)
+
+
+def _mark(row: Row) -> str:
+    return f"{_LEGEND.get(row.state, ' ')[0]} "
