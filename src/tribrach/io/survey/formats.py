@@ -1,0 +1,80 @@
+"""Which reader for which file: by suffix, and by content where a suffix is shared."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Sequence
+from pathlib import Path
+
+from tribrach.errors import InputError
+from tribrach.network.survey import Survey
+
+__all__ = ["FORMATS", "format_of", "read_files"]
+
+#: format name -> module of the reader
+FORMATS = {
+    "gama": "gama",
+    "dynaml": "dynaml",
+    "dna": "dna",
+    "comp3d": "comp3d",
+    "riscan": "riscan",
+    "csv": "csv_observations",
+}
+SUFFIXES = {
+    ".gkf": "gama",
+    ".rsp": "riscan",
+    ".stn": "dna",
+    ".msr": "dna",
+    ".csv": "csv",
+    ".cor": "comp3d",
+    ".new": "comp3d",
+    ".obs": "comp3d",
+    ".comp": "comp3d",
+}
+#: formats whose files belong together and are read in one go
+JOINT = ("dynaml", "dna", "comp3d")
+
+
+def format_of(path: Path) -> str:
+    """Name of a file's format.
+
+    Raises
+    ------
+    InputError : no such file, or a suffix of no known format.
+    """
+    if not path.is_file():
+        raise InputError("there is no such file", file=path, cure="check the path")
+    suffix = path.suffix.lower()
+    if suffix == ".xml":
+        head = path.read_bytes()[:4000].lower()
+        return "gama" if b"gama-local" in head else "dynaml"
+    if suffix not in SUFFIXES:
+        raise InputError(
+            f"the suffix {suffix or 'of the file'} belongs to no known format",
+            file=path,
+            cure=f"known are {', '.join(sorted(SUFFIXES))} and .xml",
+        )
+    return SUFFIXES[suffix]
+
+
+def read_files(paths: Sequence[Path]) -> Survey:
+    """One survey of all files, whatever their formats.
+
+    Raises
+    ------
+    InputError : of the readers, and for points defined twice.
+    """
+    by_format: dict[str, list[Path]] = {}
+    for path in paths:
+        by_format.setdefault(format_of(path), []).append(path)
+    surveys = []
+    for name, files in by_format.items():
+        module = importlib.import_module(f"tribrach.io.survey.{FORMATS[name]}")
+        if name in JOINT:
+            surveys.append(module.read(files))
+        else:
+            surveys += [module.read(path) for path in files]
+    first, *others = surveys
+    for other in others:
+        first.merge(other)
+    return first
