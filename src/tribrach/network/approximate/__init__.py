@@ -23,6 +23,8 @@ from tribrach.network.approximate.parts import join_parts
 from tribrach.network.approximate.space import placed_poses
 from tribrach.network.approximate.ties import Ties
 from tribrach.network.network import Network
+from tribrach.network.observations.direction import Directions
+from tribrach.network.observations.parameter import ScalarPriors, VectorPriors
 from tribrach.network.unknowns import State
 
 __all__ = ["find_start"]
@@ -37,10 +39,10 @@ def find_start(network: Network) -> State:
     ------
     NoStartValues : no chain of observations leads to some unknowns; names the missing ties.
     """
-    start = _unused_at_zero(network)
+    start = _given(network)
     if not start.missing():
         return start
-    ties = gather(network)
+    ties = gather(network, start.vectors)
     frame = _world(network, start, ties)
     join_parts(frame)
     state = _state(frame, start)
@@ -50,23 +52,27 @@ def find_start(network: Network) -> State:
     return state
 
 
-def _unused_at_zero(network: Network) -> State:
-    """The given values; zero where they are missing but not sought."""
+def _given(network: Network) -> State:
+    """The given values and known parameters; zero where they are missing but not sought."""
     start = network.start
-    layout = start.layout
     points = start.points.copy()
     held = ~network.free[: points.size].reshape(points.shape)
     points[held & np.isnan(points)] = 0.0
-    scalars = start.scalars.copy()
+    scalars, vectors = start.scalars.copy(), np.nan_to_num(start.vectors)
     sought = np.zeros(len(scalars), dtype=bool)
     for observations in network.observations:
-        if observations.kind == "direction":
-            sought[getattr(observations, "orientation")] = True  # noqa: B009
+        if isinstance(observations, Directions):
+            sought[observations.orientation] = True
+        elif isinstance(observations, ScalarPriors):
+            index = observations.scalar
+            known = np.where(np.isnan(scalars[index]), observations.values[:, 0], scalars[index])
+            scalars[index] = known
+        elif isinstance(observations, VectorPriors):
+            index = observations.vector
+            blank = ~vectors[index].any(axis=1, keepdims=True)
+            vectors[index] = np.where(blank, observations.values, vectors[index])
     scalars[~sought] = np.nan_to_num(scalars[~sought])
-    assert len(points) == layout.count("point")
-    return replace(
-        start, points=points, scalars=scalars, vectors=np.nan_to_num(start.vectors)
-    )
+    return replace(start, points=points, scalars=scalars, vectors=vectors)
 
 
 def _world(network: Network, start: State, ties: Ties) -> Frame:

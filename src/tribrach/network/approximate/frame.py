@@ -74,8 +74,7 @@ class Frame:
     @property
     def known_plan(self) -> Mask:
         """Nodes whose E and N are known."""
-        known: Mask = np.isfinite(self.plan).all(axis=1)
-        return known
+        return np.isfinite(self.plan[:, 0]) & np.isfinite(self.plan[:, 1])
 
     @property
     def known_up(self) -> Mask:
@@ -125,6 +124,11 @@ class Frame:
             if good.any():
                 up[good] = self.site.height(xyz[good])
         return up
+
+    @property
+    def bent(self) -> bool:
+        """True if zenith angles are reduced for the Earth's curvature."""
+        return self.site.curvature_radius is not None or not isinstance(self.site, FlatSite)
 
     def upright(self, nodes: Index) -> Array:
         """Local axes (n, 3, 3) at nodes, rows east, north, up."""

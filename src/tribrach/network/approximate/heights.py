@@ -7,13 +7,13 @@ from numpy.typing import NDArray
 
 from tribrach.network.approximate.frame import Frame
 
-__all__ = ["rises", "zeniths"]
+__all__ = ["CURVATURE", "rises", "zeniths"]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 #: (1 - k) / 2R of method section 2.3 with k = 0.13 [1/m]
-_CURVATURE = 0.87 / (2 * 6371000.0)
+CURVATURE = 0.87 / (2 * 6371000.0)
 
 
 def rises(f: Frame) -> None:
@@ -27,7 +27,7 @@ def zeniths(f: Frame) -> None:
     z = f.zeniths
     z = z[plan[z.start] & plan[z.end] & (up[z.start] ^ up[z.end])]
     flat = np.hypot(*(f.plan[z.end] - f.plan[z.start]).T)
-    curve = _CURVATURE * flat**2 if f.curved else 0.0
+    curve = CURVATURE * flat**2 if f.bent else 0.0
     _climb(f, z.start, z.end, flat * z.slope - z.lift + curve)
 
 

@@ -66,13 +66,17 @@ _Locus = _Line | _Circle
 
 
 def cross(f: Frame) -> None:
-    """Place what two or more loci of different places decide, one node after another."""
-    known = f.known_plan
-    for node in _candidates(f):
-        loci = _loci(f, node, known)
-        place = _decide(loci, f.guess)
-        if place is not None:
-            f.place_plan(np.array([node]), place[None])
+    """Place what two or more loci of different places decide; at most one place by choice."""
+    known, nodes, before = f.known_plan, _candidates(f), f.count()
+    for choose in (False, True) if f.guess else (False,):
+        for node in nodes:
+            place = _decide(_loci(f, node, known), choose)
+            if place is not None:
+                f.place_plan(np.array([node]), place[None])
+                if choose:
+                    return
+        if f.count() > before:
+            return
 
 
 def _candidates(f: Frame) -> list[int]:
