@@ -20,6 +20,7 @@ from tribrach.network.approximate.frame import Frame
 from tribrach.network.approximate.gather import gather
 from tribrach.network.approximate.missing import missing_ties
 from tribrach.network.approximate.parts import join_parts
+from tribrach.network.approximate.settle import SWEEPS, disagreement, settle
 from tribrach.network.approximate.space import placed_poses
 from tribrach.network.approximate.ties import Ties
 from tribrach.network.network import Network
@@ -49,6 +50,23 @@ def find_start(network: Network) -> State:
     if state.missing():
         sentences = missing_ties(frame, state)
         raise NoStartValues("no start values can be found for all unknowns", sentences)
+    return _settled(network, frame, start, state)
+
+
+def _settled(network: Network, frame: Frame, start: State, state: State) -> State:
+    """The state after as many sweeps as bring it closer to the bulk of the observations."""
+    best = disagreement(network.observations, state)
+    held = np.ones((frame.ties.n_nodes, 3), dtype=bool)
+    held[: frame.ties.n_positions] = np.isfinite(start.positions)
+    for _ in range(SWEEPS):
+        if best <= network.count():
+            break
+        frame = settle(frame, held)
+        trial = _state(frame, start)
+        score = disagreement(network.observations, trial)
+        if not score < 0.999 * best:
+            break
+        state, best = trial, score
     return state
 
 
