@@ -51,6 +51,22 @@ class RobustResult:
     iterations: int
     warnings: tuple[str, ...]
 
+    def sentences(self, limit: float = 0.3) -> list[str]:
+        """Warnings, and one sentence for each observation whose weight fell below the limit."""
+        rows, network = self.adjustment.rows, self.adjustment.network
+        out = list(self.warnings)
+        seen: set[tuple[int, int]] = set()
+        for row in np.flatnonzero(self.weights < limit):
+            key = int(rows.table[row]), int(rows.item[row])
+            if key not in seen:
+                seen.add(key)
+                words = Network.describe(network.observations[key[0]], key[1], self.adjustment.state)
+                out.append(
+                    f"the robust adjustment gives {words} the weight {self.weights[row]:.2f}: "
+                    "check it"
+                )
+        return out
+
 
 def adjust_robust(
     network: Network, method: Method = "igg3", *, max_iterations: int = 30

@@ -127,11 +127,10 @@ class _Assembly:
         present = self._points(survey, tables, stations)
         places = self.given | self.levels | self.known
         distance = Distances(self.observed.sights, places)
-        heights = {n: float(self.site.height(x[None])[0]) for n, x in places.items()}
         for sight in self.observed.sights:
             if not sight.off or set(sight.names) <= present:
                 sigma = sight.sigma(distance(*sight.names) or 100.0)
-                add_sight(tables, sight, sigma, self.project, self.site, heights)
+                add_sight(tables, sight, sigma, self.project, self.site, places)
         rounds = [(s.circle, not s.off) for s in self.observed.sights if s.circle]
         for circle in dict.fromkeys(name for name, _ in rounds):
             if (circle, True) not in rounds and circle in _circles(tables):

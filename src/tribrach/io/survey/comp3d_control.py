@@ -1,7 +1,7 @@
 """Comp3D's points in a survey: which unknowns they have, and their control.
 
 A fully weighted point is control with a covariance; a partly weighted one is observed axis by
-axis: east and north along the local axes, height over the ellipsoid. Points with a height only
+axis: east and north of the grid, height over the ellipsoid. Points with a height only
 keep their plan position and the other way round. Coordinates that are held drop out if the whole
 point is held and are hard constraints otherwise.
 """
@@ -19,10 +19,21 @@ from tribrach.network.observations.component import Components
 from tribrach.network.observations.coordinates import Coordinates
 from tribrach.network.observations.height import Heights
 
-__all__ = ["add_control", "free_axes"]
+__all__ = ["INNER", "add_control", "free_axes", "grid_axes"]
 
 Array = NDArray[np.float64]
 INNER = "the project uses inner constraints"
+
+
+def grid_axes(x: Array, site: EllipsoidSite) -> Array:
+    """Axes (3, 3) at ``x`` (3,): the grid's east and north in the local horizon, and up.
+
+    The grid of the computation has the north of the project's centre everywhere.
+    """
+    up = site.axes(x[None])[0, 2]
+    east = np.array([1.0, 0.0, 0.0]) - up[0] * up
+    east /= np.linalg.norm(east)
+    return np.stack([east, np.cross(up, east), up])
 
 
 def free_axes(record: PointRecord) -> tuple[bool, ...]:
@@ -36,7 +47,7 @@ def add_control(
     tables: Tables, record: PointRecord, x: Array, site: EllipsoidSite, *, inner: bool
 ) -> None:
     """Add the constraints of a point at ``x`` (3,) in W; inner constraints switch them off."""
-    axes = site.axes(x[None])[0]
+    axes = grid_axes(x, site)
     off = INNER if inner and not record.far else ""
     weighted = [c and not h for c, h in zip(record.constrained, record.held, strict=True)]
     if all(weighted) and min(record.sigmas) > 0:

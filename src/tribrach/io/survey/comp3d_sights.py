@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach.geodesy.site import EllipsoidSite
-from tribrach.io.survey.comp3d_control import INNER
+from tribrach.io.survey.comp3d_control import INNER, grid_axes
 from tribrach.io.survey.comp3d_points import PointRecord
 from tribrach.io.survey.comp3d_project import Project
 from tribrach.io.survey.comp3d_records import SightRecord
@@ -75,9 +75,9 @@ def add_sight(
     sigma: float,
     project: Project,
     site: EllipsoidSite,
-    heights: dict[str, float],
+    places: dict[str, Array],
 ) -> None:
-    """Add one observation; heights are approximate heights [m] of the points."""
+    """Add one observation; places are approximate coordinates (3,) in W."""
     columns: dict[str, object] = {"start": sight.start, "end": sight.end}
     off = sight.off
     if sight.code == 8 and project.inner_constraints:
@@ -89,14 +89,27 @@ def add_sight(
         columns["height_instrument"] = sight.height_instrument
         columns["height_target"] = sight.height_target
         kind = _KINDS[sight.code]
-    value, radius = sight.value, site.curvature_radius or 1.0
+    radius = site.curvature_radius or 1.0
     if sight.code in (5, 7):
         columns["orientation"] = sight.circle
     elif sight.code == 6:
         columns["refraction"] = project.refraction
     elif sight.code == 2:
-        columns["reduction"] = radius / (radius + heights.get(sight.end, 0.0))
+        columns["reduction"] = radius / (radius + _height(sight.end, places, site))
     elif sight.code in (14, 15):
-        columns["axis"] = sight.code - 14
-        value *= 1 + heights.get(sight.start, 0.0) / radius
-    tables.put(kind, value, sigma, sight.line.source, columns, off=off)
+        columns["azimuth"] = _azimuth(sight.code - 14, places.get(sight.start), site)
+        columns["reduction"] = radius / (radius + _height(sight.start, places, site))
+    tables.put(kind, sight.value, sigma, sight.line.source, columns, off=off)
+
+
+def _height(name: str, places: dict[str, Array], site: EllipsoidSite) -> float:
+    """Height [m] of a point, zero if its place is unknown."""
+    return float(site.height(places[name][None])[0]) if name in places else 0.0
+
+
+def _azimuth(axis: int, x: Array | None, site: EllipsoidSite) -> float:
+    """Azimuth [rad] of the grid's east (0) or north (1) at a place, as at the centre if unknown."""
+    if x is None:
+        return float(np.pi / 2 * (1 - axis))
+    east, north, _ = site.axes(x[None])[0] @ grid_axes(x, site)[axis]
+    return float(np.arctan2(east, north))

@@ -22,6 +22,7 @@ from tribrach.io.survey.csv_header import Table, read_table
 from tribrach.network.observations.angle import Angles
 from tribrach.network.observations.azimuth import Azimuths
 from tribrach.network.observations.base import Observations, Use
+from tribrach.network.observations.coordinates import Coordinates
 from tribrach.network.observations.direction import Directions
 from tribrach.network.observations.gnss_baseline import GnssBaselines
 from tribrach.network.observations.gnss_position import GnssPositions
@@ -388,9 +389,25 @@ def read_coordinates(path: Path, role: str) -> Survey:
                 covariance=np.diag(sigma[k] ** 2) if weighted else None,
                 source=table.source(k),
             )
+            if mine == "check":
+                _held_out(survey, name, xyz[k], sigma[k], table.source(k))
         except InputError as error:
             raise _with_path(error, table.path) from error
     return survey
+
+
+def _held_out(survey: Survey, name: str, xyz: Array, sigma: Array, source: str) -> None:
+    """Coordinates that are compared and not used; without a sigma they count as 0.1 mm."""
+    if np.isfinite(xyz).all():
+        survey.add(
+            Coordinates,
+            values=[xyz],
+            sigma=[np.where(np.isfinite(sigma), sigma, 1e-4)],
+            position=[name],
+            source=[source],
+            use=[int(Use.CHECK)],
+            group="check points",
+        )
 
 
 def _with_path(error: InputError, path: Path) -> InputError:

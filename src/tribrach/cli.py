@@ -1,0 +1,174 @@
+"""The command line: adjust, run, demo.
+
+Whatever is wrong with the input ends in a sentence on standard error and exit status 2.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any, Literal, NoReturn
+
+import typer
+
+import tribrach
+from tribrach import demo as demonstration
+from tribrach import pipeline
+from tribrach.errors import InputError, TribrachError
+from tribrach.io.outputs import write_text
+from tribrach.io.survey.formats import read_files
+from tribrach.network.network import Datum, Network
+from tribrach.project import Project
+from tribrach.report import html, json_result, text
+from tribrach.report.content import Content
+
+__all__ = ["app", "main"]
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    help="Adjusts laser scans and survey observations in one least-squares network.",
+)
+Robust = Literal["none", "huber", "danish", "igg3"]
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"tribrach {tribrach.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """Adjusts laser scans and survey observations in one least-squares network."""
+
+
+@app.command()
+def adjust(
+    files: Annotated[list[Path], typer.Argument(help="Networks: gkf, xml, stn/msr, cor/obs, csv, rsp.")],
+    datum: Annotated[
+        str | None,
+        typer.Option(help="control, free, free:A,B,C (inner constraints) or fixed:A,B."),
+    ] = None,
+    snoop: Annotated[bool, typer.Option(help="Switch blunders off, one by one.")] = False,
+    robust: Annotated[Robust, typer.Option(help="Point at blunders by reweighting.")] = "none",
+    vce: Annotated[bool, typer.Option(help="Estimate variance components.")] = False,
+    confidence: Annotated[float, typer.Option(min=0.5, max=0.9999)] = 0.95,
+    posterior: Annotated[bool, typer.Option(help="Scale sigmas a posteriori.")] = False,
+    angle: Annotated[Literal["gon", "deg"], typer.Option(help="Unit of angles in reports.")] = "gon",
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write the result as JSON.")] = None,
+    html_file: Annotated[Path | None, typer.Option("--html", help="Write the HTML report.")] = None,
+    text_file: Annotated[Path | None, typer.Option("--text", help="Write the text report.")] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+) -> None:
+    """Adjust a network from files of any known format."""
+
+    def work() -> None:
+        network = read_files(files).network()
+        if datum is not None:
+            network = network.with_datum(parse_datum(datum))
+        settings = pipeline.Settings(snoop, robust, vce, posterior, confidence, angle)
+        content = pipeline.adjust_network(network, settings)
+        outputs: list[tuple[Path | None, Callable[[Content], str]]] = [
+            (json_file, json_result.dumps),
+            (html_file, html.render),
+            (text_file, text.render),
+        ]
+        rendered = [(path, render(content)) for path, render in outputs if path is not None]
+        for path, body in rendered:
+            write_text(path, body)
+        _finish(content, quiet)
+
+    _guarded(work)
+
+
+@app.command()
+def run(
+    project: Annotated[Path, typer.Argument(help="The project file (TOML).")],
+    out: Annotated[Path | None, typer.Option(help="Folder of the results.")] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+) -> None:
+    """Run a project: adjust, check, report."""
+
+    def work() -> None:
+        job = Project.load(project)
+        folder = out if out is not None else project.parent / job.output.folder
+        _finish(pipeline.run(job, folder), quiet, folder)
+
+    _guarded(work)
+
+
+@app.command()
+def demo(
+    out: Annotated[Path, typer.Option(help="Folder to write the project into.")] = Path("demo"),
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+) -> None:
+    """Write a small project, a campus control traverse, and run it."""
+
+    def work() -> None:
+        path = demonstration.write_project(out)
+        job = Project.load(path)
+        folder = out / job.output.folder
+        _finish(pipeline.run(job, folder), quiet, folder)
+
+    _guarded(work)
+
+
+def parse_datum(words: str) -> Datum:
+    """A datum from ``control``, ``free``, ``free:A,B`` or ``fixed:A,B``.
+
+    Raises
+    ------
+    InputError : anything else.
+    """
+    kind, _, names = words.partition(":")
+    points = tuple(name.strip() for name in names.split(",") if name.strip())
+    if kind == "control" and not points:
+        return Datum("control")
+    if kind == "free":
+        return Datum("free", points)
+    if kind == "fixed" and points:
+        return Datum("fixed", points)
+    raise InputError(
+        f"the datum {words!r} is none", cure="write control, free, free:A,B,C or fixed:A,B"
+    )
+
+
+def _finish(content: Content, quiet: bool, folder: Path | None = None) -> None:
+    """Print the summary; without redundancy say so and end with 2."""
+    if not quiet:
+        typer.echo(text.brief(content))
+        if folder is not None:
+            typer.echo(f"report and results are in {folder}")
+    if content.summary.dof <= 0:
+        _fail("no redundancy: nothing is checked; observe more before these figures are used")
+
+
+def _guarded(work: Callable[[], Any]) -> None:
+    try:
+        work()
+    except TribrachError as error:
+        _fail(str(error))
+    except KeyboardInterrupt:
+        typer.echo("interrupted; nothing was half-written", err=True)
+        raise typer.Exit(130) from None
+
+
+def _fail(sentence: str) -> NoReturn:
+    typer.echo(f"tribrach: {sentence}", err=True)
+    raise typer.Exit(2)
+
+
+def main() -> None:
+    """Entry point of the command."""
+    # piping into head or a closed pager is no error worth a traceback
+    try:
+        app()
+    except BrokenPipeError:
+        sys.exit(141)

@@ -1,0 +1,90 @@
+"""From a survey to signed figures: the page to read first.
+
+Every verb is a module: read, adjust, clean, weigh, assess, report, write.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from tribrach.io.outputs import write_text
+from tribrach.network.adjustment import Adjustment, adjust
+from tribrach.network.network import Network
+from tribrach.network.quality import Quality, assess
+from tribrach.network.reactions import constraint_reactions
+from tribrach.network.robust import adjust_robust
+from tribrach.network.snooping import SnoopingLog, snoop
+from tribrach.network.variance_components import VarianceComponents, estimate_components
+from tribrach.project import Project
+from tribrach.report import html, json_result, text
+from tribrach.report.build import build
+from tribrach.report.content import Content
+
+__all__ = ["Settings", "adjust_network", "run", "write"]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What is done with a network besides adjusting it."""
+
+    snoop: bool = False
+    robust: Literal["none", "huber", "danish", "igg3"] = "none"
+    vce: bool = False
+    posterior: bool = False
+    confidence: float = 0.95
+    angle: Literal["gon", "deg"] = "gon"
+
+
+def adjust_network(
+    network: Network, settings: Settings, facts: Mapping[str, str] | None = None
+) -> Content:
+    """Adjust a network as the settings say; the content of its report."""
+    log: SnoopingLog | None = None
+    components: VarianceComponents | None = None
+    warnings: list[str] = []
+    adjustment: Adjustment = adjust(network)
+    if settings.robust != "none":
+        robust = adjust_robust(network, settings.robust)
+        warnings += robust.sentences()
+    if settings.snoop:
+        adjustment, log = snoop(network)
+    if settings.vce:
+        components = estimate_components(adjustment.network)
+        adjustment = components.adjustment
+    quality: Quality = assess(adjustment, confidence=settings.confidence)
+    warnings += constraint_reactions(adjustment).sentences()
+    return build(
+        adjustment,
+        quality,
+        confidence=settings.confidence,
+        posterior=settings.posterior,
+        angle=settings.angle,
+        facts=facts,
+        snooping=log,
+        components=components,
+        further_warnings=warnings,
+    )
+
+
+def write(content: Content, folder: Path) -> list[Path]:
+    """Write report.html, report.txt and result.json into a folder."""
+    files = {
+        "report.html": html.render(content),
+        "report.txt": text.render(content),
+        "result.json": json_result.dumps(content),
+    }
+    return [write_text(folder / name, body) for name, body in files.items()]
+
+
+def run(project: Project, folder: Path) -> Content:
+    """Run a project and leave its results in a folder."""
+    wish = project.adjustment
+    settings = Settings(
+        wish.snoop, wish.robust, wish.vce, wish.posterior, project.confidence, project.output.angle
+    )
+    content = adjust_network(project.network(), settings, project.facts)
+    write(content, folder)
+    return content

@@ -1,0 +1,1 @@
+"""Simulated observations of any network, with truth."""
