@@ -30,15 +30,15 @@ class Chapters:
         """Every table that has rows, in the order of the report."""
         tables = [
             self.kinds(),
+            self.components(),
+            self.snooping(),
             self.control(),
+            observation_table(self.content, self.columns),
             self.stations(),
             self.points(),
             self.ellipsoids(),
             self.geodetic(),
             self.unknowns(),
-            self.components(),
-            self.snooping(),
-            observation_table(self.content, self.columns),
             self.correlations(),
         ]
         return [table for table in tables if table.rows]
