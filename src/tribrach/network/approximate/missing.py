@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from tribrach.errors import InputError
+from tribrach.geometry.alignment import kabsch
 from tribrach.network.approximate.frame import Frame
 from tribrach.network.approximate.space import placed_poses
 from tribrach.network.approximate.ties import Table
@@ -160,13 +162,29 @@ def _scanner(f: Frame, node: int, noun: str, known: NDArray[np.bool_]) -> str:
     targets = np.unique(f.ties.shots.target[f.ties.shots.pose == pose])
     if len(targets) == 0:
         return ""
-    shared = int(known[targets[targets < len(known)]].sum())
+    targets = targets[targets < len(known)]
+    targets = targets[known[targets]]
+    shared = len(targets)
+    misfit = _misfit(f, pose, targets)
+    if misfit:
+        return f"{noun} does not fit its {shared} common targets: {misfit}"
     level = bool(f.ties.levelled[pose])
     need = "2 common targets" if level else "3 common targets (2 if levelled) not on one line"
     return (
         f"{noun} shares only {shared} target{'s' if shared != 1 else ''} with the rest: "
         f"{need} are needed"
     )
+
+
+def _misfit(f: Frame, pose: int, targets: Index) -> str:
+    """Why a scanner with enough common targets could not be placed; empty if it has too few."""
+    shots = f.ties.shots
+    rows = (shots.pose == pose) & np.isin(shots.target, targets)
+    try:
+        fit = kabsch(shots.u[rows], f.space(shots.target[rows]))
+    except InputError:
+        return ""
+    return fit.hint or f"residuals of {fit.rms:.3g} m remain; check the names of its targets"
 
 
 def _phrase(layout: Layout, name: str, start: Index, end: Index, node: int) -> str:

@@ -73,7 +73,7 @@ def set_ups(f: Frame) -> None:
     sets, group = np.unique(r.set, return_inverse=True)
     local, world = length[:, None] * unit(r.reading), f.plan[r.end]
     fit, rms = robust_planar(group, len(sets), local, world)
-    limit = 1e9 if f.relaxed else 0.1
+    limit = 0.3 if f.relaxed else 0.1
     good = (fit.count >= 2) & (fit.spread > 1e-3) & (rms < limit * fit.spread)
     sets, nodes = sets[good], f.ties.set_node[sets[good]]
     f.place_plan(nodes, fit.translation[good])

@@ -81,7 +81,7 @@ def poses(f: Frame) -> None:
     reach = _reach(f, numbers)
     narrow = 1e-3 if f.relaxed else 0.1
     good = (fit.count >= 3) & (fit.spread > np.maximum(narrow * reach, 1e-3))
-    good &= rms < (1e9 if f.relaxed else 0.1) * fit.spread
+    good &= rms < (0.3 if f.relaxed else 0.1) * fit.spread
     f.turn[numbers[good]] = fit.rotation[good]
     f.place(f.ties.pose_node(numbers[good]), fit.translation[good])
 
