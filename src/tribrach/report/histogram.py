@@ -40,6 +40,7 @@ class Histogram:
     curve: str
     ticks: tuple[tuple[float, str], ...]
     highest: int
+    highest_y: float
     critical: tuple[float, ...]
     count: int
     mean: float
@@ -88,6 +89,7 @@ def histogram(content: Content, critical: float = 3.29) -> Histogram | None:
         curve=curve,
         ticks=tuple((across(v), f"{v:g}") for v in range(-4, 5, 2)),
         highest=int(counts.max()),
+        highest_y=round(up(float(counts.max())), 1),
         critical=(across(-critical), across(critical)),
         count=len(w),
         mean=float(w.mean()),

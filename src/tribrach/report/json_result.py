@@ -108,7 +108,7 @@ def _scalar(unknown: Unknown) -> dict[str, Any]:
 
 
 def _block(unknown: Unknown) -> dict[str, Any]:
-    return {"xyz": unknown.values, "covariance": unknown.covariance}
+    return {"xyz": unknown.values, "covariance": unknown.covariance, "role": unknown.role}
 
 
 def _plane(unknown: Unknown) -> dict[str, Any]:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import fields
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tribrach.network.adjustment import Adjustment
+from tribrach.network.observations.base import Observations
 from tribrach.report.content import Settings, Unknown
 from tribrach.report.numbers import matrix, numbers, sigmas
 from tribrach.report.summary import variance_factor
@@ -29,7 +31,10 @@ _ROLES = {
     "slope_2": ("1", "axis slope"),
     "along": ("m", "distance along the axis"),
     "radius": ("m", "radius"),
+    "offset_x": ("rad", "inclination offset"),
+    "offset_y": ("rad", "inclination offset"),
 }
+_VECTORS = {"lever_arm": "lever arm", "common": "common shift"}
 
 
 def other_unknowns(adjustment: Adjustment, settings: Settings) -> tuple[Unknown, ...]:
@@ -42,21 +47,30 @@ def other_unknowns(adjustment: Adjustment, settings: Settings) -> tuple[Unknown,
     )
 
 
+def _references(
+    adjustment: Adjustment, family: str
+) -> Iterator[tuple[Observations, str, int, int]]:
+    """Table, field, unknown and first observation wherever a table refers to a family."""
+    for o in adjustment.network.observations:
+        for item in fields(o):
+            if item.metadata.get("refers") == family and len(o):
+                index = getattr(o, item.name).reshape(len(o), -1)
+                used, first = np.unique(index, return_index=True)
+                for i, flat in zip(used.tolist(), first.tolist(), strict=True):
+                    if i >= 0:
+                        yield o, item.name, i, flat // index.shape[1]
+
+
 def _scalar_roles(adjustment: Adjustment) -> dict[int, tuple[str, str, str]]:
     """Unit, role and place of each scalar index, from the first observation that refers to it."""
     out: dict[int, tuple[str, str, str]] = {}
-    for o in adjustment.network.observations:
-        for item in fields(o):
-            if item.metadata.get("refers") != "scalar" or len(o) == 0:
-                continue
-            index, first = np.unique(getattr(o, item.name), return_index=True)
-            unit, role = _ROLES.get(item.name, ("", ""))
-            ends = o.ends(adjustment.layout) if role == "orientation" else []
-            for i, k in zip(index.tolist(), first.tolist(), strict=True):
-                if i >= 0 and role:
-                    out.setdefault(i, (unit, role, ends[k][0] if ends else ""))
-                elif i >= 0 and item.name == "common":
-                    out.setdefault(i, (o.units[0], "common value", ""))
+    for o, name, i, item in _references(adjustment, "scalar"):
+        unit, role = _ROLES.get(name, ("1", "parameter"))
+        if name == "common":
+            unit, role = o.units[0], "common value"
+        if role != "parameter" and i not in out:
+            place = o.ends(adjustment.layout)[item][0] if role == "orientation" else ""
+            out[i] = unit, role, place
     return out
 
 
@@ -79,11 +93,12 @@ def _scalars(adjustment: Adjustment, factor: float) -> list[Unknown]:
 
 def _vectors(adjustment: Adjustment, factor: float) -> list[Unknown]:
     covariance = adjustment.family_covariances("vector") * factor
+    roles = {i: _VECTORS[f] for _, f, i, _ in _references(adjustment, "vector") if f in _VECTORS}
     return [
         Unknown(
             name,
             "vector",
-            "vector",
+            roles.get(i, "vector"),
             tuple(adjustment.state.vectors[i].tolist()),
             numbers(sigmas(covariance[i])),
             ("m", "m", "m"),

@@ -51,7 +51,10 @@ def _words(o: Observation) -> str:
 def _suspects(observations: Sequence[Observation]) -> list[str]:
     """The suspicious observations, those held out apart, the worst by name."""
     out = []
-    for state, verb in (("active", "suspicious"), ("check", "held out and do not agree")):
+    for state, words in (
+        ("active", "suspicious observations take part"),
+        ("check", "observations held out as checks do not agree"),
+    ):
         names = dict.fromkeys(
             _words(o)
             for o in sorted(observations, key=lambda o: -abs(o.w or 0.0))
@@ -60,7 +63,7 @@ def _suspects(observations: Sequence[Observation]) -> list[str]:
         if names:
             more = f"; and {len(names) - 3} more" if len(names) > 3 else ""
             first = "; ".join(list(names)[:3])
-            out.append(f"observations that are {verb}: {first}{more}")
+            out.append(f"{words}: {first}{more}")
     return out
 
 
