@@ -10,36 +10,47 @@ from __future__ import annotations
 import difflib
 from dataclasses import dataclass, field
 
-__all__ = ["KINDS", "QUANTITIES", "WORDS", "Kind", "nearest", "units_of"]
+__all__ = [
+    "COVARIANCE",
+    "KINDS",
+    "LOCAL",
+    "NUMBERS",
+    "QUANTITIES",
+    "WORDS",
+    "Kind",
+    "nearest",
+    "units_of",
+]
 
 LENGTH = ("m", "mm", "cm", "km", "ft", "usft")
 ANGLE = ("gon", "deg", "dms", "rad", "mrad", "mgon", "cc", "arcmin", "arcsec")
 VARIANCE = ("m2", "mm2")
 
 _LENGTHS = (
-    "slope_distance horizontal_distance height_difference distance height_instrument "
-    "height_target antenna_height length range e n u easting northing height x y z de dn du "
-    "dx dy dz ecef_x ecef_y ecef_z"
-).split()
-_ANGLES = "direction angle azimuth zenith horizontal latitude longitude tilt_x tilt_y tilt".split()
-_VARIANCES = (
-    "cxx cxy cxz cyy cyz czz cee cen ceu cnn cnu cuu".split()
+    "slope_distance", "horizontal_distance", "height_difference", "distance", "height_instrument",
+    "height_target", "antenna_height", "length", "range", "e", "n", "u", "easting", "northing",
+    "height", "x", "y", "z", "de", "dn", "du", "dx", "dy", "dz", "ecef_x", "ecef_y", "ecef_z",
 )  # fmt: skip
+_ANGLES = (
+    "direction", "angle", "azimuth", "zenith", "horizontal", "latitude", "longitude", "tilt_x",
+    "tilt_y", "tilt",
+)  # fmt: skip
+COVARIANCE = ("cxx", "cxy", "cxz", "cyy", "cyz", "czz")
+LOCAL = ("cee", "cen", "ceu", "cnn", "cnu", "cuu")
 
 #: quantities and the units each may have, the usual ones first
 QUANTITIES: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(_LENGTHS, LENGTH),
     **dict.fromkeys(_ANGLES, ANGLE),
-    **dict.fromkeys(_VARIANCES, VARIANCE),
+    **dict.fromkeys((*COVARIANCE, *LOCAL), VARIANCE),
     "sigma": LENGTH + ANGLE,
     "sigma_across": LENGTH,
 }
 for _name in (*_LENGTHS, *_ANGLES):
     _units = QUANTITIES[_name]
     # nobody writes a sigma in degrees, minutes and seconds
-    QUANTITIES[f"sigma_{_name}"] = tuple(
-        unit for unit in ("arcsec", "mgon", "mm", *_units) if unit in _units and unit != "dms"
-    )
+    _usual = dict.fromkeys(("arcsec", "mgon", "mm", *_units))
+    QUANTITIES[f"sigma_{_name}"] = tuple(u for u in _usual if u in _units and u != "dms")
 
 #: columns of plain numbers
 NUMBERS = ("face", "repetitions")
@@ -50,8 +61,6 @@ WORDS = (
 )  # fmt: skip
 
 _COMMON = ("use", "reason", "group", "comment")
-_COVARIANCE = ("cxx", "cxy", "cxz", "cyy", "cyz", "czz")
-_LOCAL = ("cee", "cen", "ceu", "cnn", "cnu", "cuu")
 
 
 @dataclass(frozen=True)
@@ -76,7 +85,7 @@ def _with_sigma(*names: str) -> tuple[str, ...]:
 #: x, y, z and easting, northing, height are other names of e, n, u; likewise their sigmas
 _AXES = {"x": "e", "y": "n", "z": "u", "easting": "e", "northing": "n", "height": "u"}
 _PLACES = _AXES | {f"sigma_{a}": f"sigma_{b}" for a, b in _AXES.items()}
-_PLACES |= dict(zip(_COVARIANCE, _LOCAL, strict=True))
+_PLACES |= dict(zip(COVARIANCE, LOCAL, strict=True))
 _GEODETIC = ("latitude", "longitude", "ecef_x", "ecef_y", "ecef_z")
 
 _HEIGHTS = ("height_instrument", "height_target")
@@ -97,7 +106,7 @@ KINDS: tuple[Kind, ...] = (
         "scanner targets",
         ("station", "target", "x", "y", "z"),
         ("station", "target"),
-        (*_with_sigma("x", "y", "z"), *_COVARIANCE, "sigma_range", "sigma_across"),
+        (*_with_sigma("x", "y", "z"), *COVARIANCE, "sigma_range", "sigma_across"),
     ),
     Kind(
         "inclinations",
@@ -109,14 +118,14 @@ KINDS: tuple[Kind, ...] = (
         "GNSS positions",
         ("gnss",),
         ("gnss", "set"),
-        (*_with_sigma("e", "n", "u"), *_LOCAL, *_GEODETIC, "antenna_height"),
+        (*_with_sigma("e", "n", "u"), *LOCAL, *_GEODETIC, "antenna_height"),
         _PLACES,
     ),
     Kind(
         "coordinates",
         ("point",),
         ("point", "role"),
-        (*_with_sigma("e", "n", "u"), *_LOCAL, *_GEODETIC),
+        (*_with_sigma("e", "n", "u"), *LOCAL, *_GEODETIC),
         _PLACES,
     ),
     Kind(
@@ -129,13 +138,13 @@ KINDS: tuple[Kind, ...] = (
         "vectors in the work frame",
         ("from", "to", "de", "dn", "du"),
         ("from", "to"),
-        (*_with_sigma("de", "dn", "du"), *_LOCAL),
+        (*_with_sigma("de", "dn", "du"), *LOCAL),
     ),
     Kind(
         "geocentric vectors",
         ("from", "to", "dx", "dy", "dz"),
         ("from", "to"),
-        (*_with_sigma("dx", "dy", "dz"), *_COVARIANCE),
+        (*_with_sigma("dx", "dy", "dz"), *COVARIANCE),
     ),
     Kind(
         "sights",

@@ -1,0 +1,104 @@
+"""How do given coordinates and vectors become those of the work frame, with their covariances?
+
+Coordinates come in the site's own system (E, N, U on a flat site or around a geodetic origin;
+easting, northing and height in a projection), as latitude, longitude and height, or geocentric.
+Covariances come in the axes that belong to them and are propagated (method section 1.1). Metres
+and radians.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.errors import InputError
+from tribrach.geodesy.grid import Grid
+from tribrach.geodesy.site import EllipsoidSite, FlatSite, Site, ecef_from_geodetic
+
+__all__ = ["WorkFrame"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class WorkFrame:
+    """The work frame and the system in which the site's own coordinates are given.
+
+    grid : the projection of E, N, if they are projected; geoid : geoid height [m] of the place,
+    added to given heights to make them ellipsoidal.
+    """
+
+    site: Site = field(default_factory=FlatSite)
+    grid: Grid | None = None
+    geoid: float = 0.0
+
+    def from_own(self, enu: Array, covariance: Array | None = None) -> tuple[Array, Array | None]:
+        """W coordinates (n, 3) and covariances (n, 3, 3) of the site's own ones."""
+        if self.grid is None:
+            return enu, covariance
+        up = np.array([0.0, 0.0, self.geoid])
+        positions = self.grid.to_work(enu + up)
+        if covariance is None:
+            return positions, None
+        jacobian = np.stack(
+            [
+                (self.grid.to_work(enu + up + step) - self.grid.to_work(enu + up - step)) / 2
+                for step in np.eye(3)
+            ],
+            axis=2,
+        )
+        return positions, jacobian @ covariance @ jacobian.transpose(0, 2, 1)
+
+    def from_geodetic(
+        self, geodetic: Array, covariance: Array | None = None
+    ) -> tuple[Array, Array | None]:
+        """W coordinates of latitude, longitude, height (n, 3); covariances along E, N, U there.
+
+        Raises
+        ------
+        InputError : the site is flat.
+        """
+        site = self._ellipsoid("latitude and longitude")
+        ecef = ecef_from_geodetic(
+            geodetic[:, 0], geodetic[:, 1], geodetic[:, 2] + self.geoid, site.ellipsoid
+        )
+        positions = site.from_ecef(ecef)
+        if covariance is None:
+            return positions, None
+        axes = site.axes(positions)
+        return positions, axes.transpose(0, 2, 1) @ covariance @ axes
+
+    def from_ecef(self, xyz: Array, covariance: Array | None = None) -> tuple[Array, Array | None]:
+        """W coordinates and covariances of geocentric ones.
+
+        Raises
+        ------
+        InputError : the site is flat.
+        """
+        site = self._ellipsoid("geocentric coordinates")
+        turned = None if covariance is None else self.turned(covariance)
+        return site.from_ecef(xyz), turned
+
+    def vectors(self, difference: Array) -> Array:
+        """Geocentric vectors (n, 3) along the axes of W.
+
+        Raises
+        ------
+        InputError : the site is flat.
+        """
+        return difference @ self._ellipsoid("geocentric vectors").w_from_ecef.T
+
+    def turned(self, covariance: Array) -> Array:
+        """Geocentric covariances (n, 3, 3) along the axes of W."""
+        rotation = self._ellipsoid("geocentric covariances").w_from_ecef
+        return rotation @ covariance @ rotation.T
+
+    def _ellipsoid(self, what: str) -> EllipsoidSite:
+        if not isinstance(self.site, EllipsoidSite):
+            raise InputError(
+                f"{what} need a place on the ellipsoid, and the site is flat",
+                cure="give the project a site with latitude_deg and longitude_deg, or a crs",
+            )
+        return self.site
