@@ -1,3 +1,50 @@
-"""Tribrach: one least-squares network for scans and survey observations."""
+"""Tribrach: one least-squares network for scans and survey observations.
+
+>>> import tribrach as tb
+>>> project = tb.Project.load("campus.toml")          # doctest: +SKIP
+>>> adjustment = tb.adjust(project.network())          # doctest: +SKIP
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from tribrach.io.survey.formats import read_files
+    from tribrach.network.adjustment import Adjustment, adjust
+    from tribrach.network.network import Datum, Network
+    from tribrach.network.quality import assess
+    from tribrach.network.survey import Survey
+    from tribrach.project import Project
 
 __version__ = "0.1.0"
+__all__ = [
+    "Adjustment",
+    "Datum",
+    "Network",
+    "Project",
+    "Survey",
+    "adjust",
+    "assess",
+    "read_files",
+]
+
+_HOMES = {
+    "Adjustment": "network.adjustment",
+    "Datum": "network.network",
+    "Network": "network.network",
+    "Project": "project",
+    "Survey": "network.survey",
+    "adjust": "network.adjustment",
+    "assess": "network.quality",
+    "read_files": "io.survey.formats",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Load the public names when first used: ``import tribrach`` stays quick."""
+    if name not in _HOMES:
+        raise AttributeError(f"module tribrach has no attribute {name}")
+    from importlib import import_module
+
+    return getattr(import_module(f"tribrach.{_HOMES[name]}"), name)

@@ -18,7 +18,7 @@ from tribrach import pipeline
 from tribrach.errors import InputError, TribrachError
 from tribrach.io.outputs import write_text
 from tribrach.io.survey.formats import read_files
-from tribrach.network.network import Datum, Network
+from tribrach.network.network import Datum
 from tribrach.project import Project
 from tribrach.report import html, json_result, text
 from tribrach.report.content import Content
@@ -51,7 +51,9 @@ def _root(
 
 @app.command()
 def adjust(
-    files: Annotated[list[Path], typer.Argument(help="Networks: gkf, xml, stn/msr, cor/obs, csv, rsp.")],
+    files: Annotated[
+        list[Path], typer.Argument(help="Networks: gkf, xml, stn/msr, cor/obs, csv, rsp.")
+    ],
     datum: Annotated[
         str | None,
         typer.Option(help="control, free, free:A,B,C (inner constraints) or fixed:A,B."),
@@ -61,8 +63,12 @@ def adjust(
     vce: Annotated[bool, typer.Option(help="Estimate variance components.")] = False,
     confidence: Annotated[float, typer.Option(min=0.5, max=0.9999)] = 0.95,
     posterior: Annotated[bool, typer.Option(help="Scale sigmas a posteriori.")] = False,
-    angle: Annotated[Literal["gon", "deg"], typer.Option(help="Unit of angles in reports.")] = "gon",
-    json_file: Annotated[Path | None, typer.Option("--json", help="Write the result as JSON.")] = None,
+    angle: Annotated[
+        Literal["gon", "deg"], typer.Option(help="Unit of angles in reports.")
+    ] = "gon",
+    json_file: Annotated[
+        Path | None, typer.Option("--json", help="Write the result as JSON.")
+    ] = None,
     html_file: Annotated[Path | None, typer.Option("--html", help="Write the HTML report.")] = None,
     text_file: Annotated[Path | None, typer.Option("--text", help="Write the text report.")] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,

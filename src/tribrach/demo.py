@@ -135,9 +135,8 @@ def _network(truth: Array) -> Network:
     sigma = np.hypot(3 * SEC, 0.0005 / length)
     survey.add(ZenithAngles, values=ones, sigma=sigma, refraction=REFRACTION, **sights)
     survey.add(SlopeDistances, values=ones, sigma=np.hypot(0.0015 + 2e-6 * length, 3e-4), **sights)
-    rises = {"start": NAMES[:4], "end": NAMES[1:]}
-    line = np.array(LEGS[:4]) / 1000
-    survey.add(HeightDifferences, values=np.ones(4), sigma=0.001 * np.sqrt(line), **rises)
+    sigma = 0.001 * np.sqrt(np.array(LEGS[:4]) / 1000)
+    survey.add(HeightDifferences, values=np.ones(4), sigma=sigma, start=NAMES[:4], end=NAMES[1:])
     return survey.network()
 
 
@@ -168,9 +167,7 @@ def _sights(network: Network, observed: dict[str, Observations]) -> str:
     directions = observed["direction"]
     assert isinstance(directions, Directions)
     values = {kind: o.values[:, 0] for kind, o in observed.items()}
-    head = (
-        "from,to,direction_gon,zenith_gon,slope_distance_m,height_instrument_m,height_target_m"
-    )
+    head = "from,to,direction_gon,zenith_gon,slope_distance_m,height_instrument_m,height_target_m"
     rows = []
     for k, (start, end) in enumerate(directions.ends(network.start.layout)):
         direction = values["direction"][k] % (2 * np.pi) / GON

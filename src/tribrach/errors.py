@@ -72,7 +72,7 @@ class NoStartValues(AdjustmentError):
 
 
 class RankDefect(AdjustmentError):
-    """The observations leave combinations of unknowns open; the sentences name them and the cure."""
+    """The observations leave combinations of unknowns open; the sentences say which."""
 
 
 class NotConverged(AdjustmentError):

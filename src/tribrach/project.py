@@ -38,8 +38,8 @@ class SiteModel(_Model):
 
     kind: Literal["flat", "geodetic"] = "flat"
     curvature_radius_m: PositiveFloat | None = None
-    latitude_deg: float | None = Field(None, ge=-90, le=90)
-    longitude_deg: float | None = Field(None, ge=-360, le=360)
+    latitude_deg: float | None = Field(default=None, ge=-90, le=90)
+    longitude_deg: float | None = Field(default=None, ge=-360, le=360)
     height_m: float = 0.0
 
     def site(self) -> Site:
@@ -146,7 +146,7 @@ class Project(_Model):
     """One survey job: site, datum, instruments, files, what to do and where to put it."""
 
     title: str = "Untitled project"
-    confidence: float = Field(0.95, gt=0.5, lt=1)
+    confidence: float = Field(default=0.95, gt=0.5, lt=1)
     facts: dict[str, str] = Field(default_factory=dict)
     site: SiteModel = SiteModel()
     datum: DatumModel = DatumModel()
@@ -157,7 +157,7 @@ class Project(_Model):
     scale_bars: tuple[ScaleBarModel, ...] = ()
     adjustment: AdjustmentModel = AdjustmentModel()
     output: OutputModel = OutputModel()
-    folder: Path = Field(Path(), exclude=True)
+    folder: Path = Field(default=Path(), exclude=True)
 
     @classmethod
     def load(cls, path: str | Path) -> Project:

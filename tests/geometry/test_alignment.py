@@ -33,12 +33,20 @@ def test_umeyama_returns_the_scale(rng: np.random.Generator) -> None:
 def test_umeyama_near_the_weighted_solution_of_ghilani() -> None:
     # Ghilani, Adjustment Computations, chapter 18: scale 0.94996, translations in metres
     measured = np.array(
-        [[1094.883, 820.085, 109.821], [503.891, 1598.698, 117.685],
-         [2349.343, 207.658, 151.387], [1395.320, 1348.853, 215.261]]
+        [
+            [1094.883, 820.085, 109.821],
+            [503.891, 1598.698, 117.685],
+            [2349.343, 207.658, 151.387],
+            [1395.320, 1348.853, 215.261],
+        ]
     )
     control = np.array(
-        [[10037.81, 5262.09, 772.04], [10956.68, 5128.17, 783.00],
-         [8780.08, 4840.29, 782.62], [10185.80, 4700.21, 851.32]]
+        [
+            [10037.81, 5262.09, 772.04],
+            [10956.68, 5128.17, 783.00],
+            [8780.08, 4840.29, 782.62],
+            [10185.80, 4700.21, 851.32],
+        ]
     )
     fit = umeyama(measured, control)
     assert fit.scale == pytest.approx(0.94996, abs=3e-5)
@@ -61,7 +69,7 @@ def test_mirrored_triangle_keeps_a_proper_rotation() -> None:
 
 
 def test_swapped_columns_are_named(rng: np.random.Generator) -> None:
-    local = cloud(rng) + [1000.0, 2000, 50]
+    local = cloud(rng) + np.array([1000.0, 2000.0, 50.0])
     fit = kabsch(local, local[:, [1, 0, 2]])
     assert fit.mirrored
     assert np.linalg.det(fit.rotation) == pytest.approx(1.0)

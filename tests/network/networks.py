@@ -16,7 +16,12 @@ from tribrach.network.observations.zenith import ZenithAngles
 from tribrach.network.survey import Survey
 
 #: Strang & Borre 1997, example 12.4: a free trilateration, metres
-STRANG_BORRE = {"P": (170.71, 170.71), "1": (170.71, 270.71), "2": (100.0, 100.0), "3": (241.42, 100.0)}
+STRANG_BORRE = {
+    "P": (170.71, 170.71),
+    "1": (170.71, 270.71),
+    "2": (100.0, 100.0),
+    "3": (241.42, 100.0),
+}
 STRANG_BORRE_DISTANCES = [
     ("1", "P", 100.01),
     ("2", "P", 100.02),
@@ -86,7 +91,7 @@ def mixed_network() -> Survey:
     survey.add(HeightDifferences, values=rise, sigma=0.0007, **lines)
     own = np.diag([0.008, 0.008, 0.015]) ** 2 + 2e-5
     antennas = {"position": names[:3], "antenna_height": 1.2, "common": "session 1"}
-    values = truth[:3] + [0, 0, 1.2]
+    values = truth[:3] + np.array([0, 0, 1.2])
     survey.add(GnssPositions, values=values, covariance=np.array([own] * 3), **antennas)
     survey.add(VectorPriors, values=[[0, 0, 0]], sigma=0.01, vector=["session 1"])
     table = survey.add(
@@ -104,7 +109,10 @@ def mixed_network() -> Survey:
 def constrained_network() -> Survey:
     """Scanner stations with a true base length and a point held on a known height."""
     survey, truth = scanner_network(np.random.default_rng(8), targets=7, stations=2)
-    base = float(np.linalg.norm(survey.stations["S1"].translation - survey.stations["S0"].translation))
+    chord = survey.stations["S1"].translation - survey.stations["S0"].translation
+    base = float(np.linalg.norm(chord))
     survey.add(SlopeDistances, values=[base], hard=True, start=["S0"], end=["S1"])
-    survey.add(HeightDifferences, values=[truth[1, 2] - truth[0, 2]], hard=True, start=["T0"], end=["T1"])
+    survey.add(
+        HeightDifferences, values=[truth[1, 2] - truth[0, 2]], hard=True, start=["T0"], end=["T1"]
+    )
     return survey

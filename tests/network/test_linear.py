@@ -7,7 +7,9 @@ import scipy.sparse as sp
 from tribrach.network import linear
 
 
-def scanner_like(points: int, stations: int, rng: np.random.Generator) -> tuple[sp.csc_array, np.ndarray]:
+def scanner_like(
+    points: int, stations: int, rng: np.random.Generator
+) -> tuple[sp.csc_array, np.ndarray]:
     """Normal matrix of points seen from stations, every station column with some prior."""
     size = 3 * points + 6 * stations
     rows = []
@@ -57,9 +59,7 @@ def test_points_with_fixed_coordinates_are_eliminated_as_smaller_blocks() -> Non
     keep[[1, 6, 7, 20]] = False
     normal, point_of = sp.csc_array(normal[keep][:, keep]), point_of[keep]
     truth = np.linalg.inv(normal.toarray())
-    factor = linear.SchurFactor(
-        normal, 1 / np.sqrt(normal.diagonal()), point_of >= 0, point_of
-    )
+    factor = linear.SchurFactor(normal, 1 / np.sqrt(normal.diagonal()), point_of >= 0, point_of)
     i, j = pairs(len(truth))
     assert np.abs(factor.entries(i, j) - truth[i, j]).max() < 1e-10
 

@@ -58,9 +58,7 @@ def solutions(survey: Survey, count: int, seed: int) -> tuple[np.ndarray, np.nda
         deviations.append((adjustment.state.positions - truth.positions).ravel())
         vtpv.append(adjustment.vtpv)
         if stated is None:
-            columns = adjustment.layout.position_columns(
-                np.arange(len(truth.positions))
-            ).ravel()
+            columns = adjustment.layout.position_columns(np.arange(len(truth.positions))).ravel()
             stated = adjustment.covariance_columns(columns, columns)
             dof = adjustment.dof
     return np.array(deviations), stated, [np.array(vtpv), dof]

@@ -136,9 +136,7 @@ def group_rigid(
     moved = np.einsum("gij,gj->gi", rotation, centre_l)
     # in space two extents must be there, in the plane one
     spread = np.sqrt(np.maximum(s[:, 1] if s.shape[1] == 3 else inertia, 0.0) / safe[:, 0])
-    return Groups(
-        rotation, centre_w - factor[:, None] * moved, factor, count, spread, handed < 0
-    )
+    return Groups(rotation, centre_w - factor[:, None] * moved, factor, count, spread, handed < 0)
 
 
 def group_planar(
@@ -165,9 +163,7 @@ def _single(local: Array, world: Array, weights: Array | None, scale: bool) -> A
 
     fit = group_rigid(one, 1, local, world, w, scale=scale)
     other = group_rigid(one, 1, local, world, w, scale=scale, mirror=True)
-    return Alignment(
-        fit.rotation[0], fit.translation[0], float(fit.scale[0]), rms(fit), rms(other)
-    )
+    return Alignment(fit.rotation[0], fit.translation[0], float(fit.scale[0]), rms(fit), rms(other))
 
 
 def _checked(local: Array, world: Array) -> tuple[Array, Array]:

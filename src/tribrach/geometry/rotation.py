@@ -50,6 +50,7 @@ def right_jacobian_inverse(r: Array) -> Array:
     small = angle < 1e-4
     safe = np.where(small, 1.0, angle)
     # cot(a/2)/(2a) is the same as (1 + cos a)/(2 a sin a) without the cancellation near pi
-    factor = np.where(small, 1 / 12 + angle**2 / 720, 1 / safe**2 - 1 / (2 * safe * np.tan(safe / 2)))
+    exact = 1 / safe**2 - 1 / (2 * safe * np.tan(safe / 2))
+    factor = np.where(small, 1 / 12 + angle**2 / 720, exact)
     cross = skew(r)
     return np.eye(3) + 0.5 * cross + factor[..., None, None] * (cross @ cross)

@@ -54,8 +54,10 @@ class CalibrationModel:
 
     def delta(self, polar: Array, face: Array, c: Array) -> Array:
         """``Delta`` (n, 3) at polar coordinates (n, 3) with parameters (n, k)."""
-        b = self.columns(*polar.T, face)
-        return np.einsum("nik,nk->ni", b, c)
+        r, h, v = polar.T
+        b = self.columns(r, h, v, face)
+        delta: Array = np.einsum("nik,nk->ni", b, c)
+        return delta
 
     def derivative(self, polar: Array, face: Array, c: Array) -> Array:
         """``dDelta/d(R, H, V)`` (n, 3, 3), exact to rounding (complex step)."""
@@ -64,7 +66,8 @@ class CalibrationModel:
         for axis in range(3):
             moved = polar.astype(complex)
             moved[:, axis] += 1j * step
-            b = self.columns(*moved.T, face)
+            r, h, v = moved.T
+            b = self.columns(r, h, v, face)
             out[:, :, axis] = np.einsum("nik,nk->ni", b.imag, c) / step
         return out
 

@@ -155,8 +155,10 @@ class Adjustment:
     def family_covariances(self, family: str) -> Array:
         """A-priori blocks (n, w, w) of all unknowns of a family; fixed components are zero."""
         columns = self.layout.columns(family, np.arange(self.layout.count(family)))
-        return self.cofactor.blocks(self.reduced[columns]) if len(columns) else np.zeros(
-            (0, WIDTH[family], WIDTH[family])
+        return (
+            self.cofactor.blocks(self.reduced[columns])
+            if len(columns)
+            else np.zeros((0, WIDTH[family], WIDTH[family]))
         )
 
     def position_covariances(self) -> Array:
@@ -248,9 +250,7 @@ class _System:
         if motions is not None and motions.basis.shape[1] == 0:
             self.motions = motions
         else:
-            self.motions = open_motions(
-                self.design, state, assembly.free_columns, self.constraints
-            )
+            self.motions = open_motions(self.design, state, assembly.free_columns, self.constraints)
         if motions is None:
             defects.check_datum(assembly, self.design, self.constraints, self.motions, datum)
         transposed = sp.csr_array(self.design.T)
@@ -260,9 +260,7 @@ class _System:
             normal = sp.csc_array(normal + damping * sp.diags_array(normal.diagonal()))
         point_of = point_numbers(state.layout, assembly.free_columns)
         try:
-            self.cofactor = Cofactor(
-                normal, point_of, self.constraints, self.motions.basis, datum
-            )
+            self.cofactor = Cofactor(normal, point_of, self.constraints, self.motions.basis, datum)
             weak = self.cofactor.factor.smallest_pivot < PIVOT_LIMIT
         except SingularMatrix:
             weak = True

@@ -181,7 +181,7 @@ class Assembly:
         matrix = _sparse(data, rows, columns, (len(self.rows), len(self.free_columns)))
         if self.joint_whitener is None or not whitened:
             return matrix
-        return (self.joint_whitener @ matrix).tocsr()
+        return sp.csr_array(self.joint_whitener @ matrix)
 
     def _triples(
         self, block: Block, items: Index, white: Array, first: int

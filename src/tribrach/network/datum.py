@@ -37,6 +37,8 @@ GENERATORS = (
 )
 #: singular values of the column-scaled whitened system below this are zero
 RANK_TOLERANCE = 1e-9
+#: entries of a row smaller than this against its largest are rounding: 1 nm on a sight of 1 m
+NOISE = 1e-9
 
 
 def generators(state: State) -> Array:
@@ -93,7 +95,7 @@ def open_motions(
     """
     full = generators(state)
     motion = full[free_columns]
-    system = sp.csr_array(sp.vstack([design, _unit_rows(constraints)]))
+    system = _without_noise(sp.csr_array(sp.vstack([design, _unit_rows(constraints)])))
     length = np.sqrt(np.asarray(system.multiply(system).sum(axis=0)).ravel())
     length[length == 0] = 1.0
     scaled = system @ sp.diags_array(1 / length)
@@ -114,13 +116,26 @@ def open_motions(
     q, back = q[:, rank], vt[rank].T / strength[rank]
     # fixed components must not move: their rows join the test, in metres and radians
     held = full[fixed][:, alive] / size[alive] * np.median(length)
-    _, value, vt = np.linalg.svd(np.vstack([scaled @ q, held @ back]), full_matrices=False)
+    test = np.vstack([scaled @ q, held @ back])
+    if len(test) < q.shape[1]:  # fewer observations than motions: the SVD would lose the rest
+        test = np.vstack([test, np.zeros((q.shape[1] - len(test), q.shape[1]))])
+    _, value, vt = np.linalg.svd(test, full_matrices=False)
     zero = value <= RANK_TOLERANCE * max(1.0, value.max(initial=0.0))
     null = vt[zero].T
     mix = np.zeros((7, null.shape[1]))
     mix[alive] = back @ null / size[alive][:, None]
     gap = (float(value[zero].max(initial=0.0)), float(value[~zero].min(initial=np.inf)))
     return OpenMotions(q @ null / length[:, None], mix, gap)
+
+
+def _without_noise(system: sp.csr_array) -> sp.csr_array:
+    """The rows without entries that only the rounding of coordinates makes differ from zero."""
+    out = system.copy()
+    if out.nnz == 0:
+        return out
+    largest = abs(system).max(axis=1).toarray().ravel()
+    out.data[np.abs(out.data) < NOISE * np.repeat(largest, np.diff(out.indptr))] = 0.0
+    return out
 
 
 def _unit_rows(constraints: sp.csr_array) -> sp.csr_array:
@@ -187,6 +202,11 @@ class Cofactor:
         self.constraints = constraints
         self.motions = motions
         diagonal = normal.diagonal()
+        # a column that nothing observes may still be pinned, with a weight like the others'
+        seen = diagonal > NOISE**2 * diagonal.max(initial=0.0)
+        if not seen.all():
+            usual = np.median(diagonal[seen]) if seen.any() else 1.0
+            diagonal = np.where(seen, diagonal, usual)
         pinned = np.zeros(len(diagonal))
         pins = pins_of(motions * np.sqrt(diagonal)[:, None])
         pinned[pins] = diagonal[pins]
@@ -201,9 +221,12 @@ class Cofactor:
 
     def _constraint_weights(self, diagonal: Array) -> Array:
         """Weights that add the constraints to N without disturbing its scale."""
+        if self.constraints.shape[0] == 0:
+            return np.zeros(0)
         squared = self.constraints.multiply(self.constraints)
         mean = squared @ (1 / np.where(diagonal > 0, diagonal, np.median(diagonal)))
-        return 1 / np.maximum(np.asarray(mean).ravel(), 1e-300)
+        weights: Array = 1 / np.maximum(np.asarray(mean).ravel(), 1e-300)
+        return weights
 
     def _eliminate_constraints(self) -> None:
         """``V = Z C^T L^-T`` so that ``Q1 = Z - V V^T``."""
@@ -232,7 +255,8 @@ class Cofactor:
         """
         inverse = self._k @ self._k.T - np.diag(self._weights)
         size = np.abs(np.diag(self._k @ self._k.T))
-        cleaned: Array = np.where(np.abs(inverse) < 1e-9 * np.sqrt(np.outer(size, size)), 0, inverse)
+        noise = np.abs(inverse) < 1e-9 * np.sqrt(np.outer(size, size))
+        cleaned: Array = np.where(noise, 0.0, inverse)
         return cleaned
 
     def _transform(self, datum: NDArray[np.bool_]) -> None:
@@ -241,10 +265,11 @@ class Cofactor:
         d = g.shape[1]
         u = len(datum)
         self._y, self._t = np.zeros((u, d)), np.zeros((d, d))
-        self._b, self._m = np.zeros((u, d)), np.zeros((d, d))
+        self._b: Array = np.zeros((u, d))
+        self._m: Array = np.zeros((d, d))
         if d == 0:
             return
-        self._b = np.where(datum[:, None], g, 0.0)
+        self._b = np.asarray(np.where(datum[:, None], g, 0.0), dtype=np.float64)
         self._m = np.linalg.inv(self._b.T @ g)
         qb = self._constrained(self._b)
         self._y = qb @ self._m.T

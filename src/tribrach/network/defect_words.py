@@ -32,7 +32,8 @@ def unit_columns(matrix: Array) -> Array:
 def motion_words(mix: Array) -> list[str]:
     """Motions of the whole network, given by their mix (7, d) of the generators, in words."""
     basis, _ = np.linalg.qr(unit_columns(mix))
-    words, left = [], []
+    words: list[str] = []
+    left: list[str] = []
     for k, name in enumerate(GENERATORS):
         along = basis @ basis[k]
         along[k] -= 1.0
@@ -80,9 +81,7 @@ def sentences(assembly: Assembly, null: Array, motions: Array) -> list[str]:
     shared[np.abs(shared) < 1e-6 * np.abs(shared).max(axis=0, initial=0.0)] = 0.0
     alone = [np.abs(part).max(axis=1) for part in _by_owner(local, _owners(layout, columns))]
     motion = generators(assembly.network.start)[columns]
-    return [
-        _sentence(assembly, vector, is_point, motion) for vector in [*alone, *shared.T]
-    ]
+    return [_sentence(assembly, vector, is_point, motion) for vector in [*alone, *shared.T]]
 
 
 def _by_owner(local: Array, owner: Index) -> list[Array]:
@@ -154,9 +153,7 @@ def _echelon(null: Array, is_point: NDArray[np.bool_]) -> Array:
     return reduced
 
 
-def _sentence(
-    assembly: Assembly, vector: Array, is_point: NDArray[np.bool_], motion: Array
-) -> str:
+def _sentence(assembly: Assembly, vector: Array, is_point: NDArray[np.bool_], motion: Array) -> str:
     """One null vector (u,) in words, with what would cure it."""
     layout = assembly.layout
     columns = assembly.free_columns
@@ -256,5 +253,3 @@ def _ties(assembly: Assembly, name: str) -> list[str]:
             if name in ends and i in items:
                 out.append(network.describe(o, i, network.start))
     return out
-
-

@@ -91,6 +91,8 @@ def _independent_points(normal: sp.csc_array, point_of: Index) -> NDArray[np.boo
 
 def _inverse(lower: Array) -> Array:
     """Symmetric inverse of ``L L^T``."""
+    if lower.size == 0:
+        return lower
     inverse, _ = scipy.linalg.lapack.dpotri(lower, lower=1)
     full: Array = np.tril(inverse) + np.tril(inverse, -1).T
     return full
@@ -105,7 +107,7 @@ class DenseFactor:
             lower = scipy.linalg.cholesky(unit, lower=True)
         except scipy.linalg.LinAlgError as error:
             raise SingularMatrix(str(error)) from error
-        self.smallest_pivot = float(np.diag(lower).min() ** 2)
+        self.smallest_pivot = float(np.diag(lower).min(initial=np.inf) ** 2)
         self.scale = scale
         self._lower = lower
 
@@ -279,7 +281,9 @@ class SparseFactor:
             self._inverse = _takahashi(low.indptr, low.indices, low.data, self._d)
         a, b = self._place[np.asarray(i)], self._place[np.asarray(j)]
         low = self._lower
-        out = _lookup(low.indptr, low.indices, *self._inverse, np.maximum(a, b), np.minimum(a, b))
+        value, diagonal = self._inverse
+        row, column = np.maximum(a, b), np.minimum(a, b)
+        out: Array = _lookup(low.indptr, low.indices, value, diagonal, row, column)
         out *= self.scale[i] * self.scale[j]
         outside = np.isnan(out)
         if outside.any():

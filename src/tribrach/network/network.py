@@ -102,7 +102,7 @@ class Network:
             )
         free = self.free.copy()
         points = free[: 3 * layout.count("point")].reshape(-1, 3)
-        # an axis that is free nowhere and zero or unknown everywhere is not in use (levelling, plan)
+        # an axis free nowhere and zero or unknown everywhere is not in use (levelling, plan)
         used = points.any(axis=0) | (np.nan_to_num(self.start.points) != 0).any(axis=0)
         points[:, used] = True
         if datum.kind == "fixed":

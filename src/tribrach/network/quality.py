@@ -203,8 +203,8 @@ def global_test(adjustment: Adjustment, alpha: float = 0.05) -> GlobalTest:
     dof = adjustment.dof
     if dof <= 0:
         return GlobalTest(adjustment.vtpv, dof, alpha, 0.0, np.inf)
-    lower, upper = chi2.ppf([alpha / 2, 1 - alpha / 2], dof)
-    return GlobalTest(adjustment.vtpv, dof, alpha, float(lower), float(upper))
+    lower, upper = (float(chi2.ppf(p, dof)) for p in (alpha / 2, 1 - alpha / 2))
+    return GlobalTest(adjustment.vtpv, dof, alpha, lower, upper)
 
 
 def _redundancy(adjustment: Adjustment, weighted: sp.csr_array, weight: Array) -> Array:
@@ -276,7 +276,8 @@ def block_tests(
 ) -> BlockTests:
     """Test every observation that has several values as a whole.
 
-    ``T = (E^T P v)^T (E^T S E)^-1 (E^T P v)``, chi-square with as many degrees of freedom as values.
+    ``T = (E^T P v)^T (E^T S E)^-1 (E^T P v)`` is chi-square; its degrees of freedom are the
+    number of values.
     """
     rows = adjustment.rows
     tables, items, widths, statistics = [], [], [], []
@@ -298,7 +299,7 @@ def block_tests(
         np.concatenate(items),
         width,
         np.concatenate(statistics),
-        chi2.ppf(1 - alpha0, width),
+        np.asarray(chi2.ppf(1 - alpha0, width), dtype=float),
     )
 
 

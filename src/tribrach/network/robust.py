@@ -60,7 +60,8 @@ class RobustResult:
             key = int(rows.table[row]), int(rows.item[row])
             if key not in seen:
                 seen.add(key)
-                words = Network.describe(network.observations[key[0]], key[1], self.adjustment.state)
+                o = network.observations[key[0]]
+                words = Network.describe(o, key[1], self.adjustment.state)
                 out.append(
                     f"the robust adjustment gives {words} the weight {self.weights[row]:.2f}: "
                     "check it"
@@ -82,7 +83,7 @@ def adjust_robust(
             "estimate cannot protect against errors there"
         )
     weights = np.ones(len(first.rows))
-    adjustment = first
+    adjustment, iteration = first, 0
     for iteration in range(1, max_iterations + 1):
         vbar = _standardised(adjustment, quality.redundancy, network)
         # the scale starts robust and never falls below the a-priori one
@@ -98,7 +99,6 @@ def adjust_robust(
 
 def _standardised(adjustment: Adjustment, redundancy: Array, network: Network) -> Array:
     """Residuals over their standard deviation under the original weights."""
-    rows = adjustment.rows
     sigma = np.concatenate(
         [
             o.sigma[items].ravel()
@@ -106,7 +106,8 @@ def _standardised(adjustment: Adjustment, redundancy: Array, network: Network) -
         ]
     )
     share = np.sqrt(np.clip(redundancy, 1e-4, 1.0))
-    return adjustment.residuals / (sigma * share)
+    standardised: Array = adjustment.residuals / (sigma * share)
+    return standardised
 
 
 def _reweighted(network: Network, first: Adjustment, weights: Array) -> Network:

@@ -131,7 +131,9 @@ class Survey:
         """
         if name in self.points or name in self.stations:
             raise InputError(
-                f"station {name} is defined twice", record=source or None, cure="keep one definition"
+                f"station {name} is defined twice",
+                record=source or None,
+                cure="keep one definition",
             )
         matrix = np.full((3, 3), np.nan) if rotation is None else np.asarray(rotation, dtype=float)
         self.stations[name] = GivenStation(
@@ -175,10 +177,10 @@ class Survey:
                 f"{kind.kind} is not a number", record=origin[bad[0]] or f"observation {bad[0] + 1}"
             )
         if covariance is None:
-            sigmas = np.ones((n, rows)) if sigma is None and hard else np.asarray(sigma, dtype=float)
-            sigmas = np.broadcast_to(
-                sigmas.reshape(-1, rows) if sigmas.ndim else sigmas, (n, rows)
+            sigmas = (
+                np.ones((n, rows)) if sigma is None and hard else np.asarray(sigma, dtype=float)
             )
+            sigmas = np.broadcast_to(sigmas.reshape(-1, rows) if sigmas.ndim else sigmas, (n, rows))
             bad = np.flatnonzero(~(sigmas > 0).all(axis=1) | ~np.isfinite(sigmas).all(axis=1))
             if len(bad):
                 raise InputError(
@@ -200,7 +202,12 @@ class Survey:
         return len(self._tables) - 1
 
     def correlate(
-        self, table: ArrayLike, item: ArrayLike, row: ArrayLike, covariance: ArrayLike, source: str = ""
+        self,
+        table: ArrayLike,
+        item: ArrayLike,
+        row: ArrayLike,
+        covariance: ArrayLike,
+        source: str = "",
     ) -> None:
         """Give values of several observations one covariance matrix (k, k).
 
@@ -261,7 +268,9 @@ class Survey:
         joint = tuple(
             JointCovariance(
                 np.array([place[id(self._tables[t])][0] for t in tables]),
-                np.array([place[id(self._tables[t])][1] + i for t, i in zip(tables, items, strict=True)]),
+                np.array(
+                    [place[id(self._tables[t])][1] + i for t, i in zip(tables, items, strict=True)]
+                ),
                 rows,
                 matrix,
             )
@@ -299,14 +308,14 @@ class Survey:
             names[family] |= dict.fromkeys(known)
         for table in self._tables:
             for item in fields(table.kind):
-                family = item.metadata.get("refers")
-                if family is None or item.name not in table.columns:
+                refers = item.metadata.get("refers")
+                if refers is None or item.name not in table.columns:
                     continue
                 used = dict.fromkeys(n for n in table.columns[item.name].ravel() if n)
-                if family == "position":
+                if refers == "position":
                     used = {n: None for n in used if n not in names["pose"]}
-                    family = "point"
-                names[family] |= used
+                    refers = "point"
+                names[refers] |= used
         clash = names["point"].keys() & names["pose"].keys()
         if clash:
             raise InputError(

@@ -65,7 +65,8 @@ class Layout:
             zip(FAMILIES, map(tuple, (points, poses, planes, vectors, scalars)), strict=True)
         )
         self._index = {
-            family: {name: i for i, name in enumerate(names)} for family, names in self.names.items()
+            family: {name: i for i, name in enumerate(names)}
+            for family, names in self.names.items()
         }
         for family, names in self.names.items():
             if len(self._index[family]) != len(names):
@@ -117,9 +118,7 @@ class Layout:
         """Columns (..., 3) of positions."""
         index = np.asarray(index, dtype=np.int64)
         points = self.count("point")
-        start = np.where(
-            index < points, 3 * index, self.offset["pose"] + 6 * (index - points)
-        )
+        start = np.where(index < points, 3 * index, self.offset["pose"] + 6 * (index - points))
         return start[..., None] + np.arange(3)
 
     def describe(self, column: int) -> tuple[str, str, str]:

@@ -65,7 +65,7 @@ def estimate_components(
     number = np.array([names.index(g) for g in groups])
     variance = np.ones(len(names))
     adjustment = adjust(network)
-    converged = False
+    converged, iteration = False, 0
     for iteration in range(1, max_iterations + 1):
         count, redundancy, square = _shares(adjustment, number, len(names))
         usable = redundancy >= minimum_redundancy
@@ -80,8 +80,12 @@ def estimate_components(
         adjustment = adjust(scaled.with_start(adjustment.state))
     table = []
     for k, name in enumerate(names):
-        note = "" if usable[k] else (
-            f"redundancy {redundancy[k]:.1f} is below {minimum_redundancy:g}: sigmas kept as given"
+        note = (
+            ""
+            if usable[k]
+            else (
+                f"redundancy {redundancy[k]:.1f} is below {minimum_redundancy:g}: sigmas kept as given"
+            )
         )
         factor = float(np.sqrt(variance[k]))
         spread = factor / np.sqrt(2 * redundancy[k]) if redundancy[k] > 0 else np.inf
@@ -98,8 +102,8 @@ def _shares(adjustment: Adjustment, number: NDArray[np.int64], count: int) -> tu
     square = adjustment.whitened_residuals**2
     return (
         np.bincount(group, minlength=count).astype(float),
-        np.bincount(group, share, count),
-        np.bincount(group, square, count),
+        np.bincount(group, share, count).astype(float),
+        np.bincount(group, square, count).astype(float),
     )
 
 
@@ -109,9 +113,7 @@ def _rescaled(network: Network, variance: Array) -> Network:
         replace(o, covariance=o.covariance * s)
         for o, s in zip(network.observations, variance, strict=True)
     )
-    joint = tuple(
-        replace(g, covariance=g.covariance * variance[g.table[0]]) for g in network.joint
-    )
+    joint = tuple(replace(g, covariance=g.covariance * variance[g.table[0]]) for g in network.joint)
     return replace(network, observations=observations, joint=joint)
 
 

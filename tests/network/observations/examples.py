@@ -131,9 +131,7 @@ def axis(kind: type[Observations], rng: np.random.Generator, site: Site) -> dict
     return columns
 
 
-def frame(
-    kind: type[Observations], rng: np.random.Generator, site: Site, **more: object
-) -> dict:
+def frame(kind: type[Observations], rng: np.random.Generator, site: Site, **more: object) -> dict:
     return {
         **common(kind, rng),
         "station": rng.integers(0, 3, N),
@@ -155,48 +153,79 @@ BUILDERS: dict[str, Build] = {
     "zenith": lambda k, g, s: sights(k, g, s, refraction=0.13, refraction_unknown=mixed(g, 18)),
     "azimuth": lambda k, g, s: sights(k, g, s, convergence=0.01, offset=mixed(g, 18)),
     "angle": angle,
-    "local_offset": lambda k, g, s: sights(k, g, s, axis=g.integers(0, 3, N)),
+    "local_offset": lambda k, g, s: sights(k, g, s, azimuth=g.uniform(0, 6, N), reduction=0.9),
     "height_difference": lambda k, g, s: {
-        **common(k, g), **pairs(g, 9), "height_end": 1.5, "geoid_start": 40.0, "site": s,
+        **common(k, g),
+        **pairs(g, 9),
+        "height_end": 1.5,
+        "geoid_start": 40.0,
+        "site": s,
     },
     "gnss_baseline": lambda k, g, s: {
-        **common(k, g), **pairs(g, 9), "height_start": 1.2, "height_end": 1.6,
-        "scale": mixed(g, 18), "site": s,
+        **common(k, g),
+        **pairs(g, 9),
+        "height_start": 1.2,
+        "height_end": 1.6,
+        "scale": mixed(g, 18),
+        "site": s,
     },
     "gnss_position": lambda k, g, s: {
-        **common(k, g), "position": g.integers(0, 9, N), "antenna_height": 1.8,
-        "common": mixed(g, 2), "site": s,
+        **common(k, g),
+        "position": g.integers(0, 9, N),
+        "antenna_height": 1.8,
+        "common": mixed(g, 2),
+        "site": s,
     },
     "coordinates": lambda k, g, s: {**common(k, g), "position": g.integers(0, 9, N)},
     "coordinate": lambda k, g, s: {
-        **common(k, g), "position": g.integers(0, 9, N), "axis": g.integers(0, 3, N),
+        **common(k, g),
+        "position": g.integers(0, 9, N),
+        "axis": g.integers(0, 3, N),
     },
     "component": lambda k, g, s: {
-        **common(k, g), "position": g.integers(0, 9, N), "direction": units(g),
+        **common(k, g),
+        "position": g.integers(0, 9, N),
+        "direction": units(g),
     },
     "target_centre": lambda k, g, s: {
-        **common(k, g), "station": g.integers(0, 3, N), "target": g.integers(0, 6, N),
+        **common(k, g),
+        "station": g.integers(0, 3, N),
+        "target": g.integers(0, 6, N),
     },
     "scanner_polar": polar,
     "antenna": lambda k, g, s: {
-        **common(k, g), "station": g.integers(0, 3, N), "lever_arm": np.zeros(N, int),
+        **common(k, g),
+        "station": g.integers(0, 3, N),
+        "lever_arm": np.zeros(N, int),
         "common": mixed(g, 2),
     },
     "inclination": lambda k, g, s: {
-        **common(k, g), "station": g.integers(0, 3, N), "xi": 1e-4, "eta": -2e-4,
-        "offset_x": mixed(g, 18), "offset_y": mixed(g, 18), "site": s,
+        **common(k, g),
+        "station": g.integers(0, 3, N),
+        "xi": 1e-4,
+        "eta": -2e-4,
+        "offset_x": mixed(g, 18),
+        "offset_y": mixed(g, 18),
+        "site": s,
     },
     "plane": lambda k, g, s: {
-        **common(k, g), "station": g.integers(0, 3, N), "plane": g.integers(0, 2, N),
-        "normal": units(g), "centroid": g.uniform(-9, 9, (N, 3)),
+        **common(k, g),
+        "station": g.integers(0, 3, N),
+        "plane": g.integers(0, 2, N),
+        "normal": units(g),
+        "centroid": g.uniform(-9, 9, (N, 3)),
     },
     "point_on_plane": lambda k, g, s: {
-        **common(k, g), "station": g.integers(0, 3, N), "plane": g.integers(0, 2, N),
+        **common(k, g),
+        "station": g.integers(0, 3, N),
+        "plane": g.integers(0, 2, N),
         "point": g.uniform(-9, 9, (N, 3)),
     },
     "relative_pose": lambda k, g, s: {**common(k, g), **pairs(g, 3), "rotation": rotations(g)},
     "rotation_component": lambda k, g, s: {
-        **common(k, g), "station": g.integers(0, 3, N), "axis": units(g),
+        **common(k, g),
+        "station": g.integers(0, 3, N),
+        "axis": units(g),
         "reference": rotations(g),
     },
     "axis_radius": axis,
@@ -204,7 +233,10 @@ BUILDERS: dict[str, Build] = {
     "axis_foot": axis,
     "equal_distance": lambda k, g, s: sights(k, g, s, common=g.integers(0, 18, N)),
     "equal_height_difference": lambda k, g, s: {
-        **common(k, g), **pairs(g, 9), "common": g.integers(0, 18, N), "site": s,
+        **common(k, g),
+        **pairs(g, 9),
+        "common": g.integers(0, 18, N),
+        "site": s,
     },
     "height": lambda k, g, s: {**common(k, g), "position": g.integers(0, 9, N), "site": s},
     "frame_coordinate": lambda k, g, s: frame(k, g, s, axis=g.integers(0, 3, N)),

@@ -28,9 +28,10 @@ def kinds() -> list[type[Observations]]:
     for module in pkgutil.iter_modules(package.__path__):
         names = vars(importlib.import_module(f"{package.__name__}.{module.name}"))
         for value in names.values():
-            if inspect.isclass(value) and issubclass(value, Observations):
-                if not inspect.isabstract(value) and hasattr(value, "kind"):
-                    found[value.kind] = value
+            if not (inspect.isclass(value) and issubclass(value, Observations)):
+                continue
+            if not inspect.isabstract(value) and hasattr(value, "kind"):
+                found[value.kind] = value
     return [found[name] for name in sorted(found)]
 
 
@@ -45,8 +46,11 @@ def dense(observations: Observations, state: State) -> np.ndarray:
         columns = np.broadcast_to(block.columns, (n, block.columns.shape[1]))
         values = np.broadcast_to(block.values, (n, rows, columns.shape[1]))
         for k in range(columns.shape[1]):
-            np.add.at(out, (np.arange(n)[:, None], np.arange(rows), columns[:, k][:, None]),
-                      values[:, :, k])
+            np.add.at(
+                out,
+                (np.arange(n)[:, None], np.arange(rows), columns[:, k][:, None]),
+                values[:, :, k],
+            )
     return out[:, :, :-1]
 
 

@@ -207,10 +207,20 @@ class _Assembly:
         """Datum, warnings and facts."""
         project, records = self.project, self.points.records
         survey.warnings += self.problems.warnings
-        _warn(survey, "no observation sees", [n for n in records if n not in survey.points
-              and n not in survey.stations], "left out")
-        still = [n for n, p in survey.points.items() if n not in self.active
-                 and not any(p.free) and n in records and not any(records[n].held)]
+        _warn(
+            survey,
+            "no observation sees",
+            [n for n in records if n not in survey.points and n not in survey.stations],
+            "left out",
+        )
+        still = [
+            n
+            for n, p in survey.points.items()
+            if n not in self.active
+            and not any(p.free)
+            and n in records
+            and not any(records[n].held)
+        ]
         _warn(survey, "only switched-off observations see", still, "kept where given")
         bent = [n for n, r in records.items() if r.deflection and n in survey.points]
         _warn(survey, "deflections of the vertical are given at", bent, "not applied")
@@ -238,11 +248,7 @@ class _Assembly:
 
 def _circles(tables: Tables) -> set[str]:
     """Names of all orientation unknowns that have directions."""
-    return {
-        name
-        for rows in tables.rows.values()
-        for name in rows.columns.get("orientation", [])
-    }
+    return {name for rows in tables.rows.values() for name in rows.columns.get("orientation", [])}
 
 
 def _warn(survey: Survey, what: str, names: list[str], then: str) -> None:

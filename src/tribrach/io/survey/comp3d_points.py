@@ -114,9 +114,7 @@ def _add(points: Points, line: Line, problems: Problems) -> None:
     if first is None:
         points.records[name] = record
     elif first.same(record):
-        problems.warnings.append(
-            f"{line.source}: point {name} repeats {first.line.source}."
-        )
+        problems.warnings.append(f"{line.source}: point {name} repeats {first.line.source}.")
     else:
         raise line.error(
             f"point {name} is defined twice (first at {first.line.source})",

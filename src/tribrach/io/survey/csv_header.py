@@ -138,9 +138,9 @@ def _rows(path: Path) -> tuple[list[list[str]], list[int]]:
             "the file is not UTF-8 text", file=path, line=line, cure="save it as UTF-8"
         ) from error
     rows, lines = [], []
-    for number, line in enumerate(io.StringIO(text), start=1):
-        if line.strip() and not line.lstrip().startswith("#"):
-            rows.append(next(csv.reader([line])))
+    for number, content in enumerate(io.StringIO(text), start=1):
+        if content.strip() and not content.lstrip().startswith("#"):
+            rows.append(next(csv.reader([content])))
             lines.append(number)
     return rows, lines
 

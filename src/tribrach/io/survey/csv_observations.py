@@ -1,10 +1,11 @@
 """Our own CSV files of observations and coordinates, as a survey.
 
-What a file holds follows from its columns: sights (``from,to`` with any of direction, zenith, slope
-or horizontal distance, angle, azimuth, height difference), vectors (``from,to,de_m,dn_m,du_m``),
-scanner targets (``station,target,x_m,y_m,z_m``), scanner polar observations (``station,target,range_m,
-horizontal_deg,zenith_deg``), inclinations (``station,tilt_x_arcsec,tilt_y_arcsec``) and coordinates
-(``point,e_m,n_m,u_m``). Standard deviations stand in ``sigma_`` columns or come from the instrument.
+What a file holds follows from its columns: sights (``from,to`` with any of direction, zenith,
+slope or horizontal distance, angle, azimuth, height difference), vectors (``from,to`` with
+``de_m,dn_m,du_m``), scanner targets (``station,target,x_m,y_m,z_m``), scanner polar observations
+(``station,target,range_m,horizontal_deg,zenith_deg``), inclinations (``station`` with
+``tilt_x_arcsec,tilt_y_arcsec``) and coordinates (``point,e_m,n_m,u_m``). Standard deviations stand
+in ``sigma_`` columns or come from the instrument.
 """
 
 from __future__ import annotations
@@ -262,7 +263,11 @@ class _Reader:
         values = self._triple(("de", "dn", "du"))
         ends = {"start": self.names("from", rows), "end": self.names("to", rows)}
         self.add(
-            GnssBaselines, rows, values=values, **ends, covariance=self._covariance("de", "dn", "du")
+            GnssBaselines,
+            rows,
+            values=values,
+            **ends,
+            covariance=self._covariance("de", "dn", "du"),
         )
 
     def positions(self) -> None:
@@ -305,7 +310,9 @@ class _Reader:
         sigma = np.stack(
             [
                 self.sigma("sigma_range", rows, lambda: _full(self.sigmas.distance, len(rows))),
-                self.sigma("sigma_horizontal", rows, lambda: _full(self.sigmas.direction, len(rows))),
+                self.sigma(
+                    "sigma_horizontal", rows, lambda: _full(self.sigmas.direction, len(rows))
+                ),
                 self.sigma("sigma_zenith", rows, lambda: _full(self.sigmas.zenith, len(rows))),
             ],
             axis=1,

@@ -67,7 +67,7 @@ def read_files(paths: Sequence[Path]) -> Survey:
     by_format: dict[str, list[Path]] = {}
     for path in paths:
         by_format.setdefault(format_of(path), []).append(path)
-    surveys = []
+    surveys: list[Survey] = []
     for name, files in by_format.items():
         module = importlib.import_module(f"tribrach.io.survey.{FORMATS[name]}")
         if name in JOINT:

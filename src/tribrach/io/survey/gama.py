@@ -1,4 +1,4 @@
-"""GNU Gama local networks (``.gkf``): every observation kind, covariance matrices, axes, handedness.
+"""GNU Gama local networks (``.gkf``): all observation kinds, covariance matrices and axes.
 
 The file's x and y become E and N by the letters of ``axes-xy``; angles that run counter-clockwise
 (``angles="right-handed"``) change sign. Angles are gon, or degrees written ``D-M-S``; standard
@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from lxml import etree
 from numpy.typing import NDArray
 
 from tribrach.errors import InputError
@@ -124,7 +123,7 @@ class _Defaults:
         words = self.element.text("distance-stdev").split()
         parts = [self.element._float("distance-stdev", word) for word in words]
         a, b, c = (*parts, 0.0, 1.0)[:3] if len(parts) == 1 else (*parts, 1.0)[:3]
-        return a + b * (metres / 1000) ** c
+        return float(a + b * (metres / 1000) ** c)
 
 
 @dataclass

@@ -60,7 +60,7 @@ class Frame:
         self.lengths: Lengths = ties.lengths if self.scaled else ties.lengths[none]
         self._pair_lengths()
         self.rises = ties.rises if self.scaled else ties.rises[none]
-        self.zeniths = ties.zeniths
+        self.zeniths = ties.zeniths if self.scaled else ties.zeniths[none]
         self.shots = ties.shots[self.open_pose[ties.shots.pose]]
 
     def _pair_lengths(self) -> None:

@@ -97,9 +97,7 @@ def _loci(f: Frame, node: int, known: NDArray[np.bool_]) -> list[_Locus]:
     r = f.rays
     oriented = np.isfinite(f.orientation[r.set])
     ahead = r[oriented & (r.end == node) & known[r.start]]
-    out += [
-        _Line(f.plan[i], d) for i, d in zip(ahead.start, unit(f.azimuths(ahead)), strict=True)
-    ]
+    out += [_Line(f.plan[i], d) for i, d in zip(ahead.start, unit(f.azimuths(ahead)), strict=True)]
     back = r[oriented & (r.start == node) & known[r.end]]
     out += [_Line(f.plan[i], -d) for i, d in zip(back.end, unit(f.azimuths(back)), strict=True)]
     flat = f.flats()

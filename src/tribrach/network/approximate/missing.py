@@ -78,9 +78,7 @@ def _tables(f: Frame) -> list[tuple[str, Index, Index]]:
     return out
 
 
-def _components(
-    lost: Index, tables: Sequence[tuple[str, Index, Index]], n: int
-) -> list[Index]:
+def _components(lost: Index, tables: Sequence[tuple[str, Index, Index]], n: int) -> list[Index]:
     """Lost nodes that hang together through ties between lost nodes, largest part last."""
     start = np.concatenate([t[1] for t in tables])
     end = np.concatenate([t[2] for t in tables])

@@ -1,7 +1,7 @@
 """Places where several lines or circles meet, for many places at once.
 
 * Intersection: rays from known set-ups meet in a point.
-* Multilateration: three or more distances, linear in the point after differencing.
+* Multilateration: distances to known places, linear in the point after differencing.
 * Resection: three or more readings of one set; linear in (cos o, sin o, p, q) with
   ``p = E cos o - N sin o``, ``q = E sin o + N cos o`` because each ray gives
   ``(E_i cos r - N_i sin r) cos o - (E_i sin r + N_i cos r) sin o - p cos r + q sin r = 0``.
@@ -74,33 +74,8 @@ def _solve2(group: Index, size: int, a: Array, b: Array, w: Array) -> tuple[Arra
     return x, ratio
 
 
-def _centred_spheres(
-    group: Index, size: int, centre: Array, radius: Array
-) -> tuple[Array, Array, Array]:
-    """Linear multilateration: points (size, d), conditioning, medians of residuals [m].
-
-    ``|x|^2 - 2 c_i . x + |c_i|^2 = r_i^2`` with ``|x|^2`` as a further unknown, then two steps of
-    Gauss-Newton.
-    """
-    count = np.bincount(group, minlength=size)[:, None]
-    mean = grouped_sum(group, size, centre) / count
-    c = centre - mean[group]
-    b = radius**2 - (c**2).sum(axis=1)
-    b -= (np.bincount(group, b, minlength=size) / count[:, 0])[group]
-    ones = np.ones(len(group))
-    x, ratio = _solve2(group, size, -2 * c, b, ones)
-    for _ in range(4):
-        d = x[group] - c
-        length = np.maximum(np.linalg.norm(d, axis=1), 1e-9)
-        step, _ = _solve2(group, size, d / length[:, None], radius - length, ones)
-        x = x + step
-    v = np.abs(np.linalg.norm(x[group] - c, axis=1) - radius)
-    _, median, _ = grouped_median(group, v[:, None])
-    return x + mean, ratio, median[:, 0]
-
-
 def multilaterate(f: Frame) -> None:
-    """Plan from three or more horizontal distances to known places not on a line."""
+    """Plan from three or more horizontal distances to known places."""
     known, flat = f.known_plan, f.flats()
     a, b = f.lengths.start, f.lengths.end
     ahead = known[a] & ~known[b] & np.isfinite(flat)
@@ -108,12 +83,11 @@ def multilaterate(f: Frame) -> None:
     nodes = np.concatenate([b[ahead], a[back]])
     centre = np.concatenate([f.plan[a[ahead]], f.plan[b[back]]])
     radius = np.concatenate([flat[ahead], flat[back]])
-    places, good, x = _enough(nodes, centre, radius, f.relaxed)
-    f.place_plan(places[good], x[good])
+    f.place_plan(*_meeting(nodes, centre, radius, choose=False))
 
 
 def trilaterate_space(f: Frame) -> None:
-    """Places from four or more slope distances to known places not in a plane."""
+    """Places from four or more slope distances to known places, or three where one may choose."""
     known = f.known
     a, b = f.lengths.start, f.lengths.end
     slope = np.isnan(f.lengths.flat)
@@ -123,22 +97,66 @@ def trilaterate_space(f: Frame) -> None:
     lift[:, 2] = np.concatenate([-f.lengths.lift[ahead], f.lengths.lift[back]])
     centre = f.space(np.concatenate([a[ahead], b[back]])) + lift
     radius = np.concatenate([f.lengths.value[ahead], f.lengths.value[back]])
-    places, good, x = _enough(nodes, centre, radius, f.relaxed)
-    f.place(places[good], x[good])
+    f.place(*_meeting(nodes, centre, radius, choose=f.guess))
 
 
-def _enough(
-    nodes: Index, centre: Array, radius: Array, relaxed: bool
-) -> tuple[Index, NDArray[np.bool_], Array]:
-    """Places with more distances than coordinates and a sound figure."""
+def _meeting(nodes: Index, centre: Array, radius: Array, *, choose: bool) -> tuple[Index, Array]:
+    """Places where circles (n, 2) or spheres (n, 3) about known centres meet.
+
+    From ``|x|^2 - 2 c_i . x + |c_i|^2 = r_i^2``, differenced against the mean, follow the
+    components along the extent of the centres; across their best plane (line) the place lies on one side or
+    the other. Both sides are refined and the better one is kept if it is clearly better, or if
+    one may ``choose``.
+    """
     dimension = centre.shape[1]
     keys, counts = np.unique(nodes, return_counts=True)
-    rows = np.isin(nodes, keys[counts > dimension])
+    rows = np.isin(nodes, keys[counts >= dimension + (not choose)])
     if not rows.any():
-        return keys[:0], np.zeros(0, dtype=bool), np.zeros((0, dimension))
+        return keys[:0], np.zeros((0, dimension))
     places, group = np.unique(nodes[rows], return_inverse=True)
-    x, ratio, _ = _centred_spheres(group, len(places), centre[rows], radius[rows])
-    return places, ratio > (1e-5 if relaxed else 1e-3), x
+    mean = grouped_sum(group, len(places), centre[rows]) / np.bincount(group)[:, None]
+    c, r = centre[rows] - mean[group], radius[rows]
+    sides, extent = _two_sides(group, len(places), c, r)
+    fits = [_refine(group, x, c, r) for x in sides]
+    first, second = fits[0][1], fits[1][1]
+    better = np.where((first <= second)[:, None], fits[0][0], fits[1][0])
+    clear = np.maximum(first, second) > 3 * np.minimum(first, second) + 1e-6 * extent
+    same = np.linalg.norm(fits[0][0] - fits[1][0], axis=1) < 1e-3 * extent
+    good = clear | same | choose
+    return places[good], (better + mean)[good]
+
+
+def _two_sides(group: Index, size: int, c: Array, r: Array) -> tuple[list[Array], Array]:
+    """Two candidates (size, d) for centres c about their centroids, and the centres' extents."""
+    count = np.bincount(group, minlength=size)
+    b = (c**2).sum(axis=1) - r**2
+    b -= (np.bincount(group, b, minlength=size) / count)[group]
+    values, axes = np.linalg.eigh(grouped_sum(group, size, c[:, :, None] * c[:, None, :]))
+    right = grouped_sum(group, size, c * b[:, None] / 2)
+    safe = np.maximum(values, 1e-9 * values[:, -1:] + 1e-300)
+    along = np.einsum("gji,gj->gi", axes, right) / safe
+    along[:, 0] = 0.0
+    flat = np.einsum("gij,gj->gi", axes, along)
+    square = r**2 - ((flat[group] - c) ** 2).sum(axis=1)
+    height = np.sqrt(np.maximum(np.bincount(group, square, minlength=size) / count, 0.0))
+    extent = np.sqrt(values[:, -1] / count)
+    across = np.maximum(height, 0.01 * extent)[:, None] * axes[:, :, 0]
+    return [flat + across, flat - across], extent
+
+
+def _refine(group: Index, x: Array, c: Array, r: Array) -> tuple[Array, Array]:
+    """Gauss-Newton towards the least sum of absolute residuals: places, means of residuals [m]."""
+    size = len(x)
+    for _ in range(8):
+        d = x[group] - c
+        length = np.maximum(np.linalg.norm(d, axis=1), 1e-9)
+        v = r - length
+        _, median, _ = grouped_median(group, np.abs(v)[:, None])
+        weights = 1 / (np.abs(v) + median[group, 0] + 1e-6)
+        step, _ = _solve2(group, size, d / length[:, None], v, weights)
+        x = x + step
+    v = np.abs(np.linalg.norm(x[group] - c, axis=1) - r)
+    return x, np.bincount(group, v, minlength=size) / np.bincount(group, minlength=size)
 
 
 def resect(f: Frame) -> None:
@@ -177,9 +195,7 @@ def resect(f: Frame) -> None:
     f.orientation[sets[good]] = wrap(o[good] - f.convergence(nodes))
 
 
-def _resect_linear(
-    group: Index, size: int, x: Array, reading: Array
-) -> tuple[Array, Array]:
+def _resect_linear(group: Index, size: int, x: Array, reading: Array) -> tuple[Array, Array]:
     """Null vectors (size, 4) of the resection equations; second smallest over largest eigenvalue.
 
     The second smallest vanishes where the set-up and its targets lie on one circle.

@@ -40,7 +40,8 @@ class Angles(Sights):
         """Angles (n, 1) in [0, 2 pi)."""
         back, fore = self.sight(state), self.sight(state, self.foresight)
         angle = np.arctan2(fore[:, 0], fore[:, 1]) - np.arctan2(back[:, 0], back[:, 1])
-        return np.remainder(angle, 2 * np.pi)[:, None]
+        values: Array = np.remainder(angle, 2 * np.pi)[:, None]
+        return values
 
     def jacobian(self, state: State) -> list[Block]:
         """The foresight's azimuth minus the backsight's."""

@@ -35,17 +35,14 @@ class Antennas(Observations):
     def ends(self, layout: Layout) -> list[tuple[str, str]]:
         """The station and its lever arm."""
         poses, vectors = layout.names["pose"], layout.names["vector"]
-        return [
-            (poses[i], vectors[j]) for i, j in zip(self.station, self.lever_arm, strict=True)
-        ]
+        return [(poses[i], vectors[j]) for i, j in zip(self.station, self.lever_arm, strict=True)]
 
     def predict(self, state: State) -> Array:
         """Antenna positions (n, 3)."""
         arm = np.einsum("nij,nj->ni", state.pose_r[self.station], state.vectors[self.lever_arm])
-        shift = np.where(
-            self.common[:, None] >= 0, state.vectors[np.maximum(self.common, 0)], 0.0
-        )
-        return state.pose_t[self.station] + arm + shift
+        shift = np.where(self.common[:, None] >= 0, state.vectors[np.maximum(self.common, 0)], 0.0)
+        antenna: Array = state.pose_t[self.station] + arm + shift
+        return antenna
 
     def jacobian(self, state: State) -> list[Block]:
         """Identity and ``-[R l]x`` by the pose, R by the lever arm, identity by the shift."""

@@ -22,8 +22,19 @@ from numpy.typing import ArrayLike, NDArray
 
 from tribrach.network.unknowns import Layout, State
 
-__all__ = ["Array", "Block", "Index", "Observations", "Use",
-    "covariance_from_sigma", "norm", "per_item", "refers", "shared", "wrap"]
+__all__ = [
+    "Array",
+    "Block",
+    "Index",
+    "Observations",
+    "Use",
+    "covariance_from_sigma",
+    "norm",
+    "per_item",
+    "refers",
+    "shared",
+    "wrap",
+]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -51,12 +62,14 @@ class Block:
 
 def wrap(angle: Array) -> Array:
     """Angles [rad] brought to (-pi, pi]."""
-    return -np.remainder(np.pi - angle, 2 * np.pi) + np.pi
+    wrapped: Array = -np.remainder(np.pi - angle, 2 * np.pi) + np.pi
+    return wrapped
 
 
 def norm(vector: Array) -> Array:
     """Lengths (...,) of vectors (..., 3)."""
-    return np.sqrt(np.einsum("...i,...i->...", vector, vector))
+    length: Array = np.sqrt(np.einsum("...i,...i->...", vector, vector))
+    return length
 
 
 def covariance_from_sigma(sigma: ArrayLike) -> Array:
@@ -151,7 +164,8 @@ class Observations(ABC):
     @property
     def sigma(self) -> Array:
         """Standard deviations (n, rows) a priori."""
-        return np.sqrt(np.einsum("nii->ni", self.covariance))
+        sigma: Array = np.sqrt(np.einsum("nii->ni", self.covariance))
+        return sigma
 
     @abstractmethod
     def predict(self, state: State) -> Array:

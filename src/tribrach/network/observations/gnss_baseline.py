@@ -58,7 +58,9 @@ class GnssBaselines(Observations):
         factor = (1 + state.scalar(self.scale))[:, None, None]
         blocks = [
             Block(columns(self.end), factor * self._by_mark(state, self.end, self.height_end)),
-            Block(columns(self.start), -factor * self._by_mark(state, self.start, self.height_start)),
+            Block(
+                columns(self.start), -factor * self._by_mark(state, self.start, self.height_start)
+            ),
         ]
         if (self.scale >= 0).any():
             by_scale = self._chord(state)[:, :, None]

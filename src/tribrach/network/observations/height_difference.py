@@ -9,8 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-import numpy as np
-
 from tribrach.geodesy.site import FlatSite, Site
 from tribrach.network.observations.base import Array, Block, Index, Observations, per_item, refers
 from tribrach.network.unknowns import Layout, State

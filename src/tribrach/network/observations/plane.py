@@ -1,8 +1,8 @@
 """Planes seen by scanner stations: fitted planes, and single points on planes.
 
 A plane ``n . x = d`` of the work frame appears in a scan as ``n_s = R^T n`` with the offset
-``d_s = d - n . t``. A fitted plane is observed by the two tangential components of its normal and by its
-offset anchored at the patch's centroid, which decorrelates them (method section 2.10).
+``d_s = d - n . t``. A fitted plane is observed by two tangential components of its normal and by
+its offset anchored at the patch's centroid, which decorrelates them (method section 2.10).
 """
 
 from __future__ import annotations
@@ -59,7 +59,8 @@ class FittedPlanes(Observations):
         seen = np.einsum("nji,nj->ni", r, n)
         tangent = np.einsum("nij,ni->nj", plane_basis(self.normal), seen)
         offset = d - np.einsum("ni,ni->n", n, t) - np.einsum("ni,ni->n", seen, self.centroid)
-        return np.concatenate([tangent, offset[:, None]], axis=1)
+        values: Array = np.concatenate([tangent, offset[:, None]], axis=1)
+        return values
 
     def jacobian(self, state: State) -> list[Block]:
         """``R^T [n]x`` by the rotation, ``R^T`` by the normal, and the offset's own terms."""
@@ -113,7 +114,8 @@ class PointsOnPlanes(Observations):
         """Signed distances (n, 1)."""
         x = state.pose_t[self.station] + self._arm(state)
         distance = np.einsum("ni,ni->n", state.plane_n[self.plane], x)
-        return (distance - state.plane_d[self.plane])[:, None]
+        values: Array = (distance - state.plane_d[self.plane])[:, None]
+        return values
 
     def jacobian(self, state: State) -> list[Block]:
         """``n`` by t, ``-n [R x]x`` by the rotation, ``x`` by the normal, -1 by the offset."""

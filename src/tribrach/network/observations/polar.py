@@ -1,7 +1,7 @@
 """Scanner polar observation of a point: range, horizontal angle, zenith angle, with calibration.
 
-``h = g - Delta(g; c, k)`` with ``g = (r, H, V)`` of ``u = R^T (X - t)``: true = measured + Delta. H is
-counter-clockwise from the scanner's x axis, V the zenith angle, k the face (method section 2.1).
+``h = g - Delta(g; c, k)`` with ``g = (r, H, V)`` of ``u = R^T (X - t)``: true = measured + Delta.
+H is counter-clockwise from the scanner's x axis, V the zenith angle, k the face (method section 2.1).
 """
 
 from __future__ import annotations
@@ -98,7 +98,8 @@ class ScannerPolar(Observations):
             c = state.scalars[self.parameters]
             by_x = by_x - self.model.derivative(polar, self.face, c) @ by_x
             columns = layout.columns("scalar", self.parameters)[..., 0]
-            blocks.append(Block(columns, -self.model.columns(*polar.T, self.face)))
+            r, h, v = polar.T
+            blocks.append(Block(columns, -self.model.columns(r, h, v, self.face)))
         by_pose = np.concatenate([-by_x, by_x @ skew(chord)], axis=2)
         return [
             Block(layout.position_columns(self.target), by_x),

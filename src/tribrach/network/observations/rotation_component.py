@@ -20,7 +20,10 @@ __all__ = ["RotationComponents"]
 
 @dataclass(kw_only=True)
 class RotationComponents(Observations):
-    """Components [rad] of the turn of ``station`` from ``reference`` (n, 3, 3) along axis (n, 3)."""
+    """Components [rad] of the turn of ``station`` from a reference, along an axis.
+
+    axis (n, 3) unit vectors of W, reference (n, 3, 3) rotations.
+    """
 
     station: Index = refers("pose")
     axis: Array = field()
@@ -38,11 +41,13 @@ class RotationComponents(Observations):
         return [(layout.names["pose"][i], "") for i in self.station]
 
     def _turn(self, state: State) -> Array:
-        return log(state.pose_r[self.station] @ self.reference.transpose(0, 2, 1))
+        turn: Array = log(state.pose_r[self.station] @ self.reference.transpose(0, 2, 1))
+        return turn
 
     def predict(self, state: State) -> Array:
         """Components (n, 1)."""
-        return np.einsum("ni,ni->n", self.axis, self._turn(state))[:, None]
+        values: Array = np.einsum("ni,ni->n", self.axis, self._turn(state))
+        return values[:, None]
 
     def jacobian(self, state: State) -> list[Block]:
         """``a^T Jl^-1`` by the rotation."""

@@ -26,8 +26,6 @@ from tribrach.network.unknowns import Layout, State
 __all__ = ["Sights"]
 
 
-
-
 @dataclass(kw_only=True)
 class Sights(Observations):
     """Observations along one line of sight each.
@@ -56,7 +54,8 @@ class Sights(Observations):
 
     def sight(self, state: State, end: Index | None = None) -> Array:
         """Vectors ``u`` (n, 3) from instrument to target (or to another ``end``), local axes."""
-        x_from, x_to = state.positions[self.start], state.positions[self.end if end is None else end]
+        end = self.end if end is None else end
+        x_from, x_to = state.positions[self.start], state.positions[end]
         hi = self.height_instrument + state.scalar(self.height_instrument_unknown)
         ht = self.height_target + state.scalar(self.height_target_unknown)
         chord = x_to + ht[:, None] * self.site.axes(x_to)[:, 2] - x_from

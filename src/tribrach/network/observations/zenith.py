@@ -51,7 +51,8 @@ class ZenithAngles(Sights):
         curve, bend = self._bend(state)
         flat = np.hypot(u[:, 0], u[:, 1])
         z = np.arctan2(flat, u[:, 2] - curve * flat**2) - bend * norm(u)
-        return z[:, None]
+        values: Array = z[:, None]
+        return values
 
     def jacobian(self, state: State) -> list[Block]:
         """By the sight, and by the refraction coefficient where it is unknown."""
