@@ -24,7 +24,12 @@ from tribrach.report.content import (
     Settings,
 )
 from tribrach.report.numbers import matrix, sigmas, triple
-from tribrach.report.summary import held_names, used_axes, variance_factor
+from tribrach.report.summary import (
+    given_coordinates,
+    held_names,
+    used_axes,
+    variance_factor,
+)
 
 __all__ = ["Uncertainty", "control", "points", "position_uncertainty"]
 
@@ -124,7 +129,7 @@ def _geodetic(adjustment: Adjustment) -> list[tuple[float, float, float]]:
 def _roles(adjustment: Adjustment) -> dict[str, Role]:
     """Points that are control or check; the others are free."""
     roles: dict[str, Role] = dict.fromkeys(held_names(adjustment), "control")
-    for o in _given(adjustment):
+    for o in given_coordinates(adjustment):
         for (name, _), use in zip(o.ends(adjustment.layout), o.use, strict=True):
             if use == Use.ACTIVE:
                 roles[name] = "control"
@@ -133,15 +138,10 @@ def _roles(adjustment: Adjustment) -> dict[str, Role]:
     return roles
 
 
-def _given(adjustment: Adjustment) -> list[Observations]:
-    """Tables of control coordinates."""
-    return [o for o in adjustment.network.observations if o.group == "control"]
-
-
 def control(adjustment: Adjustment, settings: Settings) -> tuple[Control, ...]:
     """Held coordinates, then coordinates given with a covariance, weighted, check or off."""
     out = [_held(adjustment, name) for name in held_names(adjustment)]
-    for o in _given(adjustment):
+    for o in given_coordinates(adjustment):
         out += _coordinates(adjustment, o, settings)
     return tuple(out)
 

@@ -7,11 +7,21 @@ from numpy.typing import NDArray
 
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.observations.base import Observations, Use
+from tribrach.network.observations.coordinates import Coordinate, Coordinates
+from tribrach.network.observations.height import Heights
 from tribrach.network.quality import Quality
 from tribrach.report.content import DatumStatement, GlobalVerdict, KindCount, Settings, Summary
 from tribrach.report.numbers import number
 
-__all__ = ["datum_statement", "held_names", "sigma_origin", "summary", "variance_factor"]
+__all__ = [
+    "datum_statement",
+    "given_coordinates",
+    "held_names",
+    "sigma_origin",
+    "summary",
+    "used_axes",
+    "variance_factor",
+]
 
 
 def variance_factor(adjustment: Adjustment, settings: Settings) -> float:
@@ -53,13 +63,19 @@ def used_axes(adjustment: Adjustment) -> NDArray[np.bool_]:
     return out
 
 
+def given_coordinates(adjustment: Adjustment) -> list[Observations]:
+    """Tables of given coordinates: control and check points with a covariance."""
+    kinds = (Coordinates, Coordinate, Heights)
+    tables = adjustment.network.observations
+    return [o for o in tables if o.group == "control" or isinstance(o, kinds)]
+
+
 def _weighted_names(adjustment: Adjustment) -> tuple[str, ...]:
     """Points whose coordinates are observed and take part."""
     out: dict[str, None] = {}
-    for o in adjustment.network.observations:
-        if o.group == "control":
-            ends = o.ends(adjustment.layout)
-            out |= {ends[i][0]: None for i in np.flatnonzero(o.use == Use.ACTIVE)}
+    for o in given_coordinates(adjustment):
+        ends = o.ends(adjustment.layout)
+        out |= {ends[i][0]: None for i in np.flatnonzero(o.use == Use.ACTIVE)}
     return tuple(out)
 
 

@@ -13,6 +13,8 @@ from tribrach.report.content import Control, Observation
 
 __all__ = ["warnings"]
 
+#: kinds of given coordinates, which are judged as control and not as observations
+GIVEN = ("coordinates", "coordinate", "height")
 #: redundancy numbers below this are worth a sentence
 POOR = 0.1
 
@@ -58,7 +60,7 @@ def _suspects(observations: Sequence[Observation]) -> list[str]:
         names = dict.fromkeys(
             _words(o)
             for o in sorted(observations, key=lambda o: -abs(o.w or 0.0))
-            if o.suspicious and o.state == state and o.group != "control"
+            if o.suspicious and o.state == state and o.kind not in GIVEN
         )
         if names:
             more = f"; and {len(names) - 3} more" if len(names) > 3 else ""
