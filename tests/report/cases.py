@@ -69,7 +69,7 @@ def mean_of_two() -> Content:
 def scanner(evil: bool = False, *, free: bool = False) -> Adjustment:
     """Two scanner stations and a total-station direction set on six targets, one of them off."""
     rng = np.random.default_rng(5)
-    truth = rng.uniform(-20, 20, (6, 3)) + [1000, 2000, 50]
+    truth = rng.uniform(-20, 20, (6, 3)) + np.array([1000, 2000, 50])
     names = [EVIL if evil and i == 0 else f"T{i}" for i in range(6)]
     survey = Survey(datum=Datum("free") if free else Datum())
     for i, (name, x) in enumerate(zip(names, truth, strict=True)):
