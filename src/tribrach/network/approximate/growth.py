@@ -11,7 +11,7 @@ from collections.abc import Callable
 from tribrach.network.approximate.frame import Frame
 from tribrach.network.approximate.heights import rises, zeniths
 from tribrach.network.approximate.loci import cross
-from tribrach.network.approximate.plan import orient, set_ups, traverse
+from tribrach.network.approximate.plan import orient, set_ups, transfer, traverse
 from tribrach.network.approximate.resection import (
     intersect,
     multilaterate,
@@ -25,7 +25,7 @@ __all__ = ["grow"]
 Rule = Callable[[Frame], None]
 
 _SPACE: tuple[Rule, ...] = (fixes, vectors, links, poses, shots, faces)
-_CHAINS: tuple[Rule, ...] = (orient, traverse, rises, zeniths, headings)
+_CHAINS: tuple[Rule, ...] = (transfer, orient, traverse, rises, zeniths, headings)
 _STATIONS: tuple[Rule, ...] = (set_ups, headings)
 _FIGURES: tuple[Rule, ...] = (intersect, multilaterate, resect, trilaterate_space)
 _UPRIGHT = ((*_SPACE, *_CHAINS), _STATIONS, _FIGURES, (cross,))
@@ -39,6 +39,10 @@ def grow(f: Frame) -> None:
     """Place everything that hangs together with what the frame knows."""
     tiers = _RIGID if f.kind == "rigid" else _UPRIGHT
     passes, tier = 0, 0
+    if f.kind != "rigid":
+        # what is given orients best
+        fixes(f)
+        orient(f)
     while tier < len(tiers):
         before = f.count()
         for rule in tiers[tier]:

@@ -13,7 +13,7 @@ from tribrach.geometry.alignment import Groups, group_planar
 from tribrach.network.approximate.frame import Frame
 from tribrach.network.approximate.grouping import azimuth, grouped_angle, grouped_median, wrap
 
-__all__ = ["orient", "robust_planar", "set_ups", "traverse", "unit"]
+__all__ = ["orient", "robust_planar", "set_ups", "transfer", "traverse", "unit"]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -39,6 +39,26 @@ def orient(f: Frame) -> None:
         turned = azimuth(chord) - r.reading - f.convergence(r.start)
         sets, values, _ = grouped_angle(r.set, turned)
         f.orientation[sets] = wrap(values)
+
+
+def transfer(f: Frame) -> None:
+    """Orientations handed on where two set-ups sight each other: ``o' = o + r + pi - r'``.
+
+    Places play no part in this. Orientations from places that were themselves reached by a few
+    rays would feed errors back into the next places, layer by layer, and grow exponentially.
+    """
+    r, known = f.rays, np.isfinite(f.orientation)
+    ahead = r.start * f.ties.n_nodes + r.end
+    back = r.end * f.ties.n_nodes + r.start
+    given, sought = known[r.set], ~known[r.set] & (r.set != f.ties.north)
+    keys, medians, _ = grouped_angle(ahead[given], f.azimuths(r[given]))
+    rows = np.flatnonzero(sought & np.isin(back, keys))
+    if len(rows) == 0:
+        return
+    azimuths = medians[np.searchsorted(keys, back[rows])] + np.pi
+    r = r[rows]
+    sets, values, _ = grouped_angle(r.set, azimuths - r.reading - f.convergence(r.start))
+    f.orientation[sets] = wrap(values)
 
 
 def traverse(f: Frame) -> None:

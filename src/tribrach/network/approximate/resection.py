@@ -104,9 +104,9 @@ def _meeting(nodes: Index, centre: Array, radius: Array, *, choose: bool) -> tup
     """Places where circles (n, 2) or spheres (n, 3) about known centres meet.
 
     From ``|x|^2 - 2 c_i . x + |c_i|^2 = r_i^2``, differenced against the mean, follow the
-    components along the extent of the centres; across their best plane (line) the place lies on one side or
-    the other. Both sides are refined and the better one is kept if it is clearly better, or if
-    one may ``choose``.
+    components along the extent of the centres; across their best plane (line) the place lies on
+    one side or the other. Both sides are refined and the better one is kept if it is clearly
+    better, or if one may ``choose``.
     """
     dimension = centre.shape[1]
     keys, counts = np.unique(nodes, return_counts=True)

@@ -1,0 +1,94 @@
+"""Start values with nothing known but a little control.
+
+Prints seconds, the ratio to one linearisation (design matrix) of the same network, and the
+largest error of the start.
+"""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from tribrach.geometry import rotation
+from tribrach.network.approximate import find_start
+from tribrach.network.assembly import Assembly
+from tribrach.network.observations.direction import Directions
+from tribrach.network.observations.slope_distance import SlopeDistances
+from tribrach.network.observations.target_centre import TargetCentres
+from tribrach.network.observations.zenith import ZenithAngles
+from tribrach.network.survey import Survey
+
+
+def grid(side: int) -> tuple[Survey, np.ndarray]:
+    """Set-ups on a grid that sight their neighbours; three corners are control."""
+    rng = np.random.default_rng(1)
+    e, n = (a.ravel() * 100.0 for a in np.meshgrid(np.arange(side), np.arange(side)))
+    truth = np.c_[e, n, rng.uniform(0, 20, side**2)] + rng.normal(0, 3, (side**2, 3))
+    index = np.arange(side**2).reshape(side, side)
+    pairs = [(index[:, :-1], index[:, 1:]), (index[:-1], index[1:])]
+    one = np.concatenate([np.c_[a.ravel(), b.ravel()] for a, b in pairs])
+    both = np.concatenate([one, one[:, ::-1]])
+    names = np.array([f"P{i}" for i in range(side**2)], dtype=object)
+    survey = Survey()
+    for i in range(side**2):
+        known = i in (0, side - 1, side**2 - 1)
+        survey.point(names[i], truth[i] if known else [np.nan] * 3, free=(not known,) * 3)
+    u = truth[both[:, 1]] - truth[both[:, 0]]
+    ends = {"start": names[both[:, 0]], "end": names[both[:, 1]]}
+    reading = np.arctan2(u[:, 0], u[:, 1]) - rng.uniform(-3, 3, side**2)[both[:, 0]]
+    circles = np.array([f"o{i}" for i in both[:, 0]], dtype=object)
+    noise = rng.normal(size=(3, len(both)))
+    survey.add(
+        Directions, values=reading + 1e-5 * noise[0], sigma=1e-5, orientation=circles, **ends
+    )
+    length = np.linalg.norm(u, axis=1)
+    survey.add(SlopeDistances, values=length + 0.002 * noise[1], sigma=0.002, **ends)
+    zenith = np.arctan2(np.hypot(u[:, 0], u[:, 1]), u[:, 2])
+    survey.add(ZenithAngles, values=zenith + 1e-5 * noise[2], sigma=1e-5, **ends)
+    return survey, truth
+
+
+def scanners(stations: int, targets: int, seen: int = 8) -> tuple[Survey, np.ndarray]:
+    """Targets seen from their nearest stations, which stand anyhow; four targets are control."""
+    rng = np.random.default_rng(2)
+    truth = rng.uniform(0, 1000, (targets, 3)) * [1, 1, 0.03]
+    t = rng.uniform(0, 1000, (stations, 3)) * [1, 1, 0.03]
+    r = rotation.exp(rng.uniform(-2, 2, (stations, 3)))
+    far = np.linalg.norm(truth[:, None, :2] - t[None, :, :2], axis=2)
+    station = np.argsort(far, axis=1)[:, :seen].ravel()
+    target = np.repeat(np.arange(targets), seen)
+    u = np.einsum("nji,nj->ni", r[station], truth[target] - t[station])
+    survey = Survey()
+    for i in range(targets):
+        survey.point(f"T{i}", truth[i] if i < 4 else [np.nan] * 3, free=(i >= 4,) * 3)
+    for i in range(stations):
+        survey.station(f"S{i}")
+    survey.add(
+        TargetCentres,
+        values=u + rng.normal(0, 0.002, u.shape),
+        sigma=np.full(u.shape, 0.002),
+        station=[f"S{i}" for i in station],
+        target=[f"T{i}" for i in target],
+    )
+    return survey, truth
+
+
+def measure(name: str, survey: Survey, truth: np.ndarray) -> None:
+    """Find start values and print a line."""
+    network = survey.network()
+    begin = time.perf_counter()
+    state = find_start(network)
+    found = time.perf_counter() - begin
+    assembly = Assembly(network.with_start(state))
+    begin = time.perf_counter()
+    assembly.design(state)
+    design = time.perf_counter() - begin
+    error = np.linalg.norm(state.points - truth, axis=1).max()
+    print(f"{name}: {found:.2f} s, {found / design:.1f} linearisations, error {error:.3f} m")
+
+
+if __name__ == "__main__":
+    for side in (25, 50, 100):
+        measure(f"grid {side} x {side}", *grid(side))
+    measure("300 scanners, 3000 targets", *scanners(300, 3000))
