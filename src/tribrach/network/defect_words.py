@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach.network.assembly import Assembly
-from tribrach.network.datum import GENERATORS, generators
-from tribrach.network.unknowns import WIDTH, Layout
+from tribrach.network.datum import GENERATORS, generators, pins_of
+from tribrach.network.unknowns import FAMILIES, WIDTH, Layout
 
 __all__ = ["motion_words", "sentences", "unit_columns", "weak_words"]
 
@@ -55,33 +55,55 @@ def _screw(mix: Array) -> str:
         terms = [f"{c:+.3g} {n}" for c, n in zip(mix, GENERATORS, strict=True) if abs(c) > 1e-6]
         return " ".join(terms)
     axis = turn / size
+    along = int(np.argmax(np.abs(axis)))
+    if abs(axis[along]) > 1 - 1e-9:
+        return GENERATORS[3 + along]
     azimuth = np.degrees(np.arctan2(axis[0], axis[1])) % 360
     elevation = np.degrees(np.arcsin(np.clip(axis[2], -1, 1)))
     return f"rotation about an axis of azimuth {azimuth:.0f} deg and elevation {elevation:.0f} deg"
 
 
-def sentences(assembly: Assembly, null: Array, motions: Array) -> list[str]:
+def sentences(assembly: Assembly, null: Array, motions: Array, length: Array) -> list[str]:
     """One sentence per open combination of unknowns, each naming as few as possible.
 
     null (u, d) null vectors over the free columns, motions (u, k) those of the network as a
-    whole, which are spoken of elsewhere.
+    whole, which are spoken of elsewhere, length (u,) of the columns of the whitened design: it
+    makes metres, radians and parameters comparable.
     """
     layout = assembly.layout
     columns = assembly.free_columns
+    starts = np.array([layout.offset[f] for f in FAMILIES])
+    family = np.searchsorted(starts, columns, side="right") - 1
     is_point = columns < 3 * layout.count("point")
-    everything = np.hstack([null, motions])
-    local, rest = _local(everything, _owners(layout, columns))
-    said = _basis(np.hstack([local, motions]))
-    vectors = _echelon(rest, is_point)
+    scaled, held = null * length[:, None], motions * length[:, None]
+    everything = np.hstack([scaled, held])
+    owner = _owners(layout, columns)
+    local, rest = _local(everything, owner)
+    said = _basis(np.hstack([local, held]))
+    vectors = _echelon(_at_rest(rest, held, is_point), family)
     news = np.linalg.norm(vectors - said @ (said.T @ vectors), axis=0)
     new = np.flatnonzero(news > 1e-6 * np.linalg.norm(vectors, axis=0))
     new = new[: _basis(everything).shape[1] - said.shape[1]]
     # what an unknown does on its own is said once and taken out of the rest
     shared = vectors[:, new] - local @ (local.T @ vectors[:, new])
     shared[np.abs(shared) < 1e-6 * np.abs(shared).max(axis=0, initial=0.0)] = 0.0
-    alone = [np.abs(part).max(axis=1) for part in _by_owner(local, _owners(layout, columns))]
+    alone = [np.abs(part).max(axis=1) for part in _by_owner(local, owner)]
     motion = generators(assembly.network.start)[columns]
-    return [_sentence(assembly, vector, is_point, motion) for vector in [*alone, *shared.T]]
+    return [
+        _sentence(assembly, vector / length, is_point, motion) for vector in [*alone, *shared.T]
+    ]
+
+
+def _at_rest(null: Array, motions: Array, is_point: NDArray[np.bool_]) -> Array:
+    """Null vectors with as much motion of the whole network taken out as keeps some points still."""
+    if motions.shape[1] == 0 or is_point.sum() < motions.shape[1]:
+        return null
+    basis = _basis(motions)
+    pins = np.flatnonzero(is_point)[pins_of(basis[is_point])]
+    if np.linalg.svd(basis[pins], compute_uv=False)[-1] < 1e-9:
+        return null
+    still = null - basis @ np.linalg.solve(basis[pins], null[pins])
+    return _basis(still[:, np.linalg.norm(still, axis=0) > 1e-9])
 
 
 def _by_owner(local: Array, owner: Index) -> list[Array]:
@@ -126,21 +148,21 @@ def _local(null: Array, owner: Index) -> tuple[Array, Array]:
     return found, basis @ left[:, mixes.shape[1] :]
 
 
-def _echelon(null: Array, is_point: NDArray[np.bool_]) -> Array:
-    """Reduced echelon form (u, d): each pivot appears in one vector only; points come last."""
+def _echelon(null: Array, family: Index) -> Array:
+    """Reduced echelon form (u, d): each pivot appears in one vector only.
+
+    Pivots are looked for among scalars first, then vectors, planes and stations, points last.
+    """
     if null.shape[1] == 0:
         return null
-    scale = np.abs(null).max(axis=1)
-    scale[scale == 0] = 1.0
-    work = (null / scale[:, None]).T.copy()
-    order = np.concatenate([np.flatnonzero(~is_point), np.flatnonzero(is_point)])
+    work = unit_columns(null).T.copy()
     free_rows = list(range(len(work)))
     done: list[int] = []
-    for column in order:
+    for column in np.argsort(-family, kind="stable"):
         if not free_rows:
             break
         best = max(free_rows, key=lambda r: abs(work[r, column]))
-        if abs(work[best, column]) < 1e-6 * np.abs(work[free_rows]).max():
+        if abs(work[best, column]) < 1e-6 * np.abs(work[best]).max():
             continue
         work[best] /= work[best, column]
         for r in range(len(work)):
@@ -149,7 +171,7 @@ def _echelon(null: Array, is_point: NDArray[np.bool_]) -> Array:
         free_rows.remove(best)
         done.append(best)
     work[np.abs(work) < 1e-6 * np.abs(work).max(axis=1, keepdims=True)] = 0.0
-    reduced: Array = work[done].T * scale[:, None]
+    reduced: Array = work[done].T
     return reduced
 
 

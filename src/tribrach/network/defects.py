@@ -21,6 +21,7 @@ from tribrach.network.unknowns import State
 __all__ = [
     "check_datum",
     "check_rank",
+    "column_length",
     "datum_mask",
     "null_space",
     "worst_misclosure",
@@ -76,13 +77,14 @@ def check_datum(
     moves = ", ".join(motion_words(motions.mix))
     if assembly.network.datum.kind != "free":
         null, _ = null_space(design, constraints, motions.basis)
+        length = column_length(design)
         raise RankDefect(
             "the network is not tied to a frame",
             [
                 f"all points together can still move without any observation noticing: {moves} "
                 f"({d} in all); give more control coordinates, heights, an azimuth or GNSS, or ask "
                 "for inner constraints (datum free)",
-                *sentences(assembly, null, motions.basis),
+                *sentences(assembly, null, motions.basis, length),
             ],
         )
     held = np.linalg.svd(unit_columns(motions.basis * datum[:, None]), compute_uv=False)
@@ -116,7 +118,7 @@ def check_rank(
             f"the observations leave unknowns open: {count} combination"
             f"{'s' if count > 1 else ''} cannot be determined (singular values "
             f"{values[zero].max():.0e} against {values[~zero].min(initial=np.inf):.0e})",
-            sentences(assembly, vectors[:, zero], motions),
+            sentences(assembly, vectors[:, zero], motions, column_length(design)),
         )
     weak = np.flatnonzero(values <= WEAK_TOLERANCE)[:3]
     return tuple(
@@ -144,10 +146,8 @@ def _spectrum(
     design: sp.csr_array, constraints: sp.csr_array, motions: Array
 ) -> tuple[Array, Array]:
     """Right singular vectors (u, k), in natural units, and values from the smallest upwards."""
-    length = np.sqrt(np.asarray(design.multiply(design).sum(axis=0)).ravel())
-    seen = length > 0
-    median = float(np.median(length[seen])) if seen.any() else 1.0
-    length = np.where(seen, length, median)
+    length = column_length(design)
+    median = float(np.median(length))
     rows = [design, sp.diags_array(median / _row_length(constraints)) @ constraints]
     scaled = sp.csr_array(sp.csr_array(sp.vstack(rows)) @ sp.diags_array(1 / length))
     known, _ = np.linalg.qr(motions * length[:, None])
@@ -156,6 +156,13 @@ def _spectrum(
     vectors, values = find(scaled, known)
     order = np.argsort(values)
     return vectors[:, order] / length[:, None], values[order]
+
+
+def column_length(design: sp.csr_array) -> Array:
+    """Lengths (u,) of the columns of the whitened design; the median where nothing observes."""
+    length = np.sqrt(np.asarray(design.multiply(design).sum(axis=0)).ravel())
+    seen = length > 0
+    return np.where(seen, length, np.median(length[seen]) if seen.any() else 1.0)
 
 
 def _row_length(matrix: sp.csr_array) -> Array:
