@@ -189,9 +189,7 @@ def test_plan_keeps_distances_and_directions() -> None:
         assert point.ellipse is not None
         size = ellipses[point.name].rx / scale / drawn.exaggeration
         assert size == pytest.approx(point.ellipse.major, rel=0.01)
-    assert drawn.ellipse_bar_mm * 1e-3 * scale * drawn.exaggeration == pytest.approx(
-        drawn.ellipse_bar
-    )
+    assert drawn.ellipse_bar_metres * scale * drawn.exaggeration == pytest.approx(drawn.ellipse_bar)
     boxes = [(label.x, label.y) for label in drawn.labels]
     assert len(set(boxes)) == len(content.points)
 

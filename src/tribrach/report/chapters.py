@@ -50,15 +50,16 @@ class Chapters:
     def kinds(self) -> Table:
         """What was observed, how often, and whether each group deserves its sigmas."""
         note = (
-            "Counts are observed values. sigma0 of a group is the square root of its share of "
-            "the weighted squares over its redundancy; 1 says its sigmas are right."
+            "Counts are observed values. The ratio of sigma0 a posteriori to a priori is that of "
+            "the group alone: 1 says its sigmas are right, 2 that they are half of what they "
+            "should be."
         )
         columns: list[Spec] = [
             (Column("Kind", numeric=False), lambda k: text_cell(kind_name(k.kind))),
             (Column("Group", numeric=False), lambda k: text_cell(_group(k))),
             *(self.columns.plain(head, head, 0) for head in ("active", "check", "off")),
             self.columns.plain("redundancy", "redundancy"),
-            self.columns.plain("sigma0", "sigma0", 3),
+            self.columns.plain("ratio of sigma0", "sigma0", 3),
         ]
         return build_table(
             "kinds", "Observations by kind", note, self.content.summary.kinds, columns
@@ -82,7 +83,7 @@ class Chapters:
             (Column("test"), _test),
             (Column("limit"), _limit),
             (Column("verdict", numeric=False), _verdict),
-            self.columns.word("Source", "source"),
+            self.columns.source(),
         ]
         rows = sorted(
             self.content.control, key=lambda c: ("check", "weighted", "held", "off").index(c.use)
@@ -266,7 +267,7 @@ def _limit(c: Control) -> Cell:
 def _verdict(c: Control) -> Cell:
     """In words: agrees, does not agree, or why there is no verdict."""
     if c.verdict is None:
-        return text_cell(c.reason if c.use == "off" else "not tested")
+        return text_cell({"off": c.reason, "held": "held"}.get(c.use, "not controlled"))
     return text_cell("agrees", "good") if c.verdict.agrees else text_cell("does not agree", "bad")
 
 

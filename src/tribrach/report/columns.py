@@ -27,6 +27,12 @@ class Columns:
         get = attrgetter(path)
         return Column(head, numeric=False, wide=wide), lambda item: text_cell(get(item))
 
+    def source(self) -> Spec:
+        """File and line of each item, the file without its folders."""
+        return Column("Source", numeric=False), lambda item: text_cell(
+            item.source.replace("\\", "/").rsplit("/", 1)[-1]
+        )
+
     def plain(self, head: str, path: str, digits: int = 2, *, wide: bool = False) -> Spec:
         """A number without a unit."""
         get = attrgetter(path)

@@ -77,7 +77,8 @@ class KindCount:
     """Observed values of one kind and group.
 
     active, check, off count values; redundancy is the sum of the redundancy numbers;
-    sigma0 is ``sqrt(v^T P v / r)`` of the group, None without redundancy.
+    sigma0 is ``sqrt(v^T P v / r)`` of the group, a posteriori over a priori, None without
+    redundancy.
     """
 
     kind: str
@@ -160,7 +161,7 @@ class Control:
     """Control or check coordinates of a point.
 
     use : ``held``, ``weighted``, ``check`` or ``off``; given coordinates and their sigma [m];
-    difference adjusted - given [m] with its predicted sigma; verdict against it where there is
+    difference adjusted - given [m] with its predicted sigma (None if held); verdict against it where there is
     one; reason if it is off; source ``file:line``.
     """
 

@@ -45,7 +45,7 @@ def observation_table(content: Content, columns: Columns) -> Table:
         columns.word("at", "external_at"),
         (Column("block", wide=True), _block),
         (Column("state", numeric=False), lambda o: text_cell(_state(o))),
-        columns.word("Source", "source"),
+        columns.source(),
     ]
     rows = worst_first(content.observations)
     title = "Observations, worst first"

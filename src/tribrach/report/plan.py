@@ -76,13 +76,36 @@ class Plan:
     bar_metres: float
     exaggeration: float
     ellipse_bar: float
-    ellipse_bar_mm: float
+    ellipse_bar_metres: float
+
+    @property
+    def bar_words(self) -> str:
+        """Length of the scale bar."""
+        return _length(self.bar_metres)
+
+    @property
+    def ellipse_words(self) -> str:
+        """Length of the scale bar of ellipses and arrows, and how they are enlarged."""
+        what = "ellipses and arrows" if self.arrows else "ellipses"
+        factor = self.exaggeration
+        enlarged = (
+            f"enlarged {factor:,.0f} ×" if factor >= 1 else f"reduced to 1 : {1 / factor:,.0f}"
+        )
+        return f"{_length(self.ellipse_bar_metres)} for {what} ({enlarged})"
 
 
 def round_down(value: float) -> float:
     """The largest of 1, 2, 5 times a power of ten that is not above a positive value."""
     power = 10.0 ** math.floor(math.log10(value))
     return max(k * power for k in (1.0, 2.0, 5.0) if k * power <= value * (1 + 1e-12))
+
+
+def _length(metres: float) -> str:
+    """A length in the unit that suits its size."""
+    for factor, unit in ((1000.0, "km"), (1.0, "m"), (0.001, "mm")):
+        if metres >= factor * 0.999:
+            return f"{metres / factor:g} {unit}"
+    return f"{metres * 1e6:g} µm"
 
 
 def plan(content: Content) -> Plan | None:
@@ -102,7 +125,7 @@ def plan(content: Content) -> Plan | None:
     items = [(s.x, s.y, s.name, s.sort, r) for s, r in zip(placed, radius, strict=True)]
     labels = place_labels(items, frame.width, frame.height)
     bar = round_down(0.22 * frame.width / frame.scale)
-    small = round_down(60.0 / size * 1e3) if exaggeration else 0.0
+    small = round_down(60.0 / size) if exaggeration else 0.0
     return Plan(
         width=frame.width,
         height=frame.height,
@@ -116,8 +139,8 @@ def plan(content: Content) -> Plan | None:
         bar=bar * frame.scale,
         bar_metres=bar,
         exaggeration=exaggeration,
-        ellipse_bar=small * 1e-3 * size,
-        ellipse_bar_mm=small,
+        ellipse_bar=small * size,
+        ellipse_bar_metres=small,
     )
 
 
@@ -162,7 +185,7 @@ def _exaggeration(ellipses: list[Ellipse], pixel: Array, scale: float) -> float:
     if len(major) == 0:
         return 0.0
     nearest = np.asarray(cKDTree(pixel).query(pixel, k=2)[0])[:, 1]
-    room = float(np.clip(0.45 * np.median(nearest), 7.0, 34.0))
+    room = float(np.clip(0.45 * np.median(nearest), 10.0, 34.0))
     return round_down(room / (float(np.quantile(major, 0.8)) * scale))
 
 

@@ -152,8 +152,8 @@ def _held(adjustment: Adjustment, name: str) -> Control:
     free = adjustment.network.free[3 * i : 3 * i + 3]
     unused = free | ~used_axes(adjustment)
     given = np.where(unused, np.nan, adjustment.state.points[i])
-    zero = np.where(unused, np.nan, 0.0)
-    return Control(name, "held", triple(given), triple(zero), triple(zero), triple(zero), None)
+    nothing = (None, None, None)
+    return Control(name, "held", triple(given), nothing, nothing, nothing, None)
 
 
 def _axes_of(o: Observations) -> Index | None:

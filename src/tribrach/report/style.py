@@ -55,7 +55,7 @@ class Style:
         scaled = value * self.scale(unit)
         if scaled and abs(scaled) < 0.5 * 10.0 ** (1 - digits):
             digits = digits + 1
-        return f"{scaled:.{digits}f}" if abs(scaled) < 1e7 else f"{scaled:.3g}"
+        return _fixed(scaled, digits) if abs(scaled) < 1e7 else f"{scaled:.3g}"
 
     def small_unit(self, unit: str) -> str:
         """Unit of :meth:`small`."""
@@ -64,4 +64,10 @@ class Style:
     @staticmethod
     def plain(value: float | None, digits: int = 2) -> str:
         """A number without a unit."""
-        return "" if value is None else f"{value:.{digits}f}"
+        return "" if value is None else _fixed(value, digits)
+
+
+def _fixed(value: float, digits: int) -> str:
+    """Fixed digits; what rounds to zero has no sign."""
+    text = f"{value:.{digits}f}"
+    return text.lstrip("-") if float(text) == 0 else text

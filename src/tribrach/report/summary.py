@@ -100,7 +100,7 @@ def datum_statement(adjustment: Adjustment) -> DatumStatement:
     """The datum in a sentence."""
     datum = adjustment.network.datum
     held, weighted = held_names(adjustment), _weighted_names(adjustment)
-    if datum.kind == "free" or adjustment.defect:
+    if adjustment.defect:
         names = datum.names or _carriers(adjustment)
         who = _listed(names) if names else "all points and stations"
         motions = f"{adjustment.defect} open motion" + "s" * (adjustment.defect != 1)
@@ -115,8 +115,9 @@ def datum_statement(adjustment: Adjustment) -> DatumStatement:
     if weighted:
         parts.append(f"control with its own covariance: {_listed(weighted)}")
     if not parts:
-        parts.append("fixed by the observations themselves, no control point is used")
-    noun = "Fixed points" if datum.kind == "fixed" else "Control"
+        parts.append("no control point, the observations themselves fix the frame")
+    nouns = {"fixed": "Fixed points", "free": "Inner constraints were asked for but none is needed"}
+    noun = nouns.get(datum.kind, "Control" if held or weighted else "Observations")
     return DatumStatement(datum.kind, f"{noun}: {'; '.join(parts)}.", held + weighted)
 
 

@@ -57,7 +57,7 @@ def _head(content: Content) -> str:
     rule = "=" * WIDTH
     facts = [_wrapped(f"{name}: {value}") for name, value in content.facts]
     made = f"Tribrach {content.version}, {content.date}"
-    return "\n".join([rule, content.title, made, rule, *facts])
+    return "\n".join([rule, textwrap.fill(content.title, WIDTH), made, rule, *facts])
 
 
 def _facts(content: Content) -> list[str]:
@@ -68,7 +68,7 @@ def _facts(content: Content) -> list[str]:
         f"{summary.n_off}",
         f"unknowns {summary.n_unknowns}, constraints {summary.n_constraints}, datum defect "
         f"{summary.defect}, redundancy {summary.dof}, iterations {summary.iterations}",
-        f"weighted sum of squares {summary.vtpv:.4f}; {_sigma0(content)}",
+        f"weighted sum of squares {summary.vtpv:.6g}; {_sigma0(content)}",
         summary.test.sentence,
     ]
 

@@ -88,9 +88,11 @@ def _uncontrolled(quality: Quality) -> list[str]:
     out = []
     total = len(quality.w)
     if none:
-        out.append(f"{none} of {total} values are controlled by no other: errors stay unseen")
+        verb = "is" if none == 1 else "are"
+        out.append(f"{none} of {total} values {verb} controlled by no other: errors stay unseen")
     if poor:
-        out.append(f"{poor} of {total} values have a redundancy number below {POOR:g}")
+        verb = "has" if poor == 1 else "have"
+        out.append(f"{poor} of {total} values {verb} a redundancy number below {POOR:g}")
     return out
 
 
