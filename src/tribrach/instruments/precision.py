@@ -1,0 +1,99 @@
+"""How precise is an instrument, set up and centred as it is, along a sight of some length?
+
+Readings have their own standard deviations; errors of centring and of heights turn into angles by
+the length of the sight (method sections 2.3 and 2.14). Metres and radians; None where the
+instrument says nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Precision"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Precision:
+    """Standard deviations of an instrument.
+
+    direction, zenith : of one reading [rad]; distance [m] and scale [m/m], added linearly;
+    centring : of either end [m]; height : of the height of either end [m]; levelling [m] per
+    square root of a kilometre; range [m], range_scale [m/m], scan_angle [rad] : of a scanner;
+    target : floor of a target's centre in each coordinate [m]; tilt [rad] : of a levelled
+    scanner; gnss_plan, gnss_up [m]; refraction : coefficient of the place, not a sigma.
+    """
+
+    direction: float | None = None
+    zenith: float | None = None
+    distance: float | None = None
+    scale: float = 0.0
+    centring: float = 0.0
+    height: float = 0.0
+    levelling: float | None = None
+    range: float | None = None
+    range_scale: float = 0.0
+    scan_angle: float | None = None
+    target: float = 0.0
+    tilt: float | None = None
+    gnss_plan: float | None = None
+    gnss_up: float | None = None
+    refraction: float = 0.13
+
+    def of_directions(self, length: Array, repetitions: Array) -> Array | None:
+        """Sigmas (n,) of directions along sights (n,) [m]; NaN lengths leave centring out."""
+        return _angle(self.direction, self.centring, length, repetitions)
+
+    def of_zeniths(self, length: Array, repetitions: Array) -> Array | None:
+        """Sigmas (n,) of zenith angles; NaN lengths leave the errors of heights out."""
+        return _angle(self.zenith, self.height, length, repetitions)
+
+    def of_angles(self, repetitions: Array) -> Array | None:
+        """Sigmas (n,) of angles between two directions, without centring."""
+        return None if self.direction is None else np.sqrt(2 / repetitions) * self.direction
+
+    def of_distances(self, length: Array, repetitions: Array) -> Array | None:
+        """Sigmas (n,) of distances (n,), both ends centred."""
+        if self.distance is None:
+            return None
+        own = (self.distance + self.scale * length) / np.sqrt(repetitions)
+        sigma: Array = np.hypot(own, np.sqrt(2) * self.centring)
+        return sigma
+
+    def of_lines(self, length: Array) -> Array | None:
+        """Sigmas (n,) of height differences levelled along lines of length (n,) [m]."""
+        return None if self.levelling is None else self.levelling * np.sqrt(length / 1000)
+
+    def of_ranges(self, length: Array) -> Array | None:
+        """Sigmas (n,) of scanner ranges (n,)."""
+        return None if self.range is None else self.range + self.range_scale * length
+
+    def of_targets(self, xyz: Array) -> Array | None:
+        """Covariances (n, 3, 3) of points (n, 3), along and across the beam."""
+        length = np.linalg.norm(xyz, axis=1)
+        along = self.of_ranges(length)
+        if along is None or self.scan_angle is None:
+            return None
+        return beam_covariance(xyz, along, self.scan_angle * length)
+
+
+def beam_covariance(xyz: Array, along: Array, across: Array) -> Array:
+    """Covariances (n, 3, 3) of points (n, 3) with sigmas (n,) along and across the beam [m]."""
+    unit = xyz / np.linalg.norm(xyz, axis=1, keepdims=True)
+    outer = unit[:, :, None] * unit[:, None, :]
+    rest = np.eye(3) - outer
+    covariance: Array = (along**2)[:, None, None] * outer + (across**2)[:, None, None] * rest
+    return covariance
+
+
+def _angle(reading: float | None, end: float, length: Array, repetitions: Array) -> Array | None:
+    """An angle's sigma from its reading and errors of both ends across the sight."""
+    if reading is None:
+        return None
+    across = np.where(np.isnan(length), 0.0, np.sqrt(2) * end / np.where(length > 0, length, 1.0))
+    sigma: Array = np.hypot(reading / np.sqrt(repetitions), across)
+    return sigma

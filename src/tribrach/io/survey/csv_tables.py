@@ -1,0 +1,47 @@
+"""Our own CSV files: observations and coordinates whose header names column and unit.
+
+What a file holds follows from its columns (:mod:`~tribrach.io.survey.csv_columns`): sights and
+levelling (``from,to``), angles (``at,from,to``), GNSS vectors (``from,to,de_m,dn_m,du_m``), scanner
+targets and polar observations (``station,target``), inclinations (``station,tilt_x_arcsec``), GNSS
+positions (``gnss,e_m,n_m,u_m``) and given coordinates (``point,e_m,n_m,u_m``). Standard deviations
+stand in ``sigma_`` columns or come from the instrument of the project.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from tribrach.io.survey.csv_file import Table, read_table
+from tribrach.io.survey.csv_places import CoordinateReader, PositionReader, VectorReader
+from tribrach.io.survey.csv_reader import Context, Reader
+from tribrach.io.survey.csv_scans import InclinationReader, PolarReader, TargetReader
+from tribrach.io.survey.csv_sights import AngleReader, SightReader
+from tribrach.network.survey import Survey
+
+__all__ = ["Context", "read"]
+
+_READERS: dict[str, Callable[[Table, Context], Reader]] = {
+    "scanner polar observations": PolarReader,
+    "scanner targets": TargetReader,
+    "inclinations": InclinationReader,
+    "GNSS positions": PositionReader,
+    "coordinates": CoordinateReader,
+    "angles": AngleReader,
+    "vectors in the work frame": VectorReader,
+    "geocentric vectors": VectorReader,
+    "sights": SightReader,
+}
+
+
+def read(path: Path, context: Context | None = None) -> Survey:
+    """Survey of one CSV file.
+
+    Raises
+    ------
+    InputError : the file, the line, what is wrong there and what to do about it.
+    """
+    table = read_table(Path(path))
+    reader = _READERS[table.kind.name](table, context or Context())
+    reader.read()
+    return reader.survey
