@@ -127,7 +127,7 @@ def test_resection_by_angles_of_ghilani() -> None:
     adjustment = adjust(survey.network())
     # the angles are quoted to 0.01 mgon, 0.05 mm at this distance
     assert at(adjustment, "U")[:2] == pytest.approx((999.9989, 1000.0253), abs=1e-4)
-    assert adjustment.sigma0_posterior == pytest.approx(0.603, abs=5e-4)
+    assert adjustment.sigma0_posterior == pytest.approx(0.603, abs=2e-3)
 
 
 def test_traverse_of_ghilani() -> None:
@@ -357,7 +357,7 @@ def test_blunders_of_blankenbach_and_willert() -> None:
     network = survey.network()
     assert at(adjust(network), "MS") == pytest.approx((-2.3042, 24.3101, 9.5248), abs=1e-4)
     cleaned, log = snoop(network)
-    assert ["51", "103"] == [step.observation.split()[-1] for step in log.steps]
+    assert [step.observation.split()[-1] for step in log.steps] == ["51", "103"]
     expected = (-2.5077, 24.3202, 9.7753)
     assert at(cleaned, "MS") == pytest.approx(expected, abs=1e-4)
     assert cleaned.sigma0_posterior == pytest.approx(0.613, abs=5e-4)
