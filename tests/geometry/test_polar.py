@@ -47,7 +47,9 @@ def test_derivatives(seed):
         ([0.29, 0, 1], r"scan.csv:3: a range of 0.29 m is below 0.3 m"),
         ([5, 0, np.radians(0.49)], "zenith angle of 0.4900 deg"),
         ([5, 0, np.radians(179.6)], "zenith angle of 179.6000 deg"),
-        ([5, 0, np.radians(271)], "zenith angle of 271.0000 deg"),
+        ([5, 0, np.radians(180.4)], "zenith angle of 180.4000 deg"),
+        ([5, 0, np.radians(-30)], "zenith angle of -30.0000 deg"),
+        ([5, 0, np.radians(390)], "outside the circle"),
     ],
 )
 def test_undefined_readings_are_refused(bad, words):
@@ -55,3 +57,7 @@ def test_undefined_readings_are_refused(bad, words):
     with pytest.raises(InputError, match=words):
         polar.require_defined(readings, ["scan.csv:2", "scan.csv:3"])
     polar.require_defined(readings[:1])
+
+
+def test_raw_back_face_readings_pass():
+    polar.require_defined(np.array([[5.0, 0.0, np.radians(271)]]))

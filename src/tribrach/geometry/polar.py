@@ -72,28 +72,26 @@ def xyz_by_polar(polar: Array) -> Array:
     return np.stack([np.stack(row, axis=1) for row in rows], axis=1)
 
 
-def require_defined(polar: Array, source: Sequence[str] = ()) -> None:
+def require_defined(polar: Array, source: Sequence[str] | NDArray[np.object_] = ()) -> None:
     """Refuse measured r, H, V (n, 3) whose horizontal angle means nothing.
 
-    source : where each came from, for the message; (n,) strings or empty.
+    V may be a raw back-face reading, between pi and 2 pi. source : where each came from, for the
+    message; (n,) strings or empty.
 
     Raises
     ------
-    InputError : a range below 0.3 m, or a zenith angle within 0.5 degrees of a pole or beyond it.
+    InputError : a range below 0.3 m, or a zenith angle within 0.5 degrees of a pole or outside
+        the circle.
     """
     near = polar[:, 0] < NEAREST
-    pole = (polar[:, 2] < POLE) | (polar[:, 2] > np.pi - POLE)
-    bad = np.flatnonzero(near | pole)
+    outside = (polar[:, 2] <= 0) | (polar[:, 2] >= 2 * np.pi)
+    bad = np.flatnonzero(near | outside | (np.abs(np.sin(polar[:, 2])) < np.sin(POLE)))
     if len(bad) == 0:
         return
     first = int(bad[0])
     r, v = polar[first, 0], np.degrees(polar[first, 2])
-    what = f"a range of {r:g} m is below {NEAREST} m"
-    if not near[first]:
-        what = f"a zenith angle of {v:.4f} deg is not between 0.5 and 179.5 deg"
+    what = f"a zenith angle of {v:.4f} deg is within 0.5 deg of a pole or outside the circle"
+    if near[first]:
+        what = f"a range of {r:g} m is below {NEAREST} m"
     where = source[first] if len(source) else ""
-    raise InputError(
-        what,
-        record=where or f"observation {first + 1}",
-        cure="leave it out, or fold back-face readings to the front",
-    )
+    raise InputError(what, record=where or f"observation {first + 1}", cure="leave it out")

@@ -328,12 +328,15 @@ class Survey:
         self, layout: Layout, tables: list[_Table]
     ) -> tuple[list[Observations], dict[int, tuple[int, int]]]:
         """One Observations per kind and group; where each table went (number, first item)."""
-        grouped: dict[tuple[type[Observations], str], list[_Table]] = {}
+        grouped: dict[tuple[Any, ...], list[_Table]] = {}
         for table in tables:
-            grouped.setdefault((table.kind, table.group), []).append(table)
+            shared = (f.name for f in fields(table.kind) if "shared" in f.metadata)
+            # two instruments' calibration models do not mix, whatever their group
+            key = (table.kind, table.group, *(table.columns.get(name) for name in shared))
+            grouped.setdefault(key, []).append(table)
         out: list[Observations] = []
         place: dict[int, tuple[int, int]] = {}
-        for (kind, group), members in grouped.items():
+        for (kind, group, *_), members in grouped.items():
             first = 0
             for table in members:
                 place[id(table)] = (len(out), first)
@@ -350,7 +353,7 @@ class Survey:
             if item.name in ("group", "site") or all(part is None for part in parts):
                 continue
             if "shared" in item.metadata:
-                columns[item.name] = next(part for part in parts if part is not None)
+                columns[item.name] = parts[0]
                 continue
             default = 0 if item.name == "use" else item.metadata.get("per_item", "")
             filled = [

@@ -103,6 +103,8 @@ def polar(kind: type[Observations], rng: np.random.Generator, site: Site) -> dic
     values = np.column_stack(
         [rng.uniform(5, 50, N), rng.uniform(-3, 3, N), rng.uniform(0.5, 2.5, N)]
     )
+    raw = rng.random(N) < 0.5
+    values[raw] = values[raw] * [1, 1, -1] + [0, np.pi, 2 * np.pi]
     return {
         **common(kind, rng),
         "values": values,
@@ -110,7 +112,7 @@ def polar(kind: type[Observations], rng: np.random.Generator, site: Site) -> dic
         "target": rng.integers(0, 6, N),
         "face": rng.choice([-1.0, 1.0], N),
         "model": NIST,
-        "parameters": np.tile(np.arange(18), (N, 1)),
+        "parameters": np.where(rng.random((N, 18)) < 0.8, np.arange(18), -1),
     }
 
 
@@ -166,9 +168,13 @@ BUILDERS: dict[str, Build] = {
         **pairs(g, 9),
         "height_start": 1.2,
         "height_end": 1.6,
-        "scale": mixed(g, 18),
+        "scale": mixed(g, 6),
+        "turn_e": mixed(g, 18),
+        "turn_n": mixed(g, 18),
+        "turn_u": mixed(g, 18),
         "site": s,
     },
+    "offset": lambda k, g, s: sights(k, g, s),
     "gnss_position": lambda k, g, s: {
         **common(k, g),
         "position": g.integers(0, 9, N),

@@ -23,6 +23,12 @@ def _baselines(c: Collector, o: Any, rows: Index) -> None:
     c.add(Vectors(o.start[rows], o.end[rows], value))
 
 
+def _offsets(c: Collector, o: Any, rows: Index) -> None:
+    value = o.values[rows].copy()
+    value[:, 2] += o.height_instrument[rows] - o.height_target[rows]
+    c.add(Vectors(o.start[rows], o.end[rows], value))
+
+
 def _coordinates(c: Collector, o: Any, rows: Index) -> None:
     c.add(Fixes(o.position[rows], o.values[rows]))
 
@@ -150,6 +156,7 @@ read_frame_sights = _FrameSights.read
 
 READERS = {
     "gnss_baseline": _baselines,
+    "offset": _offsets,
     "coordinates": _coordinates,
     "coordinate": _coordinate,
     "height": _heights,

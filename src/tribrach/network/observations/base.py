@@ -97,7 +97,10 @@ def per_item(default: float) -> Any:
 
 
 def shared() -> Any:
-    """A dataclass field that is one for all observations of a table; None if not given."""
+    """A hashable dataclass field that is one for all observations of a table; None if not given.
+
+    In a survey, tables that differ in it are kept apart even within one group.
+    """
     return field(default=None, metadata={"shared": True})
 
 

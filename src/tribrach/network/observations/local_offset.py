@@ -1,9 +1,9 @@
 """Horizontal offset of one position from another along an axis of known azimuth.
 
-``d = f (E' sin A + N' cos A)`` with the line of sight ``u = (E', N', U')`` from instrument to target in
-the local axes at the start and a known factor f that reduces it to another height. With azimuths
-90 and 0 degrees these are the offsets in east and north; with the value zero both together are a
-centring, one mark plumb over another (method section 2.3 for ``u``).
+``d = f (E' sin A + N' cos A)`` with the line of sight ``u = (E', N', U')`` from instrument to
+target in the local axes at the start and a known factor f that reduces it to another height. With
+azimuths 90 and 0 degrees these are the offsets in east and north; with the value zero both
+together are a centring, one mark plumb over another (method section 2.3 for ``u``).
 """
 
 from __future__ import annotations
@@ -35,7 +35,8 @@ class LocalOffsets(Sights):
     def _axis(self) -> Array:
         zero = np.zeros(len(self))
         axis = np.stack([np.sin(self.azimuth), np.cos(self.azimuth), zero], axis=1)
-        return self.reduction[:, None] * axis
+        out: Array = self.reduction[:, None] * axis
+        return out
 
     def predict(self, state: State) -> Array:
         """Offsets (n, 1)."""

@@ -1,7 +1,9 @@
 """Scanner polar observation of a point: range, horizontal angle, zenith angle, with calibration.
 
 ``h = g - Delta(g; c, k)`` with ``g = (r, H, V)`` of ``u = R^T (X - t)``: true = measured + Delta.
-H is counter-clockwise from the scanner's x axis, V the zenith angle, k the face (method section 2.1).
+H is counter-clockwise from the scanner's x axis, V the zenith angle, k the face. Back-face
+readings may be given raw, ``(r, H + pi, 2 pi - V)``, or folded to the front (method sections 1.2
+and 2.1).
 """
 
 from __future__ import annotations
@@ -11,6 +13,14 @@ from typing import ClassVar
 
 import numpy as np
 
+from tribrach.errors import InputError
+from tribrach.geometry.polar import (
+    NEAREST,
+    POLE,
+    polar_by_xyz,
+    polar_from_xyz,
+    require_defined,
+)
 from tribrach.geometry.rotation import skew
 from tribrach.instruments.calibration import CalibrationModel
 from tribrach.network.observations.base import (
@@ -25,22 +35,21 @@ from tribrach.network.observations.base import (
 )
 from tribrach.network.unknowns import Layout, State
 
-__all__ = ["ScannerPolar"]
-
-#: nearer than this [m], or closer to a pole than this [rad], the angles are not defined
-NEAREST, POLE = 0.3, np.radians(0.5)
+__all__ = ["NEAREST", "POLE", "ScannerPolar"]
 
 
 @dataclass(kw_only=True)
 class ScannerPolar(Observations):
     """Values (n, 3) r [m], H, V [rad] of ``target`` (position indices) from ``station`` (poses).
 
-    face : +1 front, -1 back (n,); back-face readings are folded to the front before.
-    model : calibration model, or None; parameters : scalar indices (n, k) of its parameters.
+    face : +1 front, -1 back (n,); readings with V above pi are on the back face whatever is said.
+    model : calibration model, or None; parameters : scalar indices (n, k) of its k parameters,
+    -1 where one is not used.
 
     Raises
     ------
-    ValueError : ranges below 0.3 m or zenith angles within 0.5 degrees of a pole.
+    InputError : ranges below 0.3 m, zenith angles within 0.5 degrees of a pole, or parameters
+        that are not one for each of the model.
     """
 
     station: Index = refers("pose")
@@ -55,13 +64,20 @@ class ScannerPolar(Observations):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.model is None:
-            self.parameters = np.empty((len(self), 0), dtype=np.int64)
-        pole = np.abs(np.sin(self.values[:, 2])) < np.sin(POLE)
-        bad = np.flatnonzero((self.values[:, 0] < NEAREST) | pole)
-        if len(bad):
-            source = self.source[bad[0]] or f"observation {bad[0] + 1}"
-            raise ValueError(f"{source}: nearer than {NEAREST} m or within 0.5 deg of a pole")
+        require_defined(self.values, self.source)
+        self._raw = self.values[:, 2] > np.pi
+        self.face = np.where(self._raw, -1.0, self.face)
+        count = 0 if self.model is None else len(self.model.parameters)
+        given = self.parameters.reshape(len(self), -1) if len(self) else np.empty((0, count))
+        if self.model is None and (given < 0).all():
+            given = given[:, :0]
+        if given.shape[1] != count:
+            raise InputError(
+                f"{given.shape[1]} calibration parameters are given for the {count} of the model",
+                record=next((s for s in self.source if s), None),
+                cure="name one unknown for each parameter of the model",
+            )
+        self.parameters = given.astype(np.int64)
 
     def ends(self, layout: Layout) -> list[tuple[str, str]]:
         """Station and target."""
@@ -74,52 +90,36 @@ class ScannerPolar(Observations):
     def _geometry(self, state: State) -> tuple[Array, Array, Array]:
         """Chord in W, vector in the scanner frame, polar coordinates; (n, 3) each."""
         chord = state.positions[self.target] - state.pose_t[self.station]
-        u = np.einsum("nji,nj->ni", state.pose_r[self.station], chord)
-        flat = np.hypot(u[:, 0], u[:, 1])
-        r = np.hypot(flat, u[:, 2])
-        polar = np.stack([r, np.arctan2(u[:, 1], u[:, 0]), np.arctan2(flat, u[:, 2])], axis=1)
-        return chord, u, polar
+        u: Array = np.einsum("nji,nj->ni", state.pose_r[self.station], chord)
+        return chord, u, polar_from_xyz(u)
 
     def predict(self, state: State) -> Array:
-        """r, H, V (n, 3)."""
+        """Readings r, H, V (n, 3), raw where the measured ones are."""
         _, _, polar = self._geometry(state)
         if self.model is not None:
-            polar = polar - self.model.delta(polar, self.face, state.scalars[self.parameters])
-        polar[:, 1] = wrap(polar[:, 1])
+            polar = polar - self.model.delta(polar, self.face, state.scalar(self.parameters))
+        polar[:, 1] = wrap(polar[:, 1] + np.where(self._raw, np.pi, 0.0))
+        polar[:, 2] = np.where(self._raw, 2 * np.pi - polar[:, 2], polar[:, 2])
         return polar
 
     def jacobian(self, state: State) -> list[Block]:
         """``T Jp R^T`` by the point, ``-T Jp R^T`` and ``T Jp R^T [D]x`` by the pose, -B by c."""
         layout = state.layout
         chord, u, polar = self._geometry(state)
-        by_x = polar_by_xyz(u) @ state.pose_r[self.station].transpose(0, 2, 1)
+        # a raw zenith angle grows the other way round
+        sense = np.ones((len(self), 3, 1))
+        sense[self._raw, 2] = -1.0
+        by_x = sense * polar_by_xyz(u) @ state.pose_r[self.station].transpose(0, 2, 1)
         blocks = []
         if self.model is not None:
-            c = state.scalars[self.parameters]
-            by_x = by_x - self.model.derivative(polar, self.face, c) @ by_x
-            columns = layout.columns("scalar", self.parameters)[..., 0]
             r, h, v = polar.T
-            blocks.append(Block(columns, -self.model.columns(r, h, v, self.face)))
+            slope = self.model.derivative(polar, self.face, state.scalar(self.parameters))
+            by_x = by_x - sense * slope @ (sense * by_x)
+            columns = layout.columns("scalar", self.parameters)[..., 0]
+            blocks.append(Block(columns, -sense * self.model.columns(r, h, v, self.face)))
         by_pose = np.concatenate([-by_x, by_x @ skew(chord)], axis=2)
         return [
             Block(layout.position_columns(self.target), by_x),
             Block(layout.columns("pose", self.station), by_pose),
             *blocks,
         ]
-
-
-def polar_by_xyz(u: Array) -> Array:
-    """Derivative (n, 3, 3) of (r, H, V) by the vector (n, 3)."""
-    x, y, z = u.T
-    h2 = x**2 + y**2
-    h = np.sqrt(h2)
-    r = np.sqrt(h2 + z**2)
-    zero = np.zeros_like(x)
-    return np.stack(
-        [
-            np.stack([x / r, y / r, z / r], axis=1),
-            np.stack([-y / h2, x / h2, zero], axis=1),
-            np.stack([x * z / (h * r**2), y * z / (h * r**2), -h / r**2], axis=1),
-        ],
-        axis=1,
-    )
