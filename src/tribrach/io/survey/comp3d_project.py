@@ -134,13 +134,12 @@ def _config(path: Path) -> dict[str, Any]:
         raise InputError(f"cannot be read: {error.strerror}", file=path.name) from error
     except UnicodeDecodeError as error:
         raise InputError("not UTF-8", file=path.name) from error
-    before, mark, body = text.partition("data=")
+    start = text.find("{")
     try:
         # control characters occur inside the strings that Comp3D writes
-        document = json.JSONDecoder(strict=False).raw_decode((body if mark else before).lstrip())[0]
+        document = json.JSONDecoder(strict=False).raw_decode(text, max(start, 0))[0]
     except (json.JSONDecodeError, RecursionError) as error:
-        line = before.count("\n") + getattr(error, "lineno", 1)
-        raise InputError("broken JSON", file=path.name, line=line) from error
+        raise InputError("broken JSON", file=path.name, line=getattr(error, "lineno", 1)) from error
     config = document.get("config") if isinstance(document, dict) else None
     if not isinstance(config, dict):
         raise InputError("there is no config object", file=path.name)

@@ -41,15 +41,18 @@ _KINDS: dict[int, type[Observations]] = {
 
 
 class Distances:
-    """Distances [m] between points, for sigmas that depend on them: measured, else computed."""
+    """Distances [m] between points, for sigmas that depend on them: measured, else computed.
+
+    A distance that is switched off is still closer than approximate coordinates.
+    """
 
     def __init__(self, sights: list[SightRecord], known: dict[str, Array]) -> None:
         self._known = known
-        self._measured = {
-            frozenset(s.names): s.value
-            for s in sights
-            if s.code in (1, 3) and not s.off and s.value > 0
-        }
+        measured: dict[frozenset[str], list[float]] = {}
+        for sight in sights:
+            if sight.code in (1, 3) and sight.value > 0:
+                measured.setdefault(frozenset(sight.names), []).append(sight.value)
+        self._measured = {pair: float(np.median(values)) for pair, values in measured.items()}
 
     def __call__(self, start: str, end: str) -> float | None:
         """Distance between two points, None if nothing tells."""
