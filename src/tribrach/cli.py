@@ -15,11 +15,10 @@ import typer
 import tribrach
 from tribrach import demo as demonstration
 from tribrach import pipeline
-from tribrach.errors import InputError, TribrachError
-from tribrach.io.outputs import write_text
+from tribrach.errors import TribrachError
+from tribrach.io.outputs import write_texts
 from tribrach.io.survey.formats import read_files
-from tribrach.network.network import Datum
-from tribrach.project import Project
+from tribrach.project import Project, parse_datum
 from tribrach.report import html, json_result, text
 from tribrach.report.content import Content
 
@@ -86,9 +85,7 @@ def adjust(
             (html_file, html.render),
             (text_file, text.render),
         ]
-        rendered = [(path, render(content)) for path, render in outputs if path is not None]
-        for path, body in rendered:
-            write_text(path, body)
+        write_texts({path: render(content) for path, render in outputs if path is not None})
         _finish(content, quiet)
 
     _guarded(work)
@@ -104,7 +101,7 @@ def run(
 
     def work() -> None:
         job = Project.load(project)
-        folder = out if out is not None else project.parent / job.output.folder
+        folder = job.results if out is None else out
         _finish(pipeline.run(job, folder), quiet, folder)
 
     _guarded(work)
@@ -120,30 +117,9 @@ def demo(
     def work() -> None:
         path = demonstration.write_project(out)
         job = Project.load(path)
-        folder = out / job.output.folder
-        _finish(pipeline.run(job, folder), quiet, folder)
+        _finish(pipeline.run(job), quiet, job.results)
 
     _guarded(work)
-
-
-def parse_datum(words: str) -> Datum:
-    """A datum from ``control``, ``free``, ``free:A,B`` or ``fixed:A,B``.
-
-    Raises
-    ------
-    InputError : anything else.
-    """
-    kind, _, names = words.partition(":")
-    points = tuple(name.strip() for name in names.split(",") if name.strip())
-    if kind == "control" and not points:
-        return Datum("control")
-    if kind == "free":
-        return Datum("free", points)
-    if kind == "fixed" and points:
-        return Datum("fixed", points)
-    raise InputError(
-        f"the datum {words!r} is none", cure="write control, free, free:A,B,C or fixed:A,B"
-    )
 
 
 def _finish(content: Content, quiet: bool, folder: Path | None = None) -> None:

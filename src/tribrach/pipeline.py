@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from tribrach.io.outputs import write_text
+from tribrach.io.outputs import write_texts
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.network import Network
 from tribrach.network.quality import Quality, assess
@@ -72,15 +72,16 @@ def adjust_network(
 def write(content: Content, folder: Path) -> list[Path]:
     """Write report.html, report.txt and result.json into a folder."""
     files = {
-        "report.html": html.render(content),
-        "report.txt": text.render(content),
-        "result.json": json_result.dumps(content),
+        folder / "report.html": html.render(content),
+        folder / "report.txt": text.render(content),
+        folder / "result.json": json_result.dumps(content),
     }
-    return [write_text(folder / name, body) for name, body in files.items()]
+    return write_texts(files)
 
 
-def run(project: Project, folder: Path) -> Content:
-    """Run a project and leave its results in a folder."""
+def run(project: Project, folder: Path | None = None) -> Content:
+    """Run a project and leave its results in a folder, its own if none is given."""
+    folder = project.results if folder is None else folder
     wish = project.adjustment
     settings = Settings(
         wish.snoop, wish.robust, wish.vce, wish.posterior, project.confidence, project.output.angle

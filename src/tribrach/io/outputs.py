@@ -1,14 +1,15 @@
-"""Files that are either whole or not there."""
+"""Files that are either whole or not there, several of them together."""
 
 from __future__ import annotations
 
 import os
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 
 from tribrach.errors import InputError
 
-__all__ = ["write_text"]
+__all__ = ["write_text", "write_texts"]
 
 
 def write_text(path: Path, text: str) -> Path:
@@ -18,19 +19,47 @@ def write_text(path: Path, text: str) -> Path:
     ------
     InputError : the folder or file cannot be written.
     """
+    return write_texts({path: text})[0]
+
+
+def write_texts(texts: Mapping[Path, str]) -> list[Path]:
+    """Write files of UTF-8 text: all under temporary names first, then each gets its own.
+
+    Raises
+    ------
+    InputError : a folder or file cannot be written; then none of them has changed.
+    """
+    staged: dict[Path, str] = {}
+    path = Path()
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-        try:
-            with os.fdopen(handle, "w", encoding="utf-8") as file:
-                file.write(text)
-            os.chmod(name, 0o644)
+        for path, text in texts.items():
+            staged[path] = _stage(path, text)
+        for path, name in staged.items():
             os.replace(name, path)
-        except BaseException:
-            Path(name).unlink(missing_ok=True)
-            raise
     except OSError as error:
         raise InputError(
             f"the file cannot be written ({error.strerror})", file=path, cure="check the folder"
         ) from error
-    return path
+    finally:
+        for name in staged.values():
+            Path(name).unlink(missing_ok=True)
+    return list(texts)
+
+
+def _stage(path: Path, text: str) -> str:
+    """Write the text beside its destination; the temporary name."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if path.is_dir():
+        raise IsADirectoryError(21, "it is a folder")
+    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+        # temporary files are private; results have the rights of any other new file
+        mask = os.umask(0)
+        os.umask(mask)
+        os.chmod(name, 0o666 & ~mask)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise
+    return name

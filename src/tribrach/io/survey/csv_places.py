@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from tribrach.geodesy.site import FlatSite
 from tribrach.io.survey.csv_columns import COVARIANCE, LOCAL
 from tribrach.io.survey.csv_reader import Array, Index, Reader, located
+from tribrach.network.observations.antenna import Antennas
 from tribrach.network.observations.coordinates import Coordinate, Coordinates
 from tribrach.network.observations.gnss_baseline import GnssBaselines
 from tribrach.network.observations.gnss_position import GnssPositions
@@ -80,9 +81,15 @@ class PositionReader(_Placed):
         marks, scanners = np.flatnonzero(~on_scanner), np.flatnonzero(on_scanner)
         height = np.nan_to_num(self.table.number("antenna_height"))
         if len(marks):
-            further = {"position": names[marks], "antenna_height": height[marks]}
-            shared = {"values": values[marks], "covariance": own[marks], "common": common[marks]}
-            self.add(GnssPositions, marks, **shared, **further)
+            self.add(
+                GnssPositions,
+                marks,
+                values=values[marks],
+                covariance=own[marks],
+                common=common[marks],
+                position=names[marks],
+                antenna_height=height[marks],
+            )
         if len(scanners):
             arms = np.array([self.lever_arms[name] for name in names[scanners]], dtype=object)
             self.add(

@@ -18,7 +18,7 @@ FORMATS = {
     "dna": "dna",
     "comp3d": "comp3d",
     "riscan": "riscan",
-    "csv": "csv_observations",
+    "csv": "csv_tables",
 }
 SUFFIXES = {
     ".gkf": "gama",
@@ -57,8 +57,8 @@ def format_of(path: Path) -> str:
     return SUFFIXES[suffix]
 
 
-def read_files(paths: Sequence[Path]) -> Survey:
-    """One survey of all files, whatever their formats.
+def read_files(paths: Sequence[Path], format: str | None = None) -> Survey:
+    """One survey of all files, in one format or in that which each file shows.
 
     Raises
     ------
@@ -66,7 +66,7 @@ def read_files(paths: Sequence[Path]) -> Survey:
     """
     by_format: dict[str, list[Path]] = {}
     for path in paths:
-        by_format.setdefault(format_of(path), []).append(path)
+        by_format.setdefault(format or format_of(path), []).append(path)
     surveys: list[Survey] = []
     for name, files in by_format.items():
         module = importlib.import_module(f"tribrach.io.survey.{FORMATS[name]}")

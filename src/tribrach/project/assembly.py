@@ -1,0 +1,206 @@
+"""From the sections of a project to a survey: frame, points, observations, stations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.errors import InputError
+from tribrach.geodesy.flatness import flat_warnings
+from tribrach.geodesy.grid import Grid
+from tribrach.geodesy.site import EllipsoidSite, FlatSite
+from tribrach.geodesy.work_frame import WorkFrame
+from tribrach.instruments.precision import Precision
+from tribrach.io.survey import csv_tables
+from tribrach.io.survey.csv_file import read_table
+from tribrach.io.survey.csv_reader import Context
+from tribrach.io.survey.formats import format_of, read_files
+from tribrach.network.network import Datum
+from tribrach.network.observations.distance import Distances
+from tribrach.network.observations.inclination import Inclinations
+from tribrach.network.observations.parameter import VectorPriors
+from tribrach.network.survey import Survey
+from tribrach.project.sections import MM, ObservationFile
+
+if TYPE_CHECKING:
+    from tribrach.project.model import Project
+
+__all__ = ["Assembly"]
+
+Array = NDArray[np.float64]
+
+
+class Assembly:
+    """Reads the files of a project into one survey.
+
+    locate : line of a key in the project file, for complaints about what it says.
+    """
+
+    def __init__(self, project: Project, folder: Path, locate: Callable[..., InputError]) -> None:
+        self.project, self.folder, self.error = project, folder, locate
+        self.context = Context(frame=self._frame(), lever_arms=self._lever_arms())
+        self.survey = Survey(site=self.context.frame.site)
+
+    def read(self) -> Survey:
+        """The survey of all sections."""
+        self._points()
+        for k, entry in enumerate(self.project.observations):
+            self._merge(self._observations(k, entry))
+        self._scale_bars()
+        self._stations()
+        self._antennas()
+        project, site = self.project, self.project.site
+        self.survey.info["title"] = project.title
+        if site.crs is not None:
+            self.survey.info["crs"] = site.crs
+        if site.kind == "flat":
+            given = [point.xyz for point in self.survey.points.values()]
+            curved = site.curvature_radius_m is not None
+            xyz = np.array(given).reshape(-1, 3)
+            self.survey.warnings += flat_warnings(xyz, site.crs, curved=curved)
+        if project.datum.kind != "control":
+            self.survey.datum = Datum(project.datum.kind, project.datum.points)
+        return self.survey
+
+    def _frame(self) -> WorkFrame:
+        """The work frame of the site; a projected one is centred on the first points."""
+        site = self.project.site
+        if site.kind == "flat":
+            return WorkFrame(FlatSite(site.curvature_radius_m))
+        if site.kind == "geodetic":
+            assert site.latitude_deg is not None
+            assert site.longitude_deg is not None
+            latitude, longitude = np.radians([site.latitude_deg, site.longitude_deg])
+            origin = EllipsoidSite(float(latitude), float(longitude), site.height_m)
+            return WorkFrame(origin, geoid=site.geoid_height_m)
+        assert site.crs is not None
+        easting, northing, height = self._centre()
+        grid = Grid(site.crs, easting, northing)
+        ground = height + site.geoid_height_m
+        origin = replace(grid.site, ellipsoidal_height=ground)
+        return WorkFrame(origin, grid, site.geoid_height_m)
+
+    def _centre(self) -> Array:
+        """E, N, height (3,) in the middle of the first file of points, to 10 m."""
+        if not self.project.points:
+            raise self.error(("site",), "a projected site needs points", "add a section [[points]]")
+        table = read_table(self.folder / self.project.points[0].file)
+        centre: Array = np.nanmean(table.columns("e", "n", "u"), axis=0).round(-1)
+        return centre
+
+    def _points(self) -> None:
+        for part in self.project.points:
+            context = replace(self.context, role=part.role)
+            self._merge(csv_tables.read(self.folder / part.file, context))
+
+    def _observations(self, k: int, entry: ObservationFile) -> Survey:
+        """One entry of observations."""
+        paths = [self.folder / name for name in entry.names]
+        kinds = [entry.format or format_of(path) for path in paths]
+        if set(kinds) == {"csv"}:
+            precision = self._precision(entry.instrument, ("observations", k, "instrument"))
+            context = replace(self.context, precision=precision)
+            first, *others = [csv_tables.read(path, context) for path in paths]
+            for other in others:
+                first.merge(other)
+            return first
+        survey = read_files(paths, entry.format)
+        if survey.site != FlatSite() and self.project.site.model_fields_set:
+            raise self.error(
+                ("site",),
+                f"{entry.names[0]} brings a work frame of its own",
+                "leave the section site out",
+            )
+        if survey.site != FlatSite():
+            self.context = replace(self.context, frame=WorkFrame(survey.site))
+            self.survey.site = survey.site
+        return survey
+
+    def _precision(self, name: str | None, keys: tuple[str | int, ...]) -> Precision:
+        """The named instrument; without a name the only one there is, or none."""
+        instruments = self.project.instruments
+        if name is None:
+            only = list(instruments.values())
+            return only[0].precision() if len(only) == 1 else Precision()
+        if name not in instruments:
+            raise self.error(
+                keys, f"instrument {name} is not defined", f"add a section [instruments.{name}]"
+            )
+        return instruments[name].precision()
+
+    def _merge(self, other: Survey) -> None:
+        """Add a survey; its warnings and datum come along."""
+        self.survey.merge(other)
+
+    def _scale_bars(self) -> None:
+        for k, bar in enumerate(self.project.scale_bars):
+            self.survey.add(
+                Distances,
+                values=[bar.length_m],
+                sigma=bar.sigma_mm * MM,
+                start=[bar.start],
+                end=[bar.end],
+                source=[f"scale bar {k + 1}"],
+                group="scale bar",
+            )
+
+    def _stations(self) -> None:
+        """Levelled stations: inclination zero with the compensator's sigma."""
+        for name, station in self.project.stations.items():
+            if name not in self.survey.stations:
+                raise self.error(
+                    ("stations", name),
+                    f"scanner station {name} is observed by nothing",
+                    "remove it or add its observations",
+                )
+            if not station.levelled:
+                continue
+            keys = ("stations", name, "instrument")
+            tilt = self._precision(station.instrument, keys).tilt
+            if station.levelling_arcsec is not None:
+                tilt = np.radians(station.levelling_arcsec / 3600)
+            if tilt is None:
+                raise self.error(
+                    ("stations", name),
+                    f"the sigma of the compensator of {name} is not given",
+                    "add levelling_arcsec to the station or its instrument",
+                )
+            self.survey.add(
+                Inclinations,
+                values=[[0.0, 0.0]],
+                sigma=tilt,
+                station=[name],
+                source=[f"station {name}"],
+            )
+
+    def _lever_arms(self) -> dict[str, str]:
+        """Name of the lever arm by station."""
+        project = self.project
+        arms = {n: s.lever_arm for n, s in project.stations.items() if s.lever_arm is not None}
+        for station, arm in arms.items():
+            if arm not in project.lever_arms:
+                raise self.error(
+                    ("stations", station, "lever_arm"),
+                    f"lever arm {arm} is not defined",
+                    f"add a section [lever_arms.{arm}]",
+                )
+        return arms
+
+    def _antennas(self) -> None:
+        """Lever arms that are used, as weighted or fixed vectors."""
+        for name in dict.fromkeys(self.context.lever_arms.values()):
+            arm = self.project.lever_arms[name]
+            self.survey.vectors[name] = (arm.vector, arm.sigma_mm > 0)
+            if arm.sigma_mm > 0:
+                self.survey.add(
+                    VectorPriors,
+                    values=[arm.vector],
+                    sigma=arm.sigma_mm * MM,
+                    vector=[name],
+                    source=[f"lever arm {name}"],
+                )

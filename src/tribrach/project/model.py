@@ -1,0 +1,130 @@
+"""The project: what a surveyor writes in TOML, and the same thing as a Python object."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Self
+
+from pydantic import Field, PrivateAttr, ValidationError
+
+from tribrach.errors import InputError
+from tribrach.network.network import Network
+from tribrach.network.survey import Survey
+from tribrach.project import toml_file
+from tribrach.project.assembly import Assembly
+from tribrach.project.sections import (
+    AdjustmentSection,
+    DatumSection,
+    Instrument,
+    LeverArm,
+    ObservationFile,
+    OutputSection,
+    PointFile,
+    ScaleBar,
+    Section,
+    SiteSection,
+    Station,
+)
+
+__all__ = ["Project"]
+
+
+class Project(Section):
+    """One survey job: site, datum, instruments, files, what to do and where to put it.
+
+    Files are relative to the project's folder. What the project names is read wherever it is;
+    results are only written inside the folder, unless the caller names another.
+    """
+
+    title: str = "Untitled project"
+    confidence: float = Field(default=0.95, gt=0.5, lt=1)
+    facts: dict[str, str] = Field(default_factory=dict)
+    site: SiteSection = SiteSection()
+    datum: DatumSection = DatumSection()
+    instruments: dict[str, Instrument] = Field(default_factory=dict)
+    points: tuple[PointFile, ...] = ()
+    observations: tuple[ObservationFile, ...] = Field(min_length=1)
+    stations: dict[str, Station] = Field(default_factory=dict)
+    lever_arms: dict[str, LeverArm] = Field(default_factory=dict)
+    scale_bars: tuple[ScaleBar, ...] = ()
+    adjustment: AdjustmentSection = AdjustmentSection()
+    output: OutputSection = OutputSection()
+    _folder: Path = PrivateAttr(default=Path())
+    _file: Path | None = PrivateAttr(default=None)
+    _text: str = PrivateAttr(default="")
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """Read a project file.
+
+        Raises
+        ------
+        InputError : unreadable, not UTF-8, not TOML, a key that is unknown, missing or wrong; all
+            with the line.
+        """
+        path = Path(path)
+        data, text = toml_file.load(path)
+        try:
+            project = cls.model_validate(data)
+        except ValidationError as error:
+            raise toml_file.refused(error, cls, path, text) from error
+        project._folder, project._file, project._text = path.parent, path, text
+        return project
+
+    def at(self, folder: str | Path) -> Self:
+        """The same project with its files in a folder."""
+        moved = self.model_copy()
+        moved._folder = Path(folder)
+        return moved
+
+    @property
+    def folder(self) -> Path:
+        """Folder that the files are relative to."""
+        return self._folder
+
+    @property
+    def results(self) -> Path:
+        """Folder of the results.
+
+        Raises
+        ------
+        InputError : it lies outside of the project's folder.
+        """
+        folder = self._folder / self.output.folder
+        if not folder.resolve().is_relative_to(self._folder.resolve()):
+            raise self.error(
+                ("output", "folder"),
+                f"output.folder {self.output.folder} lies outside of the project",
+                "name a folder inside of it, or give another on the command line",
+            )
+        return folder
+
+    def survey(self) -> Survey:
+        """Everything that was measured and given, by name.
+
+        Raises
+        ------
+        InputError : what a file or a section says wrong, with its line.
+        """
+        return Assembly(self, self._folder, self.error).read()
+
+    def network(self) -> Network:
+        """The least-squares network of the project.
+
+        Raises
+        ------
+        InputError : as :meth:`survey`, and a datum that names what the network does not have.
+        """
+        network = self.survey().network()
+        if "datum" not in self.model_fields_set:
+            return network
+        try:
+            return network.with_datum(network.datum)
+        except InputError as error:
+            raise self.error(("datum",), error.what, error.cure) from error
+
+    def error(self, keys: tuple[str | int, ...], what: str, cure: str | None = None) -> InputError:
+        """An error about what a key of the project file says."""
+        line = toml_file.line_of(self._text, keys)
+        record = ".".join(str(key) for key in keys) if self._file is None else None
+        return InputError(what, file=self._file, line=line, record=record, cure=cure)

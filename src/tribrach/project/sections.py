@@ -1,0 +1,253 @@
+"""The sections of a project file, one model each; units stand in the names of the keys."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    NonNegativeFloat,
+    PositiveFloat,
+    model_validator,
+)
+
+from tribrach.errors import InputError
+from tribrach.instruments.precision import Precision
+from tribrach.network.network import Datum
+from tribrach.units import SEC
+
+__all__ = [
+    "AdjustmentSection",
+    "DatumSection",
+    "Instrument",
+    "LeverArm",
+    "ObservationFile",
+    "OutputSection",
+    "PointFile",
+    "ScaleBar",
+    "Section",
+    "SiteSection",
+    "Station",
+    "parse_datum",
+]
+
+MM = 1e-3
+
+
+class Section(BaseModel):
+    """A table of the project file: no other keys than these, and not changed once read."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+
+
+class SiteSection(Section):
+    """Where the work frame is.
+
+    ``flat``: coordinates are Cartesian E, N, U, with crs only for the warning of what that costs;
+    ``geodetic``: E, N, U around an origin on GRS80; ``projected``: easting, northing and height of
+    a crs, converted point by point. geoid_height_m makes given heights ellipsoidal.
+    """
+
+    kind: Literal["flat", "geodetic", "projected"] = "flat"
+    curvature_radius_m: PositiveFloat | None = None
+    latitude_deg: float | None = Field(default=None, ge=-90, le=90)
+    longitude_deg: float | None = Field(default=None, ge=-360, le=360)
+    height_m: float = 0.0
+    crs: str | None = None
+    geoid_height_m: float = 0.0
+
+    @model_validator(mode="before")
+    @classmethod
+    def _infer(cls, data: Any) -> Any:
+        """The kind follows from the keys if it is not given."""
+        if isinstance(data, dict) and "kind" not in data:
+            if "latitude_deg" in data or "longitude_deg" in data:
+                return data | {"kind": "geodetic"}
+            if "crs" in data:
+                return data | {"kind": "projected"}
+        return data
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        """Each kind has the keys it needs."""
+        if self.kind == "geodetic" and (self.latitude_deg is None or self.longitude_deg is None):
+            raise ValueError("a geodetic site needs latitude_deg and longitude_deg")
+        if self.kind == "projected" and self.crs is None:
+            raise ValueError("a projected site needs crs, such as EPSG:5897")
+        return self
+
+
+def parse_datum(words: str) -> Datum:
+    """A datum from ``control``, ``free``, ``free:A,B`` or ``fixed:A,B``.
+
+    Raises
+    ------
+    InputError : anything else.
+    """
+    kind, _, rest = words.partition(":")
+    kind, names = kind.strip(), tuple(n.strip() for n in rest.split(",") if n.strip())
+    if kind == "control" and not names:
+        return Datum("control")
+    if kind == "free":
+        return Datum("free", names)
+    if kind == "fixed" and names:
+        return Datum("fixed", names)
+    raise InputError(f"{words!r} is no datum", cure="write control, free, free:A,B,C or fixed:A,B")
+
+
+class DatumSection(Section):
+    """Control as given, inner constraints over points, or points held at their coordinates.
+
+    Also written as one string, ``datum = "free:A,B"``.
+    """
+
+    kind: Literal["control", "free", "fixed"] = "control"
+    points: tuple[str, ...] = ()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_words(cls, data: Any) -> Any:
+        if not isinstance(data, str):
+            return data
+        try:
+            datum = parse_datum(data)
+        except InputError as error:
+            raise ValueError(f"{error.what}; {error.cure}") from error
+        return {"kind": datum.kind, "points": datum.names}
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        if self.kind == "fixed" and not self.points:
+            raise ValueError("a fixed datum names its points")
+        if self.kind == "control" and self.points:
+            raise ValueError("the datum control takes no points: the files of points say which")
+        return self
+
+
+class Instrument(Section):
+    """Standard deviations of an instrument as it is set up, used where a file gives none.
+
+    centring and height are of either end of a sight; target_floor is added to target centres.
+    """
+
+    direction_arcsec: PositiveFloat | None = None
+    zenith_arcsec: PositiveFloat | None = None
+    distance_mm: PositiveFloat | None = None
+    distance_ppm: NonNegativeFloat = 0.0
+    centring_mm: NonNegativeFloat = 0.0
+    height_mm: NonNegativeFloat = 0.0
+    levelling_mm_per_sqrt_km: PositiveFloat | None = None
+    range_mm: PositiveFloat | None = None
+    range_ppm: NonNegativeFloat = 0.0
+    scan_angle_arcsec: PositiveFloat | None = None
+    target_floor_mm: NonNegativeFloat = 0.0
+    levelling_arcsec: PositiveFloat | None = None
+    gnss_plan_mm: PositiveFloat | None = None
+    gnss_up_mm: PositiveFloat | None = None
+    refraction: float = 0.13
+    source: str = ""
+
+    def precision(self) -> Precision:
+        """The same in metres and radians."""
+
+        def scaled(value: float | None, unit: float) -> float | None:
+            return None if value is None else value * unit
+
+        return Precision(
+            direction=scaled(self.direction_arcsec, SEC),
+            zenith=scaled(self.zenith_arcsec, SEC),
+            distance=scaled(self.distance_mm, MM),
+            scale=self.distance_ppm * 1e-6,
+            centring=self.centring_mm * MM,
+            height=self.height_mm * MM,
+            levelling=scaled(self.levelling_mm_per_sqrt_km, MM),
+            range=scaled(self.range_mm, MM),
+            range_scale=self.range_ppm * 1e-6,
+            scan_angle=scaled(self.scan_angle_arcsec, SEC),
+            target=self.target_floor_mm * MM,
+            tilt=scaled(self.levelling_arcsec, SEC),
+            gnss_plan=scaled(self.gnss_plan_mm, MM),
+            gnss_up=scaled(self.gnss_up_mm, MM),
+            refraction=self.refraction,
+        )
+
+
+class PointFile(Section):
+    """A CSV file of coordinates and what they are for, unless its column ``role`` says it."""
+
+    file: str
+    role: Literal["control", "fixed", "approximate", "check"] = "control"
+
+
+class ObservationFile(Section):
+    """A file of observations, or ``files`` that belong together; format if the suffix misleads."""
+
+    file: str | None = None
+    files: tuple[str, ...] = ()
+    format: Literal["csv", "gama", "dynaml", "dna", "comp3d", "riscan"] | None = None
+    instrument: str | None = None
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        if (self.file is None) == (not self.files):
+            raise ValueError("give either file or files")
+        return self
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The files as typed."""
+        return self.files if self.file is None else (self.file,)
+
+
+class Station(Section):
+    """A scanner station: levelled by its compensator or not, and the antenna on it.
+
+    The sigma of the compensator is the instrument's levelling_arcsec unless given here.
+    """
+
+    levelled: bool = False
+    levelling_arcsec: PositiveFloat | None = None
+    instrument: str | None = None
+    lever_arm: str | None = None
+
+
+class LeverArm(Section):
+    """An antenna or prism on a scanner, in the scanner frame; held fixed with ``sigma_mm = 0``."""
+
+    x_m: float
+    y_m: float
+    z_m: float
+    sigma_mm: NonNegativeFloat
+
+    @property
+    def vector(self) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+        """Components (3,) [m]."""
+        return np.array([self.x_m, self.y_m, self.z_m])
+
+
+class ScaleBar(Section):
+    """A known length between two points or stations."""
+
+    start: str = Field(alias="from")
+    end: str = Field(alias="to")
+    length_m: PositiveFloat
+    sigma_mm: PositiveFloat
+
+
+class AdjustmentSection(Section):
+    """What is done besides adjusting."""
+
+    snoop: bool = False
+    robust: Literal["none", "huber", "danish", "igg3"] = "none"
+    vce: bool = False
+    posterior: bool = False
+
+
+class OutputSection(Section):
+    """Folder of the results inside the project's, and how angles are written."""
+
+    folder: Annotated[str, Field(min_length=1)] = "out"
+    angle: Literal["gon", "deg"] = "gon"

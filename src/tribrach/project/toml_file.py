@@ -1,0 +1,113 @@
+"""Reading a project file so that whatever is wrong is said with its line.
+
+``tomllib`` gives no lines of keys; they are found by walking the text along its table headers.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from tribrach.errors import InputError
+from tribrach.io.xml_file import read_bytes
+
+__all__ = ["line_of", "load", "refused"]
+
+_HEADER = re.compile(r"\s*(\[\[?)\s*([^\]]+?)\s*\]")
+_KEY = re.compile(r"""\s*("[^"]*"|'[^']*'|[\w.-]+(?:\s*\.\s*[\w-]+)*)\s*=""")
+
+
+def load(path: Path) -> tuple[dict[str, Any], str]:
+    """Tables and text of a TOML file.
+
+    Raises
+    ------
+    InputError : unreadable, empty, not UTF-8, not TOML.
+    """
+    data = read_bytes(path)
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(
+            "the project is not UTF-8 text",
+            file=path,
+            line=data[: error.start].count(b"\n") + 1,
+            cure="save it as UTF-8",
+        ) from error
+    try:
+        return tomllib.loads(text), text
+    except tomllib.TOMLDecodeError as error:
+        what = str(error)
+        found = re.search(r"\(at line (\d+)", what)
+        what = what.split(" (at ")[0]
+        line = int(found.group(1)) if found else None
+        raise InputError(
+            f"this is not TOML: {what[:1].lower()}{what[1:]}", file=path, line=line
+        ) from error
+
+
+def line_of(text: str, keys: Sequence[str | int]) -> int | None:
+    """1-based line of a key, or of the innermost table around it that the text names."""
+    wanted = [str(key) for key in keys]
+    at: list[str] = []
+    count: dict[str, int] = {}
+    best, depth = None, 0
+    for number, line in enumerate(text.splitlines(), start=1):
+        header, key = _HEADER.match(line), _KEY.match(line)
+        if header:
+            at = _parts(header.group(2))
+            if header.group(1) == "[[":
+                name = header.group(2)
+                at.append(str(count.get(name, 0)))
+                count[name] = count.get(name, 0) + 1
+        here = at if header else [*at, *_parts(key.group(1))] if key else None
+        if here and len(here) > depth and here == wanted[: len(here)]:
+            best, depth = number, len(here)
+    return best
+
+
+def _parts(dotted: str) -> list[str]:
+    return [part.strip().strip("\"'") for part in dotted.split(".")]
+
+
+def refused(error: ValidationError, model: type[BaseModel], path: Path, text: str) -> InputError:
+    """The first thing a model refused, in one sentence with its line; how many more there are."""
+    first, *others = error.errors()
+    place = [part for part in first["loc"] if not str(part).startswith("function-")]
+    key = ".".join(str(part) for part in place if not isinstance(part, int))
+    what, cure = _words(first, model, key)
+    if others:
+        what += f" (and {len(others)} more)"
+    return InputError(what, file=path, line=line_of(text, place), cure=cure)
+
+
+def _words(detail: ErrorDetails, model: type[BaseModel], key: str) -> tuple[str, str | None]:
+    """What is wrong with a key, and the cure."""
+    if detail["type"] == "extra_forbidden":
+        known = _keys(model.model_json_schema())
+        near = difflib.get_close_matches(key.rpartition(".")[2], known, 1)
+        return f"key {key} is unknown", f"did you mean {near[0]}" if near else "remove it"
+    if detail["type"] == "missing":
+        return f"key {key} is missing", "add it"
+    message = detail["msg"].removeprefix("Value error, ").removeprefix("Input ").rstrip(".")
+    given = detail["input"]
+    shown = f" is {given!r} and" if isinstance(given, str | int | float) else ":"
+    if detail["type"] == "value_error":
+        return f"{key}: {message}", None
+    return f"{key}{shown} {message}", None
+
+
+def _keys(schema: Any) -> list[str]:
+    """All keys that a schema names anywhere."""
+    if not isinstance(schema, dict):
+        return []
+    own = list(schema.get("properties", {}))
+    nested = [value for part in ("properties", "$defs") for value in schema.get(part, {}).values()]
+    return own + [key for value in nested for key in _keys(value)]
