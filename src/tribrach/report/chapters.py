@@ -16,10 +16,13 @@ __all__ = ["Chapters"]
 
 
 class Chapters:
-    """Tables of one content in one style; empty chapters have no rows."""
+    """Tables of one content in one style; empty chapters have no rows.
 
-    def __init__(self, content: Content) -> None:
-        self.content = content
+    most : rows per table, all of them if None.
+    """
+
+    def __init__(self, content: Content, most: int | None = None) -> None:
+        self.content, self.most = content, most
         self.style = Style(content.settings.angle)
         self.columns = Columns(self.style)
         self.percent = f"{100 * content.settings.confidence:g} %"
@@ -33,7 +36,7 @@ class Chapters:
             self.components(),
             self.snooping(),
             self.control(),
-            observation_table(self.content, self.columns),
+            self.observations(),
             self.stations(),
             self.points(),
             self.ellipsoids(),
@@ -43,9 +46,9 @@ class Chapters:
         ]
         return [table for table in tables if table.rows]
 
-    def worst(self, count: int) -> Table:
-        """The observations with the largest tests."""
-        return observation_table(self.content, self.columns).limited(count)
+    def observations(self) -> Table:
+        """Every observed value, worst first."""
+        return observation_table(self.content, self.columns, self.most)
 
     def kinds(self) -> Table:
         """What was observed, how often, and whether each group deserves its sigmas."""
@@ -62,7 +65,12 @@ class Chapters:
             self.columns.plain("ratio of sigma0", "sigma0", 3),
         ]
         return build_table(
-            "kinds", "Observations by kind", note, self.content.summary.kinds, columns
+            "kinds",
+            "Observations by kind",
+            note,
+            self.content.summary.kinds,
+            columns,
+            most=self.most,
         )
 
     def control(self) -> Table:
@@ -89,7 +97,13 @@ class Chapters:
             self.content.control, key=lambda c: ("check", "weighted", "held", "off").index(c.use)
         )
         return build_table(
-            "control", "Control and check points", note, rows, columns, _control_state
+            "control",
+            "Control and check points",
+            note,
+            rows,
+            columns,
+            _control_state,
+            most=self.most,
         )
 
     def points(self) -> Table:
@@ -105,7 +119,9 @@ class Chapters:
             *self.columns.axes("σ ", "sigma", self.columns.mm),
             *self.columns.ellipse(),
         ]
-        return build_table("points", "Adjusted points", note, self.content.points, columns)
+        return build_table(
+            "points", "Adjusted points", note, self.content.points, columns, most=self.most
+        )
 
     def ellipsoids(self) -> Table:
         """Covariance matrices of the points and their ellipsoids."""
@@ -122,7 +138,9 @@ class Chapters:
             self.columns.bearing("elevation", lambda p: p.ellipsoid and p.ellipsoid.elevation),
         ]
         rows = [p for p in self.content.points if any(p.sigma)]
-        return build_table("ellipsoids", "Covariances and ellipsoids", note, rows, columns)
+        return build_table(
+            "ellipsoids", "Covariances and ellipsoids", note, rows, columns, most=self.most
+        )
 
     def _square(self, head: str, i: int, j: int) -> Spec:
         def cell(point: Point) -> Cell:
@@ -142,7 +160,7 @@ class Chapters:
             self.columns.metres("ellipsoidal height", lambda p: p.geodetic[2]),
         ]
         rows = [p for p in self.content.points if p.geodetic]
-        return build_table("geodetic", "Geodetic coordinates", "", rows, columns)
+        return build_table("geodetic", "Geodetic coordinates", "", rows, columns, most=self.most)
 
     def stations(self) -> Table:
         """Scanner stations with attitude."""
@@ -164,7 +182,9 @@ class Chapters:
             self.columns.small_angle("σ", attrgetter("tilt_sigma")),
             *self.columns.ellipse(wide=True),
         ]
-        return build_table("stations", "Stations", note, self.content.stations, columns)
+        return build_table(
+            "stations", "Stations", note, self.content.stations, columns, most=self.most
+        )
 
     def unknowns(self) -> Table:
         """Orientations, calibration parameters, lever arms and planes."""
@@ -179,7 +199,9 @@ class Chapters:
             (Column("value", numeric=False), self._values),
             (Column("σ", numeric=False), self._sigmas),
         ]
-        return build_table("unknowns", "Other unknowns", note, self.content.unknowns, columns)
+        return build_table(
+            "unknowns", "Other unknowns", note, self.content.unknowns, columns, most=self.most
+        )
 
     def _values(self, unknown: Unknown) -> Cell:
         parts = [
@@ -207,7 +229,12 @@ class Chapters:
         ]
         note = "Factors by which the given sigmas were multiplied before this adjustment."
         return build_table(
-            "components", "Variance components", note, self.content.components, columns
+            "components",
+            "Variance components",
+            note,
+            self.content.components,
+            columns,
+            most=self.most,
         )
 
     def snooping(self) -> Table:
@@ -227,7 +254,9 @@ class Chapters:
             self.columns.word("Action", "action"),
         ]
         note = "One suspect at a time; what was switched off stays in the list of observations."
-        return build_table("snooping", "Snooping", note, self.content.snooping, columns)
+        return build_table(
+            "snooping", "Snooping", note, self.content.snooping, columns, most=self.most
+        )
 
     def correlations(self) -> Table:
         """Unknowns that are hard to tell apart."""
@@ -237,7 +266,9 @@ class Chapters:
             self.columns.plain("correlation", "value", 3),
         ]
         note = "Pairs of unknowns other than point coordinates, stronger than 0.7."
-        return build_table("correlations", "Correlations", note, self.content.correlations, columns)
+        return build_table(
+            "correlations", "Correlations", note, self.content.correlations, columns, most=self.most
+        )
 
 
 def _semi_axis(k: int) -> Callable[[Point], float | None]:

@@ -161,8 +161,8 @@ class Control:
     """Control or check coordinates of a point.
 
     use : ``held``, ``weighted``, ``check`` or ``off``; given coordinates and their sigma [m];
-    difference adjusted - given [m] with its predicted sigma (None if held); verdict against it where there is
-    one; reason if it is off; source ``file:line``.
+    difference adjusted - given [m] with its predicted sigma, None if held; verdict against it
+    where there is one; reason if it is off; source ``file:line``.
     """
 
     name: str

@@ -31,7 +31,7 @@ def _environment() -> Environment:
 
 def render(content: Content, *, row_limit: int = ROW_LIMIT) -> str:
     """The whole report; tables end after ``row_limit`` rows and say so."""
-    tables = [table.limited(row_limit) for table in Chapters(content).all()]
+    tables = Chapters(content, most=row_limit).all()
     template = _environment().get_template("report.html.j2")
     return template.render(
         content=content,

@@ -20,8 +20,8 @@ def worst_first(observations: tuple[Observation, ...]) -> list[Observation]:
     return sorted(observations, key=rank)
 
 
-def observation_table(content: Content, columns: Columns) -> Table:
-    """Every observed value, worst first."""
+def observation_table(content: Content, columns: Columns, most: int | None = None) -> Table:
+    """The first ``most`` observed values (all if None), worst first."""
     note = (
         "Residual v = adjusted - observed. r: redundancy number. w: test value (for check values "
         "the residual over its predicted sigma). τ: the same with sigma0 a posteriori. MDB: the "
@@ -49,7 +49,7 @@ def observation_table(content: Content, columns: Columns) -> Table:
     ]
     rows = worst_first(content.observations)
     title = "Observations, worst first"
-    return build_table("observations", title, note, rows, specs, _row_state)
+    return build_table("observations", title, note, rows, specs, _row_state, most)
 
 
 def kind_name(kind: str) -> str:

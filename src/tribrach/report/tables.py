@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import compress
 from typing import TypeVar
@@ -50,12 +50,6 @@ class Table:
     rows: tuple[Row, ...]
     left_out: int = 0
 
-    def limited(self, most: int) -> Table:
-        """The first rows only; ``left_out`` says how many are missing."""
-        if len(self.rows) <= most:
-            return self
-        return replace(self, rows=self.rows[:most], left_out=len(self.rows) - most)
-
     def narrow(self) -> Table:
         """Without the wide columns."""
         return self._keep([not column.wide for column in self.columns])
@@ -84,10 +78,16 @@ def build_table(
     name: str,
     title: str,
     note: str,
-    items: Iterable[Item],
+    items: Sequence[Item],
     columns: Sequence[tuple[Column, Callable[[Item], Cell]]],
     state: Callable[[Item], str] = lambda item: "",
+    most: int | None = None,
 ) -> Table:
-    """A table with one row per item; each column says how it makes a cell of an item."""
-    rows = tuple(Row(tuple(make(item) for _, make in columns), state(item)) for item in items)
-    return Table(name, title, note, tuple(column for column, _ in columns), rows).filled()
+    """A table with one row for each of the first ``most`` items (all if None).
+
+    columns : each says how it makes a cell of an item; those without any text are left out.
+    """
+    shown = items[:most]
+    rows = tuple(Row(tuple(make(item) for _, make in columns), state(item)) for item in shown)
+    heads = tuple(column for column, _ in columns)
+    return Table(name, title, note, heads, rows, len(items) - len(shown)).filled()

@@ -29,7 +29,7 @@ def render(content: Content) -> str:
 
 def brief(content: Content) -> str:
     """What a terminal shows after an adjustment: warnings, fit, datum, worst observations."""
-    summary, worst = content.summary, Chapters(content).worst(5)
+    summary, worst = content.summary, Chapters(content, most=5).observations()
     lines = [
         content.title,
         *(f"! {text}" for text in content.warnings),

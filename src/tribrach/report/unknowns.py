@@ -64,13 +64,15 @@ def _references(
 def _scalar_roles(adjustment: Adjustment) -> dict[int, tuple[str, str, str]]:
     """Unit, role and place of each scalar index, from the first observation that refers to it."""
     out: dict[int, tuple[str, str, str]] = {}
+    ends: dict[int, list[tuple[str, str]]] = {}
     for o, name, i, item in _references(adjustment, "scalar"):
         unit, role = _ROLES.get(name, ("1", "parameter"))
         if name == "common":
             unit, role = o.units[0], "common value"
         if role != "parameter" and i not in out:
-            place = o.ends(adjustment.layout)[item][0] if role == "orientation" else ""
-            out[i] = unit, role, place
+            if role == "orientation" and id(o) not in ends:
+                ends[id(o)] = o.ends(adjustment.layout)
+            out[i] = unit, role, ends[id(o)][item][0] if role == "orientation" else ""
     return out
 
 
