@@ -415,4 +415,6 @@ def test_not_text(tmp_path: Path) -> None:
 def test_deflections_are_named(tmp_path: Path) -> None:
     points = CONTROL + "0 Q 1031 2030 103 5.0 -3.0\n"
     path = write(tmp_path, "3 A Q 43 0.001\n3 B Q 36 0.001\n3 C Q 36 0.001\n", points)
-    assert any("Deflections" in w and "q" in w.lower() for w in comp3d.read(path).warnings)
+    warnings = comp3d.read(path).warnings
+    assert "Deflections of the vertical are given at Q: not applied." in warnings
+    assert "No observation sees P: left out." in warnings

@@ -209,7 +209,7 @@ class _Assembly:
         survey.warnings += self.problems.warnings
         _warn(
             survey,
-            "no observation sees",
+            "No observation sees",
             [n for n in records if n not in survey.points and n not in survey.stations],
             "left out",
         )
@@ -221,9 +221,9 @@ class _Assembly:
             and n in records
             and not any(records[n].held)
         ]
-        _warn(survey, "only switched-off observations see", still, "kept where given")
+        _warn(survey, "Only switched-off observations see", still, "kept where given")
         bent = [n for n, r in records.items() if r.deflection and n in survey.points]
-        _warn(survey, "deflections of the vertical are given at", bent, "not applied")
+        _warn(survey, "Deflections of the vertical are given at", bent, "not applied")
         if project.simulation:
             survey.warnings.append(
                 f"The project is a simulation ({project.simulation}): measured values are not "
@@ -255,4 +255,4 @@ def _warn(survey: Survey, what: str, names: list[str], then: str) -> None:
     """A warning that names at most ten points."""
     if names:
         more = f" and {len(names) - 10} more" if len(names) > 10 else ""
-        survey.warnings.append(f"{what} {', '.join(names[:10])}{more}: {then}.".capitalize())
+        survey.warnings.append(f"{what} {', '.join(names[:10])}{more}: {then}.")
