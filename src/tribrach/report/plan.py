@@ -185,7 +185,8 @@ def _exaggeration(ellipses: list[Ellipse], pixel: Array, scale: float) -> float:
     if len(major) == 0:
         return 0.0
     nearest = np.asarray(cKDTree(pixel).query(pixel, k=2)[0])[:, 1]
-    room = float(np.clip(0.45 * np.median(nearest), 10.0, 34.0))
+    least = 10.0 if len(pixel) < 200 else 4.0
+    room = float(np.clip(0.45 * np.median(nearest), least, 46.0))
     return round_down(room / (float(np.quantile(major, 0.8)) * scale))
 
 

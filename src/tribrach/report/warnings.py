@@ -30,7 +30,7 @@ def warnings(
     sentences = [*adjustment.warnings, *further]
     if quality.global_test.passed is not True:
         sentences.append(quality.global_test.sentence())
-    sentences += _suspects(observations)
+    sentences += _suspects(observations, quality)
     sentences += constraint_reactions(adjustment).sentences()
     sentences += _checks(control)
     sentences += _uncontrolled(quality)
@@ -50,7 +50,7 @@ def _words(o: Observation) -> str:
     return f"{o.kind.replace('_', ' ')} {arrow}" + (f" ({o.source})" if o.source else "")
 
 
-def _suspects(observations: Sequence[Observation]) -> list[str]:
+def _suspects(observations: Sequence[Observation], quality: Quality) -> list[str]:
     """The suspicious observations, those held out apart, the worst by name."""
     out = []
     for state, words in (
@@ -66,6 +66,9 @@ def _suspects(observations: Sequence[Observation]) -> list[str]:
             more = f"; and {len(names) - 3} more" if len(names) > 3 else ""
             first = "; ".join(list(names)[:3])
             out.append(f"{words}: {first}{more}")
+            chance = quality.alpha0 * len(quality.w)
+            if state == "active" and chance >= 1:
+                out[-1] += f" (chance alone makes about {chance:.0f} values look so)"
     return out
 
 
