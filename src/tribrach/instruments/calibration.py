@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["NIST", "PAPER_EIGHT", "PAPER_EIGHT_ELEVATION", "CalibrationModel"]
+__all__ = ["NIST", "PAPER_EIGHT", "PAPER_EIGHT_ELEVATION", "CalibrationModel", "lichti"]
 
 Array = NDArray[np.float64]
 #: range, H, V (complex where differentiated), face -> contributions to range, H, V
@@ -131,6 +131,67 @@ def _with_elevation(function: Column) -> Column:
     def column(r: Any, h: Any, v: Any, k: Any) -> tuple[Any, Any, Any]:
         range_part, h_part, elevation_part = function(r, h, np.pi / 2 - v, k)
         return range_part, h_part, -elevation_part
+
+    return column
+
+
+def lichti(unit_1: float, unit_2: float) -> CalibrationModel:
+    """The additive parameters of Lichti (2006, 2007) with unit lengths [m] of the range modulation.
+
+    They are written for the raw circle: ``measured = model + sum`` in horizontal angle ``th`` and
+    elevation ``al``, which runs on over the zenith on the back face. A1 is a scale of ranges and is
+    seen by external lengths only. Method section 4.2.
+    """
+    sin, cos, tan = np.sin, np.cos, np.tan
+    one, two = 4 * np.pi / unit_1, 4 * np.pi / unit_2
+    rows: tuple[dict[str, Callable[[Any, Any, Any], Any]], ...] = (
+        {
+            "A0": lambda r, th, al: np.ones_like(r),
+            "A1": lambda r, th, al: r,
+            "A2": lambda r, th, al: sin(al),
+            "A3": lambda r, th, al: sin(one * r),
+            "A4": lambda r, th, al: cos(one * r),
+            "A5": lambda r, th, al: sin(two * r),
+            "A6": lambda r, th, al: cos(two * r),
+            "A7": lambda r, th, al: sin(4 * th),
+            "A8": lambda r, th, al: cos(4 * th),
+        },
+        {
+            "B2": lambda r, th, al: sin(th),
+            "B3": lambda r, th, al: cos(th),
+            "B4": lambda r, th, al: sin(2 * th),
+            "B5": lambda r, th, al: cos(2 * th),
+            "B6": lambda r, th, al: 1 / cos(al),
+            "B7": lambda r, th, al: tan(al),
+            "B8": lambda r, th, al: 1 / r,
+            "B9": lambda r, th, al: sin(al),
+            "B10": lambda r, th, al: cos(al),
+        },
+        {
+            "C0": lambda r, th, al: np.ones_like(al),
+            "C1": lambda r, th, al: al,
+            "C2": lambda r, th, al: sin(al),
+            "C3": lambda r, th, al: sin(2 * al),
+            "C4": lambda r, th, al: 1 / r,
+            "C5": lambda r, th, al: sin(2 * th),
+            "C6": lambda r, th, al: cos(2 * th),
+        },
+    )
+    table = {
+        name: _on_raw_circle(row, function)
+        for row, functions in enumerate(rows)
+        for name, function in functions.items()
+    }
+    return CalibrationModel("Lichti", tuple(table), tuple(table.values()))
+
+
+def _on_raw_circle(row: int, function: Callable[[Any, Any, Any], Any]) -> Column:
+    """An additive term of one row, in raw angles, as corrections of the folded readings."""
+
+    def column(r: Any, h: Any, v: Any, k: Any) -> tuple[Any, Any, Any]:
+        part = function(r, h + np.where(k < 0, np.pi, 0.0), np.pi / 2 - k * v)
+        # the folded zenith angle falls with the raw elevation in front and grows with it behind
+        return (-part, 0, 0) if row == 0 else (0, -part, 0) if row == 1 else (0, 0, k * part)
 
     return column
 
