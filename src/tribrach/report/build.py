@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import datetime
 from collections.abc import Iterable, Mapping
+from importlib.metadata import version
 from typing import Literal
 
-import tribrach
 from tribrach.geodesy.site import EllipsoidSite, FlatSite
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.quality import Quality
@@ -58,7 +58,7 @@ def build(
     info = adjustment.network.info
     return Content(
         title=title or str(info.get("title") or "Network adjustment"),
-        version=tribrach.__version__,
+        version=version("tribrach"),
         date=date or datetime.date.today().isoformat(),
         facts=_facts(adjustment, [row.source for row in rows], facts or {}),
         settings=settings,
