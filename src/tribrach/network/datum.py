@@ -270,7 +270,7 @@ class Cofactor:
         if d == 0:
             return
         self._b = np.asarray(np.where(datum[:, None], g, 0.0), dtype=np.float64)
-        self._m = np.linalg.inv(self._b.T @ g)
+        self._m = np.asarray(np.linalg.inv(self._b.T @ g), dtype=np.float64)
         qb = self._constrained(self._b)
         self._y = qb @ self._m.T
         self._t = self._m @ (self._b.T @ qb) @ self._m.T

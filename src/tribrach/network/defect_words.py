@@ -95,7 +95,7 @@ def sentences(assembly: Assembly, null: Array, motions: Array, length: Array) ->
 
 
 def _at_rest(null: Array, motions: Array, is_point: NDArray[np.bool_]) -> Array:
-    """Null vectors with as much motion of the whole network taken out as keeps some points still."""
+    """Null vectors less the motion of the whole network that moves the pinned points."""
     if motions.shape[1] == 0 or is_point.sum() < motions.shape[1]:
         return null
     basis = _basis(motions)

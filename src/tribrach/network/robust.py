@@ -83,8 +83,9 @@ def adjust_robust(
             "estimate cannot protect against errors there"
         )
     weights = np.ones(len(first.rows))
-    adjustment, iteration = first, 0
-    for iteration in range(1, max_iterations + 1):
+    adjustment, iterations = first, 0
+    for _ in range(max_iterations):
+        iterations += 1
         vbar = _standardised(adjustment, quality.redundancy, network)
         # the scale starts robust and never falls below the a-priori one
         scale = max(1.0, 1.4826 * float(np.median(np.abs(vbar))))
@@ -94,7 +95,7 @@ def adjust_robust(
         adjustment = adjust(_reweighted(network, first, weights).with_start(adjustment.state))
         if settled:
             break
-    return RobustResult(adjustment, weights, iteration, tuple(warnings))
+    return RobustResult(adjustment, weights, iterations, tuple(warnings))
 
 
 def _standardised(adjustment: Adjustment, redundancy: Array, network: Network) -> Array:

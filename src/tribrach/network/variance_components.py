@@ -65,8 +65,9 @@ def estimate_components(
     number = np.array([names.index(g) for g in groups])
     variance = np.ones(len(names))
     adjustment = adjust(network)
-    converged, iteration = False, 0
-    for iteration in range(1, max_iterations + 1):
+    converged, iterations = False, 0
+    for _ in range(max_iterations):
+        iterations += 1
         count, redundancy, square = _shares(adjustment, number, len(names))
         usable = redundancy >= minimum_redundancy
         ratio = np.where(usable, square / np.where(usable, redundancy, 1.0), 1.0)
@@ -83,16 +84,14 @@ def estimate_components(
         note = (
             ""
             if usable[k]
-            else (
-                f"redundancy {redundancy[k]:.1f} is below {minimum_redundancy:g}: sigmas kept as given"
-            )
+            else (f"redundancy {redundancy[k]:.1f} is below {minimum_redundancy:g}: sigmas kept")
         )
         factor = float(np.sqrt(variance[k]))
         spread = factor / np.sqrt(2 * redundancy[k]) if redundancy[k] > 0 else np.inf
         table.append(
             Component(name, int(count[k]), float(redundancy[k]), factor, float(spread), note)
         )
-    return VarianceComponents(adjustment, tuple(table), iteration, converged)
+    return VarianceComponents(adjustment, tuple(table), iterations, converged)
 
 
 def _shares(adjustment: Adjustment, number: NDArray[np.int64], count: int) -> tuple[Array, ...]:
