@@ -1,0 +1,178 @@
+"""Which target of a scan is which point of a list, when neither pose nor names are known?
+
+Pairs (i, j) that could be the same are the nodes of an association graph; two nodes are joined
+if the distance between the targets equals that between the points (for levelled scans also the
+height difference). The largest cliques are the candidates; a rigid fit and a chi-square decide,
+and a second solution of the same size makes the matching ambiguous (method section 8.4).
+Coordinates (n, 3) and sigmas in metres.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from tribrach.errors import InputError
+from tribrach.geometry.alignment import group_planar, group_rigid
+
+__all__ = ["Matching", "match"]
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+#: distances and heights may differ by this many sigmas
+_GATE = 4.0
+#: solutions whose sum of squares is beyond this quantile do not fit
+_FIT_LEVEL = 0.9999
+#: association graphs beyond this many nodes are refused
+_MOST_NODES = 3600
+
+
+@dataclass(frozen=True)
+class Matching:
+    """Pairs of targets and points, and how sure they are.
+
+    pairs (k, 2): target and point numbers; rotation (3, 3), translation (3,) world from scanner;
+    chi_square: weighted sum of squared residuals; others: pairs of every other solution that
+    fits as well.
+    """
+
+    pairs: Index
+    rotation: Array
+    translation: Array
+    chi_square: float
+    others: tuple[Index, ...] = ()
+
+    @property
+    def ambiguous(self) -> bool:
+        """True if another solution fits as well: name one target."""
+        return len(self.others) > 0
+
+    def __str__(self) -> str:
+        """The matching in a sentence."""
+        text = f"{len(self.pairs)} targets matched"
+        if self.ambiguous:
+            text += f", ambiguous: {len(self.others)} other ways fit as well; name one target"
+        return text
+
+
+def match(
+    targets: Array,
+    points: Array,
+    *,
+    sigma_targets: Array | float = 0.002,
+    sigma_points: Array | float = 0.002,
+    levelled: bool = False,
+) -> Matching:
+    """Match targets (n, 3) in a scanner frame to points (m, 3), sigmas (n,), (m,) or one.
+
+    Raises
+    ------
+    InputError : more than 3600 possible pairs, or fewer than three targets (two if levelled)
+        that fit any points.
+    """
+    n, m = len(targets), len(points)
+    if n * m > _MOST_NODES:
+        raise InputError(
+            f"{n} targets and {m} points are too many to match without names",
+            cure="name three targets or give an approximate pose",
+        )
+    s2 = np.broadcast_to(np.asarray(sigma_targets, dtype=float), n)[:, None] ** 2
+    s2 = s2 + np.broadcast_to(np.asarray(sigma_points, dtype=float), m)[None, :] ** 2
+    graph = _associations(targets, points, s2, levelled)
+    needed = 2 if levelled else 3
+    solutions = []
+    for clique in _largest_cliques(graph, needed):
+        pairs = np.stack(np.divmod(np.array(clique), m), axis=1)
+        found = _fit(targets, points, pairs, s2, levelled)
+        if found is not None:
+            solutions.append(found)
+    if not solutions:
+        raise InputError(
+            f"no {needed} targets have the mutual distances of {needed} points",
+            cure="check the units and the point list, or name the targets",
+        )
+    size = max(len(s.pairs) for s in solutions)
+    full = sorted((s for s in solutions if len(s.pairs) == size), key=lambda s: s.chi_square)
+    best = full[0]
+    rivals = [s for s in solutions if len(s.pairs) == size - 1 and s.chi_square < best.chi_square]
+    # a smaller solution is a rival only where its residuals are less by more than one pair's share
+    rivals = [s for s in rivals if best.chi_square - s.chi_square > chi2.ppf(0.999, 3)]
+    others = tuple(s.pairs for s in [*full[1:], *rivals])
+    return Matching(best.pairs, best.rotation, best.translation, best.chi_square, others)
+
+
+def _associations(targets: Array, points: Array, s2: Array, levelled: bool) -> list[int]:
+    """Neighbours of each node ``i * m + j`` as bits of an integer."""
+    n, m = s2.shape
+    i, j = np.divmod(np.arange(n * m), m)
+    length_t = np.linalg.norm(targets[:, None] - targets[None], axis=2)
+    length_p = np.linalg.norm(points[:, None] - points[None], axis=2)
+    rise_t, rise_p = (x[:, None, 2] - x[None, :, 2] for x in (targets, points))
+    out = []
+    for k in range(n * m):
+        gate = _GATE * np.sqrt(s2[i[k], j[k]] + s2[i, j])
+        joined = (i != i[k]) & (j != j[k])
+        joined &= np.abs(length_t[i[k], i] - length_p[j[k], j]) < gate
+        if levelled:
+            joined &= np.abs(rise_t[i[k], i] - rise_p[j[k], j]) < gate
+        out.append(int.from_bytes(np.packbits(joined, bitorder="little").tobytes(), "little"))
+    return out
+
+
+def _bits(mask: int) -> Iterator[int]:
+    while mask:
+        low = mask & -mask
+        yield low.bit_length() - 1
+        mask ^= low
+
+
+def _largest_cliques(graph: list[int], smallest: int) -> list[list[int]]:
+    """Maximal cliques of the largest size and of one less (Bron and Kerbosch 1973 with pivot)."""
+    found: list[list[int]] = []
+    largest = smallest
+    stack: list[tuple[list[int], int, int]] = [([], (1 << len(graph)) - 1, 0)]
+    while stack:
+        clique, candidates, excluded = stack.pop()
+        if len(clique) + candidates.bit_count() < max(largest - 1, smallest):
+            continue
+        if not candidates:
+            if not excluded and len(clique) >= smallest:
+                found.append(clique)
+                largest = max(largest, len(clique))
+            continue
+        pivot = max(
+            _bits(candidates | excluded), key=lambda v: (graph[v] & candidates).bit_count()
+        )
+        for v in _bits(candidates & ~graph[pivot]):
+            stack.append(([*clique, v], candidates & graph[v], excluded & graph[v]))
+            candidates &= ~(1 << v)
+            excluded |= 1 << v
+    return [c for c in found if len(c) >= max(largest - 1, smallest)]
+
+
+def _fit(
+    targets: Array, points: Array, pairs: Index, s2: Array, levelled: bool
+) -> Matching | None:
+    """The solution if a proper motion carries the targets onto the points within their sigmas."""
+    local, world = targets[pairs[:, 0]], points[pairs[:, 1]]
+    one, weights = np.zeros(len(pairs), dtype=np.int64), 1 / s2[pairs[:, 0], pairs[:, 1]]
+    rotation, translation = np.eye(3), np.zeros(3)
+    if levelled:
+        plan = group_planar(one, 1, local[:, :2], world[:, :2], weights)
+        rotation[:2, :2], translation[:2] = plan.rotation[0], plan.translation[0]
+        translation[2] = np.average(world[:, 2] - local[:, 2], weights=weights)
+        sound, unknowns = plan.spread[0] > 1e-3, 4
+    else:
+        space = group_rigid(one, 1, local, world, weights)
+        rotation, translation = space.rotation[0], space.translation[0]
+        sound, unknowns = space.spread[0] > 1e-3, 6
+    v = world - local @ rotation.T - translation
+    square = float((weights[:, None] * v**2).sum())
+    if not sound or square > chi2.ppf(_FIT_LEVEL, 3 * len(pairs) - unknowns):
+        return None
+    return Matching(pairs[np.argsort(pairs[:, 0])], rotation, translation, square)

@@ -1,0 +1,61 @@
+"""Matching without names: found where the figure is unique, flagged where it is not."""
+
+import numpy as np
+import pytest
+
+from tribrach.errors import InputError
+from tribrach.geometry import rotation
+from tribrach.targets.matching import match
+
+SQUARE = np.array([[0.0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]])
+
+
+def test_a_square_is_ambiguous() -> None:
+    turned = SQUARE @ rotation.exp(np.array([0.3, 0.1, 0.7])).T + 5.0
+    found = match(turned, SQUARE)
+    assert len(found.pairs) == 4
+    assert found.ambiguous
+    # in space a square can be turned over as well: eight ways in all
+    assert len(found.others) == 7
+    assert "name one target" in str(found)
+
+
+def test_a_levelled_square_has_four_ways() -> None:
+    turned = SQUARE @ rotation.exp(np.array([0.0, 0.0, 0.7])).T + 5.0
+    found = match(turned, SQUARE, levelled=True)
+    assert len(found.pairs) == 4
+    assert len(found.others) == 3
+
+
+def test_one_higher_corner_decides() -> None:
+    figure = SQUARE + np.array([0.0, 0, 0])
+    figure[2] += [0.5, 1.0, 1.5]
+    turn = rotation.exp(np.array([0.3, -1.0, 2.0]))
+    found = match(figure @ turn.T + 5.0, figure[[2, 0, 3, 1]])
+    assert not found.ambiguous
+    assert found.pairs.tolist() == [[0, 1], [1, 3], [2, 0], [3, 2]]
+    assert np.allclose(found.rotation, turn.T, atol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_false_targets_stay_out(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(0, 60, (14, 3)) * [1, 1, 0.2]
+    turn, shift = rotation.exp(rng.uniform(-2, 2, 3)), rng.uniform(-9, 9, 3)
+    true = rng.choice(14, 6, replace=False)
+    seen = (points[true] - shift) @ turn + rng.normal(0, 0.002, (6, 3))
+    found = match(np.concatenate([seen, rng.uniform(-30, 30, (3, 3))]), points)
+    assert found.pairs.tolist() == [[i, int(j)] for i, j in enumerate(true)]
+    assert not found.ambiguous
+    assert np.allclose(found.rotation, turn, atol=1e-3)
+
+
+def test_a_mirrored_list_does_not_match() -> None:
+    points = np.array([[0.0, 0, 0], [11, 0, 1], [3, 17, 2], [5, 6, 9], [-4, 2, 7]])
+    with pytest.raises(InputError):
+        match(points[:4] * [1, 1, -1], points[:4] + 1.0)
+
+
+def test_too_many_are_refused() -> None:
+    with pytest.raises(InputError, match="too many"):
+        match(np.zeros((100, 3)), np.zeros((100, 3)))
