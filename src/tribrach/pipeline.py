@@ -16,6 +16,7 @@ from tribrach.network.network import Network
 from tribrach.network.quality import Quality, assess
 from tribrach.network.reactions import constraint_reactions
 from tribrach.network.robust import adjust_robust
+from tribrach.network.separability import confusable
 from tribrach.network.snooping import SnoopingLog, snoop
 from tribrach.network.variance_components import VarianceComponents, estimate_components
 from tribrach.project import Project
@@ -56,6 +57,7 @@ def adjust_network(
         adjustment = components.adjustment
     quality: Quality = assess(adjustment, confidence=settings.confidence)
     warnings += constraint_reactions(adjustment).sentences()
+    warnings += confusable(adjustment, quality)[:10]
     return build(
         adjustment,
         quality,
