@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.instruments.ray_tracer import trace
+from tribrach.errors import InputError
 from tribrach.geometry.euler import scanner_from_world_from_opk
 from tribrach.geometry.polar import polar_from_xyz
 from tribrach.instruments.calibration import (
@@ -88,7 +89,7 @@ def test_the_user_selects_parameters():
     whole = NIST.columns(*READINGS.T, face)
     index = [NIST.parameters.index(p) for p in chosen.parameters]
     np.testing.assert_array_equal(chosen.columns(*READINGS.T, face), whole[:, :, index])
-    with pytest.raises(ValueError, match="no parameter x99"):
+    with pytest.raises(InputError, match="NIST has no parameter x99; choose from x1n, x1z"):
         NIST.select(["x99"])
 
 

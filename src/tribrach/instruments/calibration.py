@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tribrach.errors import InputError
+
 __all__ = ["NIST", "PAPER_EIGHT", "PAPER_EIGHT_ELEVATION", "CalibrationModel", "lichti"]
 
 Array = NDArray[np.float64]
@@ -35,11 +37,14 @@ class CalibrationModel:
 
         Raises
         ------
-        ValueError : a parameter that the model does not have.
+        InputError : a parameter that the model does not have.
         """
         unknown = [p for p in parameters if p not in self.parameters]
         if unknown:
-            raise ValueError(f"model {self.name} has no parameter {unknown[0]}")
+            raise InputError(
+                f"calibration model {self.name} has no parameter {unknown[0]}",
+                cure=f"choose from {', '.join(self.parameters)}",
+            )
         chosen = tuple(self.functions[self.parameters.index(p)] for p in parameters)
         return CalibrationModel(self.name, tuple(parameters), chosen)
 
