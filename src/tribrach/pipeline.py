@@ -13,6 +13,7 @@ from typing import Literal
 from tribrach.io.outputs import write_texts
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.network import Network
+from tribrach.network.placement import placement_sentences
 from tribrach.network.quality import Quality, assess
 from tribrach.network.reactions import constraint_reactions
 from tribrach.network.robust import adjust_robust
@@ -58,6 +59,7 @@ def adjust_network(
     quality: Quality = assess(adjustment, confidence=settings.confidence)
     warnings += constraint_reactions(adjustment).sentences()
     warnings += confusable(adjustment, quality)[:10]
+    warnings += placement_sentences(adjustment)
     return build(
         adjustment,
         quality,

@@ -17,6 +17,7 @@ from tribrach.network.observations.gnss_baseline import GnssBaselines
 from tribrach.network.observations.height_difference import HeightDifferences
 from tribrach.network.observations.horizontal_distance import HorizontalDistances
 from tribrach.network.observations.slope_distance import SlopeDistances
+from tribrach.network.observations.target_centre import TargetCentres
 from tribrach.network.observations.zenith import ZenithAngles
 from tribrach.network.quality import assess, noncentrality, sidak, tau_critical
 from tribrach.network.robust import adjust_robust, weight_function
@@ -340,6 +341,36 @@ def test_spatial_intersection_of_wolf() -> None:
     survey.add(ZenithAngles, values=z, sigma=12.73e-3 * GON, **ends)
     adjustment = adjust(survey.network())
     assert at(adjustment, "N") == pytest.approx((900.0164, 899.9836, 1300.0062), abs=1.5e-4)
+
+
+def test_conformal_transformation_weighted_on_both_sides() -> None:
+    """AC-36: Ghilani chapter 18 ; X = s M^T x + T with the sigmas of both systems."""
+    rows = """
+    1 1094.883 820.085 109.821 7 8 5 10037.81 5262.09 772.04 5 6 5
+    2 503.891 1598.698 117.685 11 8 9 10956.68 5128.17 783.00 4 6 9
+    3 2349.343 207.658 151.387 6 5 7 8780.08 4840.29 782.62 2 4 2
+    4 1395.320 1348.853 215.261 5 8 9 10185.80 4700.21 851.32 3 5 3
+    """
+    words = [line.split() for line in rows.strip().splitlines()]
+    names = [w[0] for w in words]
+    numbers = np.array([w[1:] for w in words], dtype=float)
+    survey = Survey()
+    for name, row in zip(names, numbers, strict=True):
+        survey.point(name, row[6:9], covariance=np.diag((row[9:12] / 100) ** 2))
+    survey.station("model")
+    survey.add(
+        TargetCentres,
+        values=numbers[:, :3],
+        sigma=numbers[:, 3:6] / 1000,
+        station=["model"] * 4,
+        target=names,
+        scale=["scale"] * 4,
+    )
+    adjustment = adjust(survey.network())
+    assert 1 / (1 + adjustment.state.scalars[0]) == pytest.approx(0.949955, abs=5e-7)
+    assert adjustment.state.pose_t[0] == pytest.approx((10233.8542, 6549.9641, 720.8663), abs=5e-4)
+    assert adjustment.dof == 5
+    assert adjustment.sigma0_posterior == pytest.approx(1.288, abs=5e-4)
 
 
 def test_blunders_of_blankenbach_and_willert() -> None:

@@ -197,6 +197,7 @@ BUILDERS: dict[str, Build] = {
         **common(k, g),
         "station": g.integers(0, 3, N),
         "target": g.integers(0, 6, N),
+        "scale": mixed(g, 18),
     },
     "scanner_polar": polar,
     "antenna": lambda k, g, s: {

@@ -1,0 +1,61 @@
+"""What does GNSS contribute: how well is the network placed, and how well is it known in itself?
+
+A satellite position of some metres places a scan without making it worse: relative positions come
+from the scanner. Both are said, so that nobody takes the one for the other (method section 2.6).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.network.adjustment import Adjustment
+from tribrach.network.observations.base import Use
+
+__all__ = ["placement_sentences"]
+
+#: kinds whose observations are absolute positions
+ABSOLUTE = ("gnss_position", "antenna")
+
+
+def placement_sentences(adjustment: Adjustment) -> list[str]:
+    """One sentence per group of GNSS positions: absolute and relative standard deviations."""
+    out = []
+    for o in adjustment.network.observations:
+        active = np.flatnonzero(o.use == Use.ACTIVE)
+        if o.kind not in ABSOLUTE or len(active) == 0:
+            continue
+        names = list(dict.fromkeys(o.ends(adjustment.layout)[i][0] for i in active))
+        absolute = _sigma(_block(adjustment, names[0], names[0]))
+        words = f"{o.group} places {names[0]} with a standard deviation of {absolute:.3f} m (3D)"
+        if len(names) > 1:
+            length = _length_sigma(adjustment, names[0], names[1])
+            words += (
+                f"; the distance from {names[0]} to {names[1]} is known to {length:.4f} m from "
+                "all observations together"
+            )
+        out.append(words)
+    return out
+
+
+def _columns(adjustment: Adjustment, name: str) -> NDArray[np.int64]:
+    layout = adjustment.layout
+    return layout.position_columns(np.array(layout.position_index(name)))
+
+
+def _block(adjustment: Adjustment, a: str, b: str) -> NDArray[np.float64]:
+    return adjustment.covariance_columns(_columns(adjustment, a), _columns(adjustment, b))
+
+
+def _sigma(covariance: NDArray[np.float64]) -> float:
+    return float(np.sqrt(np.trace(covariance)))
+
+
+def _length_sigma(adjustment: Adjustment, a: str, b: str) -> float:
+    """Standard deviation [m] of the distance between two positions."""
+    layout, positions = adjustment.layout, adjustment.state.positions
+    chord = positions[layout.position_index(b)] - positions[layout.position_index(a)]
+    unit = chord / np.linalg.norm(chord)
+    cross = _block(adjustment, a, b)
+    spread = _block(adjustment, a, a) + _block(adjustment, b, b) - cross - cross.T
+    return float(np.sqrt(unit @ spread @ unit))
