@@ -46,12 +46,12 @@ def read_bytes(path: Path) -> bytes:
     return data
 
 
-def load(path: Path, root: str) -> etree._Element:
+def load(path: Path, root: str, *others: str) -> etree._Element:
     """Root element of an XML file; ``sourceline`` of its elements gives the lines.
 
     Parameters
     ----------
-    root : the name that the root element must have.
+    root, others : names that the root element may have.
 
     Raises
     ------
@@ -79,7 +79,7 @@ def load(path: Path, root: str) -> etree._Element:
     # encodings such as UTF-16 hide the declaration from the search in the bytes
     if dtd is not None and any(True for _ in dtd.iterentities()):
         raise _entities(path, None)
-    if element.tag != root:
+    if element.tag not in (root, *others):
         raise InputError(
             f"the root element is <{element.tag}>, not <{root}>",
             file=path,

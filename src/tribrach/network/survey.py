@@ -190,7 +190,7 @@ class Survey:
                 )
             matrices = covariance_from_sigma(sigmas)
         else:
-            matrices = np.asarray(covariance, dtype=float).reshape(-1, rows, rows)
+            matrices = np.array(covariance, dtype=float).reshape(-1, rows, rows)
             check_covariance(matrices, origin, kind.kind)
         whole = {item.name for item in fields(kind) if "shared" in item.metadata}
         table = {
@@ -222,6 +222,10 @@ class Survey:
         check_covariance(matrix[None], [source], "covariance matrix")
         index = [np.asarray(a, dtype=np.int64).ravel() for a in (table, item, row)]
         self._joint.append((index[0], index[1], index[2], matrix))
+        same = (index[0][:, None] == index[0]) & (index[1][:, None] == index[1])
+        for a, b in np.argwhere(same):  # each observation's own block, for the reports
+            columns = self._tables[index[0][a]].columns
+            columns["covariance"][index[1][a], index[2][a], index[2][b]] = matrix[a, b]
 
     def merge(self, other: Survey) -> None:
         """Add everything of another survey.

@@ -1,0 +1,50 @@
+"""Which way do the x and y of a GNU Gama file point, and which way do its angles turn?
+
+The two letters of ``axes-xy`` say where x and y point; ``ne``, ``sw``, ``es`` and ``wn`` are
+left-handed, ``en``, ``nw``, ``se`` and ``ws`` right-handed. Angles are clockwise
+(``left-handed``) or counter-clockwise (``right-handed``) whatever the axes. Inside the program
+coordinates are E, N, U and angles clockwise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["AXES", "HANDS", "Axes"]
+
+AXES = ("ne", "sw", "es", "wn", "en", "nw", "se", "ws")
+HANDS = {"left-handed": 1.0, "right-handed": -1.0}
+_DIRECTION = {"n": (0, 1), "s": (0, -1), "e": (1, 0), "w": (-1, 0)}
+
+
+@dataclass(frozen=True)
+class Axes:
+    """Horizontal axes of a file: where its ``x`` and ``y`` point."""
+
+    letters: str = "ne"
+
+    def matrix(self) -> NDArray[np.float64]:
+        """(3, 3): E, N, U = matrix @ (x, y, z) of the file; orthogonal, its transpose goes back."""
+        out = np.eye(3)
+        out[:2, :2] = np.array([_DIRECTION[letter] for letter in self.letters]).T
+        return out
+
+    def world_from_file(self, xyz: NDArray[np.float64]) -> NDArray[np.float64]:
+        """E, N, U (..., 3) of the file's x, y, z (..., 3); what is NaN stays NaN."""
+        source = np.argmax(np.abs(self.matrix()), axis=1)
+        sign = self.matrix()[np.arange(3), source]
+        world: NDArray[np.float64] = np.asarray(xyz, dtype=float)[..., source] * sign
+        return world
+
+    def file_from_world(self, enu: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The file's x, y, z (..., 3) of E, N, U (..., 3)."""
+        back: NDArray[np.float64] = np.asarray(enu, dtype=float) @ self.matrix()
+        return back
+
+    def file_covariance(self, covariance: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Covariances (..., 3, 3) of x, y, z from those of E, N, U."""
+        turned: NDArray[np.float64] = self.matrix().T @ covariance @ self.matrix()
+        return turned
