@@ -145,9 +145,7 @@ def _largest_cliques(graph: list[int], smallest: int) -> list[list[int]]:
                 found.append(clique)
                 largest = max(largest, len(clique))
             continue
-        pivot = max(
-            _bits(candidates | excluded), key=lambda v: (graph[v] & candidates).bit_count()
-        )
+        pivot = max(_bits(candidates | excluded), key=lambda v: (graph[v] & candidates).bit_count())
         for v in _bits(candidates & ~graph[pivot]):
             stack.append(([*clique, v], candidates & graph[v], excluded & graph[v]))
             candidates &= ~(1 << v)
@@ -155,9 +153,7 @@ def _largest_cliques(graph: list[int], smallest: int) -> list[list[int]]:
     return [c for c in found if len(c) >= max(largest - 1, smallest)]
 
 
-def _fit(
-    targets: Array, points: Array, pairs: Index, s2: Array, levelled: bool
-) -> Matching | None:
+def _fit(targets: Array, points: Array, pairs: Index, s2: Array, levelled: bool) -> Matching | None:
     """The solution if a proper motion carries the targets onto the points within their sigmas."""
     local, world = targets[pairs[:, 0]], points[pairs[:, 1]]
     one, weights = np.zeros(len(pairs), dtype=np.int64), 1 / s2[pairs[:, 0], pairs[:, 1]]
