@@ -1,0 +1,93 @@
+"""The house style in numbers: sizes of files and functions, docstrings, names of the kinds.
+
+The limits are those of CONTRIBUTING.md; ruff, mypy and import-linter look after the rest.
+"""
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+SOURCE = ROOT / "src" / "tribrach"
+FILES = sorted(SOURCE.rglob("*.py"))
+TREES = {path: ast.parse(path.read_text()) for path in FILES}
+Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+
+def functions(tree: ast.Module) -> Iterator[Function]:
+    return (node for node in ast.walk(tree) if isinstance(node, Function))
+
+
+def body_lines(function: Function) -> int:
+    """Lines of a function's body without its docstring."""
+    body = function.body
+    if ast.get_docstring(function) is not None:
+        body = body[1:]
+    return body[-1].end_lineno - body[0].lineno + 1 if body else 0
+
+
+def public(tree: ast.AST, inside: str = "") -> Iterator[tuple[str, ast.AST]]:
+    """Public classes and functions with their names, methods included."""
+    for node in ast.iter_child_nodes(tree):
+        if isinstance(node, ast.ClassDef | Function) and not node.name.startswith("_"):
+            yield inside + node.name, node
+            if isinstance(node, ast.ClassDef):
+                yield from public(node, f"{inside}{node.name}.")
+
+
+def test_files_are_short() -> None:
+    lines = {path: len(path.read_text().splitlines()) for path in FILES}
+    assert {p.name: n for p, n in lines.items() if n > 500} == {}
+    assert np.median(list(lines.values())) <= 150
+    assert np.percentile(list(lines.values()), 90) <= 300
+
+
+def test_functions_are_short() -> None:
+    lines = {
+        f"{path.name}:{f.lineno} {f.name}": body_lines(f)
+        for path, tree in TREES.items()
+        for f in functions(tree)
+    }
+    assert {name: n for name, n in lines.items() if n > 80} == {}
+    assert np.median(list(lines.values())) <= 8
+    assert np.percentile(list(lines.values()), 90) <= 30
+
+
+def test_tests_are_short() -> None:
+    lengths = {p.name: len(p.read_text().splitlines()) for p in (ROOT / "tests").rglob("*.py")}
+    assert {name: n for name, n in lengths.items() if n > 500} == {}
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(SOURCE)))
+def test_everything_public_is_documented(path: Path) -> None:
+    tree = TREES[path]
+    assert ast.get_docstring(tree), "the module says nothing"
+    silent = [name for name, node in public(tree) if not ast.get_docstring(node)]
+    assert silent == []
+
+
+def test_public_names_exist() -> None:
+    """Every module with public names lists them in ``__all__``, in order and without ghosts."""
+    for path, tree in TREES.items():
+        lists = [
+            ast.literal_eval(node.value)
+            for node in tree.body
+            if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "__all__"
+        ]
+        own = [name for name, _ in public(tree) if "." not in name]
+        if own and path.name != "__main__.py":
+            assert lists, f"{path.name} has no __all__"
+        for names in lists:
+            text = path.read_text()
+            assert [n for n in names if text.count(n) < 2] == [], path.name
+
+
+def test_text_names_no_private_places() -> None:
+    """Nothing in the project speaks of where or how it was written."""
+    words = ("/work/", "/tmp/", "/opt/", "/home/", "/root/", "TODO", "FIXME", "XXX")
+    places = [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *FILES]
+    found = {(p.name, w) for p in places for w in words if w in p.read_text()}
+    assert found == set()
