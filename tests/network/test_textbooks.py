@@ -19,8 +19,9 @@ from tribrach.network.observations.horizontal_distance import HorizontalDistance
 from tribrach.network.observations.slope_distance import SlopeDistances
 from tribrach.network.observations.target_centre import TargetCentres
 from tribrach.network.observations.zenith import ZenithAngles
-from tribrach.network.quality import assess, noncentrality, sidak, tau_critical
+from tribrach.network.quality import assess
 from tribrach.network.robust import adjust_robust, weight_function
+from tribrach.network.significance import noncentrality, sidak, tau_critical, w_critical
 from tribrach.network.snooping import snoop
 from tribrach.network.survey import Survey
 from tribrach.network.variance_components import estimate_components
@@ -410,6 +411,7 @@ def test_strang_and_borre_in_two_datums() -> None:
 def test_constants_of_the_tests() -> None:
     """AC-37."""
     assert noncentrality() == pytest.approx(4.1321, abs=5e-5)
+    assert w_critical() == pytest.approx(3.2905, abs=5e-5)
     assert noncentrality() ** 2 == pytest.approx(17.075, abs=5e-4)
     assert tau_critical(10, 0.05) == pytest.approx(1.9039, abs=5e-5)
     assert tau_critical(10, 0.01) == pytest.approx(2.3236, abs=5e-5)

@@ -1,11 +1,13 @@
 """Which blunders cannot be told from each other? (method section 3.4)
 
 Two test values that are strongly correlated rise together whichever of the two observations is
-wrong. The correlation of w_i and w_j is ``S_ij / sqrt(S_ii S_jj)`` with ``S = P Q_vv P``.
+wrong. The correlation of w_i and w_j is ``S_ij / sqrt(S_ii S_jj)`` with ``S = P Q_vv P``
+(Förstner 1983).
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,14 +16,27 @@ from numpy.typing import NDArray
 
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.network import Network
-from tribrach.network.quality import UNCONTROLLED, Quality
+from tribrach.network.quality import Quality
+from tribrach.network.reliability import (
+    WeightedResiduals,
+    correlations_of_tests,
+    solutions_affordable,
+    weigh,
+)
 
-__all__ = ["SIZE_LIMIT", "Pair", "confusable", "separability"]
+__all__ = ["Pair", "Separability", "confusable", "describe_row", "partners", "separability"]
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
-#: networks with more values than this are not looked through
-SIZE_LIMIT = 3000
+#: pairs above this correlation are named
+LIMIT = 0.9
+#: weights correlated beyond this a priori are looked at whatever their redundancy
+TIED = 0.3
+#: rows compared with all others at a time
+BATCH = 200
+#: at most this many suspects are compared with all others
+SUSPECTS = 50
 
 
 @dataclass(frozen=True)
@@ -33,46 +48,100 @@ class Pair:
     correlation: float
 
 
-def separability(adjustment: Adjustment, limit: float = 0.9) -> tuple[Pair, ...] | None:
-    """Pairs of single values with ``|rho| > limit``, strongest first; None above the size limit.
+@dataclass(frozen=True)
+class Separability:
+    """Pairs of values of different observations, the strongest first.
 
-    Values of one observation (a vector's components) are not paired with each other.
+    first, second (k,) rows of the adjustment, correlation (k,). ``complete`` is False where only
+    the least controlled values of a large network were compared with all others.
     """
-    n = adjustment.n_observations
-    if n > SIZE_LIMIT or adjustment.dof <= 0:
-        return None if adjustment.dof > 0 else ()
-    whitener = adjustment.whitener
-    weighted = sp.csr_array(whitener.T @ adjustment.design).toarray()
-    weights = sp.csr_array(whitener.T @ whitener).toarray()
-    s = weights - weighted @ adjustment.cofactor.solve(weighted.T)
-    diagonal = np.diag(s)
-    good = diagonal > UNCONTROLLED * np.diag(weights)
-    scale = np.where(good, 1 / np.sqrt(np.where(good, diagonal, 1.0)), 0.0)
-    rho = np.triu(s * scale[:, None] * scale, 1)
-    rows = adjustment.rows
-    same = (rows.table[:, None] == rows.table) & (rows.item[:, None] == rows.item)
-    rho[same] = 0.0
-    first, second = np.nonzero(np.abs(rho) > limit)
-    order = np.argsort(-np.abs(rho[first, second]))
-    return tuple(
-        Pair(int(first[k]), int(second[k]), float(rho[first[k], second[k]])) for k in order
-    )
+
+    first: Index
+    second: Index
+    correlation: Array
+    complete: bool
+
+    def __len__(self) -> int:
+        return len(self.first)
+
+    def __iter__(self) -> Iterator[Pair]:
+        pairs = zip(self.first, self.second, self.correlation, strict=True)
+        return (Pair(int(a), int(b), float(rho)) for a, b, rho in pairs)
 
 
-def confusable(adjustment: Adjustment, quality: Quality, limit: float = 0.9) -> list[str]:
+def separability(adjustment: Adjustment, limit: float = LIMIT) -> Separability:
+    """Pairs of single values with ``|rho| > limit``; a vector's components are no pairs.
+
+    With ``m = S_ii / P_ii``, values that are uncorrelated a priori have
+    ``rho^2 <= (1 - m_i) / m_j``, so every pair beyond the limit has a member with
+    ``m < 1 / (1 + limit^2)``. Only those, and values correlated a priori, meet all others.
+    """
+    system = weigh(adjustment)
+    share = np.where(system.controlled, system.s / system.weight, np.inf)
+    weak = (share < 1 / (1 + limit**2)) | (system.controlled & _tied(system))
+    candidates = np.flatnonzero(weak)
+    candidates = candidates[np.argsort(share[candidates], kind="stable")]
+    most = solutions_affordable(adjustment)
+    chosen = candidates[:most]
+    parts = np.array_split(chosen, max(1, len(chosen) // BATCH))
+    found = [_beyond(system, part, limit) for part in parts]
+    first, second, rho = (np.concatenate(part) for part in zip(*found, strict=True))
+    low, high = np.minimum(first, second), np.maximum(first, second)
+    _, once = np.unique(np.stack([low, high]), axis=1, return_index=True)
+    once = once[np.argsort(-np.abs(rho[once]), kind="stable")]
+    return Separability(low[once], high[once], rho[once], len(candidates) <= most)
+
+
+def confusable(adjustment: Adjustment, quality: Quality, limit: float = LIMIT) -> list[str]:
     """A sentence for each suspicious value that could as well be another observation's error."""
-    suspicious = np.nan_to_num(np.abs(quality.w)) > quality.w_critical
-    if not suspicious.any():
+    size = np.nan_to_num(np.abs(quality.w))
+    suspicious = np.flatnonzero(size > quality.w_critical)
+    suspicious = suspicious[np.argsort(-size[suspicious], kind="stable")][:SUSPECTS]
+    if len(suspicious) == 0:
         return []
-    rows, network = adjustment.rows, adjustment.network
-
-    def words(row: int) -> str:
-        o = network.observations[rows.table[row]]
-        return Network.describe(o, int(rows.item[row]), adjustment.state)
-
+    other, mine, rho = _beyond(weigh(adjustment), suspicious, limit)
+    pairs: dict[tuple[int, int], float] = {}
+    for a, b, value in zip(mine, other, rho, strict=True):
+        pairs.setdefault((int(min(a, b)), int(max(a, b))), float(value))
     return [
-        f"cannot tell whether {words(pair.first)} or {words(pair.second)} is wrong: their test "
-        f"values have the correlation {pair.correlation:+.2f}"
-        for pair in separability(adjustment, limit) or ()
-        if suspicious[pair.first] or suspicious[pair.second]
+        f"cannot tell whether {describe_row(adjustment, a)} or {describe_row(adjustment, b)} is "
+        f"wrong: their test values have the correlation {value:+.2f}"
+        for (a, b), value in sorted(pairs.items(), key=lambda item: -abs(item[1]))
     ]
+
+
+def partners(system: WeightedResiduals, row: int, limit: float = LIMIT) -> tuple[str, ...]:
+    """Observations in words whose tests are correlated beyond the limit with that of a row."""
+    other, _, rho = _beyond(system, np.array([row]), limit)
+    order = np.argsort(-np.abs(rho), kind="stable")
+    words = (describe_row(system.adjustment, int(r)) for r in other[order])
+    return tuple(dict.fromkeys(words))
+
+
+def describe_row(adjustment: Adjustment, row: int) -> str:
+    """The observation that a row belongs to, in words."""
+    rows = adjustment.rows
+    o = adjustment.network.observations[rows.table[row]]
+    return Network.describe(o, int(rows.item[row]), adjustment.state)
+
+
+def _beyond(system: WeightedResiduals, chosen: Index, limit: float) -> tuple[Index, Index, Array]:
+    """Rows, chosen rows and correlations beyond the limit, between different observations."""
+    rho = np.nan_to_num(correlations_of_tests(system, chosen))
+    other, place = np.nonzero(np.abs(rho) > limit)
+    mine, rows = chosen[place], system.adjustment.rows
+    apart = (rows.table[other] != rows.table[mine]) | (rows.item[other] != rows.item[mine])
+    return other[apart], mine[apart], np.clip(rho[other, place], -1.0, 1.0)[apart]
+
+
+def _tied(system: WeightedResiduals) -> NDArray[np.bool_]:
+    """Rows (n,) whose weights are correlated with those of another observation."""
+    out = np.zeros(len(system.s), dtype=bool)
+    if system.adjustment.assembly.joint_whitener is None:
+        return out
+    whitener = system.adjustment.whitener
+    root = sp.diags_array(1 / np.sqrt(system.weight))
+    unit = sp.coo_array(root @ (whitener.T @ whitener) @ root)
+    strong = (np.abs(unit.data) > TIED) & (unit.row != unit.col)
+    out[unit.row[strong]] = True
+    return out

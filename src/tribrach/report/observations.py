@@ -5,16 +5,16 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from tribrach.network.adjustment import Adjustment
+from tribrach.network.checks import check_covariances
 from tribrach.network.observations.base import Observations, Use
 from tribrach.network.quality import Quality
 from tribrach.report.content import Observation
 from tribrach.report.numbers import number
 
-__all__ = ["check_covariances", "observations", "sights"]
+__all__ = ["observations", "sights"]
 
 Array = NDArray[np.float64]
 _STATES: dict[int, Literal["active", "check", "off"]] = {
@@ -98,34 +98,6 @@ def _blocks(quality: Quality, table: int, o: Observations) -> tuple[Array, Array
     item = quality.blocks.item[mine]
     statistic[item], limit[item] = quality.blocks.statistic[mine], quality.blocks.critical[mine]
     return statistic, limit
-
-
-def check_covariances(adjustment: Adjustment, o: Observations, items: NDArray[np.int64]) -> Array:
-    """Covariance (k, rows, rows) of ``h(x) - l`` for values held out: ``C + A Q A^T``."""
-    own = o.covariance[items]
-    if len(items) == 0:
-        return own
-    n, rows = len(items), o.rows
-    data, line, columns = [], [], []
-    for block in o.jacobian(adjustment.state):
-        place = np.where(block.columns < 0, -1, adjustment.reduced[block.columns])[items]
-        values = block.values[items]
-        row = np.arange(n * rows).reshape(n, rows, 1)
-        row, place = (np.broadcast_to(a, values.shape) for a in (row, place[:, None, :]))
-        keep = place >= 0
-        data.append(values[keep])
-        line.append(row[keep])
-        columns.append(place[keep])
-    shape = (n * rows, adjustment.n_unknowns)
-    triple = (np.concatenate(data), (np.concatenate(line), np.concatenate(columns)))
-    design = sp.csr_array(sp.coo_array(triple, shape=shape))
-    out = own.copy()
-    for part in np.array_split(np.arange(n), max(1, n // 200)):
-        mine = design[(part[:, None] * rows + np.arange(rows)).ravel()]
-        form = mine @ adjustment.cofactor.solve(mine.toarray().T)
-        local = np.arange(len(part) * rows).reshape(-1, rows)
-        out[part] += form[local[:, :, None], local[:, None, :]]
-    return out
 
 
 def sights(adjustment: Adjustment) -> tuple[tuple[str, str], ...]:

@@ -1,0 +1,192 @@
+"""What each observation contributes, checks and could spoil: the algebra behind the tests.
+
+With ``W`` the whitener (``P = W^T W``) and ``A_w`` the whitened design, for each observed value i
+
+* ``(P v)_i`` its weighted residual and ``S_ii`` its variance, ``S = P Q_vv P = P - P A Q A^T P``;
+* redundancy number ``r_i = (Q_vv P)_ii``; their sum is the redundancy;
+* external reliability ``Q A^T P e_i g``: displacements by an error g that stays undetected.
+
+Only rows and selected entries are formed, never anything of size n x n (method section 3.4).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from tribrach.network.adjustment import Adjustment
+
+__all__ = [
+    "External",
+    "WeightedResiduals",
+    "correlations_of_tests",
+    "external_reliability",
+    "redundancy_numbers",
+    "solutions_affordable",
+    "weigh",
+]
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+#: share of its own weight that must be left in S_ii for a value to count as controlled
+UNCONTROLLED = 1e-8
+#: unknowns times right-hand sides that a report may cost, a few seconds
+BUDGET = 4_000_000
+
+
+@dataclass(frozen=True)
+class WeightedResiduals:
+    """Weighted residuals and what belongs to them, in the order of ``adjustment.rows``.
+
+    rows (n, u) is ``P A``; pull (n,) is ``P v`` [1/m, 1/rad]; weight (n,) the diagonal of P; s (n,)
+    the diagonal of ``P Q_vv P``; controlled (n,) where s is not just rounding.
+    """
+
+    adjustment: Adjustment
+    rows: sp.csr_array
+    pull: Array
+    weight: Array
+    s: Array
+    controlled: NDArray[np.bool_]
+
+    @property
+    def w(self) -> Array:
+        """Test values ``w = (P v)_i / sqrt(S_ii)`` (n,); NaN where nothing controls the value."""
+        safe = np.where(self.controlled, self.s, 1.0)
+        return np.where(self.controlled, self.pull / np.sqrt(safe), np.nan)
+
+    @property
+    def gross_error(self) -> Array:
+        """Estimated errors ``g = -(P v)_i / S_ii`` (n,) [m, rad] with ``l = true + g``."""
+        safe = np.where(self.controlled, self.s, 1.0)
+        return np.where(self.controlled, -self.pull / safe, np.nan)
+
+    def detectable(self, delta0: float) -> Array:
+        """Minimal detectable biases ``delta0 / sqrt(S_ii)`` (n,) [m, rad]."""
+        safe = np.where(self.controlled, self.s, 1.0)
+        return np.where(self.controlled, delta0 / np.sqrt(safe), np.nan)
+
+
+def weigh(adjustment: Adjustment) -> WeightedResiduals:
+    """Weighted residuals of an adjustment."""
+    whitener = adjustment.whitener
+    rows = sp.csr_array(whitener.T @ adjustment.design)
+    pull = whitener.T @ adjustment.whitened_residuals
+    weight = np.asarray(whitener.multiply(whitener).sum(axis=0)).ravel()
+    s = weight - adjustment.cofactor.row_forms(rows)
+    return WeightedResiduals(adjustment, rows, pull, weight, s, s > UNCONTROLLED * weight)
+
+
+def redundancy_numbers(system: WeightedResiduals) -> Array:
+    """``r_i = 1 - A_i Q (P A)_i^T`` (n,); correlated values may lie outside 0 to 1."""
+    adjustment = system.adjustment
+    plain = adjustment.assembly.joint_whitener is None and all(
+        o.rows == 1 for o in adjustment.network.observations
+    )
+    forms = adjustment.cofactor.row_forms
+    if plain:
+        return 1 - forms(adjustment.design)
+    # bilinear forms by polarisation, both rows brought to the same size
+    root = np.sqrt(system.weight)
+    raw = sp.diags_array(root) @ adjustment.assembly.design(adjustment.state, whitened=False)
+    other = sp.diags_array(1 / root) @ system.rows
+    total, difference = sp.csr_array(raw + other), sp.csr_array(raw - other)
+    return 1 - (forms(total) - forms(difference)) / 4
+
+
+def correlations_of_tests(system: WeightedResiduals, chosen: Index) -> Array:
+    """Correlations (n, k) of all test values with those of chosen rows (k,); NaN uncontrolled."""
+    whitener = sp.csc_array(system.adjustment.whitener)
+    effect = system.adjustment.cofactor.solve(system.rows[chosen].toarray().T)
+    s = (whitener.T @ whitener[:, chosen]).toarray() - system.rows @ effect
+    root = np.sqrt(np.where(system.controlled, system.s, np.nan))
+    correlation: Array = s / root[:, None] / root[chosen]
+    return correlation
+
+
+@dataclass(frozen=True)
+class External:
+    """Largest displacement [m] (n,) of a position by the error given, at which position (n,).
+
+    exact (n,) is False where only the positions that the value itself touches were looked at.
+    """
+
+    displacement: Array
+    position: Index
+    exact: NDArray[np.bool_]
+
+
+def solutions_affordable(adjustment: Adjustment) -> int:
+    """How many right-hand sides a report may solve for."""
+    return max(100, BUDGET // max(adjustment.n_unknowns, 1))
+
+
+def external_reliability(system: WeightedResiduals, error: Array) -> External:
+    """Displacements by an undetected error (n,) [m, rad] in each value, NaN where unlimited.
+
+    In networks too large to follow every error through all unknowns, the effect on the positions
+    that the value touches is exact, and the largest of them are followed everywhere. With inner
+    constraints the displacements belong to that datum.
+    """
+    n = system.rows.shape[0]
+    most = solutions_affordable(system.adjustment)
+    if n <= most:
+        everything = np.arange(n)
+        displacement, position = _everywhere(system, error, everything)
+        exact = np.ones(n, dtype=bool)
+    else:
+        displacement, position = _at_ends(system, error)
+        worst = np.argsort(-np.nan_to_num(displacement))[: most // 4]
+        displacement[worst], position[worst] = _everywhere(system, error, worst)
+        exact = np.zeros(n, dtype=bool)
+        exact[worst] = True
+    displacement[~system.controlled] = np.nan
+    return External(displacement, position, exact)
+
+
+def _everywhere(system: WeightedResiduals, error: Array, chosen: Index) -> tuple[Array, Index]:
+    """Largest displacement of any position for chosen rows."""
+    adjustment = system.adjustment
+    count = len(adjustment.state.positions)
+    place = adjustment.reduced[adjustment.layout.position_columns(np.arange(count))]
+    largest, where = np.zeros(len(chosen)), np.zeros(len(chosen), dtype=np.int64)
+    for part in np.array_split(np.arange(len(chosen)), max(1, len(chosen) // 500)):
+        rows = chosen[part]
+        shift = adjustment.cofactor.solve(system.rows[rows].toarray().T)
+        # a last row of zeros stands for the components that are fixed
+        shift = np.vstack([shift * np.nan_to_num(error[rows]), np.zeros((1, len(part)))])[place]
+        length = np.sqrt((shift**2).sum(axis=1))
+        if count:
+            where[part], largest[part] = length.argmax(axis=0), length.max(axis=0)
+    return largest, where
+
+
+def _at_ends(system: WeightedResiduals, error: Array) -> tuple[Array, Index]:
+    """Largest displacement among the positions that each value touches."""
+    adjustment, weighted = system.adjustment, system.rows
+    layout = adjustment.layout
+    positions = len(adjustment.state.positions)
+    owner = np.full(layout.size, -1, dtype=np.int64)
+    owner[layout.position_columns(np.arange(positions))] = np.arange(positions)[:, None]
+    owner = owner[adjustment.free_columns]
+    n = weighted.shape[0]
+    largest, where = np.zeros(n), np.zeros(n, dtype=np.int64)
+    count = np.diff(weighted.indptr)
+    for width in np.unique(count[count > 0]):
+        which = np.flatnonzero(count == width)
+        for rows in np.array_split(which, max(1, len(which) * int(width) ** 2 // 4_000_000)):
+            place = weighted.indptr[rows][:, None] + np.arange(width)
+            columns = weighted.indices[place].astype(np.int64)
+            blocks = adjustment.cofactor.blocks(columns)
+            shift = np.einsum("nij,nj->ni", blocks, weighted.data[place])
+            mine = owner[columns]
+            same = (mine[:, :, None] == mine[:, None, :]) & (mine >= 0)[:, :, None]
+            length = np.sqrt(np.einsum("nij,nj->ni", same, shift**2))
+            best, line = length.argmax(axis=1), np.arange(len(rows))
+            where[rows] = np.maximum(mine[line, best], 0)
+            largest[rows] = length[line, best] * np.nan_to_num(error[rows])
+    return largest, where

@@ -1,0 +1,83 @@
+"""Closed forms of the tests: critical values, non-centrality, significance of many tests.
+
+Method section 3.4; Baarda (1968) for data snooping, Pope (1976) for tau, Šidák (1967).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq
+from scipy.special import gammaln
+from scipy.stats import chi2, ncx2, norm, t
+
+__all__ = [
+    "block_noncentrality",
+    "log_significance",
+    "noncentrality",
+    "redundancy_class",
+    "sidak",
+    "tau_critical",
+    "w_critical",
+]
+
+#: statistics beyond this have a tail probability near the smallest floating point number
+FAR = 500.0
+
+
+def w_critical(alpha0: float = 0.001) -> float:
+    """Two-sided limit of w at significance ``alpha0``: 3.2905 for 0.1 %."""
+    return float(norm.ppf(1 - alpha0 / 2))
+
+
+def noncentrality(alpha0: float = 0.001, power: float = 0.8) -> float:
+    """``delta0``: shift of w found with the given power at significance ``alpha0``; 4.132."""
+    return float(norm.ppf(1 - alpha0 / 2) + norm.ppf(power))
+
+
+def block_noncentrality(dof: int, alpha0: float = 0.001, power: float = 0.8) -> float:
+    """The same for a block of ``dof`` values: root of the non-centrality of its chi-square."""
+    critical = chi2.ppf(1 - alpha0, dof)
+    root = brentq(lambda x: ncx2.sf(critical, dof, x) - power, 1e-6, 1e4)
+    return float(np.sqrt(root))
+
+
+def tau_critical(dof: int, alpha: float) -> float:
+    """Two-sided critical value of Pope's tau with redundancy ``dof`` at significance ``alpha``.
+
+    ``t sqrt(r) / sqrt(r - 1 + t^2)`` with t of r - 1 degrees of freedom; sqrt(r) is its bound.
+    """
+    if dof < 2:
+        return float(np.sqrt(max(dof, 0)))
+    quantile = t.ppf(1 - alpha / 2, dof - 1)
+    return float(quantile * np.sqrt(dof) / np.sqrt(dof - 1 + quantile**2))
+
+
+def sidak(alpha: float, count: int) -> float:
+    """Significance of one of ``count`` tests so that all together have ``alpha``."""
+    return float(1 - (1 - alpha) ** (1 / max(count, 1)))
+
+
+def redundancy_class(r: float) -> str:
+    """A redundancy number in words: uncontrolled, poor, weak, good, very good."""
+    for limit, word in ((0.01, "uncontrolled"), (0.1, "poor"), (0.3, "weak"), (0.7, "good")):
+        if r < limit:
+            return word
+    return "very good"
+
+
+def log_significance(statistic: ArrayLike, dof: ArrayLike) -> NDArray[np.float64]:
+    """Logarithm of the chi-square tail probability, also where that is below the smallest number.
+
+    Compares tests of different degrees of freedom (the lower the more suspicious); NaN statistics
+    count as nothing at all (0). The far tail follows the leading term of its expansion.
+    """
+    x, k = np.broadcast_arrays(np.asarray(statistic, dtype=float), np.asarray(dof, dtype=float))
+    x = np.nan_to_num(x)
+    out = np.zeros(x.shape)
+    near = (k > 0) & (x <= FAR)
+    out[near] = np.log(chi2.sf(x[near], k[near]))
+    far = (k > 0) & (x > FAR)
+    half = x[far] / 2
+    out[far] = -half + (k[far] / 2 - 1) * np.log(half) - gammaln(k[far] / 2)
+    return out
