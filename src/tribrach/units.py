@@ -70,5 +70,5 @@ def format_angle(value: float, unit: str, digits: int = 4) -> str:
     degrees, rest = divmod(whole, 3600)
     minutes, seconds = divmod(rest, 60)
     width = digits + 3 if digits else 2
-    sign = "-" if value < 0 else ""
+    sign = "-" if value < 0 and whole > 0 else ""
     return f"{sign}{int(degrees)}-{int(minutes):02d}-{seconds:0{width}.{digits}f}"
