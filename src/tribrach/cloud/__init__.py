@@ -1,0 +1,1 @@
+"""Scans on their way into the world: transformation in chunks, covariance of every point."""

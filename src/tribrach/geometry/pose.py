@@ -1,0 +1,78 @@
+"""A rigid motion from one frame into another, written so that compositions read as algebra.
+
+``world_from_scanner @ x_in_scanner`` carries points (..., 3) [m]; ``a_from_b @ b_from_c`` is a
+Pose again. Increments of its covariance are left: translation, then a rotation vector about the
+axes of the outer frame (method section 1.3).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.errors import InputError
+
+__all__ = ["Pose"]
+
+Array = NDArray[np.float64]
+
+#: rotation matrices may differ from orthonormal by this much before they are refused
+_SKEWED = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """Rotation (3, 3), proper and orthonormal, and translation (3,) [m]."""
+
+    rotation: Array
+    translation: Array
+
+    @classmethod
+    def identity(cls) -> Self:
+        """No motion."""
+        return cls(np.eye(3), np.zeros(3))
+
+    @classmethod
+    def from_matrix(cls, matrix: Array) -> Self:
+        """From a 4x4 matrix, its rotation made orthonormal by the nearest one.
+
+        Raises
+        ------
+        InputError : not finite, not rigid (scaled, sheared, mirrored), last row not 0 0 0 1.
+        """
+        if not np.isfinite(matrix).all() or not np.allclose(matrix[3], [0, 0, 0, 1]):
+            raise InputError("the 4x4 matrix is no rigid motion: its last row is not 0 0 0 1")
+        u, s, vt = np.linalg.svd(matrix[:3, :3])
+        if np.abs(s - 1).max() > _SKEWED:
+            raise InputError("the 4x4 matrix is no rigid motion: it scales or shears")
+        if np.linalg.det(u @ vt) < 0:
+            raise InputError("the 4x4 matrix mirrors (its determinant is -1)")
+        return cls(u @ vt, matrix[:3, 3].copy())
+
+    @property
+    def matrix(self) -> Array:
+        """The 4x4 matrix."""
+        out = np.eye(4)
+        out[:3, :3], out[:3, 3] = self.rotation, self.translation
+        return out
+
+    @property
+    def inverse(self) -> Pose:
+        """The motion back."""
+        return Pose(self.rotation.T, -self.rotation.T @ self.translation)
+
+    @overload
+    def __matmul__(self, other: Pose) -> Pose: ...
+    @overload
+    def __matmul__(self, other: Array) -> Array: ...
+    def __matmul__(self, other: Pose | Array) -> Pose | Array:
+        """Compose with another motion, or carry points (..., 3)."""
+        if isinstance(other, Pose):
+            return Pose(
+                self.rotation @ other.rotation, self.rotation @ other.translation + self.translation
+            )
+        moved: Array = other @ self.rotation.T + self.translation
+        return moved

@@ -1,0 +1,64 @@
+"""What a writer must know before the first point: fields, coordinate step, frame, provenance.
+
+Every writer is a context manager with one method: it writes to a temporary name beside the
+destination and renames when the block ends well; an exception or Ctrl-C leaves nothing behind.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import TracebackType
+from typing import Any, Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.geometry.pose import Pose
+from tribrach.scan.scan import Field
+
+__all__ = ["CloudHeader", "CloudWriter"]
+
+Array = NDArray[np.float64]
+
+
+def _zeros() -> Array:
+    return np.zeros(3)
+
+
+@dataclass(frozen=True)
+class CloudHeader:
+    """Header of a cloud on its way out.
+
+    fields : what `write` will be given besides xyz; step : coordinate step on disk [m] of formats
+    that store integers; offset (3,) [m] : stored coordinates are relative to it; crs : WKT;
+    epoch : decimal year of a dynamic frame; pose : of formats that keep points in the scanner
+    frame; facts : further strings that the format has room for.
+    """
+
+    name: str
+    fields: tuple[Field, ...] = ()
+    step: float = 1e-4
+    offset: Array = field(default_factory=_zeros)
+    crs: str | None = None
+    epoch: float | None = None
+    pose: Pose | None = None
+    facts: Mapping[str, str] = field(default_factory=dict)
+
+
+class CloudWriter(Protocol):
+    """A file that takes points chunk by chunk."""
+
+    def write(self, xyz: Array, values: Mapping[str, NDArray[Any]]) -> None:
+        """Append points (n, 3) [m], in the frame of the header, and their values by field name."""
+
+    def __enter__(self) -> Self:
+        """The writer itself."""
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Finish and rename; or remove what was begun."""

@@ -1,0 +1,116 @@
+"""What every scan offers, whatever file it lies in: points in chunks, fields, pose, origin.
+
+Points are in the scanner frame (right-handed, origin at the instrument's centre, z along its
+standing axis), float64 metres. Other values keep the names below whatever their file calls them.
+
+| field | type | unit |
+|---|---|---|
+| intensity | float32 | as in the file; `Field.low` and `Field.high` are its limits |
+| red, green, blue | uint16 | 0 to 65535, 8-bit colours times 257 |
+| time | float64 | seconds as in the file |
+| return_number, number_of_returns | uint8 | |
+| row, column | int32 | of the scanner's grid |
+| normal_x, normal_y, normal_z | float32 | scanner frame |
+
+Fields that are not in the table pass through under their own name.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.geometry.pose import Pose
+
+__all__ = ["CHUNK", "Chunk", "Field", "Origin", "Scan"]
+
+Array = NDArray[np.float64]
+
+#: points read at a time; 8 columns of 8 bytes are then 64 MB
+CHUNK = 1_000_000
+
+#: is the scanner at (0, 0, 0)? said by the format, assumed from the coordinates, or unknown
+Origin = Literal["stated", "assumed", "unknown"]
+
+
+@dataclass(frozen=True)
+class Field:
+    """A value that every point has besides its coordinates.
+
+    dtype : numpy name such as ``float32``; low, high : limits that the file states.
+    """
+
+    name: str
+    dtype: str
+    low: float | None = None
+    high: float | None = None
+    description: str = ""
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """Consecutive valid points of a scan.
+
+    xyz (n, 3) : scanner frame [m]; values : field name to (n,) or (n, k); dropped : records
+    between the previous chunk and the end of this one that hold no point (invalid, NaN, no return).
+    """
+
+    xyz: Array
+    values: Mapping[str, NDArray[Any]]
+    dropped: int = 0
+
+    def __len__(self) -> int:
+        """Points in the chunk."""
+        return len(self.xyz)
+
+
+@dataclass(frozen=True)
+class Scan(ABC):
+    """One scan of a file; nothing but its header is in memory.
+
+    name : of the scan, unique within its file; path, index : file and place in it; records : number
+    that the header states (None if it does not), valid points or not; pose : world from scanner as
+    the file has it, None if it has none; grid : rows and columns; crs : WKT of the coordinates if
+    the file says; bounds (2, 3) : smallest and largest coordinates that the header states;
+    warnings : sentences about what was odd.
+    """
+
+    name: str
+    path: Path
+    index: int = 0
+    records: int | None = None
+    fields: tuple[Field, ...] = ()
+    pose: Pose | None = None
+    origin: Origin = "unknown"
+    grid: tuple[int, int] | None = None
+    crs: str | None = None
+    bounds: Array | None = None
+    warnings: tuple[str, ...] = ()
+    facts: Mapping[str, str] = field(default_factory=dict)
+
+    @abstractmethod
+    def chunks(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
+        """The points in the file's order, at most ``size`` records at a time.
+
+        start : records to pass over, so that interrupted work goes on where it was.
+
+        Raises
+        ------
+        InputError : truncated or damaged, or the number of records differs from the header's.
+        """
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the fields."""
+        return tuple(f.name for f in self.fields)
+
+    @property
+    def source(self) -> str:
+        """File and scan, for messages and reports."""
+        return f"{self.path.name}#{self.name}" if self.name != self.path.stem else self.path.name
