@@ -1,8 +1,10 @@
 """Robust adjustment by reweighting, for finding blunders.
 
-Standardised residuals ``|w|`` give weights that shrink the influence of outliers; values with a
-joint or block covariance share theirs symmetrically (bifactor). The robust solution points at
-suspects; what is reported is the least-squares solution without those confirmed (method 3.5).
+Residuals over their standard deviations give weights that shrink the influence of outliers;
+values with a joint or block covariance share theirs symmetrically (bifactor, Yang et al. 2002).
+The robust solution points at suspects: :attr:`RobustResult.suspects` go into
+:func:`tribrach.network.snooping.snoop`, and what is reported is the least-squares solution without
+those that the tests confirm (method section 3.5).
 """
 
 from __future__ import annotations
@@ -16,7 +18,9 @@ from numpy.typing import NDArray
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.network import Network
 from tribrach.network.observations.base import Observations
-from tribrach.network.quality import assess
+from tribrach.network.reliability import UNCONTROLLED, redundancy_numbers, weigh
+from tribrach.network.significance import w_critical
+from tribrach.network.snooping import restart
 
 __all__ = ["RobustResult", "adjust_robust", "weight_function"]
 
@@ -25,6 +29,8 @@ Method = Literal["huber", "danish", "igg3"]
 
 #: no weight falls below this, so that every observation keeps its place in the network
 SMALLEST = 1e-6
+#: redundancy numbers below this leave a robust estimate helpless
+HELPLESS = 0.2
 
 
 def weight_function(method: Method, vbar: Array) -> Array:
@@ -44,29 +50,45 @@ def weight_function(method: Method, vbar: Array) -> Array:
 
 @dataclass(frozen=True)
 class RobustResult:
-    """adjustment : the reweighted solution; weights (n,) of its rows; warnings in words."""
+    """The reweighted solution.
+
+    weights and standardised (n,): factor on the weight, and residual over its own standard
+    deviation under the given weights and the robust scale, of each row; warnings in words.
+    """
 
     adjustment: Adjustment
     weights: Array
+    standardised: Array
     iterations: int
     warnings: tuple[str, ...]
+
+    @property
+    def suspects(self) -> dict[tuple[int, int], float]:
+        """Largest standardised residual of each observation (table, item) beyond 3.29."""
+        rows, size = self.adjustment.rows, np.abs(self.standardised)
+        out: dict[tuple[int, int], float] = {}
+        for row in np.flatnonzero(size > w_critical()):
+            key = int(rows.table[row]), int(rows.item[row])
+            out[key] = max(out.get(key, 0.0), float(size[row]))
+        return out
 
     def sentences(self, limit: float = 0.3) -> list[str]:
         """Warnings, and one sentence for each observation whose weight fell below the limit."""
         rows, network = self.adjustment.rows, self.adjustment.network
-        out = list(self.warnings)
-        seen: set[tuple[int, int]] = set()
+        smallest: dict[tuple[int, int], float] = {}
         for row in np.flatnonzero(self.weights < limit):
             key = int(rows.table[row]), int(rows.item[row])
-            if key not in seen:
-                seen.add(key)
-                o = network.observations[key[0]]
-                words = Network.describe(o, key[1], self.adjustment.state)
-                out.append(
-                    f"the robust adjustment gives {words} the weight {self.weights[row]:.2f}: "
-                    "check it"
-                )
-        return out
+            smallest[key] = min(smallest.get(key, 1.0), float(self.weights[row]))
+        state = self.adjustment.state
+        return [
+            *self.warnings,
+            *(
+                "the robust adjustment gives "
+                f"{Network.describe(network.observations[table], item, state)} the weight "
+                f"{weight:.2f}: check it"
+                for (table, item), weight in smallest.items()
+            ),
+        ]
 
 
 def adjust_robust(
@@ -74,46 +96,81 @@ def adjust_robust(
 ) -> RobustResult:
     """Adjust with weights that follow the residuals until they settle."""
     first = adjust(network)
-    quality = assess(first)
-    weak = (quality.redundancy < 0.2) & np.isfinite(quality.w)
-    warnings = []
+    spread = _spread(first)
+    weights = np.ones(len(first.rows))
+    adjustment, iteration, settled = first, 0, False
+    while not settled and iteration < max_iterations:
+        iteration += 1
+        new = np.maximum(weight_function(method, _standardised(adjustment, spread)), SMALLEST)
+        settled = bool(np.abs(new - weights).max(initial=0.0) < 1e-3)
+        weights = new
+        adjustment = adjust(restart(_reweighted(first, weights), adjustment))
+    return RobustResult(
+        adjustment,
+        weights,
+        _standardised(adjustment, spread),
+        iteration,
+        _warnings(first, settled, iteration),
+    )
+
+
+def _warnings(first: Adjustment, settled: bool, iterations: int) -> tuple[str, ...]:
+    """What limits a robust estimate of this network."""
+    out = []
+    system = weigh(first)
+    weak = (redundancy_numbers(system) < HELPLESS) & system.controlled
     if weak.any():
-        warnings.append(
-            f"{int(weak.sum())} of {len(weak)} values have redundancy below 0.2: a robust "
+        out.append(
+            f"{int(weak.sum())} of {len(weak)} values have redundancy below {HELPLESS}: a robust "
             "estimate cannot protect against errors there"
         )
-    weights = np.ones(len(first.rows))
-    adjustment, iterations = first, 0
-    for _ in range(max_iterations):
-        iterations += 1
-        vbar = _standardised(adjustment, quality.redundancy, network)
-        # the scale starts robust and never falls below the a-priori one
-        scale = max(1.0, 1.4826 * float(np.median(np.abs(vbar))))
-        new = np.maximum(weight_function(method, vbar / scale), SMALLEST)
-        settled = np.abs(new - weights).max() < 1e-3
-        weights = new
-        adjustment = adjust(_reweighted(network, first, weights).with_start(adjustment.state))
-        if settled:
-            break
-    return RobustResult(adjustment, weights, iterations, tuple(warnings))
+    if not settled:
+        out.append(f"the robust weights did not settle in {iterations} iterations")
+    return tuple(out)
 
 
-def _standardised(adjustment: Adjustment, redundancy: Array, network: Network) -> Array:
-    """Residuals over their standard deviation under the original weights."""
-    sigma = np.concatenate(
-        [
-            o.sigma[items].ravel()
-            for o, items in zip(network.observations, adjustment.assembly.active, strict=True)
-        ]
-    )
-    share = np.sqrt(np.clip(redundancy, 1e-4, 1.0))
-    standardised: Array = adjustment.residuals / (sigma * share)
+def _spread(adjustment: Adjustment) -> Array:
+    """Standard deviations (n,) of the residuals, ``Q_vv = C - A Q A^T``; infinite if uncontrolled.
+
+    Those of the least-squares solution stay the measure while the weights change.
+    """
+    own = _variances(adjustment)
+    design = adjustment.assembly.design(adjustment.state, whitened=False)
+    left = own - adjustment.cofactor.row_forms(design)
+    good = left > UNCONTROLLED * own
+    return np.where(good, np.sqrt(np.where(good, left, 1.0)), np.inf)
+
+
+def _variances(adjustment: Adjustment) -> Array:
+    """A-priori variances (n,) of the rows; joint covariances replace the values' own."""
+    network, rows = adjustment.network, adjustment.rows
+    tables = [np.einsum("nii->ni", o.covariance).copy() for o in network.observations]
+    for joint in network.joint:
+        for t, i, r, variance in zip(
+            joint.table, joint.item, joint.row, np.diag(joint.covariance), strict=True
+        ):
+            tables[t][i, r] = variance
+    out = np.empty(len(rows))
+    for number, variances in enumerate(tables):
+        mine = rows.table == number
+        out[mine] = variances[rows.item[mine], rows.row[mine]]
+    return out
+
+
+def _standardised(adjustment: Adjustment, spread: Array) -> Array:
+    """Residuals (n,) over their spread and a robust scale, which is never below one."""
+    vbar = adjustment.residuals / spread
+    controlled = np.isfinite(spread)
+    scale = 1.0
+    if controlled.any():
+        scale = max(1.0, 1.4826 * float(np.median(np.abs(vbar[controlled]))))
+    standardised: Array = vbar / scale
     return standardised
 
 
-def _reweighted(network: Network, first: Adjustment, weights: Array) -> Network:
+def _reweighted(first: Adjustment, weights: Array) -> Network:
     """Covariances divided by the weights; shared ones symmetrically by their square roots."""
-    rows = first.rows
+    network, rows = first.network, first.rows
     factors = [np.ones(o.values.shape) for o in network.observations]
     for number, factor in enumerate(factors):
         mine = rows.table == number

@@ -1,24 +1,40 @@
 """Variance components: do the groups of observations deserve the sigmas they were given?
 
-Förstner's simplified estimate ``s_g^2 = v_g^T P_g v_g / r_g`` with ``r_g = tr(R_gg)``, iterated
-until every component is one (method section 3.6; Förstner 1979). At convergence it is the same
-as Helmert's full estimate.
+Two estimates, both iterated until every component is one (method section 3.6):
+
+* Förstner's (1979) simplified ``s_g^2 = v_g^T P_g v_g / r_g`` with ``r_g = tr(R_gg)``;
+* Helmert's full one (Grafarend & Schaffrin 1979): ``H s = q`` with ``q_g = v_g^T P_g v_g`` and
+  ``H_ij = n_i d_ij - 2 tr(Q N_i) d_ij + tr(Q N_i Q N_j)``.
+
+At convergence they are the same; the full one gets there in fewer steps, knows how the components
+go together, and costs a dense matrix of the size of the unknowns.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from tribrach.errors import AdjustmentError
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.network import Network
+from tribrach.network.snooping import restart
 
 __all__ = ["Component", "VarianceComponents", "estimate_components"]
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+Method = Literal["foerstner", "helmert"]
+
+#: largest number of unknowns for the full estimate
+HELMERT_LIMIT = 2000
+#: largest last change of a variance
+SETTLED = 1e-6
 
 
 @dataclass(frozen=True)
@@ -35,75 +51,157 @@ class Component:
 
 @dataclass(frozen=True)
 class VarianceComponents:
-    """The adjustment with rescaled groups, and the table of components."""
+    """The adjustment with rescaled groups (its network carries them), and the table."""
 
     adjustment: Adjustment
     components: tuple[Component, ...]
     iterations: int
     converged: bool
 
+    def sentences(self) -> list[str]:
+        """What a reader must know: sigmas kept, limits reached, no convergence."""
+        out = [f"variance component of {c.group}: {c.note}" for c in self.components if c.note]
+        if not self.converged:
+            out.append(f"the variance components did not settle in {self.iterations} iterations")
+        return out
+
 
 def estimate_components(
     network: Network,
     *,
+    method: Method = "foerstner",
     minimum_redundancy: float = 5.0,
     max_iterations: int = 50,
     limits: tuple[float, float] = (0.1, 100.0),
 ) -> VarianceComponents:
     """Estimate one variance factor per group and adjust with it.
 
-    Groups with less redundancy than ``minimum_redundancy`` keep their sigmas, with a note. The
-    factor on sigma stays within ``limits``.
+    Groups with less redundancy than ``minimum_redundancy`` keep their sigmas, with a note; so does
+    a group that falls below it on the way. The factor on sigma stays within ``limits``.
+
+    Raises
+    ------
+    AdjustmentError : a joint covariance ties observations of different groups together, or the
+        network is too large for the full estimate.
+    """
+    groups = _Groups(network)
+    low, high = limits[0] ** 2, limits[1] ** 2
+    variance, usable = np.ones(len(groups.names)), np.ones(len(groups.names), dtype=bool)
+    adjustment = adjust(network)
+    start = adjustment.network
+    converged, iteration = False, 0
+    while True:
+        shares = groups.shares(adjustment)
+        usable &= shares.redundancy >= minimum_redundancy
+        ratio, spread = _estimate(method, groups, adjustment, shares, usable)
+        updated = np.where(usable, np.clip(variance * ratio, low, high), 1.0)
+        converged = bool(np.abs(updated / variance - 1).max(initial=0.0) < SETTLED)
+        if converged or iteration == max_iterations:
+            break
+        variance, iteration = updated, iteration + 1
+        scaled = _rescaled(start, variance[groups.number])
+        adjustment = adjust(restart(scaled, adjustment))
+    notes = _notes(shares, usable, updated, minimum_redundancy, (low, high))
+    factor = np.sqrt(variance)
+    rows = zip(groups.names, shares.count, shares.redundancy, factor, spread, notes, strict=True)
+    table = tuple(
+        Component(name, int(n), float(r), float(s), float(s * d), note)
+        for name, n, r, s, d, note in rows
+    )
+    return VarianceComponents(adjustment, table, iteration, converged)
+
+
+@dataclass(frozen=True)
+class _Shares:
+    """Of each group (g,): values, redundancy, weighted sum of squares."""
+
+    count: Array
+    redundancy: Array
+    square: Array
+
+
+class _Groups:
+    """Names of the groups and the group of each table.
 
     Raises
     ------
     AdjustmentError : a joint covariance ties observations of different groups together.
     """
-    groups = [o.group for o in network.observations]
-    _check_joint(network, groups)
-    names = list(dict.fromkeys(groups))
-    number = np.array([names.index(g) for g in groups])
-    variance = np.ones(len(names))
-    adjustment = adjust(network)
-    converged, iterations = False, 0
-    for _ in range(max_iterations):
-        iterations += 1
-        count, redundancy, square = _shares(adjustment, number, len(names))
-        usable = redundancy >= minimum_redundancy
-        ratio = np.where(usable, square / np.where(usable, redundancy, 1.0), 1.0)
-        low, high = limits[0] ** 2, limits[1] ** 2
-        updated = np.clip(variance * np.maximum(ratio, 1e-6), low, high)
-        ratio, variance = updated / variance, updated
-        converged = bool(np.abs(ratio - 1).max() < 1e-6)
-        if converged:
-            break
-        scaled = _rescaled(network, variance[number])
-        adjustment = adjust(scaled.with_start(adjustment.state))
-    table = []
-    for k, name in enumerate(names):
-        note = (
-            ""
-            if usable[k]
-            else (f"redundancy {redundancy[k]:.1f} is below {minimum_redundancy:g}: sigmas kept")
+
+    def __init__(self, network: Network) -> None:
+        of_table = [o.group for o in network.observations]
+        for joint in network.joint:
+            tied = sorted({of_table[t] for t in joint.table})
+            if len(tied) > 1:
+                raise AdjustmentError(
+                    "variance components cannot be estimated",
+                    [f"one covariance matrix ties the groups {' and '.join(tied)} together"],
+                )
+        self.names = list(dict.fromkeys(of_table))
+        self.number: Index = np.array([self.names.index(g) for g in of_table], dtype=np.int64)
+
+    def shares(self, adjustment: Adjustment) -> _Shares:
+        """Values, redundancy and weighted sum of squares of each group."""
+        group, size = self.number[adjustment.rows.table], len(self.names)
+        share = 1 - adjustment.cofactor.row_forms(adjustment.design)
+        square = adjustment.whitened_residuals**2
+        return _Shares(
+            np.bincount(group, minlength=size).astype(float),
+            np.bincount(group, share, size).astype(float),
+            np.bincount(group, square, size).astype(float),
         )
-        factor = float(np.sqrt(variance[k]))
-        spread = factor / np.sqrt(2 * redundancy[k]) if redundancy[k] > 0 else np.inf
-        table.append(
-            Component(name, int(count[k]), float(redundancy[k]), factor, float(spread), note)
-        )
-    return VarianceComponents(adjustment, tuple(table), iterations, converged)
+
+    def helmert_matrix(self, adjustment: Adjustment) -> Array:
+        """``H_ij = |R_ij|^2`` (g, g): squared Frobenius norms of the blocks of ``R``."""
+        if adjustment.n_unknowns > HELMERT_LIMIT:
+            raise AdjustmentError(
+                "the full estimate of variance components is too large for this network",
+                ["Förstner's estimate gives the same components: choose that"],
+            )
+        group = self.number[adjustment.rows.table]
+        products, matrix = [], np.zeros((len(self.names), len(self.names)))
+        for k in range(len(self.names)):
+            mine = sp.csr_array(adjustment.design[np.flatnonzero(group == k)])
+            product = adjustment.cofactor.solve((mine.T @ mine).toarray())
+            products.append(product)
+            matrix[k, k] = mine.shape[0] - 2 * np.trace(product)
+        for i, a in enumerate(products):
+            for j, b in enumerate(products):
+                matrix[i, j] += float((a * b.T).sum())
+        return matrix
 
 
-def _shares(adjustment: Adjustment, number: NDArray[np.int64], count: int) -> tuple[Array, ...]:
-    """Values, redundancy and weighted sum of squares of each group."""
-    group = number[adjustment.rows.table]
-    share = 1 - adjustment.cofactor.row_forms(adjustment.design)
-    square = adjustment.whitened_residuals**2
-    return (
-        np.bincount(group, minlength=count).astype(float),
-        np.bincount(group, share, count).astype(float),
-        np.bincount(group, square, count).astype(float),
-    )
+def _estimate(
+    method: Method, groups: _Groups, adjustment: Adjustment, shares: _Shares, usable: Mask
+) -> tuple[Array, Array]:
+    """Variance ratios (g,), one for groups left alone, and relative sigmas of their roots."""
+    redundancy = np.where(shares.redundancy > 1e-6, shares.redundancy, np.inf)
+    spread = np.where(np.isfinite(redundancy), 1 / np.sqrt(2 * redundancy), np.inf)
+    if method == "foerstner" or not usable.any():
+        ratio = np.where(usable, shares.square / redundancy, 1.0)
+        return np.maximum(ratio, SETTLED), spread
+    matrix = groups.helmert_matrix(adjustment)
+    # groups that keep their sigmas stand on the right-hand side with the component one
+    inverse = np.linalg.inv(matrix[np.ix_(usable, usable)])
+    ratio = np.ones(len(usable))
+    ratio[usable] = inverse @ (shares.square - matrix[:, ~usable].sum(axis=1))[usable]
+    spread[usable] = np.sqrt(2 * np.diag(inverse)) / 2
+    return np.maximum(ratio, SETTLED), spread
+
+
+def _notes(
+    shares: _Shares, usable: Mask, variance: Array, minimum: float, limits: tuple[float, float]
+) -> list[str]:
+    """Why a component is not simply what the residuals say; empty if it is."""
+    out = []
+    for r, good, s in zip(shares.redundancy, usable, variance, strict=True):
+        if not good:
+            out.append(f"redundancy {r:.1f} is below {minimum:g}: sigmas kept as given")
+        elif s in limits:
+            out.append(f"the factor stopped at its limit {np.sqrt(s):g}: look for blunders")
+        else:
+            out.append("")
+    return out
 
 
 def _rescaled(network: Network, variance: Array) -> Network:
@@ -114,13 +212,3 @@ def _rescaled(network: Network, variance: Array) -> Network:
     )
     joint = tuple(replace(g, covariance=g.covariance * variance[g.table[0]]) for g in network.joint)
     return replace(network, observations=observations, joint=joint)
-
-
-def _check_joint(network: Network, groups: list[str]) -> None:
-    for joint in network.joint:
-        tied = sorted({groups[t] for t in joint.table})
-        if len(tied) > 1:
-            raise AdjustmentError(
-                "variance components cannot be estimated",
-                [f"one covariance matrix ties the groups {' and '.join(tied)} together"],
-            )
