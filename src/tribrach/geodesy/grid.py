@@ -47,7 +47,7 @@ def stereographic(latitude: float, easting: float, northing: float) -> str:
 
 @dataclass(frozen=True)
 class Grid:
-    """A projected grid around an origin ``(easting, northing)`` [m].
+    """A projected grid around an origin ``(easting, northing)`` at an ellipsoidal height [m].
 
     crs : anything PROJ understands, such as ``EPSG:2154`` or a ``+proj`` string.
 
@@ -59,6 +59,7 @@ class Grid:
     crs: str
     easting: float
     northing: float
+    height: float = 0.0
 
     @cached_property
     def _geographic_from_grid(self) -> Transformer:
@@ -74,7 +75,7 @@ class Grid:
 
     @cached_property
     def site(self) -> EllipsoidSite:
-        """The work frame: ENU at the origin at height zero on GRS80."""
+        """The work frame: ENU at the origin on GRS80."""
         longitude, latitude = self._geographic_from_grid.transform(self.easting, self.northing)
         if not (np.isfinite(longitude) and np.isfinite(latitude)):
             raise InputError(
@@ -82,7 +83,10 @@ class Grid:
             )
         phi = float(np.radians(latitude))
         return EllipsoidSite(
-            phi, float(np.radians(longitude)), 0.0, curvature_radius=gaussian_radius(phi)
+            phi,
+            float(np.radians(longitude)),
+            self.height,
+            curvature_radius=gaussian_radius(phi),
         )
 
     def to_work(self, enh: Array) -> Array:

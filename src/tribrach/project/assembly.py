@@ -80,10 +80,8 @@ class Assembly:
             return WorkFrame(origin, geoid=site.geoid_height_m)
         assert site.crs is not None
         easting, northing, height = self._centre()
-        grid = Grid(site.crs, easting, northing)
-        ground = height + site.geoid_height_m
-        origin = replace(grid.site, ellipsoidal_height=ground)
-        return WorkFrame(origin, grid, site.geoid_height_m)
+        grid = Grid(site.crs, easting, northing, height + site.geoid_height_m)
+        return WorkFrame(grid.site, grid, site.geoid_height_m)
 
     def _centre(self) -> Array:
         """E, N, height (3,) in the middle of the first file of points, to 10 m."""
