@@ -9,7 +9,7 @@ Coordinates (n, 3) and sigmas in metres.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,8 +67,11 @@ def match(
     sigma_targets: Array | float = 0.002,
     sigma_points: Array | float = 0.002,
     levelled: bool = False,
+    known: Mapping[int, int] | None = None,
 ) -> Matching:
     """Match targets (n, 3) in a scanner frame to points (m, 3), sigmas (n,), (m,) or one.
+
+    known : point number of targets whose names are given; other pairs of either are not formed.
 
     Raises
     ------
@@ -83,14 +86,16 @@ def match(
         )
     s2 = np.broadcast_to(np.asarray(sigma_targets, dtype=float), n)[:, None] ** 2
     s2 = s2 + np.broadcast_to(np.asarray(sigma_points, dtype=float), m)[None, :] ** 2
-    graph = _associations(targets, points, s2, levelled)
+    nodes = _allowed(n, m, known or {})
+    graph = _associations(targets, points, s2, levelled, nodes)
     needed = 2 if levelled else 3
     solutions = []
-    for clique in _largest_cliques(graph, needed):
-        pairs = np.stack(np.divmod(np.array(clique), m), axis=1)
-        found = _fit(targets, points, pairs, s2, levelled)
-        if found is not None:
-            solutions.append(found)
+    for found in _largest_cliques(graph, needed):
+        clique = nodes[found]
+        pairs = np.stack(np.divmod(clique, m), axis=1)
+        fitted = _fit(targets, points, pairs, s2, levelled)
+        if fitted is not None:
+            solutions.append(fitted)
     if not solutions:
         raise InputError(
             f"no {needed} targets have the mutual distances of {needed} points",
@@ -106,15 +111,26 @@ def match(
     return Matching(best.pairs, best.rotation, best.translation, best.chi_square, others)
 
 
-def _associations(targets: Array, points: Array, s2: Array, levelled: bool) -> list[int]:
-    """Neighbours of each node ``i * m + j`` as bits of an integer."""
-    n, m = s2.shape
-    i, j = np.divmod(np.arange(n * m), m)
+def _allowed(n: int, m: int, known: Mapping[int, int]) -> Index:
+    """Pairs ``i * m + j`` that may be formed."""
+    free = np.ones((n, m), dtype=bool)
+    for i, j in known.items():
+        free[i, :] = free[:, j] = False
+    for i, j in known.items():
+        free[i, j] = True
+    return np.flatnonzero(free)
+
+
+def _associations(
+    targets: Array, points: Array, s2: Array, levelled: bool, nodes: Index
+) -> list[int]:
+    """Neighbours of each pair ``i * m + j`` of the nodes as bits of an integer."""
+    i, j = np.divmod(nodes, s2.shape[1])
     length_t = np.linalg.norm(targets[:, None] - targets[None], axis=2)
     length_p = np.linalg.norm(points[:, None] - points[None], axis=2)
     rise_t, rise_p = (x[:, None, 2] - x[None, :, 2] for x in (targets, points))
     out = []
-    for k in range(n * m):
+    for k in range(len(nodes)):
         gate = _GATE * np.sqrt(s2[i[k], j[k]] + s2[i, j])
         joined = (i != i[k]) & (j != j[k])
         joined &= np.abs(length_t[i[k], i] - length_p[j[k], j]) < gate

@@ -1,0 +1,1 @@
+"""Which detection is which target, and where stations roughly stand."""

@@ -1,0 +1,191 @@
+"""Which detected target of which scan is which point, without names and approximate poses?
+
+Each scan is matched by the distances between its targets to the points that are known; a placed
+scan adds its other targets to the known points, so that scans which see no control at all follow
+(method section 8.4). What fits in more than one way is not guessed: it waits until more points
+are known, and if it stays ambiguous it is refused. Targets that two scans see and nobody named
+become tie points. Metres; poses are world from scanner.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.errors import InputError
+from tribrach.geometry.pose import Pose
+from tribrach.registration.pool import Pool
+from tribrach.targets.matching import Matching, match
+
+__all__ = ["Identification", "Sighting", "identify"]
+
+Array = NDArray[np.float64]
+
+#: a floor for the sigma of targets and points in matching, so that small systematic errors of a
+#: scanner do not part what belongs together [m]
+MATCHING_FLOOR = 0.003
+#: matchings of this many targets place a scan even where a smaller second solution exists
+_SURE = 6
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """What one scan saw.
+
+    centers (n, 3) scanner frame; sigmas (n,) [m]; kinds (n,) such as ``sphere``; levelled : z is
+    the plumb line; known : names that the user gave, by detection number.
+    """
+
+    station: str
+    centers: Array
+    sigmas: Array
+    kinds: Sequence[str]
+    levelled: bool = False
+    known: Mapping[int, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Identification:
+    """Names by station and detection number, approximate poses, and what is to be said.
+
+    names : station to (n,) names, "" for a target that nothing else saw; poses : placed stations;
+    sentences : how each station was placed.
+    """
+
+    names: Mapping[str, tuple[str, ...]]
+    poses: Mapping[str, Pose]
+    sentences: tuple[str, ...]
+
+
+def identify(
+    sightings: Sequence[Sighting], points: Mapping[str, tuple[Array, float]]
+) -> Identification:
+    """Name the targets of all scans; points : name to coordinates (3,) and one sigma [m].
+
+    Without points the scan with most targets becomes the frame.
+
+    Raises
+    ------
+    InputError : a scan fits nowhere or in more than one way, with what would decide it.
+    """
+    pool = Pool(points)
+    waiting = sorted(sightings, key=lambda s: -len(s.centers))
+    poses: dict[str, Pose] = {}
+    said: list[str] = []
+    if not points and waiting:
+        first = waiting.pop(0)
+        poses[first.station] = Pose.identity()
+        pool.add(first.station, first.centers, first.sigmas, first.kinds)
+        said.append(f"{first.station} is the frame of the matching: no coordinates are given")
+    obstacles: dict[str, str] = {}
+    while waiting:
+        placed = [s for s in waiting if _try(s, pool, poses, said, obstacles)]
+        if not placed:
+            raise _refusal(waiting, obstacles, Pool(points))
+        waiting = [s for s in waiting if s not in placed]
+    return _names(sightings, poses, Pool(points), said)
+
+
+def _try(
+    sighting: Sighting,
+    pool: Pool,
+    poses: dict[str, Pose],
+    said: list[str],
+    obstacles: dict[str, str],
+) -> bool:
+    """Place a scan on the points known so far; the reason why not goes to the obstacles."""
+    try:
+        found = _match(sighting, pool)
+    except InputError as error:
+        obstacles[sighting.station] = error.what
+        return False
+    if found.ambiguous and not _decided(found):
+        obstacles[sighting.station] = (
+            f"{len(found.pairs)} targets fit in {len(found.others) + 1} ways"
+        )
+        return False
+    pose = Pose(found.rotation, found.translation)
+    poses[sighting.station] = pose
+    rms = np.sqrt(found.chi_square / max(1, 3 * len(found.pairs)))
+    said.append(
+        f"{sighting.station} is placed by {len(found.pairs)} of its {len(sighting.centers)} "
+        f"targets (residuals {rms:.1f} times the expected)"
+    )
+    pool.add(sighting.station, pose @ sighting.centers, sighting.sigmas, sighting.kinds)
+    return True
+
+
+def _match(sighting: Sighting, pool: Pool, axes: tuple[int, int, int] = (0, 1, 2)) -> Matching:
+    """The targets of a scan against the pool, its coordinates in the order of the axes."""
+    needed = 2 if sighting.levelled else 3
+    if len(sighting.centers) < needed:
+        raise InputError(f"{len(sighting.centers)} targets found and {needed} needed")
+    return match(
+        sighting.centers,
+        pool.xyz[:, axes],
+        sigma_targets=np.hypot(sighting.sigmas, MATCHING_FLOOR),
+        sigma_points=pool.sigmas,
+        levelled=sighting.levelled,
+        known={i: pool.names.index(n) for i, n in sighting.known.items() if n in pool.names},
+    )
+
+
+def _decided(found: Matching) -> bool:
+    """True if a large matching has only rivals that share all but one of its pairs."""
+    if len(found.pairs) < _SURE:
+        return False
+    mine = {(int(i), int(j)) for i, j in found.pairs}
+    return all(len(mine - {(int(i), int(j)) for i, j in o}) <= 1 for o in found.others)
+
+
+def _refusal(waiting: Sequence[Sighting], obstacles: Mapping[str, str], given: Pool) -> InputError:
+    """Why the rest could not be placed."""
+    for sighting in waiting:
+        if "ways" not in obstacles.get(sighting.station, "") and _mirrored(sighting, given):
+            return InputError(
+                f"the targets of station {sighting.station} fit the list of points only with its "
+                "first two columns swapped (the determinant is -1)",
+                cure="check which column is East and which is North",
+            )
+    first = waiting[0].station
+    others = "" if len(waiting) == 1 else f" (and so for {len(waiting) - 1} more stations)"
+    reason = obstacles.get(first, "")
+    cure = "see the detections of the station, or name three of its targets"
+    if "ways" in reason:
+        cure = "name one of its targets in the project file, or add a target without symmetry"
+    return InputError(
+        f"station {first} cannot be matched to the points and the other stations: {reason}{others}",
+        cure=cure,
+    )
+
+
+def _mirrored(sighting: Sighting, given: Pool) -> bool:
+    """True if a scan fits the given points with East and North swapped, and not as they are."""
+    try:
+        swapped = _match(sighting, given, (1, 0, 2))
+    except InputError:
+        return False
+    return len(swapped.pairs) >= 4
+
+
+def _names(
+    sightings: Sequence[Sighting], poses: Mapping[str, Pose], pool: Pool, said: list[str]
+) -> Identification:
+    """Final names: every detection to the nearest point within its gate, leftovers as ties."""
+    worlds = {s.station: poses[s.station] @ s.centers for s in sightings}
+    for s in sightings:
+        pool.add(s.station, worlds[s.station], s.sigmas, s.kinds)
+    names = {}
+    for s in sightings:
+        found = pool.names_of(s.station)
+        names[s.station] = tuple(found[i] for i in range(len(s.centers)))
+        alone = [i for i, name in enumerate(found) if name == ""]
+        if alone:
+            said.append(
+                f"{s.station}: {len(alone)} of {len(found)} targets are seen by no other station "
+                "and are no known points"
+            )
+    return Identification(names, dict(poses), tuple(said))

@@ -1,0 +1,94 @@
+"""Names and poses from distances alone: chains of stations, ties, ambiguity, given names."""
+
+import numpy as np
+import pytest
+
+from tribrach.errors import InputError
+from tribrach.geometry import rotation
+from tribrach.geometry.pose import Pose
+from tribrach.registration.identify import Sighting, identify
+
+
+def upright(heading: float, translation: list[float]) -> Pose:
+    return Pose(rotation.exp(np.array([0.0, 0.0, heading])), np.array(translation))
+
+
+def sees(
+    station: str, pose: Pose, points: np.ndarray, rng: np.random.Generator, **more: object
+) -> Sighting:
+    """A station's view of points, shuffled by the caller, 1 mm noise."""
+    centers = pose.inverse @ points + rng.normal(0, 1e-3, points.shape)
+    n = len(points)
+    return Sighting(station, centers, np.full(n, 1e-3), ["sphere"] * n, **more)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_chain_of_stations_reaches_the_one_without_control(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    points = rng.uniform([-30, -30, 0], [30, 30, 8], (14, 3))
+    control = {f"C{i}": (points[i], 2e-3) for i in range(5)}
+    poses = {
+        "S1": upright(0.3, [1.0, 2.0, 1.5]),
+        "S2": upright(-2.0, [10.0, -4.0, 1.7]),
+        "S3": Pose(rotation.exp(np.array([0.1, 0.2, 2.9])), np.array([-8.0, 9.0, 1.6])),
+    }
+    views = {
+        "S1": rng.permutation([0, 1, 2, 3, 4, 5, 6]),
+        "S2": rng.permutation([3, 4, 5, 6, 7, 8, 9, 10]),
+        "S3": rng.permutation([7, 8, 9, 10, 11]),
+    }
+    sightings = [sees(s, poses[s], points[views[s]], rng) for s in ("S3", "S2", "S1")]
+    found = identify(sightings, control)
+    for station, pose in poses.items():
+        assert found.poses[station].translation == pytest.approx(pose.translation, abs=0.02)
+        for i, name in zip(views[station], found.names[station], strict=True):
+            assert name == f"C{i}" if i < 5 else not name.startswith("C")
+    seen = {s: dict(zip(views[s], found.names[s], strict=True)) for s in views}
+    assert seen["S1"][5] == seen["S2"][5] != ""
+    assert seen["S2"][9] == seen["S3"][9] != ""
+    assert seen["S3"][11] == ""  # nobody else saw it
+    named = [name for i, name in seen["S2"].items() if i >= 5]
+    assert len(set(named)) == len(named)
+
+
+def test_without_coordinates_one_station_is_the_frame() -> None:
+    rng = np.random.default_rng(7)
+    points = rng.uniform(-10, 10, (6, 3))
+    first, second = upright(0.0, [0, 0, 0]), upright(1.0, [3.0, 1.0, 0.2])
+    found = identify([sees("A", first, points, rng), sees("B", second, points[:5], rng)], {})
+    assert found.poses["B"].translation == pytest.approx([3.0, 1.0, 0.2], abs=0.01)
+    assert found.names["B"] == found.names["A"][:5]
+
+
+def square() -> np.ndarray:
+    return np.array([[5.0, 5, 0], [-5, 5, 0], [-5, -5, 0], [5, -5, 0]])
+
+
+def test_a_square_is_refused_until_a_target_is_named() -> None:
+    rng = np.random.default_rng(8)
+    control = {f"C{i}": (x, 1e-3) for i, x in enumerate(square())}
+    pose = upright(0.2, [0.5, 0.2, 1.0])
+    view = sees("S", pose, square(), rng, levelled=True)
+    with pytest.raises(InputError, match="4 targets fit in 4 ways") as refused:
+        identify([view], control)
+    assert "name one" in str(refused.value)
+    named = sees("S", pose, square(), rng, levelled=True, known={0: "C0", 1: "C1"})
+    found = identify([named], control)
+    assert found.names["S"] == ("C0", "C1", "C2", "C3")
+
+
+def test_no_place_says_so() -> None:
+    rng = np.random.default_rng(9)
+    control = {f"C{i}": (x, 1e-3) for i, x in enumerate(rng.uniform(-9, 9, (5, 3)))}
+    stranger = sees("S", Pose.identity(), rng.uniform(-9, 9, (5, 3)), rng)
+    with pytest.raises(InputError, match="station S cannot be matched"):
+        identify([stranger], control)
+
+
+def test_a_mirrored_list_fits_nowhere() -> None:
+    """North and East swapped: no proper motion carries the targets onto it."""
+    rng = np.random.default_rng(10)
+    points = rng.uniform([-20, -20, 0], [20, 20, 9], (8, 3))
+    control = {f"C{i}": (x[[1, 0, 2]], 1e-3) for i, x in enumerate(points)}
+    with pytest.raises(InputError, match=r"swapped|mirror"):
+        identify([sees("S", Pose.identity(), points, rng)], control)
