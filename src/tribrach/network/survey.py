@@ -8,7 +8,7 @@ not given coordinates become free points whose start values are found from the o
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from tribrach.geodesy.site import FlatSite, Site
 from tribrach.network.network import Constraint, Datum, JointCovariance, Network
 from tribrach.network.observations.base import Array, Observations, covariance_from_sigma
 from tribrach.network.observations.coordinates import Coordinates
+from tribrach.network.survey_table import Table, as_column, check_covariance, indices
 from tribrach.network.unknowns import FAMILIES, Layout, State
 
 __all__ = ["GivenPoint", "GivenStation", "Survey"]
@@ -52,15 +53,6 @@ class GivenStation:
 
 
 @dataclass
-class _Table:
-    kind: type[Observations]
-    group: str
-    columns: dict[str, Any]
-    n: int
-    hard: bool = False
-
-
-@dataclass
 class Survey:
     """Points, stations and observations by name."""
 
@@ -74,7 +66,7 @@ class Survey:
     sigma0: float = 1.0
     warnings: list[str] = field(default_factory=list)
     info: dict[str, Any] = field(default_factory=dict)
-    _tables: list[_Table] = field(default_factory=list)
+    _tables: list[Table] = field(default_factory=list)
     _joint: list[tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], Array]] = field(
         default_factory=list
     )
@@ -194,11 +186,11 @@ class Survey:
             check_covariance(matrices, origin, kind.kind)
         whole = {item.name for item in fields(kind) if "shared" in item.metadata}
         table = {
-            name: column if name in whole else _as_column(column, n)
+            name: column if name in whole else as_column(column, n)
             for name, column in columns.items()
         }
         table |= {"values": measured, "covariance": matrices, "source": origin}
-        self._tables.append(_Table(kind, group or kind.kind, table, n, hard))
+        self._tables.append(Table(kind, group or kind.kind, table, n, hard))
         return len(self._tables) - 1
 
     def correlate(
@@ -257,6 +249,30 @@ class Survey:
         self.info = other.info | self.info
         if other.datum.kind != "control":
             self.datum = other.datum
+
+    def of_marks(self) -> Survey:
+        """What was measured of marks alone: without scanner stations and without check values.
+
+        Points that nothing else observes are left out, so that the rest can be adjusted by itself.
+        """
+        tables = [
+            table.active()
+            for table in self._tables
+            if not table.names("pose") and not (table.names("position") & self.stations.keys())
+        ]
+        tables = [table for table in tables if table.n]
+        used = {f: set().union(*(t.names(f) for t in tables)) for f in (*FAMILIES, "position")}
+        return replace(
+            self,
+            points={n: p for n, p in self.points.items() if n in used["point"] | used["position"]},
+            stations={},
+            planes={},
+            vectors={n: v for n, v in self.vectors.items() if n in used["vector"]},
+            scalars={n: v for n, v in self.scalars.items() if n in used["scalar"]},
+            warnings=[],
+            _tables=tables,
+            _joint=[],
+        )
 
     def network(self) -> Network:
         """Resolve all names and give the network.
@@ -329,10 +345,10 @@ class Survey:
         return Layout(*(tuple(names[family]) for family in FAMILIES))
 
     def _concatenate(
-        self, layout: Layout, tables: list[_Table]
+        self, layout: Layout, tables: list[Table]
     ) -> tuple[list[Observations], dict[int, tuple[int, int]]]:
         """One Observations per kind and group; where each table went (number, first item)."""
-        grouped: dict[tuple[Any, ...], list[_Table]] = {}
+        grouped: dict[tuple[Any, ...], list[Table]] = {}
         for table in tables:
             shared = (f.name for f in fields(table.kind) if "shared" in f.metadata)
             # two instruments' calibration models do not mix, whatever their group
@@ -349,7 +365,7 @@ class Survey:
         return out, place
 
     def _build(
-        self, layout: Layout, kind: type[Observations], group: str, members: list[_Table]
+        self, layout: Layout, kind: type[Observations], group: str, members: list[Table]
     ) -> Observations:
         columns: dict[str, Any] = {}
         for item in fields(kind):
@@ -363,12 +379,12 @@ class Survey:
             filled = [
                 np.full(m.n, default, dtype=object if default == "" else float)
                 if part is None
-                else _as_column(part, m.n)
+                else as_column(part, m.n)
                 for part, m in zip(parts, members, strict=True)
             ]
             column = np.concatenate(filled)
             family = item.metadata.get("refers")
-            columns[item.name] = column if family is None else _indices(layout, family, column)
+            columns[item.name] = column if family is None else indices(layout, family, column)
         if any(item.name == "site" for item in fields(kind)):
             columns["site"] = self.site
         return kind(group=group, **columns)
@@ -421,38 +437,3 @@ class Survey:
         for name, (_, is_free) in self.scalars.items():
             free[layout.columns("scalar", layout.index("scalar", name))] = is_free
         return free, datum if datum.any() else None
-
-
-def check_covariance(matrices: Array, source: Sequence[str], what: str) -> None:
-    """Refuse covariances (n, k, k) that are not finite, symmetric and positive definite.
-
-    Raises
-    ------
-    InputError : names the source of the first bad matrix.
-    """
-    scale = np.sqrt(np.abs(np.einsum("nii->ni", matrices)))
-    scale[scale == 0] = 1.0
-    unit = matrices / scale[:, :, None] / scale[:, None, :]
-    for i, matrix in enumerate(unit):
-        good = np.isfinite(matrix).all() and np.allclose(matrix, matrix.T, atol=1e-9)
-        if not good or np.linalg.eigvalsh(matrix)[0] <= 1e-14:
-            raise InputError(
-                f"covariance of {what} is not symmetric and positive definite",
-                record=source[i] or None,
-                cure="check the order and the signs of its elements",
-            )
-
-
-def _as_column(part: Any, n: int) -> NDArray[Any]:
-    """A column (n, ...) of a table; a single value is repeated."""
-    if isinstance(part, str) or np.ndim(part) == 0:
-        return np.full(n, part, dtype=object if isinstance(part, str) else float)
-    array = np.asarray(part)
-    return array.astype(object) if array.dtype.kind in "US" else array
-
-
-def _indices(layout: Layout, family: str, names: NDArray[Any]) -> NDArray[np.int64]:
-    """Indices of names in a family; "" gives -1."""
-    find = layout.position_index if family == "position" else lambda n: layout.index(family, n)
-    index = [find(name) if name else -1 for name in names.ravel()]
-    return np.array(index, dtype=np.int64).reshape(names.shape)

@@ -61,11 +61,15 @@ class Identification:
 
 
 def identify(
-    sightings: Sequence[Sighting], points: Mapping[str, tuple[Array, float]]
+    sightings: Sequence[Sighting],
+    points: Mapping[str, tuple[Array, float]],
+    *,
+    free: bool = False,
 ) -> Identification:
     """Name the targets of all scans; points : name to coordinates (3,) and one sigma [m].
 
-    Without points the scan with most targets becomes the frame.
+    Without points the scan with most targets becomes the frame; likewise with ``free`` if no scan
+    sees three of the points, because something else places the stations.
 
     Raises
     ------
@@ -75,14 +79,15 @@ def identify(
     waiting = sorted(sightings, key=lambda s: -len(s.centers))
     poses: dict[str, Pose] = {}
     said: list[str] = []
-    if not points and waiting:
-        first = waiting.pop(0)
-        poses[first.station] = Pose.identity()
-        pool.add(first.station, first.centers, first.sigmas, first.kinds)
-        said.append(f"{first.station} is the frame of the matching: no coordinates are given")
     obstacles: dict[str, str] = {}
     while waiting:
         placed = [s for s in waiting if _try(s, pool, poses, said, obstacles)]
+        if not placed and not poses and (free or not points):
+            first = waiting[0]
+            poses[first.station] = Pose.identity()
+            pool.add(first.station, first.centers, first.sigmas, first.kinds)
+            said.append(f"{first.station} is the frame of the matching: no scan sees given points")
+            placed = [first]
         if not placed:
             raise _refusal(waiting, obstacles, Pool(points))
         waiting = [s for s in waiting if s not in placed]

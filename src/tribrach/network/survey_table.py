@@ -1,0 +1,93 @@
+"""One call of observations as a survey keeps it: columns by name, names not yet indices."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.errors import InputError
+from tribrach.network.observations.base import Array, Observations, Use
+from tribrach.network.unknowns import Layout
+
+__all__ = ["Table", "as_column", "check_covariance", "indices"]
+
+
+@dataclass
+class Table:
+    """n observations of a kind; columns (n, ...) by field, with names where they refer.
+
+    hard : the values hold exactly, as constraints.
+    """
+
+    kind: type[Observations]
+    group: str
+    columns: dict[str, Any]
+    n: int
+    hard: bool = False
+
+    def names(self, family: str) -> set[str]:
+        """Names of unknowns that the table refers to as this family."""
+        out: set[str] = set()
+        for item in fields(self.kind):
+            if item.metadata.get("refers") == family and item.name in self.columns:
+                out |= {str(name) for name in np.ravel(self.columns[item.name]) if name}
+        return out
+
+    def active(self) -> Table:
+        """Without check values and what is switched off."""
+        use = self.columns.get("use")
+        if use is None:
+            return self
+        keep = as_column(use, self.n).astype(int) == Use.ACTIVE
+        shared = {f.name for f in fields(self.kind) if "shared" in f.metadata}
+        columns = {
+            name: column if name in shared else _chosen(column, keep)
+            for name, column in self.columns.items()
+        }
+        return Table(self.kind, self.group, columns, int(keep.sum()), self.hard)
+
+
+def _chosen(column: Any, keep: NDArray[np.bool_]) -> Any:
+    """The kept items of a column; what has one value for all stays."""
+    if isinstance(column, list):
+        return [item for item, kept in zip(column, keep, strict=True) if kept]
+    return column[keep] if isinstance(column, np.ndarray) and column.ndim else column
+
+
+def check_covariance(matrices: Array, source: Sequence[str], what: str) -> None:
+    """Refuse covariances (n, k, k) that are not finite, symmetric and positive definite.
+
+    Raises
+    ------
+    InputError : names the source of the first bad matrix.
+    """
+    scale = np.sqrt(np.abs(np.einsum("nii->ni", matrices)))
+    scale[scale == 0] = 1.0
+    unit = matrices / scale[:, :, None] / scale[:, None, :]
+    for i, matrix in enumerate(unit):
+        good = np.isfinite(matrix).all() and np.allclose(matrix, matrix.T, atol=1e-9)
+        if not good or np.linalg.eigvalsh(matrix)[0] <= 1e-14:
+            raise InputError(
+                f"covariance of {what} is not symmetric and positive definite",
+                record=source[i] or None,
+                cure="check the order and the signs of its elements",
+            )
+
+
+def as_column(part: Any, n: int) -> NDArray[Any]:
+    """A column (n, ...) of a table; a single value is repeated."""
+    if isinstance(part, str) or np.ndim(part) == 0:
+        return np.full(n, part, dtype=object if isinstance(part, str) else float)
+    array = np.asarray(part)
+    return array.astype(object) if array.dtype.kind in "US" else array
+
+
+def indices(layout: Layout, family: str, names: NDArray[Any]) -> NDArray[np.int64]:
+    """Indices of names in a family; "" gives -1."""
+    find = layout.position_index if family == "position" else lambda n: layout.index(family, n)
+    index = [find(name) if name else -1 for name in names.ravel()]
+    return np.array(index, dtype=np.int64).reshape(names.shape)
