@@ -1,0 +1,239 @@
+"""A scan as an image of ranges over directions: neighbours in the image are neighbours in space.
+
+Pixel (row, column) looks along ``H = first_h + column step_h``, ``V = first_v + row step_v``
+(scanner frame, geometry.polar), whatever order the scanner wrote. Scans with a grid of rows and
+columns keep it, turned so that H and V increase, its back face laid beside the front face; other
+clouds are binned by direction. Where several points share a pixel the nearest return counts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from tribrach.errors import InputError
+from tribrach.scan.angular_step import angular_step
+from tribrach.scan.scanner_grid import lay_out
+
+__all__ = ["RangeImage", "organise"]
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int32]
+Ranges = NDArray[np.float32]
+
+#: an image has at most this many pixels for every point, and never fewer than the second number
+_PIXELS_PER_POINT, _PIXELS = 4, 4_000_000
+#: an image that covers this share of the circle is closed to the full circle
+_FULL_CIRCLE = 0.98
+
+
+@dataclass(frozen=True, eq=False)
+class RangeImage:
+    """Ranges over directions, and the point behind every pixel.
+
+    index (rows, columns) int32 : number of the point, -1 where there is none; range (rows,
+    columns) float32 : [m], NaN where there is none; first_h, first_v, step_h, step_v : directions
+    of pixel centres [rad]; wraps : is the last column the neighbour of the first? gridded : does
+    the layout come from the scanner's rows and columns?
+    """
+
+    index: Indices
+    range: Ranges
+    first_h: float
+    first_v: float
+    step_h: float
+    step_v: float
+    wraps: bool
+    gridded: bool
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        return self.index.shape[0], self.index.shape[1]
+
+    def h(self, column: NDArray[Any] | None = None) -> Array:
+        """H [rad] of columns, of all of them by default."""
+        columns = np.arange(self.shape[1]) if column is None else column
+        return np.asarray(self.first_h + columns * self.step_h, dtype=float)
+
+    def v(self, row: NDArray[Any] | None = None) -> Array:
+        """V [rad] of rows, of all of them by default."""
+        rows = np.arange(self.shape[0]) if row is None else row
+        return np.asarray(self.first_v + rows * self.step_v, dtype=float)
+
+    def pixel(self, h: float, v: float) -> tuple[float, float]:
+        """Row and column, with fractions, of a direction [rad]; they may lie outside the image."""
+        turn = (h - self.first_h) % (2 * np.pi)
+        return (v - self.first_v) / self.step_v, turn / self.step_h
+
+    def filled(self, gap: int = 1) -> Ranges:
+        """Ranges (rows, columns) with holes of up to ``gap`` pixels closed.
+
+        A hole is closed where the points on both sides of it, in its row or its column, differ by
+        less than 5 cm or 1 % of the range; it gets their mean. ``index`` still tells the holes.
+        """
+        return np.asarray(_closed(self.range, gap, self.wraps), dtype=np.float32)
+
+
+def organise(
+    xyz: Array,
+    rows: NDArray[Any] | None = None,
+    columns: NDArray[Any] | None = None,
+    *,
+    step: tuple[float, float] | None = None,
+) -> RangeImage:
+    """The range image of points (n, 3) [m] of the scanner frame.
+
+    rows, columns (n,) : the scanner's grid; one that does not follow H and V is not used.
+    step : step in H and V [rad] where there is no grid; estimated if not given.
+
+    Raises
+    ------
+    InputError : fewer than two points that have a direction.
+    """
+    if len(xyz) < 2 or not (np.isfinite(xyz[::97]).any() and np.ptp(xyz[:, :2], axis=0).any()):
+        raise InputError("a range image takes two points with different directions")
+    if rows is not None and columns is not None:
+        layout = lay_out(xyz, np.asarray(rows), np.asarray(columns))
+        if layout is not None and _affordable(layout.rows, layout.columns, len(xyz)):
+            index, ranges = _scatter(xyz, layout.pixel, layout.rows, layout.columns)
+            corner = (layout.first_h, layout.first_v, layout.step_h, layout.step_v)
+            return RangeImage(index, ranges, *corner, layout.wraps, True)
+    return _binned(xyz, angular_step(xyz) if step is None else step)
+
+
+def _affordable(rows: int, columns: int, points: int) -> bool:
+    """Is the image in proportion to the points? Row numbers of a file are not to be trusted."""
+    return rows * columns <= max(_PIXELS, _PIXELS_PER_POINT * points)
+
+
+def _binned(xyz: Array, step: tuple[float, float]) -> RangeImage:
+    """Points by direction, pixels grown until the image is in proportion to the points."""
+    hv = _directions(xyz)
+    h_low, h_span = _arc(hv[:, 0])
+    v_low, v_high = float(np.nanmin(hv[:, 1])), float(np.nanmax(hv[:, 1]))
+    step_h, step_v = step
+    while not _affordable(int((v_high - v_low) / step_v) + 1, int(h_span / step_h) + 1, len(xyz)):
+        step_h, step_v = 1.25 * step_h, 1.25 * step_v
+    wraps = h_span > _FULL_CIRCLE * 2 * np.pi
+    columns = round(2 * np.pi / step_h) if wraps else int(h_span / step_h + 0.5) + 1
+    if wraps:
+        step_h = 2 * np.pi / columns
+    rows = int((v_high - v_low) / step_v + 0.5) + 1
+    pixel = _pixels(hv, (h_low, v_low, step_h, step_v), rows, columns)
+    index, ranges = _scatter(xyz, pixel, rows, columns)
+    return RangeImage(index, ranges, h_low, v_low, step_h, step_v, wraps, False)
+
+
+def _arc(h: NDArray[np.float32]) -> tuple[float, float]:
+    """Start and length of the arc that holds all H: the complement of the widest gap."""
+    bins = 3600
+    taken = np.zeros(bins, dtype=bool)
+    clean = h[np.isfinite(h)]
+    taken[((clean + np.pi) * (bins / (2 * np.pi))).astype(np.int64) % bins] = True
+    used = np.flatnonzero(taken)
+    gaps = np.diff(np.append(used, used[0] + bins))
+    widest = int(np.argmax(gaps))
+    if gaps[widest] <= bins // 60:
+        return float(-np.pi), 2 * np.pi
+    cut = -np.pi + (used[widest] + gaps[widest]) % bins * (2 * np.pi / bins)
+    turned = (clean - cut + 1e-3) % (2 * np.pi)
+    low = float(turned.min())
+    return float(cut - 1e-3 + low), float(turned.max()) - low
+
+
+@njit(cache=True, nogil=True)
+def _directions(xyz: Array) -> NDArray[np.float32]:
+    """H and V (n, 2) [rad] of points, NaN where they have none; float32 errs by 0.2 microrad."""
+    out = np.empty((len(xyz), 2), dtype=np.float32)
+    for i in range(len(xyz)):
+        x, y, z = xyz[i, 0], xyz[i, 1], xyz[i, 2]
+        flat = np.sqrt(x * x + y * y)
+        if not np.isfinite(flat + z) or flat + abs(z) == 0:
+            out[i, 0] = out[i, 1] = np.nan
+        else:
+            out[i, 0], out[i, 1] = np.arctan2(y, x), np.arctan2(flat, z)
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _pixels(
+    hv: NDArray[np.float32], corner: tuple[float, float, float, float], rows: int, columns: int
+) -> NDArray[np.int32]:
+    """Pixel number (n,) of directions, -1 for none."""
+    h0, v0, step_h, step_v = corner
+    out = np.full(len(hv), -1, dtype=np.int32)
+    for i in range(len(hv)):
+        if np.isnan(hv[i, 0]):
+            continue
+        turn = hv[i, 0] - h0
+        if turn < -0.5 * step_h:
+            turn += 2 * np.pi
+        column = int(turn / step_h + 0.5) % columns
+        row = min(max(int((hv[i, 1] - v0) / step_v + 0.5), 0), rows - 1)
+        out[i] = row * columns + column
+    return out
+
+
+def _scatter(xyz: Array, pixel: Indices, rows: int, columns: int) -> tuple[Indices, Ranges]:
+    """Index and range images (rows, columns) of points by pixel number (n,)."""
+    index = np.full(rows * columns, -1, dtype=np.int32)
+    ranges = np.full(rows * columns, np.nan, dtype=np.float32)
+    _nearest(xyz, pixel, index, ranges)
+    return index.reshape(rows, columns), ranges.reshape(rows, columns)
+
+
+@njit(cache=True, nogil=True)
+def _nearest(xyz: Array, pixel: Indices, index: Indices, ranges: Ranges) -> None:
+    """Write every point into its pixel unless a nearer one is there."""
+    for i in range(len(xyz)):
+        at = pixel[i]
+        if at < 0:
+            continue
+        r = np.float32(np.sqrt(xyz[i, 0] ** 2 + xyz[i, 1] ** 2 + xyz[i, 2] ** 2))
+        if np.isfinite(r) and r > 0 and (index[at] < 0 or r < ranges[at]):
+            index[at], ranges[at] = i, r
+
+
+@njit(cache=True, nogil=True)
+def _closed(ranges: Ranges, gap: int, wraps: bool) -> Ranges:
+    """Ranges with small holes closed between neighbours that agree."""
+    rows, columns = ranges.shape
+    out = ranges.copy()
+    for i in range(rows):
+        for j in range(columns):
+            if np.isnan(ranges[i, j]):
+                across = _bridge(ranges, i, j, 0, 1, gap, wraps)
+                out[i, j] = (
+                    across if not np.isnan(across) else _bridge(ranges, i, j, 1, 0, gap, wraps)
+                )
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _bridge(ranges: Ranges, i: int, j: int, di: int, dj: int, gap: int, wraps: bool) -> float:
+    """Mean of the first ranges on both sides of a hole not wider than ``gap``, else NaN."""
+    rows, columns = ranges.shape
+    sides = np.full(2, np.nan)
+    steps = np.zeros(2, dtype=np.int64)
+    for side in range(2):
+        sign = 2 * side - 1
+        for k in range(1, gap + 1):
+            a, b = i + sign * k * di, j + sign * k * dj
+            if wraps:
+                b %= columns
+            if a < 0 or a >= rows or b < 0 or b >= columns:
+                break
+            if not np.isnan(ranges[a, b]):
+                sides[side], steps[side] = ranges[a, b], k
+                break
+    if np.isnan(sides[0] + sides[1]) or steps[0] + steps[1] > gap + 1:
+        return np.nan
+    if abs(sides[0] - sides[1]) > max(0.05, 0.01 * sides[0]):
+        return np.nan
+    mean: float = 0.5 * (sides[0] + sides[1])
+    return mean

@@ -1,0 +1,87 @@
+"""What a search for targets returns: detections with their numbers, rejections with reasons."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Detection", "Kind", "Rejected", "with_floor"]
+
+Array = NDArray[np.float64]
+
+#: what a target can be
+Kind = Literal["sphere", "checkerboard", "disc", "plane"]
+
+
+@dataclass(frozen=True, eq=False)
+class Detection:
+    """One target found in a scan.
+
+    kind, scan : what it is and the name of the scan; center (3,), covariance (3, 3) : scanner
+    frame [m, m^2], floor included; radius : of a sphere or disc, half the side of a checkerboard,
+    radius of the circle of equal area for a plane [m]; rms : of the residuals of the inliers [m];
+    points, inliers : points looked at and points that determined the centre; range : from scanner
+    to centre [m]; incidence : mean angle between beam and surface normal of the inliers [rad];
+    coverage : share of the expected pixels that are inliers, 0 to 1; facts : further numbers by
+    name with the unit in the name; sentences : what was odd about it.
+    """
+
+    kind: Kind
+    scan: str
+    center: Array
+    covariance: Array
+    radius: float
+    rms: float
+    points: int
+    inliers: int
+    range: float
+    incidence: float
+    coverage: float
+    facts: Mapping[str, float] = field(default_factory=dict)
+    sentences: tuple[str, ...] = ()
+
+    @property
+    def sigmas(self) -> Array:
+        """Standard deviations (3,) of the centre along x, y, z [m]."""
+        return np.asarray(np.sqrt(np.diag(self.covariance)))
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form: metres, incidence in radians, covariance row by row."""
+        return {
+            "kind": self.kind,
+            "scan": self.scan,
+            "center": [float(x) for x in self.center],
+            "covariance": [[float(x) for x in row] for row in self.covariance],
+            "radius": float(self.radius),
+            "rms": float(self.rms),
+            "points": int(self.points),
+            "inliers": int(self.inliers),
+            "range": float(self.range),
+            "incidence": float(self.incidence),
+            "coverage": float(self.coverage),
+            "facts": {name: float(value) for name, value in self.facts.items()},
+            "sentences": list(self.sentences),
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Rejected:
+    """A candidate (center (3,) [m], scanner frame) that was no target, and why in one sentence."""
+
+    kind: Kind
+    center: Array
+    reason: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form."""
+        center = [float(x) for x in self.center]
+        return {"kind": self.kind, "center": center, "reason": self.reason}
+
+
+def with_floor(covariance: Array, sigma: float) -> Array:
+    """Covariance (3, 3) plus ``sigma`` [m] in every direction (the target-type floor, 6.3)."""
+    return np.asarray(covariance + sigma**2 * np.eye(len(covariance)))
