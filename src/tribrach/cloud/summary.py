@@ -1,0 +1,133 @@
+"""What can be said of the uncertainty of a whole cloud, gathered chunk by chunk.
+
+Histogram of the three-dimensional sigma ``sqrt(sx^2 + sy^2 + sz^2)``, shares of points within
+tolerances at twice that (95 %), and a thin sample of points for the map. Metres. Classes: USIBD
+LOA 2019 (measured accuracy at 95 %) and GSA BIM Guide 03 (method sections 11.4 and 11.5).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["CLASSES", "EDGES", "CloudSummary"]
+
+Array = NDArray[np.float64]
+
+#: upper limits [m] of twice the sigma, by class
+CLASSES: dict[str, float] = {
+    "LOA10": 0.150,
+    "LOA20": 0.050,
+    "LOA30": 0.015,
+    "LOA40": 0.005,
+    "LOA50": 0.001,
+    "GSA level 1": 0.051,
+    "GSA level 2": 0.013,
+    "GSA level 3": 0.006,
+    "GSA level 4": 0.003,
+}
+#: edges of the histogram [m]: 20 bins a decade from 0.01 mm to 1 m
+EDGES = np.logspace(-5, 0, 101)
+#: one point of this many goes into the sample, more as the cloud grows
+_THIN = 64
+#: points in the sample
+_SAMPLE = 4000
+
+
+@dataclass
+class CloudSummary:
+    """Points so far, of which with a sigma; sums of squared sigmas (3,); extremes; sample.
+
+    sample (k, 4) : x, y, z in the frame of the cloud and the three-dimensional sigma.
+    """
+
+    points: int = 0
+    squares: Array = field(default_factory=lambda: np.zeros(3))
+    smallest: float = np.inf
+    largest: float = 0.0
+    counts: NDArray[np.int64] = field(default_factory=lambda: np.zeros(102, dtype=np.int64))
+    within: NDArray[np.int64] = field(
+        default_factory=lambda: np.zeros(len(CLASSES), dtype=np.int64)
+    )
+    low: Array = field(default_factory=lambda: np.full(3, np.inf))
+    high: Array = field(default_factory=lambda: np.full(3, -np.inf))
+    sample: Array = field(default_factory=lambda: np.zeros((0, 4)))
+    _step: int = _THIN
+
+    def add(self, xyz: Array, sigma: NDArray[np.float32] | None) -> None:
+        """Take in points (n, 3) and their sigmas (n, 3), None where there are none."""
+        if len(xyz) == 0:
+            return
+        self.low, self.high = np.minimum(self.low, xyz.min(0)), np.maximum(self.high, xyz.max(0))
+        first = -self.points % self._step
+        self.points += len(xyz)
+        if sigma is None:
+            return
+        total = np.sqrt(np.einsum("ni,ni->n", sigma, sigma))
+        self.squares = self.squares + np.einsum("ni,ni->i", sigma, sigma, dtype=np.float64)
+        self.smallest = min(self.smallest, float(sigma.min()))
+        self.largest = max(self.largest, float(total.max()))
+        self.counts += _histogram(total)
+        self.within += [int(np.count_nonzero(2 * total <= limit)) for limit in CLASSES.values()]
+        chosen = slice(first, None, self._step)
+        new = np.concatenate([xyz[chosen], total[chosen, None]], axis=1)
+        self.sample = np.concatenate([self.sample, new])
+        while len(self.sample) > _SAMPLE:
+            self.sample, self._step = self.sample[::2], 2 * self._step
+
+    @property
+    def rms(self) -> Array:
+        """Root mean square of the sigmas (3,) along the axes [m]."""
+        out: Array = np.sqrt(self.squares / max(1, self.points))
+        return out
+
+    def quantile(self, share: float) -> float:
+        """The three-dimensional sigma [m] that this share of the points does not exceed."""
+        cumulated = np.cumsum(self.counts)
+        bin_ = int(np.searchsorted(cumulated, share * cumulated[-1]))
+        return float(min(EDGES[min(bin_, len(EDGES) - 1)], self.largest))
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """Share of the points whose 95 % uncertainty is within each class."""
+        return {
+            name: float(count / max(1, self.points))
+            for name, count in zip(CLASSES, self.within, strict=True)
+        }
+
+    def to_facts(self) -> dict[str, Any]:
+        """Plain numbers to remember."""
+        return {
+            "points": self.points,
+            "squares": self.squares.tolist(),
+            "range": [self.smallest if self.points else 0.0, self.largest],
+            "counts": self.counts.tolist(),
+            "within": self.within.tolist(),
+            "bounds": [self.low.tolist(), self.high.tolist()],
+            "sample": self.sample.tolist(),
+        }
+
+    @classmethod
+    def from_facts(cls, facts: dict[str, Any]) -> Self:
+        """The same from what was remembered."""
+        low, high = facts["bounds"]
+        return cls(
+            points=facts["points"],
+            squares=np.array(facts["squares"]),
+            smallest=facts["range"][0],
+            largest=facts["range"][1],
+            counts=np.array(facts["counts"], dtype=np.int64),
+            within=np.array(facts["within"], dtype=np.int64),
+            low=np.array(low),
+            high=np.array(high),
+            sample=np.array(facts["sample"]).reshape(-1, 4),
+        )
+
+
+def _histogram(total: NDArray[np.floating[Any]]) -> NDArray[np.int64]:
+    """Counts (102,) of the bins, the first and last for what lies outside of the edges."""
+    where = np.floor(20 * (np.log10(np.maximum(total, 1e-9)) + 5)).astype(np.int64) + 1
+    return np.bincount(np.clip(where, 0, 101), minlength=102)

@@ -1,0 +1,60 @@
+"""How does the beam meet the surface? Normals from the nearest neighbours of every point.
+
+The normal is the direction of least spread of the k nearest points (principal components); the
+incidence angle is that between beam and normal (method section 5.2). Scanner frame, metres.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+from pykdtree.kdtree import KDTree
+
+__all__ = ["incidence_cosines", "normals"]
+
+Array = NDArray[np.float64]
+
+#: neighbours that a normal is taken from
+NEIGHBOURS = 12
+#: no incidence is taken as flatter than this cosine, 84 degrees: the model ends there
+FLATTEST = 0.1
+
+
+def normals(xyz: Array, neighbours: int = NEIGHBOURS) -> Array:
+    """Unit normals (n, 3) towards the scanner of points (n, 3); NaN with too few points."""
+    if len(xyz) <= neighbours:
+        return np.full_like(xyz, np.nan)
+    _, found = KDTree(np.ascontiguousarray(xyz)).query(xyz, k=neighbours)
+    out = np.empty_like(xyz)
+    _normals(xyz, found.astype(np.int64), out)
+    return out
+
+
+def incidence_cosines(xyz: Array, neighbours: int = NEIGHBOURS) -> Array:
+    """Cosines (n,) of the incidence angle, at least 0.1; 1 where no normal is known."""
+    normal = normals(xyz, neighbours)
+    length = np.linalg.norm(xyz, axis=1)
+    cosine = np.abs(np.einsum("ni,ni->n", xyz, normal)) / np.maximum(length, 1e-9)
+    known: Array = np.where(np.isfinite(cosine), np.clip(cosine, FLATTEST, 1.0), 1.0)
+    return known
+
+
+@njit(cache=True, parallel=True, nogil=True)
+def _normals(xyz, found, out):  # type: ignore[no-untyped-def]
+    """Eigenvector of the smallest eigenvalue of each neighbourhood."""
+    count = found.shape[1]
+    for n in prange(len(xyz)):
+        mean = np.zeros(3)
+        for k in range(count):
+            mean += xyz[found[n, k]]
+        mean /= count
+        spread = np.zeros((3, 3))
+        for k in range(count):
+            d = xyz[found[n, k]] - mean
+            for i in range(3):
+                for j in range(3):
+                    spread[i, j] += d[i] * d[j]
+        vector = np.linalg.eigh(spread)[1][:, 0]
+        sign = -1.0 if np.dot(vector, xyz[n]) > 0 else 1.0
+        out[n] = sign * vector
