@@ -19,14 +19,17 @@ Array = NDArray[np.float64]
 
 #: neighbours are looked up at this many radii
 _REACH = 0.45
-#: height of the middle above the chord, as multiples of a sphere's, and sigmas of noise
-_SAG, _SIGMAS = (0.5, 1.7), 2.5
+#: height of the middle above the chord, as multiples of a sphere's; what noise adds at the upper
+#: end, and what a plane's noise must not reach at the lower one, in sigmas of the height
+_SAG, _ABOVE, _PLANE = (0.5, 1.7), 2.0, 2.0
+#: sigma of the height over that of a range: one range less the mean of two
+_HEIGHT = 1.2247
 #: edge of a voxel in radii, but not below the second number [m]
 _VOXEL, _SMALLEST = 0.25, 0.008
 #: votes: at least this many, and this share of what a free sphere would get
 _VOTES, _SHARE = 5, 0.2
-#: votes kept at most
-_MOST = 4_000_000
+#: votes kept at most, and candidates returned at most
+_MOST, _CANDIDATES = 4_000_000, 400
 
 
 def vote_for_centers(xyz: Array, image: RangeImage, radius: float, sigma: float) -> Array:
@@ -50,8 +53,8 @@ def vote_for_centers(xyz: Array, image: RangeImage, radius: float, sigma: float)
     pixels = _REACH**2 * np.pi * radius**2 / (away**2 * image.step_h * image.step_v)
     flat_sine = np.maximum(np.hypot(peaks[:, 0], peaks[:, 1]) / np.maximum(away, 1e-9), 0.05)
     keep = (counts >= np.maximum(_VOTES, _SHARE * pixels / flat_sine)) & (away > 1.5 * radius)
-    chosen = np.flatnonzero(keep)[np.argsort(-counts[keep], kind="stable")]
-    return np.asarray(_apart(peaks[chosen], 0.5 * radius))
+    chosen = np.flatnonzero(keep)[np.argsort(-counts[keep], kind="stable")][: 4 * _CANDIDATES]
+    return np.asarray(_apart(peaks[chosen], 0.5 * radius)[:_CANDIDATES])
 
 
 @njit(cache=True, nogil=True)
@@ -128,8 +131,8 @@ def _convex(
             return False, normal
         wanted = radius - np.sqrt(radius**2 - half2)
         sag = ((middle - 0.5 * (first + last)) * normal).sum()
-        slack = _SIGMAS * 1.3 * sigma
-        if not _SAG[0] * wanted - slack < sag < _SAG[1] * wanted + slack:
+        least = max(_SAG[0] * wanted, min(_PLANE * _HEIGHT * sigma, wanted))
+        if not least < sag < _SAG[1] * wanted + _ABOVE * _HEIGHT * sigma:
             return False, normal
     return True, normal
 
