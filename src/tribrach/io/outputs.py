@@ -9,7 +9,7 @@ from pathlib import Path
 
 from tribrach.errors import InputError
 
-__all__ = ["write_text", "write_texts"]
+__all__ = ["write_bytes", "write_text", "write_texts"]
 
 
 def write_text(path: Path, text: str) -> Path:
@@ -22,8 +22,18 @@ def write_text(path: Path, text: str) -> Path:
     return write_texts({path: text})[0]
 
 
-def write_texts(texts: Mapping[Path, str]) -> list[Path]:
-    """Write files of UTF-8 text: all under temporary names first, then each gets its own.
+def write_bytes(path: Path, data: bytes) -> Path:
+    """Write bytes under a temporary name and rename it; folders are made as needed.
+
+    Raises
+    ------
+    InputError : the folder or file cannot be written.
+    """
+    return write_texts({path: data})[0]
+
+
+def write_texts(texts: Mapping[Path, str | bytes]) -> list[Path]:
+    """Write files of UTF-8 text or bytes: all under temporary names first, then each gets its own.
 
     Raises
     ------
@@ -46,15 +56,15 @@ def write_texts(texts: Mapping[Path, str]) -> list[Path]:
     return list(texts)
 
 
-def _stage(path: Path, text: str) -> str:
-    """Write the text beside its destination; the temporary name."""
+def _stage(path: Path, text: str | bytes) -> str:
+    """Write the contents beside its destination; the temporary name."""
     path.parent.mkdir(parents=True, exist_ok=True)
     if path.is_dir():
         raise IsADirectoryError(21, "it is a folder")
     handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
     try:
-        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
-            file.write(text)
+        with os.fdopen(handle, "wb") as file:
+            file.write(text.encode("utf-8") if isinstance(text, str) else text)
         # temporary files are private; results have the rights of any other new file
         mask = os.umask(0)
         os.umask(mask)

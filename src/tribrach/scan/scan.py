@@ -32,8 +32,8 @@ __all__ = ["CHUNK", "Chunk", "Field", "Origin", "Scan"]
 
 Array = NDArray[np.float64]
 
-#: points read at a time; 8 columns of 8 bytes are then 64 MB
-CHUNK = 1_000_000
+#: points read at a time; 8 columns of 8 bytes are then 32 MB
+CHUNK = 500_000
 
 #: is the scanner at (0, 0, 0)? said by the format, assumed from the coordinates, or unknown
 Origin = Literal["stated", "assumed", "unknown"]

@@ -1,0 +1,117 @@
+"""A cloud from LAZ to LAZ with three sigmas, against the bare loop without any, and peak memory.
+
+The bare loop reads chunks with laspy, rotates and shifts them with numpy and writes chunks with
+laspy; it knows no uncertainty. Each runs in a process of its own, so that the peak memory is its.
+Run: ``python benchmarks/georeferencing.py [millions of points, 10]``.
+"""
+
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import laspy
+import numpy as np
+
+FIELDS = ("intensity", "gps_time", "return_number", "number_of_returns")
+CHUNK = 1_000_000
+
+
+def make(path: Path, points: int) -> None:
+    """A room scanned in columns, 2 mm noise, intensity and time."""
+    rng, columns = np.random.default_rng(0), 4000
+    header = laspy.LasHeader(point_format=6, version="1.4")
+    header.scales = [1e-4] * 3
+    with laspy.open(path, "w", header=header) as file:
+        for first in range(0, points, CHUNK):
+            i = np.arange(first, min(first + CHUNK, points))
+            h = (i // columns) * 2 * np.pi / (points / columns)
+            v = np.radians(20 + (i % columns) * 120 / columns)
+            d = np.stack([np.sin(v) * np.cos(h), np.sin(v) * np.sin(h), np.cos(v)], axis=1)
+            wall = np.abs(d) / [20.0, 15.0, 4.0]
+            xyz = d * (1 / wall.max(axis=1) + rng.normal(0, 2e-3, len(i)))[:, None]
+            record = laspy.ScaleAwarePointRecord.zeros(len(i), header=header)
+            record.x, record.y, record.z = xyz.T
+            record.intensity = (1000 + 500 * np.sin(7 * h) + rng.normal(0, 50, len(i))).astype("u2")
+            record.gps_time = i * 1e-6
+            record.return_number[:] = record.number_of_returns[:] = 1
+            file.write_points(record)
+
+
+def bare(source: str, destination: str) -> None:
+    """The loop that everybody writes."""
+    rotation = np.array([[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])
+    shift = np.array([500000.0, 2331000.0, 20.0])
+    with laspy.open(source) as file:
+        header = laspy.LasHeader(point_format=6, version="1.4")
+        header.scales, header.offsets = [1e-4] * 3, shift
+        with laspy.open(destination, "w", header=header) as out:
+            for chunk in file.chunk_iterator(CHUNK):
+                xyz = np.stack([chunk.x, chunk.y, chunk.z], axis=1) @ rotation.T + shift
+                record = laspy.ScaleAwarePointRecord.zeros(len(chunk), header=header)
+                record.x, record.y, record.z = xyz.T
+                for name in FIELDS:
+                    record[name] = chunk[name]
+                out.write_points(record)
+
+
+def ours(source: str, destination: str) -> None:
+    """The same with a covariance behind every point."""
+    from tribrach.cloud.placement import Placement
+    from tribrach.geodesy.output_frame import OutputFrame
+    from tribrach.geodesy.work_frame import WorkFrame
+    from tribrach.geometry.pose import Pose
+    from tribrach.instruments.scan_noise import ScanNoise
+    from tribrach.io.scans.formats import read_scans
+    from tribrach.project.sections import CloudSection
+    from tribrach.stages.clouds import Cloud
+    from tribrach.stages.scans import StationScan
+
+    rotation = np.array([[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])
+    pose = Pose(rotation, np.array([500000.0, 2331000.0, 20.0]))
+    noise = ScanNoise(1.2e-3, 1e-5, 4e-5, 4e-5, 4e-3, 3e-4)
+    a = np.random.default_rng(1).normal(size=(6, 6)) * 1e-4
+    scan = StationScan("S1", "S1", read_scans(Path(source))[0], noise, True, {})
+    where = Placement("S1", pose, a @ a.T, noise)
+    cloud = Cloud("S1", [scan], [where], OutputFrame(WorkFrame()), CloudSection())
+    cloud.write(Path(destination), lambda what, done, total: None)
+
+
+def timed(way: str, source: Path, destination: Path) -> tuple[float, float]:
+    """Seconds and peak memory [MB] of one way in its own process."""
+    command = [sys.executable, __file__, way, str(source), str(destination)]
+    out = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
+    return float(out[0]), float(out[1])
+
+
+def main() -> None:
+    millions = float(sys.argv[1]) if len(sys.argv) > 1 else 10.0
+    with tempfile.TemporaryDirectory() as folder:
+        source, destination = Path(folder) / "scan.laz", Path(folder) / "out.laz"
+        make(source, int(millions * 1e6))
+        seconds: dict[str, list[float]] = {"bare": [], "ours": []}
+        peak = {}
+        for _ in range(3 if millions <= 20 else 1):
+            for way in seconds:
+                took, peak[way] = timed(way, source, destination)
+                seconds[way].append(took)
+                destination.unlink()
+    best = {way: min(times) for way, times in seconds.items()}
+    for way in seconds:
+        print(
+            f"{way}: {best[way]:.2f} s, {millions / best[way]:.2f} million points/s, "
+            f"peak {peak[way]:.0f} MB"
+        )
+    print(f"ratio: {best['ours'] / best['bare']:.2f}")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 3:
+        start = time.perf_counter()
+        {"bare": bare, "ours": ours}[sys.argv[1]](sys.argv[2], sys.argv[3])
+        took = time.perf_counter() - start
+        print(took, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+    else:
+        main()

@@ -1,0 +1,179 @@
+"""LAS and LAZ 1.4: integers of a stated step, sigmas as described extra dimensions, CRS as WKT.
+
+The same points and header give the same bytes: no clock goes in. Epoch and facts travel as JSON in
+a record of their own (user id ``tribrach``, record 1).
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import laspy
+import numpy as np
+from laspy.vlrs.vlr import VLR
+from numba import njit, prange
+from numpy.typing import NDArray
+from pyproj import CRS
+
+from tribrach.errors import InputError
+from tribrach.io.clouds.header import CloudHeader
+from tribrach.io.clouds.staged import Staged
+from tribrach.scan.scan import Field
+
+__all__ = ["LasWriter", "las_header"]
+
+Array = NDArray[np.float64]
+
+#: our names of the format's own dimensions
+_RENAMED = {"time": "gps_time"}
+_RGB = ("red", "green", "blue")
+#: numpy types of extra dimensions; others become float64
+_TYPES = {"u1", "i1", "u2", "i2", "u4", "i4", "u8", "i8", "f4", "f8"}
+
+
+def las_header(header: CloudHeader) -> laspy.LasHeader:
+    """The header of a file with these fields: point format 6, or 7 with colours."""
+    colours = set(_RGB) <= {field.name for field in header.fields}
+    las = laspy.LasHeader(point_format=7 if colours else 6, version="1.4")
+    las.scales, las.offsets = np.full(3, header.step), np.asarray(header.offset, dtype=float)
+    las.creation_date = None
+    las.system_identifier, las.generating_software = "", "Tribrach"
+    own = set(las.point_format.dimension_names)
+    for field in header.fields:
+        if _RENAMED.get(field.name, field.name) not in own:
+            las.add_extra_dim(_extra(field))
+    if header.crs is not None:
+        las.add_crs(CRS.from_user_input(header.crs))
+    facts = {"name": header.name, "epoch": header.epoch, "intensity": _stretch(header)}
+    facts |= dict(header.facts)
+    record = json.dumps(facts, sort_keys=True).encode()
+    las.vlrs.append(VLR("tribrach", 1, "facts as JSON", record))
+    return las
+
+
+def _extra(field: Field) -> laspy.ExtraBytesParams:
+    """A described extra dimension; descriptions have 32 bytes."""
+    kind = np.dtype(field.dtype)
+    kind = kind if kind.str[1:] in _TYPES else np.dtype(np.float64)
+    description = field.description.encode()[:32].decode(errors="ignore")
+    return laspy.ExtraBytesParams(field.name[:32], kind, description)
+
+
+def _stretch(header: CloudHeader) -> list[float] | None:
+    """Limits of an intensity that is stretched to 0 to 65535; None if it is kept as it is."""
+    for field in header.fields:
+        if field.name == "intensity" and field.low is not None and field.high is not None:
+            kept = field.low >= 0 and 255 <= field.high <= 65535
+            return None if kept or field.high <= field.low else [field.low, field.high]
+    return None
+
+
+class LasWriter:
+    """Writes points chunk by chunk; compressed if the file is to be LAZ.
+
+    Raises
+    ------
+    InputError : the file cannot be written, or coordinates do not fit the integers of the step.
+    """
+
+    def __init__(self, path: Path, header: CloudHeader) -> None:
+        self._header, self._staged = header, Staged(path)
+        self._stretch = _stretch(header)
+        self._las = las_header(header)
+        self._writer = laspy.LasWriter(
+            self._staged.file,
+            self._las,
+            do_compress=path.suffix.lower() == ".laz",
+            laz_backend=laspy.LazBackend.LazrsParallel,
+            closefd=False,
+        )
+
+    def write(self, xyz: Array, values: Mapping[str, NDArray[Any]]) -> None:
+        """Append points (n, 3) [m] and their values."""
+        if len(xyz) == 0:
+            return
+        self._writer.write_points(self.record(xyz, values))
+
+    def record(self, xyz: Array, values: Mapping[str, NDArray[Any]]) -> laspy.PackedPointRecord:
+        """The points as the format has them.
+
+        Raises
+        ------
+        InputError : coordinates beyond the integers of the step.
+        """
+        record = laspy.PackedPointRecord.zeros(len(xyz), self._las.point_format)
+        whole = np.empty((3, len(xyz)), dtype=np.int32)
+        fits = _integers(np.ascontiguousarray(xyz), self._header.offset, self._header.step, whole)
+        if not fits:
+            self._refuse(xyz)
+        for name, row in zip(("X", "Y", "Z"), whole, strict=True):
+            record.array[name] = row
+        for name in ("return_number", "number_of_returns"):
+            if name not in values:
+                record[name] = np.ones(len(xyz), dtype=np.uint8)
+        for field in self._header.fields:
+            if field.name in values:
+                self._put(record, field.name, values[field.name])
+        return record
+
+    def _put(self, record: laspy.PackedPointRecord, name: str, column: NDArray[Any]) -> None:
+        """One field into the record."""
+        if name == "intensity":
+            if self._stretch is not None:
+                low, high = self._stretch
+                column = (column.astype(np.float64) - low) * (65535 / (high - low))
+            column = np.clip(np.rint(column), 0, 65535).astype(np.uint16)
+        name = _RENAMED.get(name, name)
+        if name in (record.array.dtype.names or ()):
+            record.array[name] = column
+        else:
+            record[name] = column
+
+    def _refuse(self, xyz: Array) -> None:
+        """Say which coordinates do not fit."""
+        if not np.isfinite(xyz).all():
+            raise InputError("a coordinate is not a number", file=self._staged.path)
+        far = float(np.abs(xyz - self._header.offset).max())
+        raise InputError(
+            f"coordinates {far:.0f} m from the offset do not fit steps of "
+            f"{1e3 * self._header.step:g} mm",
+            file=self._staged.path,
+            cure="write separate clouds, or take a coarser step",
+        )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if kind is not None:
+            self._staged.discard()
+            return
+        try:
+            self._writer.close()
+        except BaseException:
+            self._staged.discard()
+            raise
+        self._staged.commit()
+
+
+@njit(cache=True, parallel=True, nogil=True)
+def _integers(xyz, offset, step, out):  # type: ignore[no-untyped-def]
+    """Steps from the offset, rounded to even; False if any does not fit 32 bits."""
+    bad = 0
+    for n in prange(len(xyz)):
+        for k in range(3):
+            value = np.rint((xyz[n, k] - offset[k]) / step)
+            if abs(value) < 2147483647.0:
+                out[k, n] = np.int32(value)
+            else:
+                bad += 1
+    return bad == 0

@@ -1,0 +1,75 @@
+"""A binary file that is whole or not there: written under a hidden name, renamed at the end."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from types import TracebackType
+from typing import BinaryIO, Self
+
+from tribrach.errors import InputError
+
+__all__ = ["Staged", "staged_name"]
+
+
+def staged_name(path: Path) -> Path:
+    """The hidden name beside the destination; a killed run leaves at most this one file."""
+    return path.with_name(f".{path.name}.part")
+
+
+class Staged:
+    """Context of a file being written; ``file`` is open for reading and writing.
+
+    Raises
+    ------
+    InputError : the folder or file cannot be written.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path, self._hidden = path, staged_name(path)
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            if path.is_dir():
+                raise IsADirectoryError(21, "it is a folder")
+            self.file: BinaryIO = self._hidden.open("w+b")
+        except OSError as error:
+            raise self._refused(error) from error
+
+    def _refused(self, error: OSError) -> InputError:
+        return InputError(
+            f"the file cannot be written ({error.strerror})",
+            file=self.path,
+            cure="check the folder and the space on its disk",
+        )
+
+    def commit(self) -> None:
+        """Flush everything to the disk and give the file its name."""
+        try:
+            if not self.file.closed:
+                self.file.flush()
+                os.fsync(self.file.fileno())
+                self.file.close()
+            os.replace(self._hidden, self.path)
+        except OSError as error:
+            self.discard()
+            raise self._refused(error) from error
+
+    def discard(self) -> None:
+        """Remove what was written."""
+        if not self.file.closed:
+            self.file.close()
+        self._hidden.unlink(missing_ok=True)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if kind is None:
+            self.commit()
+        else:
+            self.discard()

@@ -1,0 +1,180 @@
+"""LAS, LAZ and COPC, read in chunks.
+
+The format says nothing of a scanner: it is assumed at (0, 0, 0) where that lies among the points.
+Every dimension passes through under its own name, ``gps_time`` as ``time``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import laspy
+import numpy as np
+from laspy.point.dims import COMPOSED_FIELDS
+from numpy.typing import NDArray
+
+from tribrach.errors import InputError
+from tribrach.scan.scan import CHUNK, Chunk, Field, Origin, Scan
+
+__all__ = ["LasScan", "read"]
+
+Array = NDArray[np.float64]
+
+#: the scanner is taken to be at zero if that lies within the bounds and this margin [m]
+MARGIN = 10.0
+_RENAMED = {"gps_time": "time"}
+_COORDINATES = ("X", "Y", "Z")
+_CURE = "copy the file again from its source"
+
+
+@dataclass(frozen=True)
+class LasScan(Scan):
+    """The points of a LAS, LAZ or COPC file."""
+
+    def chunks(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
+        """The points in the file's order.
+
+        Raises
+        ------
+        InputError : truncated or damaged.
+        """
+        records = self.records or 0
+        with _damage(self.path):
+            file = laspy.open(self.path, laz_backend=_backends())
+        with file:
+            if 0 < start < records:
+                with _damage(self.path):
+                    file.seek(start)
+            read = start
+            while read < records:
+                with _damage(self.path):
+                    points = file.read_points(min(size, records - read))
+                if len(points) == 0:
+                    raise _short(self.path, read, records)
+                read += len(points)
+                yield self._chunk(points)
+
+    def _chunk(self, points: laspy.ScaleAwarePointRecord) -> Chunk:
+        """Coordinates and values of a record."""
+        array = points.array
+        xyz = np.empty((len(points), 3))
+        for k, name in enumerate(_COORDINATES):
+            np.multiply(array[name], points.scales[k], out=xyz[:, k])
+            xyz[:, k] += points.offsets[k]
+        values: dict[str, NDArray[Any]] = {}
+        packed = COMPOSED_FIELDS[points.point_format.id]
+        for name in array.dtype.names:
+            if name in packed:
+                values |= _unpacked(array[name], packed[name])
+            elif name not in _COORDINATES:
+                kind = np.float32 if name == "intensity" else array[name].dtype
+                values[_RENAMED.get(name, name)] = np.ascontiguousarray(array[name], dtype=kind)
+        for dimension in points.point_format.extra_dimensions:
+            if dimension.is_scaled:
+                values[dimension.name] = np.asarray(points[dimension.name], dtype=np.float64)
+        return Chunk(xyz, values)
+
+
+def _unpacked(column: NDArray[np.uint8], parts: Any) -> dict[str, NDArray[Any]]:
+    """The bit fields of a byte; those of bytes that are zero throughout are left out."""
+    low, high = int(column.min()), int(column.max())
+    if high == 0:
+        return {}
+    out = {}
+    for part in parts:
+        shift = (part.mask & -part.mask).bit_length() - 1
+        if low == high:
+            out[part.name] = np.full(len(column), (low & part.mask) >> shift, dtype=np.uint8)
+        else:
+            out[part.name] = (column & part.mask) >> np.uint8(shift)
+    return out
+
+
+def read(path: Path) -> tuple[Scan, ...]:
+    """The one scan of a file.
+
+    Raises
+    ------
+    InputError : not a LAS file, truncated, or its header contradicts itself.
+    """
+    with _damage(path), laspy.open(path, laz_backend=_backends()) as file:
+        header = file.header
+        wkt = _wkt(header)
+        bounds = np.stack([header.mins, header.maxs]).astype(float)
+        records = int(header.point_count)
+        fields = tuple(_field(d) for d in header.point_format.dimensions if not _coordinate(d.name))
+    smallest = 20 * records // 64  # LAZ rarely shrinks points below one part in sixty-four
+    if records and path.stat().st_size < min(smallest, 227):
+        raise _short(path, 0, records)
+    return (
+        LasScan(
+            name=path.name.split(".")[0],
+            path=path,
+            records=records,
+            fields=fields,
+            origin=_origin(bounds, records),
+            crs=wkt,
+            bounds=bounds if records else None,
+            facts={"scales": " ".join(f"{s:g}" for s in header.scales)},
+        ),
+    )
+
+
+def _field(dimension: Any) -> Field:
+    """Name, type and limits of a dimension."""
+    name = _RENAMED.get(dimension.name, dimension.name)
+    if name == "intensity":
+        return Field(name, "float32", 0.0, 65535.0)
+    dtype = dimension.dtype
+    kind = np.dtype(dtype).name if dtype is not None else "uint8"
+    return Field(name, kind, description=str(dimension.description or ""))
+
+
+def _coordinate(name: str) -> bool:
+    return name in _COORDINATES
+
+
+def _origin(bounds: Array, records: int) -> Origin:
+    if not records or not np.isfinite(bounds).all():
+        return "unknown"
+    inside = (bounds[0] - MARGIN <= 0).all() and (bounds[1] + MARGIN >= 0).all()
+    return "assumed" if inside else "unknown"
+
+
+def _wkt(header: laspy.LasHeader) -> str | None:
+    """The reference system of the coordinates, if the file says one that PROJ knows."""
+    try:
+        crs = header.parse_crs()
+    except Exception:  # PROJ and VLR parsing raise whatever they meet
+        return None
+    return None if crs is None else str(crs.to_wkt())
+
+
+def _backends() -> list[laspy.LazBackend]:
+    return [laspy.LazBackend.LazrsParallel, laspy.LazBackend.Lazrs]
+
+
+def _short(path: Path, read: int, records: int) -> InputError:
+    return InputError(
+        f"the header states {records} points and the file holds {read}", file=path, cure=_CURE
+    )
+
+
+@contextmanager
+def _damage(path: Path) -> Iterator[None]:
+    """What laspy and lazrs raise about a damaged file, as a sentence."""
+    try:
+        yield
+    except (InputError, GeneratorExit, KeyboardInterrupt):
+        raise
+    except FileNotFoundError as error:
+        raise InputError("there is no such file", file=path, cure="check its name") from error
+    except Exception as error:
+        words = str(error).strip().rstrip(".") or type(error).__name__
+        raise InputError(
+            f"the file is damaged or no LAS file ({words})", file=path, cure=_CURE
+        ) from error
