@@ -130,3 +130,5 @@ def test_points_without_directions_are_refused():
         organise(np.zeros((5, 3)))
     with pytest.raises(InputError, match="two points"):
         organise(np.ones((1, 3)))
+    with pytest.raises(InputError, match="direction"):
+        organise(np.full((9, 3), np.nan))

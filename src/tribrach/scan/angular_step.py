@@ -18,7 +18,7 @@ __all__ = ["angular_step"]
 Array = NDArray[np.float64]
 
 #: windows, points wished for and kept at most in each
-_WINDOWS, _WISH, _MOST = 48, 150, 600
+_WINDOWS, _WISH, _MOST = 24, 150, 600
 #: points looked at, and points per bin of H and V wished for, to guess the windows' width
 _SAMPLE, _PER_BIN = 200_000, 8
 #: a grid has about one point per product of its steps; with fewer it is not a grid

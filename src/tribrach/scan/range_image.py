@@ -95,7 +95,7 @@ def organise(
     ------
     InputError : fewer than two points that have a direction.
     """
-    if len(xyz) < 2 or not (np.isfinite(xyz[::97]).any() and np.ptp(xyz[:, :2], axis=0).any()):
+    if len(xyz) < 2 or not np.any(xyz[1:] != xyz[0]):
         raise InputError("a range image takes two points with different directions")
     if rows is not None and columns is not None:
         layout = lay_out(xyz, np.asarray(rows), np.asarray(columns))
@@ -131,19 +131,30 @@ def _binned(xyz: Array, step: tuple[float, float]) -> RangeImage:
 
 def _arc(h: NDArray[np.float32]) -> tuple[float, float]:
     """Start and length of the arc that holds all H: the complement of the widest gap."""
-    bins = 3600
-    taken = np.zeros(bins, dtype=bool)
-    clean = h[np.isfinite(h)]
-    taken[((clean + np.pi) * (bins / (2 * np.pi))).astype(np.int64) % bins] = True
+    taken = _taken(h, 3600)
+    bins = len(taken)
     used = np.flatnonzero(taken)
+    if len(used) == 0:
+        raise InputError("no point of the cloud has a direction: all are at the origin or invalid")
     gaps = np.diff(np.append(used, used[0] + bins))
     widest = int(np.argmax(gaps))
     if gaps[widest] <= bins // 60:
         return float(-np.pi), 2 * np.pi
     cut = -np.pi + (used[widest] + gaps[widest]) % bins * (2 * np.pi / bins)
+    clean = h[np.isfinite(h)]
     turned = (clean - cut + 1e-3) % (2 * np.pi)
     low = float(turned.min())
     return float(cut - 1e-3 + low), float(turned.max()) - low
+
+
+@njit(cache=True, nogil=True)
+def _taken(h: NDArray[np.float32], bins: int) -> NDArray[np.bool_]:
+    """Parts (bins,) of the circle that hold directions."""
+    out = np.zeros(bins, dtype=np.bool_)
+    for value in h:
+        if not np.isnan(value):
+            out[int((value + np.pi) * (bins / (2 * np.pi))) % bins] = True
+    return out
 
 
 @njit(cache=True, nogil=True)

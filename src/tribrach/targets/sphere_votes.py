@@ -87,12 +87,12 @@ def _votes(
                 left, right = left % columns, right % columns
             elif left < 0 or right >= columns:
                 continue
-            # cheap: both pairs must lie behind the middle by about the sphere's sag
+            # cheap: both pairs must lie behind the middle by about the height over the chord
             sag = 0.5 * (ranges[i, left] + ranges[i, right]) - r
-            if not 0.2 * _REACH**2 * radius - 3 * sigma < sag < 3 * _REACH**2 * radius + 3 * sigma:
+            if not _plausible(sag, kh * step_h * sine * r, radius, sigma):
                 continue
             sag = 0.5 * (ranges[i - kv, j] + ranges[i + kv, j]) - r
-            if not 0.2 * _REACH**2 * radius - 3 * sigma < sag < 3 * _REACH**2 * radius + 3 * sigma:
+            if not _plausible(sag, kv * step_v * r, radius, sigma):
                 continue
             middle = xyz[index[i, j]]
             a, b = xyz[index[i, left]], xyz[index[i, right]]
@@ -109,6 +109,18 @@ def _votes(
             out[count] = middle - radius * normal
             count += 1
     return out[:count]
+
+
+@njit(cache=True, nogil=True)
+def _plausible(sag: float, half: float, radius: float, sigma: float) -> bool:
+    """Can a height along the beam [m] over a chord of this half length be that of a sphere?
+
+    Tilted towards the beam the height along it grows, by up to five times where points still vote.
+    """
+    wanted = half * half / (2 * radius)
+    noise = _HEIGHT * sigma
+    least = 0.8 * max(_SAG[0] * wanted, min(_PLANE * noise, wanted))
+    return bool(least < sag < 5 * _SAG[1] * wanted + 2 * noise)
 
 
 @njit(cache=True, nogil=True)
