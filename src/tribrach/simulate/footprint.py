@@ -1,0 +1,135 @@
+"""The footprint of a beam: where it matters, places within it, and averages over it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+from tribrach.simulate.ray_casting import View
+
+__all__ = ["Blend", "average", "border", "offset_rays", "uniform_disc"]
+
+Array = NDArray[np.float64]
+
+#: angle between successive places of a sunflower, which fill a disc evenly
+_GOLDEN = np.pi * (3 - np.sqrt(5))
+#: surfaces whose ranges within a footprint differ by less count as one [m]
+_ONE = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Blend:
+    """Means over footprints (n,).
+
+    intensity : reflectance times cosine, nothing counting as zero; range : weighted by intensity
+    [m]; cosine : of the middle or the nearest; spread : of the ranges [m]; met : was anything met?;
+    several : was it more than one surface?; truth (n, 3) : where the middle of the beam hit, or, if
+    that missed, the nearest place hit.
+    """
+
+    intensity: Array
+    range: Array
+    cosine: Array
+    spread: Array
+    met: NDArray[np.bool_]
+    several: NDArray[np.bool_]
+    truth: Array
+
+
+def uniform_disc(rng: np.random.Generator, count: int) -> Array:
+    """Places (count, 2) uniform in the unit disc; both coordinates have variance 1/4."""
+    radius = np.sqrt(rng.random(count))
+    turn = rng.random(count) * (2 * np.pi)
+    return np.stack([radius * np.cos(turn), radius * np.sin(turn)], axis=1)
+
+
+def offset_rays(rays: Array, offset: Array, length: Array) -> Array:
+    """Unit vectors (n, 3) that pass a beam at ``length`` (n,) with ``offset`` (n, 2) [m]."""
+    level = np.stack([-rays[:, 1], rays[:, 0], np.zeros(len(rays))], axis=1)
+    size = np.linalg.norm(level, axis=1, keepdims=True)
+    level = np.where(size > 1e-9, level / np.maximum(size, 1e-9), [1.0, 0.0, 0.0])
+    other = np.cross(rays, level)
+    scale = np.where(np.isfinite(length) & (length > 0), 1 / np.maximum(length, 1e-3), 0.0)
+    angle = offset * scale[:, None]
+    moved = rays + angle[:, :1] * level + angle[:, 1:] * other
+    return np.asarray(moved / np.linalg.norm(moved, axis=1, keepdims=True))
+
+
+def average(
+    view: View,
+    rays: Array,
+    length: Array,
+    diameter: Array,
+    beams: int,
+    rng: np.random.Generator,
+) -> Blend:
+    """Means over footprints of beams (n, 3), each sampled by ``beams`` rays.
+
+    length (n,) : range at which the diameter (n,) holds [m].
+    """
+    n = len(rays)
+    number = np.arange(beams)
+    radius = np.sqrt((number + 0.5) / beams)
+    turn = number * _GOLDEN + rng.random((n, 1)) * (2 * np.pi)
+    places = np.stack([radius * np.cos(turn), radius * np.sin(turn)], axis=2)
+    places[:, 0] = 0.0
+    scaled = places * (diameter / 2)[:, None, None]
+    many = offset_rays(
+        np.repeat(rays, beams, axis=0), scaled.reshape(-1, 2), np.repeat(length, beams)
+    )
+    hits = view.cast(many)
+    ranges, cosine = hits.range.reshape(n, beams), hits.cosine.reshape(n, beams)
+    light = (hits.reflectance * hits.cosine).reshape(n, beams)
+    met = np.isfinite(ranges)
+    kept = np.where(met, ranges, 0.0)
+    total = light.sum(axis=1)
+    mean = (light * kept).sum(axis=1) / np.where(total > 0, total, 1.0)
+    spread = np.where(met, ranges, -np.inf).max(axis=1) - ranges.min(axis=1)
+    chosen = np.where(met[:, 0], 0, ranges.argmin(axis=1))
+    at = np.arange(n)
+    where = many.reshape(n, beams, 3)[at, chosen] * kept[at, chosen][:, None]
+    primitive = np.where(met, hits.primitive.reshape(n, beams), -1)
+    several = (primitive != primitive[:, :1]).any(axis=1) & (spread > _ONE)
+    any_met = met.any(axis=1)
+    return Blend(
+        total / beams,
+        mean,
+        cosine[at, chosen],
+        np.where(any_met, spread, 0.0),
+        any_met & (total > 0),
+        several,
+        view.origin + where,
+    )
+
+
+def border(
+    primitive: Array, reflectance: Array, window: Array, ranges: Array
+) -> tuple[NDArray[np.bool_], Array]:
+    """Pixels (columns, rows) with another primitive or reflectance within their window.
+
+    Primitive -2 marks pixels that were not looked at; window (columns, rows) is in pixels. The
+    second result (columns, rows) is the shortest range within the window [m].
+    """
+    edge, near = np.zeros(primitive.shape, dtype=bool), np.full(primitive.shape, np.inf)
+    _border(primitive, reflectance, window, ranges, edge, near)
+    return edge, near
+
+
+@njit(cache=True, parallel=True, nogil=True)
+def _border(primitive, reflectance, window, ranges, edge, near):  # type: ignore[no-untyped-def]
+    columns, rows = primitive.shape
+    for i in prange(columns):
+        for j in range(rows):
+            p, a, w = primitive[i, j], reflectance[i, j], int(window[i, j])
+            if p == -2.0:
+                continue
+            for k in range(max(i - w, 0), min(i + w + 1, columns)):
+                for m in range(max(j - w, 0), min(j + w + 1, rows)):
+                    q = primitive[k, m]
+                    if q != -2.0:
+                        near[i, j] = min(near[i, j], ranges[k, m])
+                        if q != p or reflectance[k, m] != a:
+                            edge[i, j] = True

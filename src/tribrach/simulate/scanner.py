@@ -1,0 +1,369 @@
+"""A panoramic laser scanner in a scene: what it measures, and where its echoes really came from.
+
+Directions of the grid are what the instrument reports; its beams leave them by the errors of the
+encoders and by the misalignments of a calibration model (``true = measured + Delta``). A beam has a
+footprint, the uniform disc of diameter ``hypot(d0, gamma rho)``: the echo of a single surface comes
+from a random place of it, as :class:`ScanNoise` says (Lichti and Gordon 2004; method section
+5.1), the intensity is its mean over the footprint, and at the border of two surfaces the range is a
+mean of both, weighted by intensity (a mixed pixel).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
+
+from tribrach.geometry.polar import xyz_from_polar
+from tribrach.geometry.pose import Pose
+from tribrach.instruments.calibration import NIST, CalibrationModel
+from tribrach.instruments.scan_noise import ScanNoise
+from tribrach.simulate.footprint import Blend, average, border, offset_rays, uniform_disc
+from tribrach.simulate.ray_casting import Hits, View
+from tribrach.simulate.scene import Scene
+
+__all__ = ["Block", "Grid", "Scanner", "scan"]
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+#: beams of a block; a scan of any size needs the memory of one block
+_BLOCK = 200_000
+#: rounds in which corrections that depend on the measured range settle
+_ROUNDS = 3
+#: pixels around a block that are looked at for borders
+_HALO = 4
+#: range that stands for the footprint of beams that meet nothing [m]
+_NEAR_SKY = 10.0
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Directions of a scan: H = first_h + column step, V = first_v + row step [rad]."""
+
+    first_h: float
+    first_v: float
+    step: float
+    rows: int
+    columns: int
+
+    @classmethod
+    def window(cls, h: tuple[float, float], v: tuple[float, float], step: float) -> Grid:
+        """A window from H and V to H and V [rad], H counter-clockwise, with this step."""
+        rows, columns = int((v[1] - v[0]) / step) + 1, int((h[1] - h[0]) / step) + 1
+        return cls(h[0], v[0], step, rows, columns)
+
+    @classmethod
+    def panorama(cls, v: tuple[float, float], points: int) -> Grid:
+        """A full circle of H and this range of V [rad] with about so many directions."""
+        step = float(np.sqrt(2 * np.pi * (v[1] - v[0]) / points))
+        columns = max(round(2 * np.pi / step), 4)
+        step = 2 * np.pi / columns
+        return cls(0.0, v[0], step, int((v[1] - v[0]) / step) + 1, columns)
+
+    def __len__(self) -> int:
+        return self.rows * self.columns
+
+    def angles(self, row: Indices, column: Indices) -> Array:
+        """H and V (n, 2) [rad] of pixels (n,)."""
+        return np.stack([self.first_h + column * self.step, self.first_v + row * self.step], axis=1)
+
+
+@dataclass(frozen=True)
+class Scanner:
+    """What an instrument does to true ranges and angles.
+
+    noise : of single points; incidence : is the noise of ranges divided by the cosine of the
+    incidence angle?; intensity : noise of the intensity, which is reflectance times cosine and goes
+    from 0 to 1; weakest : echoes below this intensity are lost; nearest, farthest [m]; model,
+    parameters : calibration parameters by name [m and rad]; faces : a dome scanner sees with its
+    back face where H exceeds 180 degrees; beams : rays over the footprint at borders; separable :
+    mixed pixels whose ranges spread by more than this [m] are lost with the probability ``lost``.
+    """
+
+    noise: ScanNoise
+    incidence: bool = False
+    intensity: float = 0.01
+    weakest: float = 0.01
+    nearest: float = 0.4
+    farthest: float = 150.0
+    model: CalibrationModel = NIST
+    parameters: dict[str, float] = field(default_factory=dict)
+    faces: Literal["front", "dome"] = "front"
+    beams: int = 19
+    separable: float = 0.3
+    lost: float = 0.7
+
+    def delta(self, polar: Array) -> Array:
+        """Corrections (n, 3) of measured r, H, V (n, 3)."""
+        if not self.parameters:
+            return np.zeros_like(polar)
+        chosen = self.model.select(tuple(self.parameters))
+        values = np.tile(list(self.parameters.values()), (len(polar), 1))
+        return chosen.delta(polar, self.face(polar[:, 1]), values)
+
+    def face(self, h: Array) -> Array:
+        """Faces (n,), 1 or -1, at horizontal angles (n,) [rad]."""
+        behind = (self.faces == "dome") & (h % (2 * np.pi) >= np.pi)
+        return np.where(behind, -1.0, 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Consecutive points of a simulated scan.
+
+    xyz (n, 3) : as measured, scanner frame [m]; intensity (n,) float32, 0 to 1; row, column (n,)
+    int32; truth (n, 3) : world place that the echo came from [m]; primitive (n,) : what it hit;
+    mixed (n,) : is the range a mean over several surfaces? then the truth is where the middle of
+    the beam hit; rays : directions that the scanner looked along, hit or not.
+    """
+
+    xyz: Array
+    intensity: NDArray[np.float32]
+    row: NDArray[np.int32]
+    column: NDArray[np.int32]
+    truth: Array
+    primitive: Indices
+    mixed: NDArray[np.bool_]
+    rays: int
+
+    def __len__(self) -> int:
+        return len(self.xyz)
+
+
+def scan(
+    scene: Scene,
+    pose: Pose,
+    scanner: Scanner,
+    grid: Grid,
+    seed: int | tuple[int, ...],
+    mask: NDArray[np.bool_] | None = None,
+) -> Iterator[Block]:
+    """Scan a grid column by column, block by block.
+
+    pose : world from scanner, the true one; seed : the same numbers give the same scan, whatever
+    is scanned before or after; mask (rows, columns) : directions that are looked along.
+    """
+    view = View(scene, pose.translation)
+    width = max(1, _BLOCK // grid.rows)
+    entropy = (seed,) if isinstance(seed, int) else seed
+    for number, first in enumerate(range(0, grid.columns, width)):
+        columns = np.arange(first, min(first + width, grid.columns))
+        if mask is not None and not mask[:, columns].any():
+            continue
+        rng = np.random.default_rng(np.random.SeedSequence(entropy, spawn_key=(number,)))
+        yield _Beams(view, pose, scanner, grid, columns, mask, rng).block()
+
+
+class _Beams:
+    """The beams of one block of columns."""
+
+    def __init__(
+        self,
+        view: View,
+        pose: Pose,
+        scanner: Scanner,
+        grid: Grid,
+        columns: Indices,
+        mask: NDArray[np.bool_] | None,
+        rng: np.random.Generator,
+    ) -> None:
+        self._view, self._pose, self._scanner, self._grid = view, pose, scanner, grid
+        self._columns, self._mask, self._rng = columns, mask, rng
+
+    def block(self) -> Block:
+        """Cast all beams and measure."""
+        s, noise = self._scanner, self._scanner.noise
+        pixels = self._pixels()
+        reported = self._grid.angles(pixels.row, pixels.column)
+        errors = self._rng.standard_normal((len(pixels.row), 4))
+        turned = reported - errors[:, 1:3] * [noise.horizontal, noise.vertical]
+        true = turned + self._angle_correction(pixels.range, reported)
+        for _ in range(_ROUNDS if s.parameters else 0):
+            met = self._near(self._world(true), pixels.primitive, pixels.edge)
+            true = turned + self._angle_correction(met.range, reported)
+        echo = self._echoes(self._world(true), pixels)
+        cosine = np.maximum(echo.cosine, 0.05) if s.incidence else 1.0
+        sigma = noise.range_sigma(np.minimum(echo.range, s.farthest), cosine)
+        measured = self._measured_range(echo.range, reported) + errors[:, 0] * sigma
+        strength = echo.intensity + errors[:, 3] * s.intensity
+        keep = echo.kept & (strength > s.weakest)
+        keep &= (measured > s.nearest) & (measured < s.farthest)
+        return Block(
+            xyz_from_polar(np.column_stack([measured, reported])[keep]),
+            np.clip(strength[keep], 0, 1).astype(np.float32),
+            pixels.row[keep].astype(np.int32),
+            pixels.column[keep].astype(np.int32),
+            echo.truth[keep],
+            echo.primitive[keep],
+            echo.mixed[keep],
+            pixels.rays,
+        )
+
+    def _echoes(self, beam: Array, pixels: _Pixels) -> _Echoes:
+        """What comes back along beams (n, 3)."""
+        middle = self._near(beam, pixels.primitive, pixels.edge)
+        edge = pixels.edge | (middle.primitive < 0)
+        length = np.where(np.isfinite(middle.range), middle.range, pixels.near)
+        diameter = self._scanner.noise.beam_diameter(length)
+        place = uniform_disc(self._rng, len(beam)) * (diameter / 2)[:, None]
+        ray = offset_rays(beam, place, length)
+        hits = self._near(ray, middle.primitive, edge)
+        met = np.isfinite(hits.range)
+        echo = _Echoes(
+            range=np.where(met, hits.range, np.inf),
+            cosine=hits.cosine,
+            intensity=middle.reflectance * middle.cosine,
+            truth=self._view.origin + np.where(met, hits.range, 0)[:, None] * ray,
+            primitive=hits.primitive,
+            mixed=np.zeros(len(beam), dtype=bool),
+            kept=met,
+        )
+        at = np.flatnonzero(edge | ~met)
+        if len(at):
+            s = self._scanner
+            blend = average(self._view, beam[at], length[at], diameter[at], s.beams, self._rng)
+            echo.blend(at, blend)
+            wide = blend.several & (blend.spread > s.separable)
+            echo.kept[at] &= ~(wide & (self._rng.random(len(at)) < s.lost))
+        return echo
+
+    def _near(self, rays: Array, number: Indices, edge: NDArray[np.bool_]) -> Hits:
+        """Hits with the primitives expected; where these are missed or a border is near, any."""
+        hits = self._view.again(rays, number)
+        at = np.flatnonzero(edge | (hits.primitive < 0))
+        if len(at):
+            fresh = self._view.cast(rays[at])
+            for mine, new in zip(_columns(hits), _columns(fresh), strict=True):
+                mine[at] = new
+        return hits
+
+    def _pixels(self) -> _Pixels:
+        """The block's pixels that see something, from undisturbed beams with a rim around them."""
+        grid = self._grid
+        columns = np.arange(self._columns[0] - _HALO, self._columns[-1] + _HALO + 1)
+        shape = (len(columns), grid.rows)
+        row = np.tile(np.arange(grid.rows), len(columns))
+        column = np.repeat(columns, grid.rows)
+        inner = np.zeros(shape, dtype=bool)
+        inner[_HALO:-_HALO] = True
+        wanted = np.ones(shape, dtype=bool)
+        if self._mask is not None:
+            wanted = _grown(self._mask, columns)
+            inner[_HALO:-_HALO] &= self._mask[:, self._columns].T
+        use = np.flatnonzero(wanted.ravel())
+        hits = self._cast_nominal(grid.angles(row[use], column[use]))
+        image = np.full((3, *shape), -2.0)
+        lengths = np.full(shape, np.inf)
+        flat = image.reshape(3, -1)
+        flat[0, use], flat[1, use], flat[2, use] = (
+            hits.primitive,
+            hits.reflectance,
+            self._reach(hits.range),
+        )
+        lengths.ravel()[use] = hits.range
+        edge, near = border(image[0], image[1], image[2], lengths)
+        seen = inner.ravel()[use] & ((hits.primitive >= 0) | edge.ravel()[use])
+        at = use[seen]
+        return _Pixels(
+            row[at],
+            column[at],
+            hits.range[seen],
+            hits.primitive[seen],
+            edge.ravel()[at],
+            near.ravel()[at],
+            int(inner.ravel()[use].sum()),
+        )
+
+    def _reach(self, length: Array) -> Array:
+        """Pixels (n,) around each whose surfaces its footprint may meet."""
+        noise = self._scanner.noise
+        at = np.where(np.isfinite(length), length, _NEAR_SKY)
+        reach = 0.5 * noise.beam_diameter(at) / at + 4 * max(noise.horizontal, noise.vertical)
+        return np.asarray(np.clip(np.ceil(reach / self._grid.step), 1, _HALO))
+
+    def _cast_nominal(self, reported: Array) -> Hits:
+        """Hits along reported directions (n, 2), corrected for misalignments."""
+        hits = self._view.cast(self._world(reported))
+        if self._scanner.parameters:
+            moved = reported + self._angle_correction(hits.range, reported)
+            hits = self._view.cast(self._world(moved))
+        return hits
+
+    def _angle_correction(self, length: Array, reported: Array) -> Array:
+        """``Delta`` (n, 2) of H and V at true ranges (n,)."""
+        if not self._scanner.parameters:
+            return np.zeros_like(reported)
+        measured = self._measured_range(length, reported)
+        return self._scanner.delta(np.column_stack([measured, reported]))[:, 1:]
+
+    def _measured_range(self, length: Array, reported: Array) -> Array:
+        """What the instrument reads at true ranges (n,): true minus Delta at what it reads."""
+        true = np.where(np.isfinite(length), length, self._scanner.farthest)
+        measured = true.copy()
+        for _ in range(_ROUNDS if self._scanner.parameters else 0):
+            measured = true - self._scanner.delta(np.column_stack([measured, reported]))[:, 0]
+        return measured
+
+    def _world(self, angles: Array) -> Array:
+        """Unit vectors (n, 3), world, of H and V (n, 2)."""
+        unit = xyz_from_polar(np.column_stack([np.ones(len(angles)), angles]))
+        return np.asarray(unit @ self._pose.rotation.T)
+
+
+@dataclass(frozen=True, eq=False)
+class _Pixels:
+    """Pixels (n,) with what undisturbed beams met.
+
+    edge : is another surface within reach?; near : the shortest range within reach [m]; rays :
+    directions looked along, those that saw nothing included.
+    """
+
+    row: Indices
+    column: Indices
+    range: Array
+    primitive: Indices
+    edge: NDArray[np.bool_]
+    near: Array
+    rays: int
+
+
+@dataclass(frozen=True, eq=False)
+class _Echoes:
+    """Echoes (n,) before noise of range and intensity; fields as those of :class:`Block`."""
+
+    range: Array
+    cosine: Array
+    intensity: Array
+    truth: Array
+    primitive: Indices
+    mixed: NDArray[np.bool_]
+    kept: NDArray[np.bool_]
+
+    def blend(self, at: Indices, means: Blend) -> None:
+        """Put means over footprints in place of single echoes ``at`` (k,).
+
+        One surface keeps the echo of one place of it, with the mean intensity.
+        """
+        self.intensity[at] = means.intensity
+        swap = means.met & (means.several | ~self.kept[at])
+        to = at[swap]
+        self.range[to], self.cosine[to] = means.range[swap], means.cosine[swap]
+        self.truth[to], self.mixed[to], self.primitive[to] = means.truth[swap], True, -1
+        self.kept[at] = means.met
+
+
+def _columns(hits: Hits) -> tuple[NDArray[Any], ...]:
+    return hits.range, hits.cosine, hits.reflectance, hits.primitive
+
+
+def _grown(mask: NDArray[np.bool_], columns: Indices) -> NDArray[np.bool_]:
+    """The mask (columns, rows) of some columns, grown so that borders of windows are seen."""
+    inside = (columns >= 0) & (columns < mask.shape[1])
+    part = np.zeros((len(columns), mask.shape[0]), dtype=bool)
+    part[inside] = mask[:, columns[inside]].T
+    return np.asarray(binary_dilation(part, np.ones((2 * _HALO + 1, 2 * _HALO + 1), dtype=bool)))
