@@ -113,6 +113,21 @@ def test_centers_agree_with_their_covariance():
     assert low < total < high
 
 
+@pytest.mark.parametrize("gridded", [True, False])
+def test_spheres_across_the_seam_of_the_circle(gridded):
+    d, row, column = directions((0.0, 2 * np.pi - 1e-6), (1.4, 1.75), 2e-3)
+    centers = np.array([[3.0, 0.004, 0.1], [-3.0, 0.002, 0.0], [2.0, -2.0, -0.1]])
+    surfaces = [room(d, LOW, HIGH), *[ellipsoid(d, c, R) for c in centers]]
+    xyz = scan(d, surfaces, np.random.default_rng(9), SIGMA, ANGLE)
+    image = organise(xyz, row, column) if gridded else organise(xyz)
+    assert image.wraps
+    found, _ = find_spheres(xyz, image, [R], sigma_range=SIGMA, sigma_angle=ANGLE)
+    assert len(found) == 3
+    for t in found:
+        assert np.linalg.norm(centers - t.center, axis=1).min() < 1e-3
+        assert t.coverage > 0.85
+
+
 @pytest.mark.data
 @pytest.mark.parametrize("name", sorted(NIST))
 def test_nist_spheres_in_their_raw_files(shared_data, name):

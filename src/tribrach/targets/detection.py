@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,8 @@ class Detection:
     frame [m, m^2], floor included; radius : of a sphere or disc, half the side of a checkerboard,
     radius of the circle of equal area for a plane [m]; rms : of the residuals of the inliers [m];
     points, inliers : points looked at and points that determined the centre; range : from scanner
-    to centre [m]; incidence : mean angle between beam and surface normal of the inliers [rad];
+    to centre [m]; incidence : mean angle between beam and surface normal of the inliers [rad], both
+    NaN where the scanner is unknown;
     coverage : share of the expected pixels that are inliers, 0 to 1; facts : further numbers by
     name with the unit in the name; sentences : what was odd about it.
     """
@@ -50,7 +51,7 @@ class Detection:
         return np.asarray(np.sqrt(np.diag(self.covariance)))
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form: metres, incidence in radians, covariance row by row."""
+        """JSON form: metres, incidence in radians, covariance row by row; None if not known."""
         return {
             "kind": self.kind,
             "scan": self.scan,
@@ -60,12 +61,18 @@ class Detection:
             "rms": float(self.rms),
             "points": int(self.points),
             "inliers": int(self.inliers),
-            "range": float(self.range),
-            "incidence": float(self.incidence),
+            "range": _number(self.range),
+            "incidence": _number(self.incidence),
             "coverage": float(self.coverage),
             "facts": {name: float(value) for name, value in self.facts.items()},
             "sentences": list(self.sentences),
         }
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Self:
+        """The same from its JSON form."""
+        arrays = {name: np.array(data[name], dtype=float) for name in ("center", "covariance")}
+        return cls(**{**data, **arrays, "sentences": tuple(data["sentences"])})
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +87,16 @@ class Rejected:
         """JSON form."""
         center = [float(x) for x in self.center]
         return {"kind": self.kind, "center": center, "reason": self.reason}
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Self:
+        """The same from its JSON form."""
+        return cls(data["kind"], np.array(data["center"], dtype=float), data["reason"])
+
+
+def _number(value: float) -> float | None:
+    """A number as JSON can hold it."""
+    return float(value) if np.isfinite(value) else None
 
 
 def with_floor(covariance: Array, sigma: float) -> Array:

@@ -18,7 +18,7 @@ from tribrach.scan.range_image import RangeImage
 from tribrach.targets.detection import Detection, Rejected
 from tribrach.targets.range_noise import estimate_range_noise
 from tribrach.targets.sphere_components import find_components
-from tribrach.targets.sphere_fit import FEWEST, MASK, SphereFit, fit_sphere
+from tribrach.targets.sphere_fit import FEWEST, FLOOR, MASK, SphereFit, fit_sphere
 from tribrach.targets.sphere_votes import vote_for_centers
 
 __all__ = ["find_spheres"]
@@ -37,10 +37,11 @@ _WIDEST = 0.6
 
 @dataclass(frozen=True)
 class _Noise:
-    """Sigmas of one point: range [m] and angle [rad]."""
+    """Sigmas of one point: range [m] and angle [rad]; floor of a centre [m]."""
 
     range: float
     angle: float
+    floor: float = FLOOR
 
 
 def find_spheres(
@@ -50,12 +51,14 @@ def find_spheres(
     *,
     sigma_range: float | None = None,
     sigma_angle: float = 2e-5,
+    floor: float = FLOOR,
     scan: str = "",
 ) -> tuple[list[Detection], list[Rejected]]:
     """Spheres of the given radii [m] among points (n, 3) [m] of the scanner frame.
 
     image : of the same points; sigma_range [m] : of one range, from the scan itself if None;
-    sigma_angle [rad]; scan : its name. A place that fits several radii becomes one sphere, of the
+    sigma_angle [rad]; floor [m] : of a
+    centre in each coordinate; scan : its name. A place that fits several radii becomes one sphere, of the
     radius that fits best.
 
     Raises
@@ -65,7 +68,7 @@ def find_spheres(
     if not all(r > 0 for r in radii):
         raise InputError("the radius of a sphere must be positive")
     sigma = estimate_range_noise(image) if sigma_range is None else sigma_range
-    noise = _Noise(sigma, sigma_angle)
+    noise = _Noise(sigma, sigma_angle, floor)
     found: list[Detection] = []
     rejected: list[Rejected] = []
     for radius in radii:
@@ -143,6 +146,7 @@ def _fitted(
         radius,
         sigma_range=noise.range,
         sigma_angle=noise.angle,
+        floor=noise.floor,
         free_radius=free,
     )
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from tribrach.scan.range_image import RangeImage
 
-__all__ = ["vote_for_centers"]
+__all__ = ["apart", "gather", "vote_for_centers"]
 
 Array = NDArray[np.float64]
 
@@ -41,6 +41,17 @@ def vote_for_centers(xyz: Array, image: RangeImage, radius: float, sigma: float)
     votes = _votes(xyz, image.index, image.range, frame, image.wraps, radius, sigma)
     if len(votes) == 0:
         return np.empty((0, 3))
+    peaks, counts = gather(votes, radius)
+    away = np.linalg.norm(peaks, axis=1)
+    pixels = _REACH**2 * np.pi * radius**2 / (away**2 * image.step_h * image.step_v)
+    flat_sine = np.maximum(np.hypot(peaks[:, 0], peaks[:, 1]) / np.maximum(away, 1e-9), 0.05)
+    keep = (counts >= np.maximum(_VOTES, _SHARE * pixels / flat_sine)) & (away > 1.5 * radius)
+    chosen = np.flatnonzero(keep)[np.argsort(-counts[keep], kind="stable")][: 4 * _CANDIDATES]
+    return np.asarray(apart(peaks[chosen], 0.5 * radius)[:_CANDIDATES])
+
+
+def gather(votes: Array, radius: float) -> tuple[Array, NDArray[np.int64]]:
+    """Places (k, 3) where votes (n, 3) for centres [m] are densest, and their votes (k,)."""
     cell = max(_VOXEL * radius, _SMALLEST)
     keys = np.floor(votes / cell).astype(np.int64)
     keys -= keys.min(axis=0)
@@ -49,12 +60,7 @@ def vote_for_centers(xyz: Array, image: RangeImage, radius: float, sigma: float)
     order = np.argsort(flat, kind="stable")
     cells, start = np.unique(flat[order], return_index=True)
     peaks, counts = _peaks(cells, start, votes[order], size)
-    away = np.linalg.norm(peaks, axis=1)
-    pixels = _REACH**2 * np.pi * radius**2 / (away**2 * image.step_h * image.step_v)
-    flat_sine = np.maximum(np.hypot(peaks[:, 0], peaks[:, 1]) / np.maximum(away, 1e-9), 0.05)
-    keep = (counts >= np.maximum(_VOTES, _SHARE * pixels / flat_sine)) & (away > 1.5 * radius)
-    chosen = np.flatnonzero(keep)[np.argsort(-counts[keep], kind="stable")][: 4 * _CANDIDATES]
-    return np.asarray(_apart(peaks[chosen], 0.5 * radius)[:_CANDIDATES])
+    return peaks, counts
 
 
 @njit(cache=True, nogil=True)
@@ -182,7 +188,7 @@ def _peaks(
 
 
 @njit(cache=True, nogil=True)
-def _apart(peaks: Array, distance: float) -> Array:
+def apart(peaks: Array, distance: float) -> Array:
     """Peaks (k, 3), the first ones first, none nearer than ``distance`` [m] to an earlier one."""
     out = np.empty_like(peaks)
     n = 0
