@@ -1,12 +1,12 @@
 """From a survey to signed figures: the page to read first.
 
-Every verb is a module: read, adjust, clean, weigh, assess, report, write.
+Every verb is a module: find, name, adjust, clean, weigh, assess, report, georeference, write.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
@@ -24,8 +24,9 @@ from tribrach.project import Project
 from tribrach.report import html, json_result, text
 from tribrach.report.build import build
 from tribrach.report.content import Content
+from tribrach.stages.survey_run import Progress, find_and_name, georeference
 
-__all__ = ["Settings", "adjust_network", "run", "write"]
+__all__ = ["Settings", "adjust_network", "run", "solve", "write"]
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,13 @@ def adjust_network(
     network: Network, settings: Settings, facts: Mapping[str, str] | None = None
 ) -> Content:
     """Adjust a network as the settings say; the content of its report."""
+    return solve(network, settings, facts)[1]
+
+
+def solve(
+    network: Network, settings: Settings, facts: Mapping[str, str] | None = None
+) -> tuple[Adjustment, Content]:
+    """Adjust a network as the settings say; the adjustment and the content of its report."""
     log: SnoopingLog | None = None
     components: VarianceComponents | None = None
     warnings: list[str] = []
@@ -60,7 +68,7 @@ def adjust_network(
     warnings += constraint_reactions(adjustment).sentences()
     warnings += confusable(adjustment, quality)[:10]
     warnings += placement_sentences(adjustment)
-    return build(
+    content = build(
         adjustment,
         quality,
         confidence=settings.confidence,
@@ -71,6 +79,7 @@ def adjust_network(
         components=components,
         further_warnings=warnings,
     )
+    return adjustment, content
 
 
 def write(content: Content, folder: Path) -> list[Path]:
@@ -83,13 +92,22 @@ def write(content: Content, folder: Path) -> list[Path]:
     return write_texts(files)
 
 
-def run(project: Project, folder: Path | None = None) -> Content:
+def run(
+    project: Project,
+    folder: Path | None = None,
+    progress: Progress = lambda what, done, total: None,
+) -> Content:
     """Run a project and leave its results in a folder, its own if none is given."""
     folder = project.results if folder is None else folder
     wish = project.adjustment
     settings = Settings(
         wish.snoop, wish.robust, wish.vce, wish.posterior, project.confidence, project.output.angle
     )
-    content = adjust_network(project.network(), settings, project.facts)
+    work = find_and_name(project, folder, progress) if project.scans else None
+    further = None if work is None or work.named is None else work.named.survey
+    adjustment, content = solve(project.network(further), settings, project.facts)
+    if work is not None:
+        chapter = georeference(project, work, adjustment, folder, content.sigma_origin, progress)
+        content = replace(content, scans=chapter)
     write(content, folder)
     return content

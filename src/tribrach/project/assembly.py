@@ -46,13 +46,16 @@ class Assembly:
         self.context = Context(frame=self._frame(), lever_arms=self._lever_arms())
         self.survey = Survey(site=self.context.frame.site)
 
-    def read(self) -> Survey:
-        """The survey of all sections."""
+    def read(self, further: Survey | None = None) -> Survey:
+        """The survey of all sections, and of scans where there are any."""
         self._points()
         for k, entry in enumerate(self.project.observations):
             self._merge(self._observations(k, entry))
+        if further is not None:
+            self._merge(further)
         self._scale_bars()
-        self._stations()
+        if further is not None or not self.project.scans:
+            self._stations()
         self._antennas()
         project, site = self.project, self.project.site
         self.survey.info["title"] = project.title

@@ -8,12 +8,14 @@ from typing import Self
 from pydantic import Field, PrivateAttr, ValidationError
 
 from tribrach.errors import InputError
+from tribrach.geodesy.work_frame import WorkFrame
 from tribrach.network.network import Network
 from tribrach.network.survey import Survey
 from tribrach.project import toml_file
 from tribrach.project.assembly import Assembly
 from tribrach.project.sections import (
     AdjustmentSection,
+    CloudSection,
     DatumSection,
     Instrument,
     LeverArm,
@@ -21,9 +23,11 @@ from tribrach.project.sections import (
     OutputSection,
     PointFile,
     ScaleBar,
+    ScanFile,
     Section,
     SiteSection,
     Station,
+    TargetSection,
 )
 
 __all__ = ["Project"]
@@ -32,6 +36,8 @@ __all__ = ["Project"]
 class Project(Section):
     """One survey job: site, datum, instruments, files, what to do and where to put it.
 
+    truth : truth file of a simulated project, which the report then compares everything with.
+
     Files are relative to the project's folder. What the project names is read wherever it is;
     results are only written inside the folder, unless the caller names another.
     """
@@ -39,11 +45,15 @@ class Project(Section):
     title: str = "Untitled project"
     confidence: float = Field(default=0.95, gt=0.5, lt=1)
     facts: dict[str, str] = Field(default_factory=dict)
+    truth: str | None = None
     site: SiteSection = SiteSection()
     datum: DatumSection = DatumSection()
     instruments: dict[str, Instrument] = Field(default_factory=dict)
     points: tuple[PointFile, ...] = ()
-    observations: tuple[ObservationFile, ...] = Field(min_length=1)
+    observations: tuple[ObservationFile, ...] = ()
+    scans: tuple[ScanFile, ...] = ()
+    targets: TargetSection = TargetSection()
+    cloud: CloudSection = CloudSection()
     stations: dict[str, Station] = Field(default_factory=dict)
     lever_arms: dict[str, LeverArm] = Field(default_factory=dict)
     scale_bars: tuple[ScaleBar, ...] = ()
@@ -69,6 +79,8 @@ class Project(Section):
         except ValidationError as error:
             raise toml_file.refused(error, cls, path, text) from error
         project._folder, project._file, project._text = path.parent, path, text
+        if not project.observations and not project.scans:
+            raise project.error((), "nothing is measured", "add [[observations]] or [[scans]]")
         return project
 
     def at(self, folder: str | Path) -> Self:
@@ -99,23 +111,34 @@ class Project(Section):
             )
         return folder
 
-    def survey(self) -> Survey:
-        """Everything that was measured and given, by name.
+    def survey(self, further: Survey | None = None) -> Survey:
+        """Everything that was measured and given, by name; further : what scans add to it.
 
         Raises
         ------
         InputError : what a file or a section says wrong, with its line.
         """
-        return Assembly(self, self._folder, self.error).read()
+        return Assembly(self, self._folder, self.error).read(further)
 
-    def network(self) -> Network:
-        """The least-squares network of the project.
+    def frame(self) -> WorkFrame:
+        """The work frame of the site.
+
+        Raises
+        ------
+        InputError : as :meth:`survey`.
+        """
+        assembly = Assembly(self, self._folder, self.error)
+        assembly.read()
+        return assembly.context.frame
+
+    def network(self, further: Survey | None = None) -> Network:
+        """The least-squares network of the project; further : what scans add to it.
 
         Raises
         ------
         InputError : as :meth:`survey`, and a datum that names what the network does not have.
         """
-        network = self.survey().network()
+        network = self.survey(further).network()
         if "datum" not in self.model_fields_set:
             return network
         try:

@@ -16,11 +16,13 @@ from pydantic import (
 
 from tribrach.errors import InputError
 from tribrach.instruments.precision import Precision
+from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.network.network import Datum
 from tribrach.units import SEC
 
 __all__ = [
     "AdjustmentSection",
+    "CloudSection",
     "DatumSection",
     "Instrument",
     "LeverArm",
@@ -28,9 +30,11 @@ __all__ = [
     "OutputSection",
     "PointFile",
     "ScaleBar",
+    "ScanFile",
     "Section",
     "SiteSection",
     "Station",
+    "TargetSection",
     "parse_datum",
 ]
 
@@ -130,7 +134,8 @@ class DatumSection(Section):
 class Instrument(Section):
     """Standard deviations of an instrument as it is set up, used where a file gives none.
 
-    centring and height are of either end of a sight; target_floor is added to target centres.
+    centring and height are of either end of a sight; target_floor is added to target centres;
+    beam_exit and beam_divergence (full angle) give the footprint of a scanner.
     """
 
     direction_arcsec: PositiveFloat | None = None
@@ -143,6 +148,8 @@ class Instrument(Section):
     range_mm: PositiveFloat | None = None
     range_ppm: NonNegativeFloat = 0.0
     scan_angle_arcsec: PositiveFloat | None = None
+    beam_exit_mm: NonNegativeFloat = 0.0
+    beam_divergence_mrad: NonNegativeFloat = 0.0
     target_floor_mm: NonNegativeFloat = 0.0
     levelling_arcsec: PositiveFloat | None = None
     gnss_plan_mm: PositiveFloat | None = None
@@ -172,6 +179,20 @@ class Instrument(Section):
             gnss_plan=scaled(self.gnss_plan_mm, MM),
             gnss_up=scaled(self.gnss_up_mm, MM),
             refraction=self.refraction,
+        )
+
+    def noise(self) -> ScanNoise | None:
+        """Noise of single points in metres and radians; None if range or angle are not given."""
+        if self.range_mm is None or self.scan_angle_arcsec is None:
+            return None
+        angle = self.scan_angle_arcsec * SEC
+        return ScanNoise(
+            self.range_mm * MM,
+            self.range_ppm * 1e-6,
+            angle,
+            angle,
+            self.beam_exit_mm * MM,
+            self.beam_divergence_mrad * 1e-3,
         )
 
 
@@ -244,6 +265,55 @@ class AdjustmentSection(Section):
     robust: Literal["none", "huber", "danish", "igg3"] = "none"
     vce: bool = False
     posterior: bool = False
+
+
+class ScanFile(Section):
+    """A file of scans.
+
+    scan : its name in a file with several, all of them if not given; station : where it was taken,
+    the name of the scan if not given; origin : says that the scanner is at (0, 0, 0) where the
+    format does not; names : targets by name, each near x, y, z [m] of the scanner frame.
+    """
+
+    file: str
+    scan: str | None = None
+    station: str | None = None
+    instrument: str | None = None
+    origin: Literal["scanner"] | None = None
+    names: dict[str, tuple[float, float, float]] = Field(default_factory=dict)
+
+
+class TargetSection(Section):
+    """Which targets to look for in every scan; without a size none of that kind.
+
+    floor : standard deviation that no centre falls below, in each coordinate.
+    """
+
+    sphere_radius_m: tuple[PositiveFloat, ...] = ()
+    checkerboard_side_m: tuple[PositiveFloat, ...] = ()
+    disc_radius_m: tuple[PositiveFloat, ...] = ()
+    floor_mm: NonNegativeFloat = 0.3
+
+    @property
+    def wanted(self) -> bool:
+        """True if there is anything to look for."""
+        return bool(self.sphere_radius_m or self.checkerboard_side_m or self.disc_radius_m)
+
+
+class CloudSection(Section):
+    """How clouds leave, or that none are wanted with ``write = false``.
+
+    frame : ``work``, ``projected`` or ``ecef``, the site's own if not given; correlations and
+    incidence add fields; e57 of an E57 source keeps its points byte for byte and gets new poses.
+    """
+
+    write: bool = True
+    format: Literal["laz", "las", "copc", "ply", "e57"] = "laz"
+    frame: Literal["work", "projected", "ecef"] | None = None
+    merged: bool = False
+    correlations: bool = False
+    incidence: bool = False
+    epoch: float | None = Field(default=None, gt=1900, lt=2200)
 
 
 class OutputSection(Section):

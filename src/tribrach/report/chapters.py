@@ -8,6 +8,7 @@ from operator import attrgetter
 from tribrach.report.columns import AXES, Columns, Spec
 from tribrach.report.content import Content, Control, KindCount, Point, Unknown
 from tribrach.report.observation_table import kind_name, observation_table
+from tribrach.report.scan_tables import scan_tables
 from tribrach.report.style import Style
 from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
 from tribrach.units import format_angle
@@ -32,6 +33,7 @@ class Chapters:
     def all(self) -> list[Table]:
         """Every table that has rows, in the order of the report."""
         tables = [
+            *self.scans(),
             self.kinds(),
             self.components(),
             self.snooping(),
@@ -45,6 +47,11 @@ class Chapters:
             self.correlations(),
         ]
         return [table for table in tables if table.rows]
+
+    def scans(self) -> list[Table]:
+        """Targets, clouds and classes, where there are scans."""
+        chapter = self.content.scans
+        return [] if chapter is None else scan_tables(chapter, self.columns, self.most)
 
     def observations(self) -> Table:
         """Every observed value, worst first."""

@@ -10,6 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
+from tribrach.report.scan_content import ScanChapter
+
 __all__ = [
     "CheckVerdict",
     "Component",
@@ -312,4 +314,5 @@ class Content:
     components: tuple[Component, ...] = ()
     snooping: tuple[SnoopingStep, ...] = ()
     correlations: tuple[Correlation, ...] = ()
+    scans: ScanChapter | None = None
     sights: tuple[tuple[str, str], ...] = field(default=(), repr=False)

@@ -8,9 +8,11 @@ as ``sigma0.covariances`` says (``prior`` or ``posterior``).
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 from typing import Any
 
 from tribrach.report.content import Content, Observation, Point, Station, Unknown
+from tribrach.report.scan_content import ScanChapter
 
 __all__ = ["SCHEMA", "dumps", "result"]
 
@@ -37,6 +39,18 @@ def result(content: Content) -> dict[str, Any]:
         "planes": {u.name: _plane(u) for u in content.unknowns if u.family == "plane"},
         "observations": [_observation(o) for o in content.observations],
         "warnings": list(content.warnings),
+    } | ({} if content.scans is None else {"scans": _scans(content.scans)})
+
+
+def _scans(chapter: ScanChapter) -> dict[str, Any]:
+    """Targets, rejected candidates and clouds; pictures stay in the HTML report."""
+    return {
+        "targets": [asdict(target) for target in chapter.targets],
+        "rejected": [asdict(rejection) for rejection in chapter.rejections],
+        "clouds": [asdict(cloud) | {"shares": dict(cloud.shares)} for cloud in chapter.clouds],
+        "placement": list(chapter.placement),
+        "precision_budget": list(chapter.budget),
+        "truth": [asdict(row) for row in chapter.truth],
     }
 
 

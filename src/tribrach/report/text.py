@@ -22,9 +22,18 @@ def render(content: Content) -> str:
         _section("Warnings", [f"! {text}" for text in content.warnings] or ["none"]),
         _section("Datum and standard deviations", [content.datum.sentence, content.sigma_origin]),
         _section("Adjustment", _facts(content)),
+        *_scans(content),
         *(_table(table) for table in Chapters(content).all()),
     ]
     return "\n\n".join(parts) + "\n"
+
+
+def _scans(content: Content) -> list[str]:
+    """How stations were placed and the precision budget."""
+    if content.scans is None:
+        return []
+    lines = [*content.scans.placement, *content.scans.budget]
+    return [_section("Scans and clouds", lines)] if lines else []
 
 
 def brief(content: Content) -> str:

@@ -1,51 +1,25 @@
-"""The command line: adjust, run, demo.
-
-Whatever is wrong with the input ends in a sentence on standard error and exit status 2.
-"""
+"""Commands on networks and projects: adjust, run, demo."""
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any, Literal, NoReturn
+from typing import Annotated, Literal
 
 import typer
 
-import tribrach
 from tribrach import demo as demonstration
 from tribrach import pipeline
-from tribrach.errors import TribrachError
+from tribrach.cli.shell import app, fail, guarded, shown
 from tribrach.io.outputs import write_texts
 from tribrach.io.survey.formats import read_files
 from tribrach.project import Project, parse_datum
 from tribrach.report import html, json_result, text
 from tribrach.report.content import Content
 
-__all__ = ["app", "main"]
+__all__ = ["adjust", "demo", "run"]
 
-app = typer.Typer(
-    add_completion=False,
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    help="Adjusts laser scans and survey observations in one least-squares network.",
-)
 Robust = Literal["none", "huber", "danish", "igg3"]
-
-
-def _version(wanted: bool) -> None:
-    if wanted:
-        typer.echo(f"tribrach {tribrach.__version__}")
-        raise typer.Exit
-
-
-@app.callback()
-def _root(
-    version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
-    ] = False,
-) -> None:
-    """Adjusts laser scans and survey observations in one least-squares network."""
 
 
 @app.command()
@@ -88,7 +62,7 @@ def adjust(
         write_texts({path: render(content) for path, render in outputs if path is not None})
         _finish(content, quiet)
 
-    _guarded(work)
+    guarded(work)
 
 
 @app.command()
@@ -102,9 +76,11 @@ def run(
     def work() -> None:
         job = Project.load(project)
         folder = job.results if out is None else out
-        _finish(pipeline.run(job, folder), quiet, folder)
+        with shown(quiet) as progress:
+            content = pipeline.run(job, folder, progress)
+        _finish(content, quiet, folder)
 
-    _guarded(work)
+    guarded(work)
 
 
 @app.command()
@@ -117,9 +93,11 @@ def demo(
     def work() -> None:
         path = demonstration.write_project(out)
         job = Project.load(path)
-        _finish(pipeline.run(job), quiet, job.results)
+        with shown(quiet) as progress:
+            content = pipeline.run(job, progress=progress)
+        _finish(content, quiet, job.results)
 
-    _guarded(work)
+    guarded(work)
 
 
 def _finish(content: Content, quiet: bool, folder: Path | None = None) -> None:
@@ -129,28 +107,4 @@ def _finish(content: Content, quiet: bool, folder: Path | None = None) -> None:
         if folder is not None:
             typer.echo(f"report and results are in {folder}")
     if content.summary.dof <= 0:
-        _fail("no redundancy: nothing is checked; observe more before these figures are used")
-
-
-def _guarded(work: Callable[[], Any]) -> None:
-    try:
-        work()
-    except TribrachError as error:
-        _fail(str(error))
-    except KeyboardInterrupt:
-        typer.echo("interrupted; nothing was half-written", err=True)
-        raise typer.Exit(130) from None
-
-
-def _fail(sentence: str) -> NoReturn:
-    typer.echo(f"tribrach: {sentence}", err=True)
-    raise typer.Exit(2)
-
-
-def main() -> None:
-    """Entry point of the command."""
-    # piping into head or a closed pager is no error worth a traceback
-    try:
-        app()
-    except BrokenPipeError:
-        sys.exit(141)
+        fail("no redundancy: nothing is checked; observe more before these figures are used")

@@ -1,0 +1,19 @@
+"""The command line, one file per group of commands."""
+
+from __future__ import annotations
+
+import sys
+
+from tribrach.cli import network, scans
+from tribrach.cli.shell import app
+
+__all__ = ["app", "main", "network", "scans"]
+
+
+def main() -> None:
+    """Entry point of the command."""
+    # piping into head or a closed pager is no error worth a traceback
+    try:
+        app()
+    except BrokenPipeError:
+        sys.exit(141)

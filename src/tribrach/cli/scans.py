@@ -1,0 +1,157 @@
+"""Commands on scans: info, convert, targets, simulate."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from tribrach.cli.shell import app, guarded, shown
+from tribrach.io.outputs import write_bytes, write_text
+from tribrach.io.scans.formats import read_scans
+from tribrach.project.sections import TargetSection
+from tribrach.stages.conversion import convert_scans
+from tribrach.stages.extraction import Findings, find_targets
+from tribrach.stages.scans import StationScan
+from tribrach.stages.thumbnail import decoded
+
+__all__ = ["convert", "info", "targets"]
+
+
+@app.command()
+def info(
+    files: Annotated[list[Path], typer.Argument(help="Scans of any known format.")],
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write it as JSON.")] = None,
+) -> None:
+    """Say what is in files of scans: points, extents, fields, grid, poses, what looks wrong."""
+
+    def work() -> None:
+        from tribrach.io.scans.info import describe
+
+        described = [describe(scan) for path in files for scan in read_scans(path)]
+        if json_file is not None:
+            text = json.dumps({"scans": [d.to_json() for d in described]}, indent=1)
+            write_text(json_file, text + "\n")
+        console = Console()
+        for description in described:
+            table = Table(title=description.title, title_justify="left", show_header=False)
+            for name, value in description.rows():
+                table.add_row(name, value)
+            console.print(table)
+            for sentence in description.sentences():
+                console.print(f"! {sentence}", markup=False)
+
+    guarded(work)
+
+
+@app.command()
+def convert(
+    source: Annotated[Path, typer.Argument(help="A file of scans.")],
+    destination: Annotated[
+        Path, typer.Argument(help="File to write: .las, .laz, .copc.laz, .ply or .e57.")
+    ],
+    placed: Annotated[bool, typer.Option(help="Apply the poses that the source has.")] = False,
+    step_mm: Annotated[
+        float, typer.Option(min=1e-3, max=10, help="Coordinate step of LAS and LAZ.")
+    ] = 0.1,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+) -> None:
+    """Write scans in another format, every field kept."""
+
+    def work() -> None:
+        with shown(quiet) as progress:
+            written = convert_scans(
+                read_scans(source),
+                destination,
+                placed=placed,
+                step=step_mm / 1e3,
+                progress=progress,
+            )
+        if not quiet:
+            for path, points in written:
+                typer.echo(f"{path}: {points} points")
+
+    guarded(work)
+
+
+@app.command()
+def targets(
+    scan: Annotated[Path, typer.Argument(help="A file of scans.")],
+    sphere: Annotated[
+        list[float] | None,
+        typer.Option(min=1e-3, max=10, help="Radius of spheres [m]; may be repeated."),
+    ] = None,
+    checkerboard: Annotated[
+        list[float] | None,
+        typer.Option(min=1e-3, max=10, help="Side of checkerboards [m]; may be repeated."),
+    ] = None,
+    disc: Annotated[
+        list[float] | None,
+        typer.Option(min=1e-3, max=10, help="Radius of white discs [m]; may be repeated."),
+    ] = None,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write it as JSON.")] = None,
+    png_file: Annotated[
+        Path | None, typer.Option("--png", help="Write the panorama with the targets marked.")
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+) -> None:
+    """Find spheres, checkerboards and discs in whole scans."""
+
+    def work() -> None:
+        wanted = TargetSection(
+            sphere_radius_m=tuple(sphere or ()),
+            checkerboard_side_m=tuple(checkerboard or ()),
+            disc_radius_m=tuple(disc or ()),
+        )
+        if not wanted.wanted:
+            raise typer.BadParameter(
+                "give --sphere, --checkerboard or --disc with a size in metres"
+            )
+        found: list[Findings] = []
+        for one in read_scans(scan):
+            found.append(
+                find_targets(StationScan(one.name, one.name, one, None, False, {}), wanted)
+            )
+        _write(found, json_file, png_file)
+        if not quiet:
+            _print(found)
+
+    guarded(work)
+
+
+def _write(found: list[Findings], json_file: Path | None, png_file: Path | None) -> None:
+    """JSON of all scans; one picture for each, numbered where there are several."""
+    if json_file is not None:
+        data = {
+            "targets": [d.to_dict() for f in found for d in f.detections],
+            "rejected": [{"scan": f.scan, **r.to_dict()} for f in found for r in f.rejected],
+        }
+        write_text(json_file, json.dumps(data, indent=1) + "\n")
+    if png_file is not None:
+        for number, finding in enumerate(found, start=1):
+            one = len(found) == 1
+            path = png_file if one else png_file.with_stem(f"{png_file.stem}-{number}")
+            write_bytes(path, decoded(finding.picture))
+
+
+def _print(found: list[Findings]) -> None:
+    """One line per target and per rejected candidate."""
+    for finding in found:
+        typer.echo(
+            f"{finding.scan}: {finding.points} points, {len(finding.detections)} targets, "
+            f"{len(finding.rejected)} candidates rejected"
+        )
+        for number, d in enumerate(finding.detections, start=1):
+            x, y, z = d.center
+            sigma = ", ".join(f"{1e3 * s:.2f}" for s in d.sigmas)
+            typer.echo(
+                f"  {number}  {d.kind}  {x:.5f} {y:.5f} {z:.5f} m  sigma {sigma} mm  "
+                f"rms {1e3 * d.rms:.2f} mm  {d.points} points  range {d.range:.2f} m"
+            )
+        for r in finding.rejected:
+            x, y, z = r.center
+            typer.echo(f"  x  {r.kind} at {x:.3f} {y:.3f} {z:.3f}: {r.reason}")

@@ -1,0 +1,100 @@
+"""What the report says of scans: targets found, clouds written, their uncertainty.
+
+Metres and radians; pictures are PNG files in base64.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ["Cloud", "Picture", "Rejection", "ScanChapter", "Target", "TruthRow"]
+
+Triple = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Target:
+    """A target found in a scan: its number in the picture, the name it got, its numbers.
+
+    center and sigma along x, y, z of the scanner frame; name "" if nothing else saw it.
+    """
+
+    scan: str
+    number: int
+    kind: str
+    name: str
+    center: Triple
+    sigma: Triple
+    range: float
+    incidence: float
+    points: int
+    rms: float
+    coverage: float
+    remark: str = ""
+
+
+@dataclass(frozen=True)
+class Rejection:
+    """What looked like a target and was none, with the reason."""
+
+    scan: str
+    kind: str
+    center: Triple
+    reason: str
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure: PNG in base64, what it shows."""
+
+    name: str
+    title: str
+    png: str
+    caption: str
+
+
+@dataclass(frozen=True)
+class Cloud:
+    """A cloud that was written.
+
+    sigma : root mean square along the axes of its frame; median, p95, largest : of the
+    three-dimensional sigma; weakest : sigma, azimuth and elevation of the direction in which the
+    cloud as a whole is known least, None for merged clouds; step : of stored coordinates; without
+    sigmas all of these are None.
+    """
+
+    name: str
+    file: str
+    points: int
+    sigma: Triple | None
+    median: float | None
+    p95: float | None
+    largest: float | None
+    weakest: Triple | None
+    step: float
+    shares: tuple[tuple[str, float], ...]
+
+
+@dataclass(frozen=True)
+class TruthRow:
+    """A comparison of a simulated project with its truth: error, test, limit, verdict."""
+
+    what: str
+    name: str
+    words: str
+    statistic: float | None
+    limit: float | None
+    agrees: bool
+
+
+@dataclass(frozen=True)
+class ScanChapter:
+    """All of it; sentences are the precision budget and how stations were placed."""
+
+    targets: tuple[Target, ...]
+    rejections: tuple[Rejection, ...]
+    pictures: tuple[Picture, ...]
+    clouds: tuple[Cloud, ...]
+    placement: tuple[str, ...]
+    budget: tuple[str, ...]
+    truth: tuple[TruthRow, ...] = ()

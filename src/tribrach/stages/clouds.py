@@ -1,0 +1,266 @@
+"""Scans through their adjusted poses into files, each point with its sigmas; nothing made twice."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.cloud.covariance import covariances, place_with_sigmas, rounded
+from tribrach.cloud.placement import Placement
+from tribrach.cloud.summary import CloudSummary
+from tribrach.geodesy.local_map import LocalMap
+from tribrach.geodesy.output_frame import OutputFrame
+from tribrach.geometry.pose import Pose
+from tribrach.io.clouds.formats import create
+from tribrach.io.clouds.header import CloudHeader, CloudWriter
+from tribrach.io.clouds.precision import step_for
+from tribrach.network.adjustment import Adjustment
+from tribrach.project.sections import CloudSection
+from tribrach.scan.normals import incidence_cosines
+from tribrach.scan.scan import Field
+from tribrach.stages.scans import StationScan
+from tribrach.stages.state import State, digest
+
+__all__ = ["Cloud", "Product", "place", "write_clouds"]
+
+Array = NDArray[np.float64]
+
+#: changes of what is written make all clouds anew
+_METHOD = 1
+_SIGMAS = ("sigma_x", "sigma_y", "sigma_z")
+_CORRELATIONS = ("correlation_xy", "correlation_xz", "correlation_yz")
+_NORMALS = ("normal_x", "normal_y", "normal_z")
+_SUFFIX = {"laz": ".laz", "las": ".las", "copc": ".copc.laz", "ply": ".ply", "e57": ".e57"}
+
+
+@dataclass(frozen=True)
+class Product:
+    """A cloud that was written: its file, the scans in it, what its points are like."""
+
+    path: Path
+    scans: tuple[str, ...]
+    summary: CloudSummary
+    step: float
+    new: bool
+
+
+def place(scan: StationScan, adjustment: Adjustment, factor: float = 1.0) -> Placement:
+    """The adjusted station of a scan, covariances times a factor (a posteriori variance)."""
+    state = adjustment.state
+    number = state.layout.index("pose", scan.station)
+    return Placement(
+        scan.station,
+        Pose(state.pose_r[number], state.pose_t[number]),
+        factor * adjustment.covariance(scan.station),
+        scan.noise if scan.origin_known else None,
+    )
+
+
+def write_clouds(
+    scans: Sequence[StationScan],
+    placements: Mapping[str, Placement],
+    frame: OutputFrame,
+    wish: CloudSection,
+    folder: Path,
+    state: State,
+    progress: Callable[[str, int, int | None], None],
+) -> list[Product]:
+    """Write every cloud that is not there already; placements by scan name.
+
+    progress : called with the name of the cloud, points done, points in all.
+    """
+    state.sweep(folder)
+    groups = {"cloud": list(scans)} if wish.merged else {scan.name: [scan] for scan in scans}
+    products = []
+    for name, members in groups.items():
+        path = folder / f"{_file_name(name)}{_SUFFIX[wish.format]}"
+        made = [placements[scan.name] for scan in members]
+        key = _key(members, made, frame, wish, state)
+        known = state.recall(f"cloud-{name}", key, path)
+        if known is not None:
+            summary, step = CloudSummary.from_facts(known["summary"]), float(known["step"])
+        else:
+            cloud = Cloud(name, members, made, frame, wish)
+            summary = cloud.write(path, progress)
+            step = cloud.step
+            facts = {"summary": summary.to_facts(), "step": step}
+            state.remember(f"cloud-{name}", key, facts, path)
+        products.append(Product(path, tuple(s.name for s in members), summary, step, known is None))
+    return products
+
+
+def _key(
+    scans: Sequence[StationScan],
+    placements: Sequence[Placement],
+    frame: OutputFrame,
+    wish: CloudSection,
+    state: State,
+) -> str:
+    """Digest of everything that a cloud depends on."""
+    parts: list[Any] = [_METHOD, wish.model_dump(), frame.kind, frame.crs, frame.epoch]
+    parts += [frame.jacobian(np.zeros(3)), frame.from_work(np.zeros((1, 3)))]
+    for scan, where in zip(scans, placements, strict=True):
+        noise = None if where.noise is None else where.noise.parameters
+        pose = where.pose
+        parts += [state.file_digest(scan.scan.path), scan.scan.index, scan.name]
+        parts += [pose.rotation, pose.translation, where.covariance, noise]
+    return digest("cloud", parts)
+
+
+def _file_name(name: str) -> str:
+    """A name that every file system takes."""
+    return "".join(c if c.isalnum() or c in "-_." else "_" for c in name).strip(".") or "cloud"
+
+
+class Cloud:
+    """One cloud on its way into its file."""
+
+    def __init__(
+        self,
+        name: str,
+        scans: Sequence[StationScan],
+        placements: Sequence[Placement],
+        frame: OutputFrame,
+        wish: CloudSection,
+    ) -> None:
+        self.name, self.scans, self.placements = name, scans, placements
+        self.frame, self.wish = frame, wish
+        self.whole = all(where.noise is not None for where in placements)
+        self.step = step_for(min(self._smallest(where) for where in placements))
+        self.in_scanner = wish.format == "e57"
+
+    @staticmethod
+    def _smallest(where: Placement) -> float:
+        """A lower bound of the sigmas of a cloud's coordinates [m]."""
+        own = 0.0 if where.noise is None else where.noise.range
+        return max(1e-4, min(own or 1.0, 3 * float(np.sqrt(np.diag(where.covariance)[:3].min()))))
+
+    def write(self, path: Path, progress: Callable[[str, int, int | None], None]) -> CloudSummary:
+        """Write the file; the summary of its points."""
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if self.in_scanner and self._copied(path):
+            return self._summarised(progress)
+        summary, total = CloudSummary(), self._records()
+        with ExitStack() as stack:
+            writer: CloudWriter = stack.enter_context(create(path, self._header()))
+            for xyz, values, sigma in self._points():
+                writer.write(xyz, values)
+                summary.add(xyz, sigma)
+                progress(self.name, summary.points, total)
+        return summary
+
+    def _copied(self, path: Path) -> bool:
+        """Copy an E57 source with new poses; False where points must be written anew."""
+        sources = {scan.scan.path for scan in self.scans}
+        if len(sources) != 1 or next(iter(sources)).suffix.lower() != ".e57":
+            return False
+        from tribrach.io.clouds.e57_poses import copy_with_poses
+
+        poses = {
+            scan.scan.index: self._delivered(where)
+            for scan, where in zip(self.scans, self.placements, strict=True)
+        }
+        copy_with_poses(next(iter(sources)), path, poses, crs=self.frame.wkt)
+        return True
+
+    def _summarised(self, progress: Callable[[str, int, int | None], None]) -> CloudSummary:
+        """The summary of a file whose points were copied."""
+        summary, total = CloudSummary(), self._records()
+        for xyz, _, sigma in self._points(values=False):
+            summary.add(xyz, sigma)
+            progress(self.name, summary.points, total)
+        return summary
+
+    def _delivered(self, where: Placement) -> Pose:
+        """Pose in the delivered frame: exact at the station, rigid around it."""
+        at = where.pose.translation
+        turn = self.frame.rotation(at)
+        return Pose(turn @ where.pose.rotation, self.frame.from_work(at[None])[0])
+
+    def _records(self) -> int | None:
+        counts = [scan.scan.records for scan in self.scans]
+        return None if None in counts else sum(c for c in counts if c is not None)
+
+    def _points(
+        self, values: bool = True
+    ) -> Iterator[tuple[Array, dict[str, NDArray[Any]], NDArray[np.float32] | None]]:
+        """Chunks of delivered coordinates, their values and sigmas."""
+        to_frame = LocalMap(self.frame.from_work) if self.frame.kind == "projected" else None
+        for number, (scan, where) in enumerate(zip(self.scans, self.placements, strict=True)):
+            turn = self.frame.rotation(where.pose.translation)
+            turned = where.turned(turn)
+            for chunk in scan.scan.chunks():
+                world = where.pose @ chunk.xyz
+                cosine = incidence_cosines(chunk.xyz) if self.wish.incidence else None
+                sigma = None
+                if where.noise is not None:
+                    sigma = rounded(place_with_sigmas(chunk.xyz, turned, cosine)[1])
+                out = self.frame.from_work(world) if to_frame is None else to_frame(world)
+                kept = dict(chunk.values) if values else {}
+                if values:
+                    self._complete(kept, chunk.xyz, turned, sigma, cosine, number)
+                yield out, kept, sigma
+
+    def _complete(
+        self,
+        values: dict[str, NDArray[Any]],
+        xyz: Array,
+        turned: Placement,
+        sigma: NDArray[np.float32] | None,
+        cosine: Array | None,
+        number: int,
+    ) -> None:
+        """Turn normals and add what the cloud says of its own uncertainty."""
+        if all(name in values for name in _NORMALS):
+            normals = np.stack([values[name] for name in _NORMALS], axis=1)
+            turned_normals = (normals @ turned.pose.rotation.T).astype(np.float32)
+            values |= dict(zip(_NORMALS, turned_normals.T, strict=True))
+        if len(self.scans) > 1:
+            values["station"] = np.full(len(xyz), number, dtype=np.uint16)
+        if cosine is not None:
+            values["incidence"] = rounded(np.arccos(cosine).astype(np.float32))
+        if sigma is None or not self.whole:
+            return
+        values |= dict(zip(_SIGMAS, sigma.T, strict=True))
+        if self.wish.correlations:
+            c = covariances(xyz, turned, cosine)
+            root = np.sqrt(c[:, :3])
+            for k, (name, (i, j)) in enumerate(
+                zip(_CORRELATIONS, ((0, 1), (0, 2), (1, 2)), strict=True)
+            ):
+                ratio = c[:, 3 + k] / (root[:, i] * root[:, j])
+                values[name] = rounded(ratio.astype(np.float32))
+
+    def _header(self) -> CloudHeader:
+        """Fields that all scans of the cloud have, and the added ones."""
+        shared = list(self.scans[0].scan.fields)
+        for scan in self.scans[1:]:
+            names = set(scan.scan.names)
+            shared = [f for f in shared if f.name in names]
+        extra = [Field("station", "uint16")] if len(self.scans) > 1 else []
+        if self.wish.incidence:
+            extra.append(Field("incidence", "float32", description="incidence angle [rad]"))
+        if self.whole:
+            axes = self.frame.axes
+            extra += [
+                Field(name, "float32", description=f"sigma of {axis} [m]")
+                for name, axis in zip(_SIGMAS, axes, strict=True)
+            ]
+            if self.wish.correlations:
+                extra += [Field(name, "float32") for name in _CORRELATIONS]
+        offset = self.frame.from_work(self.placements[0].pose.translation[None])[0]
+        return CloudHeader(
+            name=self.name,
+            fields=(*shared, *extra),
+            step=self.step,
+            offset=np.round(offset, -2),
+            crs=self.frame.wkt,
+            epoch=self.frame.epoch,
+            facts={"frame": self.frame.kind},
+        )

@@ -1,0 +1,89 @@
+"""Scans from one format into another, every field kept, placed by their own poses or not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+
+import numpy as np
+
+from tribrach.errors import InputError
+from tribrach.geometry.pose import Pose
+from tribrach.io.clouds.formats import create
+from tribrach.io.clouds.header import CloudHeader
+from tribrach.scan.scan import Scan
+
+__all__ = ["convert_scans"]
+
+
+def convert_scans(
+    scans: Sequence[Scan],
+    destination: Path,
+    *,
+    placed: bool,
+    step: float,
+    progress: Callable[[str, int, int | None], None],
+) -> list[tuple[Path, int]]:
+    """Write each scan; several into files with the scan's number before the suffix.
+
+    placed : carry points by the pose of the scan, formats with a pose of their own keep it
+    instead; step : of integer coordinates [m]. Returns files with their numbers of points.
+
+    Raises
+    ------
+    InputError : a scan without pose that is to be placed, or the file would overwrite its source.
+    """
+    if any(scan.path.resolve() == destination.resolve() for scan in scans):
+        raise InputError(
+            "the file would overwrite its source", file=destination, cure="name another file"
+        )
+    written = []
+    for number, scan in enumerate(scans, start=1):
+        path = destination if len(scans) == 1 else _numbered(destination, number)
+        written.append((path, _convert(scan, path, placed, step, progress)))
+    return written
+
+
+def _numbered(path: Path, number: int) -> Path:
+    """``a.copc.laz`` becomes ``a-2.copc.laz``."""
+    stem, dot, suffixes = path.name.partition(".")
+    return path.with_name(f"{stem}-{number}{dot}{suffixes}")
+
+
+def _convert(
+    scan: Scan,
+    path: Path,
+    placed: bool,
+    step: float,
+    progress: Callable[[str, int, int | None], None],
+) -> int:
+    keeps_pose = path.suffix.lower() == ".e57"
+    if placed and scan.pose is None:
+        raise InputError(
+            f"scan {scan.name} has no pose to be placed by",
+            file=scan.path,
+            cure="leave --placed out, or run a project",
+        )
+    pose = scan.pose if placed and not keeps_pose and scan.pose is not None else Pose.identity()
+    offset = np.zeros(3)
+    if scan.bounds is not None and np.isfinite(scan.bounds).all():
+        offset = np.round((pose @ scan.bounds).mean(axis=0), -1)
+    elif pose.translation.any():
+        offset = np.round(pose.translation, -1)
+    header = CloudHeader(
+        name=scan.name,
+        fields=scan.fields,
+        step=step,
+        offset=offset,
+        crs=scan.crs,
+        pose=scan.pose if keeps_pose else None,
+    )
+    done = 0
+    with ExitStack() as stack:
+        writer = stack.enter_context(create(path, header))
+        for chunk in scan.chunks():
+            writer.write(pose @ chunk.xyz, chunk.values)
+            done += len(chunk)
+            progress(scan.name, done, scan.records)
+    return done

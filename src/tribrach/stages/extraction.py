@@ -1,0 +1,155 @@
+"""The targets of every scan, found once and remembered.
+
+Two scans of one station share its frame; what both saw is one detection, the more precise one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.project.sections import MM, TargetSection
+from tribrach.scan.loading import load
+from tribrach.scan.range_image import organise
+from tribrach.stages.scans import StationScan
+from tribrach.stages.state import State, digest
+from tribrach.stages.thumbnail import thumbnail
+from tribrach.targets.detection import Detection, Rejected
+from tribrach.targets.sphere_search import find_spheres
+
+__all__ = ["Findings", "extract", "find_targets", "merged"]
+
+Array = NDArray[np.float64]
+
+#: changes of how targets are found make remembered ones void
+_METHOD = 1
+#: range for which the noise of fits is taken [m]
+_USUAL = 15.0
+#: two detections of a station this near to each other are one target [m]
+_SAME = 0.02
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What one scan holds.
+
+    detections, rejected : targets and what only looked like one; points : valid points of the scan;
+    picture : intensity panorama with the targets marked, a PNG file in base64, "" without one.
+    """
+
+    scan: str
+    station: str
+    detections: tuple[Detection, ...]
+    rejected: tuple[Rejected, ...]
+    points: int
+    picture: str = ""
+
+
+def extract(
+    scans: Sequence[StationScan],
+    wanted: TargetSection,
+    state: State,
+    progress: Callable[[str], None],
+) -> list[Findings]:
+    """Targets of every scan; those of unchanged scans come from the last run."""
+    found = []
+    for scan in scans:
+        key = digest("targets", _METHOD, state.file_digest(scan.scan.path), _settings(scan, wanted))
+        known = state.recall(f"targets-{scan.name}", key)
+        if known is None:
+            progress(f"targets of {scan.name}")
+            fresh = find_targets(scan, wanted)
+            state.remember(f"targets-{scan.name}", key, _to_facts(fresh))
+            found.append(fresh)
+        else:
+            found.append(_from_facts(scan, known))
+    return found
+
+
+def find_targets(scan: StationScan, wanted: TargetSection) -> Findings:
+    """Load a scan and look for every kind of target that is wanted."""
+    cloud = load(scan.scan)
+    image = organise(cloud.xyz, cloud.row, cloud.column)
+    noise, floor = _noise(scan), wanted.floor_mm * MM
+    results = []
+    if wanted.sphere_radius_m:
+        results.append(
+            find_spheres(
+                cloud.xyz, image, wanted.sphere_radius_m, floor=floor, scan=scan.name, **noise
+            )
+        )
+    if cloud.intensity is not None:
+        seen = cloud.xyz, cloud.intensity, image
+        more: dict[str, Any] = {"floor": floor, "scan": scan.name, **noise}
+        if scan.noise is not None:
+            more["footprint"] = scan.noise.beam_exit, scan.noise.beam_divergence
+        if wanted.checkerboard_side_m:
+            from tribrach.targets.checkerboard_search import find_checkerboards
+
+            results.append(find_checkerboards(*seen, wanted.checkerboard_side_m, **more))
+        if wanted.disc_radius_m:
+            from tribrach.targets.disc_search import find_discs
+
+            results.append(find_discs(*seen, wanted.disc_radius_m, **more))
+    detections = tuple(d for good, _ in results for d in good)
+    rejected = tuple(r for _, bad in results for r in bad)
+    picture = thumbnail(image, cloud.intensity, detections)
+    return Findings(scan.name, scan.station, detections, rejected, len(cloud.xyz), picture)
+
+
+def _noise(scan: StationScan) -> dict[str, float]:
+    """Sigmas of single points for the fits; without an instrument they come from the scan."""
+    if scan.noise is None:
+        return {}
+    spot = float(scan.noise.beam_angle(np.array([_USUAL]))[0])
+    return {
+        "sigma_range": scan.noise.range + scan.noise.range_scale * _USUAL,
+        "sigma_angle": float(np.hypot(scan.noise.vertical, spot)),
+    }
+
+
+def merged(findings: Sequence[Findings]) -> dict[str, list[Detection]]:
+    """Detections by station, each target once, the most precise of several scans."""
+    out: dict[str, list[Detection]] = {}
+    for finding in findings:
+        out.setdefault(finding.station, [])
+        out[finding.station] += finding.detections
+    return {station: _without_doubles(found) for station, found in out.items()}
+
+
+def _without_doubles(found: list[Detection]) -> list[Detection]:
+    kept: list[Detection] = []
+    for detection in sorted(found, key=lambda d: float(np.trace(d.covariance))):
+        if all(np.linalg.norm(detection.center - k.center) > _SAME for k in kept):
+            kept.append(detection)
+    return kept
+
+
+def _settings(scan: StationScan, wanted: TargetSection) -> list[Any]:
+    """Everything besides the file that the targets of a scan depend on."""
+    noise = None if scan.noise is None else scan.noise.parameters
+    return [scan.scan.index, scan.scan.name, scan.name, noise, wanted.model_dump()]
+
+
+def _to_facts(found: Findings) -> dict[str, Any]:
+    return {
+        "detections": [d.to_dict() for d in found.detections],
+        "rejected": [r.to_dict() for r in found.rejected],
+        "points": found.points,
+        "picture": found.picture,
+    }
+
+
+def _from_facts(scan: StationScan, facts: dict[str, Any]) -> Findings:
+    return Findings(
+        scan.name,
+        scan.station,
+        tuple(Detection.from_dict(d) for d in facts["detections"]),
+        tuple(Rejected.from_dict(r) for r in facts["rejected"]),
+        int(facts["points"]),
+        str(facts["picture"]),
+    )

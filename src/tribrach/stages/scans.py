@@ -1,0 +1,126 @@
+"""Which scans does a project have, where was each taken, with what instrument?"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from tribrach.errors import InputError
+from tribrach.instruments.scan_noise import ScanNoise
+from tribrach.io.scans.formats import read_scans
+from tribrach.scan.scan import Scan
+
+if TYPE_CHECKING:
+    from tribrach.project import Project
+    from tribrach.project.sections import ScanFile
+
+__all__ = ["StationScan", "open_scans"]
+
+
+@dataclass(frozen=True)
+class StationScan:
+    """A scan at its station.
+
+    name : of the scan in the results, unique in the project; noise : of its single points, None if
+    no instrument says; floor : sigma that no target centre falls below [m]; names : approximate
+    centers (3,) in the scanner frame [m] of the targets that the user named.
+    """
+
+    name: str
+    station: str
+    scan: Scan
+    noise: ScanNoise | None
+    levelled: bool
+    names: Mapping[str, tuple[float, float, float]]
+
+    @property
+    def origin_known(self) -> bool:
+        """True if the scanner is at (0, 0, 0) of the points."""
+        return self.scan.origin != "unknown"
+
+
+def open_scans(project: Project) -> list[StationScan]:
+    """The headers of all scans of a project, in its order.
+
+    Raises
+    ------
+    InputError : a file that cannot be read, a scan that it has not, an instrument that is not
+        defined, two scans of one name.
+    """
+    found: list[StationScan] = []
+    for k, entry in enumerate(project.scans):
+        found += _open(project, k, entry)
+    at = Counter(scan.station for scan in found)
+    found = [s if at[s.station] == 1 else _several(s) for s in found]
+    names: set[str] = set()
+    for scan in found:
+        if scan.name in names:
+            raise InputError(
+                f"two scans have the name {scan.name}",
+                file=scan.scan.path,
+                cure="give each file a station of its own in [[scans]]",
+            )
+        names.add(scan.name)
+    return found
+
+
+def _several(scan: StationScan) -> StationScan:
+    """A scan at a station with several, named after both."""
+    if scan.scan.name == scan.station:
+        return scan
+    return replace(scan, name=f"{scan.station} {scan.scan.name}")
+
+
+def _open(project: Project, k: int, entry: ScanFile) -> list[StationScan]:
+    """The scans of one entry."""
+    scans = read_scans(project.folder / entry.file)
+    if entry.scan is not None:
+        chosen = [scan for scan in scans if scan.name == entry.scan]
+        if not chosen:
+            known = ", ".join(scan.name for scan in scans[:10])
+            raise project.error(
+                ("scans", k, "scan"),
+                f"{entry.file} has no scan {entry.scan}",
+                f"its scans are {known}",
+            )
+        scans = tuple(chosen)
+    if entry.station is not None and len(scans) > 1:
+        raise project.error(
+            ("scans", k, "station"),
+            f"{entry.file} has {len(scans)} scans and one station is given",
+            "give one entry with scan and station for each, or leave station out",
+        )
+    return [_at_station(project, k, entry, scan) for scan in scans]
+
+
+def _at_station(project: Project, k: int, entry: ScanFile, scan: Scan) -> StationScan:
+    """A scan with what the project says about its station."""
+    station = entry.station or scan.name
+    section = project.stations.get(station)
+    named = entry.instrument or (None if section is None else section.instrument)
+    if entry.origin == "scanner":
+        scan = replace(scan, origin="stated")
+    return StationScan(
+        name=station,
+        station=station,
+        scan=scan,
+        noise=_noise(project, k, named),
+        levelled=section is not None and section.levelled,
+        names=entry.names,
+    )
+
+
+def _noise(project: Project, k: int, name: str | None) -> ScanNoise | None:
+    """Noise of the named instrument; without a name of the only one that has any."""
+    if name is not None:
+        if name not in project.instruments:
+            raise project.error(
+                ("scans", k, "instrument"),
+                f"instrument {name} is not defined",
+                f"add a section [instruments.{name}]",
+            )
+        return project.instruments[name].noise()
+    noises = [n for n in (i.noise() for i in project.instruments.values()) if n is not None]
+    return noises[0] if len(noises) == 1 else None

@@ -1,0 +1,107 @@
+"""A project with scans, step by step, up to its clouds: what `tribrach run` does besides adjusting.
+
+Every step remembers its product; a second run goes on where the first one stopped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tribrach.errors import InputError
+from tribrach.geodesy.output_frame import FrameKind, OutputFrame
+from tribrach.io.outputs import write_texts
+from tribrach.network.adjustment import Adjustment
+from tribrach.report.scan_content import ScanChapter
+from tribrach.stages.chapter import scan_chapter
+from tribrach.stages.clouds import Product, place, write_clouds
+from tribrach.stages.extraction import Findings, extract
+from tribrach.stages.naming import Named, name_targets
+from tribrach.stages.poses import pose_texts
+from tribrach.stages.scans import StationScan, open_scans
+from tribrach.stages.state import State
+from tribrach.stages.truth import against_truth, read_truth
+
+if TYPE_CHECKING:
+    from tribrach.project import Project
+
+__all__ = ["Progress", "ScanWork", "find_and_name", "georeference"]
+
+#: called with what is being done, how much of it is done, and of how much (None if unknown)
+Progress = Callable[[str, int, int | None], None]
+
+
+@dataclass(frozen=True)
+class ScanWork:
+    """Scans of a project with their targets, before the adjustment."""
+
+    scans: Sequence[StationScan]
+    findings: Sequence[Findings]
+    named: Named | None
+    state: State
+
+
+def find_and_name(project: Project, folder: Path, progress: Progress) -> ScanWork:
+    """Open the scans, find their targets, give them names.
+
+    Raises
+    ------
+    InputError : scans that cannot be read or matched.
+    """
+    state = State(folder)
+    scans = open_scans(project)
+    if not project.targets.wanted:
+        return ScanWork(scans, (), None, state)
+    findings = extract(scans, project.targets, state, lambda what: progress(what, 0, None))
+    return ScanWork(scans, findings, name_targets(project, scans, findings), state)
+
+
+def georeference(
+    project: Project,
+    work: ScanWork,
+    adjustment: Adjustment,
+    folder: Path,
+    sigma_origin: str,
+    progress: Progress,
+) -> ScanChapter:
+    """Write poses and clouds through the adjusted stations; the chapter of the report."""
+    frame = output_frame(project)
+    factor = adjustment.posterior_factor if project.adjustment.posterior else 1.0
+    stations = set(adjustment.layout.names["pose"])
+    lost = [scan.station for scan in work.scans if scan.station not in stations]
+    if lost:
+        raise InputError(
+            f"station {lost[0]} has a scan and nothing that places it",
+            record=lost[0],
+            cure="add [targets] that its scan shows, or observations of the station",
+        )
+    placements = {scan.name: place(scan, adjustment, factor) for scan in work.scans}
+    clouds = folder / "clouds"
+    write_texts(pose_texts(clouds, work.scans, placements, frame, sigma_origin))
+    products: list[Product] = []
+    if project.cloud.write:
+        products = write_clouds(
+            work.scans, placements, frame, project.cloud, clouds, work.state, progress
+        )
+    chapter = scan_chapter(work.findings, work.named, products, placements, frame)
+    if project.truth is None:
+        return chapter
+    file = project.folder / project.truth
+    rows = against_truth(
+        read_truth(file), file.parent, adjustment, work.scans, placements, work.named
+    )
+    return replace(chapter, truth=tuple(rows))
+
+
+def output_frame(project: Project) -> OutputFrame:
+    """The frame of the clouds: as the project says, else the site's own coordinates."""
+    work = project.frame()
+    kind: FrameKind = project.cloud.frame or ("work" if work.grid is None else "projected")
+    crs = project.site.crs
+    if kind == "ecef":
+        crs = "EPSG:4978"
+    elif kind == "work" and project.site.kind != "flat":
+        crs = None
+    return OutputFrame(work, kind, crs, project.cloud.epoch)

@@ -1,0 +1,294 @@
+"""A simulated project against its truth: is every error as large as it was said to be?
+
+For each station and point ``e^T C^-1 e`` against chi-square at 99 %, likewise for all of them
+jointly; for each scan the mean squared normalised error of points whose true place is known, which
+is 1 if the stated covariance is right; and the bookkeeping of targets: visible, found, invented,
+wrongly named. Only simulated projects have a truth file.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from tribrach.cloud.covariance import covariances
+from tribrach.cloud.placement import Placement
+from tribrach.errors import InputError
+from tribrach.geometry import rotation
+from tribrach.geometry.pose import Pose
+from tribrach.network.adjustment import Adjustment
+from tribrach.report.scan_content import TruthRow
+from tribrach.stages.naming import Named
+from tribrach.stages.scans import StationScan
+
+__all__ = ["Bookkeeping", "CloudError", "against_truth", "bookkeeping", "cloud_error", "read_truth"]
+
+Array = NDArray[np.float64]
+
+#: errors beyond this quantile of chi-square are not what was stated
+LEVEL = 0.99
+#: the stated covariance of points is right if their mean squared normalised error is within
+BAND = (0.95, 1.05)
+#: a detection this near to a target's true place is that target [m]
+_NEAR = 0.05
+
+
+@dataclass(frozen=True)
+class Bookkeeping:
+    """Targets of one station: names that should be found, were missed, invented, misnamed."""
+
+    station: str
+    visible: tuple[str, ...]
+    missed: tuple[str, ...]
+    invented: int
+    misnamed: tuple[str, ...]
+
+    @property
+    def clean(self) -> bool:
+        """True if everything visible was found, nothing invented, every name right."""
+        return not (self.missed or self.invented or self.misnamed)
+
+
+def read_truth(path: Path) -> dict[str, Any]:
+    """A truth file.
+
+    Raises
+    ------
+    InputError : it cannot be read.
+    """
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InputError(
+            "the truth file cannot be read", file=path, cure="simulate again"
+        ) from error
+    if not isinstance(data, dict) or "stations" not in data or "points" not in data:
+        raise InputError("the truth file has no stations and points", file=path)
+    return data
+
+
+def against_truth(
+    truth: Mapping[str, Any],
+    folder: Path,
+    adjustment: Adjustment,
+    scans: Sequence[StationScan],
+    placements: Mapping[str, Placement],
+    named: Named | None,
+) -> list[TruthRow]:
+    """All comparisons, one row each; folder : where the truths of the scans' points are."""
+    rows = [*_stations(truth, adjustment), *_points(truth, adjustment, named)]
+    for scan in scans:
+        file = folder / f"truth-{scan.name}.npz"
+        where = placements[scan.name]
+        if file.is_file() and where.noise is not None:
+            matrix = np.array(truth["stations"][scan.station]["world_from_scanner"])
+            rows += _cloud(scan, where, Pose.from_matrix(matrix), file)
+    if named is not None:
+        rows += [_counted(b) for b in bookkeeping(truth, named)]
+    return rows
+
+
+def _verdict(what: str, name: str, error: Array, covariance: Array, unit: float = 1e3) -> TruthRow:
+    """One error against its covariance."""
+    square = float(error @ np.linalg.solve(covariance, error))
+    limit = float(chi2.ppf(LEVEL, len(error)))
+    first = min(3, len(error))
+    size = float(np.linalg.norm(error[:first]))
+    expected = float(np.sqrt(np.trace(covariance[:first, :first])))
+    words = f"{unit * size:.2f} mm, expected {unit * expected:.2f} mm"
+    return TruthRow(what, name, words, square, limit, bool(square <= limit))
+
+
+def _stations(truth: Mapping[str, Any], adjustment: Adjustment) -> list[TruthRow]:
+    """Each station, and all of them jointly with their correlations."""
+    layout, state = adjustment.layout, adjustment.state
+    errors, columns, rows = [], [], []
+    for name in layout.names["pose"]:
+        known = truth["stations"].get(name)
+        if known is None:
+            continue
+        matrix, k = np.array(known["world_from_scanner"]), layout.index("pose", name)
+        turn = rotation.log(state.pose_r[k] @ matrix[:3, :3].T)
+        error = np.concatenate([state.pose_t[k] - matrix[:3, 3], turn])
+        errors.append(error)
+        columns.append(layout.columns("pose", k))
+        rows.append(_verdict("station", name, error, adjustment.covariance(name)))
+    if len(rows) > 1:
+        where = np.concatenate(columns)
+        joint = adjustment.covariance_columns(where, where)
+        rows.append(_verdict("stations", "jointly", np.concatenate(errors), joint))
+    return rows
+
+
+def _points(
+    truth: Mapping[str, Any], adjustment: Adjustment, named: Named | None
+) -> list[TruthRow]:
+    """Each adjusted point whose truth is known, tie points by the target that they are."""
+    layout, state = adjustment.layout, adjustment.state
+    alias = {} if named is None else _ties(truth, named)
+    errors, columns, rows = [], [], []
+    for k, name in enumerate(layout.names["point"]):
+        known = truth["points"].get(alias.get(name, name))
+        covariance = adjustment.covariance(name)
+        if known is None or np.diag(covariance).min() <= 0:
+            continue
+        error = state.points[k] - np.array(known)
+        errors.append(error)
+        columns.append(layout.columns("point", k))
+        shown = f"{name} ({alias[name]})" if name in alias else name
+        rows.append(_verdict("point", shown, error, covariance))
+    if len(rows) > 1:
+        where = np.concatenate(columns)
+        joint = adjustment.covariance_columns(where, where)
+        rows.append(_verdict("points", "jointly", np.concatenate(errors), joint))
+    return rows
+
+
+def _true_names(truth: Mapping[str, Any], named: Named) -> dict[str, list[str]]:
+    """True name of each detection by station, "" for what is no target."""
+    targets = {n: np.array(truth["points"][n]) for n in truth["targets"]}
+    names, xyz = list(targets), np.array(list(targets.values()))
+    out = {}
+    for station, found in named.targets.items():
+        matrix = np.array(truth["stations"][station]["world_from_scanner"])
+        here = []
+        for d in found:
+            distance = np.linalg.norm(xyz - matrix[:3, :3] @ d.center - matrix[:3, 3], axis=1)
+            k = int(np.argmin(distance))
+            here.append(names[k] if distance[k] < _NEAR else "")
+        out[station] = here
+    return out
+
+
+def _ties(truth: Mapping[str, Any], named: Named) -> dict[str, str]:
+    """True names of tie points."""
+    out = {}
+    for station, trues in _true_names(truth, named).items():
+        for given, true in zip(named.identification.names.get(station, ()), trues, strict=False):
+            if given.startswith("tie ") and true:
+                out[given] = true
+    return out
+
+
+def bookkeeping(truth: Mapping[str, Any], named: Named) -> list[Bookkeeping]:
+    """Targets station by station."""
+    ties, trues = _ties(truth, named), _true_names(truth, named)
+    out = []
+    for station, data in truth["stations"].items():
+        here, names = trues.get(station, []), named.identification.names.get(station, ())
+        wrong = [
+            true
+            for given, true in zip(names, here, strict=False)
+            if given and true and ties.get(given, given) != true
+        ]
+        out.append(
+            Bookkeeping(
+                station,
+                tuple(data["visible"]),
+                tuple(n for n in data["visible"] if n not in here),
+                here.count(""),
+                tuple(wrong),
+            )
+        )
+    return out
+
+
+def _counted(b: Bookkeeping) -> TruthRow:
+    words = (
+        f"{len(b.visible)} visible, {len(b.missed)} missed, {b.invented} invented, "
+        f"{len(b.misnamed)} misnamed"
+    )
+    missed = f": {', '.join(b.missed)}" if b.missed else ""
+    return TruthRow("targets", b.station, words + missed, None, None, b.clean)
+
+
+@dataclass(frozen=True)
+class CloudError:
+    """Points of one scan against their true places.
+
+    noise : mean of ``e^T C_int^-1 e / 3`` with the true station, what remains are the points' own
+    errors; whole : the same with the adjusted station and the whole covariance; whole_bounds : 99 %
+    of what that may be, since the error of the station is common to all points.
+    """
+
+    points: int
+    noise: float
+    whole: float
+    whole_bounds: tuple[float, float]
+
+
+def cloud_error(scan: StationScan, where: Placement, true: Pose, file: Path) -> CloudError:
+    """The errors of the points of a scan whose truth is in a file."""
+    with np.load(file, allow_pickle=False) as data:
+        number, place = data["point"], data["xyz"]
+    alone = Placement(where.station, true, np.zeros((6, 6)), where.noise)
+    noise, whole, first, used = 0.0, 0.0, 0, 0
+    shared = np.zeros((6, 6))
+    for chunk in scan.scan.chunks():
+        a, b = np.searchsorted(number, [first, first + len(chunk)])
+        xyz = chunk.xyz[number[a:b] - first]
+        first += len(chunk)
+        if a == b:
+            continue
+        noise += _squares(xyz, alone, place[a:b])[0]
+        square, part = _squares(xyz, where, place[a:b])
+        whole, shared, used = whole + square, shared + part, used + b - a
+    n = 3 * max(1, used)
+    return CloudError(used, noise / n, whole / n, _bounds(shared / n, where.covariance))
+
+
+def _squares(xyz: Array, where: Placement, true: Array) -> tuple[float, Array]:
+    """Sum of ``e^T C^-1 e``, and of ``J^T C^-1 J`` (6, 6) over the points."""
+    c = covariances(xyz, where)[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(-1, 3, 3)
+    weight = np.linalg.inv(c)
+    error = where.pose @ xyz - true
+    lever = xyz @ where.pose.rotation.T
+    geo = np.concatenate(
+        [np.broadcast_to(np.eye(3), (len(xyz), 3, 3)), -rotation.skew(lever)], axis=2
+    )
+    square = float(np.einsum("ni,nij,nj->", error, weight, error))
+    return square, np.einsum("nik,nij,njl->kl", geo, weight, geo, optimize=True)
+
+
+def _bounds(shared: Array, covariance: Array) -> tuple[float, float]:
+    """0.5 and 99.5 % quantiles of the mean squared normalised error.
+
+    It is ``1 - tr(A C) + q^T A q`` with q the station's error: a mixture of chi-squares.
+    """
+    root = np.linalg.cholesky(covariance + 1e-24 * np.eye(6))
+    weights = np.linalg.eigvalsh(root.T @ shared @ root)
+    draws = np.random.default_rng(0).chisquare(1, (20_000, 6)) @ weights
+    low, high = np.quantile(draws, [0.005, 0.995]) + 1 - weights.sum()
+    return float(low) - 0.05, float(high) + 0.05
+
+
+def _cloud(scan: StationScan, where: Placement, true: Pose, file: Path) -> list[TruthRow]:
+    """The points' own errors, and the whole with the station's."""
+    error = cloud_error(scan, where, true, file)
+    low, high = error.whole_bounds
+    return [
+        TruthRow(
+            "points of",
+            scan.name,
+            f"own noise: mean squared normalised error {error.noise:.3f} of {error.points} points",
+            error.noise,
+            BAND[1],
+            bool(BAND[0] <= error.noise <= BAND[1]),
+        ),
+        TruthRow(
+            "cloud",
+            scan.name,
+            f"whole: mean squared normalised error {error.whole:.3f}, {low:.2f} to {high:.2f} "
+            "with the common error of the station",
+            error.whole,
+            high,
+            bool(low <= error.whole <= high),
+        ),
+    ]
