@@ -1,0 +1,32 @@
+"""Stations as they are set up: levelled by a compensator, or standing as they stand."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tribrach.geometry.pose import Pose
+from tribrach.geometry.rotation import exp
+
+__all__ = ["levelled", "tilted"]
+
+
+def levelled(place: ArrayLike, heading: float, sigma: float, rng: np.random.Generator) -> Pose:
+    """A levelled scanner: its axis misses the vertical by errors of ``sigma`` [rad] in x and y.
+
+    place (3,) : of the scanner's centre [m]; heading : of its x axis, counter-clockwise from east.
+    """
+    a, b = rng.normal(0, sigma, 2) if sigma > 0 else (0.0, 0.0)
+    return _placed(place, heading, (a, b))
+
+
+def tilted(place: ArrayLike, heading: float, tilt: float, rng: np.random.Generator) -> Pose:
+    """A scanner that nobody levelled, leaning by up to ``tilt`` [rad] about both level axes."""
+    a, b = rng.uniform(-tilt, tilt, 2)
+    return _placed(place, heading, (a, b))
+
+
+def _placed(place: ArrayLike, heading: float, lean: tuple[float, float]) -> Pose:
+    turn = exp(np.array([0.0, 0.0, heading]))
+    rotation = turn @ exp(np.array([lean[0], lean[1], 0.0]))
+    return Pose(rotation, np.asarray(place, dtype=float))

@@ -1,0 +1,137 @@
+"""Tables of simulated surveys as text: sights of total stations, levelling, coordinates, GNSS."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.geodesy.site import FlatSite
+from tribrach.instruments.precision import Precision
+from tribrach.network.observations.direction import Directions
+from tribrach.network.observations.height_difference import HeightDifferences
+from tribrach.network.observations.slope_distance import SlopeDistances
+from tribrach.network.observations.zenith import ZenithAngles
+from tribrach.network.survey import Survey
+from tribrach.simulate.survey import observe
+from tribrach.units import GON
+
+__all__ = ["EARTH", "coordinates", "gnss_positions", "levelling", "sights"]
+
+Array = NDArray[np.float64]
+
+#: radius of the Earth of the flat sites [m]
+EARTH = 6371000.0
+
+
+def sights(
+    places: Mapping[str, Array],
+    lines: Sequence[tuple[str, str]],
+    height_instrument: Mapping[str, float],
+    height_target: Mapping[str, float],
+    precision: Precision,
+    rng: np.random.Generator,
+) -> str:
+    """Directions, zenith angles and slope distances along lines (from, to), as a table.
+
+    places : true coordinates (3,); heights [m], zero for names that are not there; the errors are
+    those of the precision. One orientation for each instrument.
+    """
+    survey = _survey(places)
+    start, end = (list(side) for side in zip(*lines, strict=True))
+    xyz = {name: np.asarray(x, dtype=float) for name, x in places.items()}
+    length = np.array([np.linalg.norm(xyz[a] - xyz[b]) for a, b in lines])
+    ones = np.ones(len(lines))
+    common: dict[str, Any] = {
+        "start": start,
+        "end": end,
+        "height_instrument": np.array([height_instrument.get(a, 0.0) for a in start]),
+        "height_target": np.array([height_target.get(b, 0.0) for b in end]),
+    }
+    circles = [f"orientation of {a}" for a in start]
+    sigma = [f(length, ones) for f in (precision.of_directions, precision.of_zeniths)]
+    survey.add(Directions, values=ones, sigma=sigma[0], orientation=circles, **common)
+    refraction = precision.refraction
+    survey.add(ZenithAngles, values=ones, sigma=sigma[1], refraction=refraction, **common)
+    survey.add(SlopeDistances, values=ones, sigma=precision.of_distances(length, ones), **common)
+    network = survey.network()
+    network.start.scalars[:] = rng.uniform(0, 2 * np.pi, len(network.start.scalars))
+    seen = {o.kind: o.values[:, 0] for o in observe(network, network.start, rng).observations}
+    rows = ["from,to,direction_gon,zenith_gon,slope_distance_m,height_instrument_m,height_target_m"]
+    for k, (a, b) in enumerate(lines):
+        direction, zenith = seen["direction"][k] % (2 * np.pi) / GON, seen["zenith"][k] / GON
+        rows.append(
+            f"{a},{b},{direction:.5f},{zenith:.5f},{seen['slope_distance'][k]:.4f},"
+            f"{common['height_instrument'][k]:.3f},{common['height_target'][k]:.3f}"
+        )
+    return _text(rows)
+
+
+def levelling(
+    places: Mapping[str, Array],
+    lines: Sequence[tuple[str, str]],
+    length: Array,
+    precision: Precision,
+    rng: np.random.Generator,
+) -> str:
+    """Height differences along lines of length (n,) [m], as a table."""
+    survey = _survey(places)
+    start, end = (list(side) for side in zip(*lines, strict=True))
+    sigma = precision.of_lines(np.asarray(length, dtype=float))
+    survey.add(HeightDifferences, values=np.ones(len(lines)), sigma=sigma, start=start, end=end)
+    network = survey.network()
+    rises = observe(network, network.start, rng).observations[0].values[:, 0]
+    rows = ["from,to,height_difference_m,length_km"]
+    for (a, b), rise, far in zip(lines, rises, length, strict=True):
+        rows.append(f"{a},{b},{rise:.5f},{far / 1000:.6f}")
+    return _text(rows)
+
+
+def coordinates(
+    places: Mapping[str, Array], sigma: tuple[float, float, float], rng: np.random.Generator
+) -> str:
+    """Coordinates with errors of these sigmas (E, N, U) [m], as a table."""
+    rows = ["point,e_m,n_m,u_m,sigma_e_mm,sigma_n_mm,sigma_u_mm"]
+    e, n, u = (f"{1e3 * s:g}" for s in sigma)
+    for name, x in places.items():
+        given = x + rng.normal(size=3) * sigma
+        rows.append(f"{name},{given[0]:.5f},{given[1]:.5f},{given[2]:.5f},{e},{n},{u}")
+    return _text(rows)
+
+
+def gnss_positions(
+    places: Mapping[str, Array],
+    sigma: tuple[float, float, float],
+    rng: np.random.Generator,
+    common: float = 0.5,
+    antenna_height: Mapping[str, float] | None = None,
+) -> str:
+    """Antenna positions with errors of these sigmas (E, N, U) [m], as a table of one session.
+
+    common : share of the variance that all have in common, no session where it is zero;
+    antenna_height : of the antenna over the named point [m], where that is not in ``places``.
+    """
+    shift = np.sqrt(common) * rng.normal(size=3) * sigma
+    rows = ["gnss,set,e_m,n_m,u_m,antenna_height_m,sigma_e_mm,sigma_n_mm,sigma_u_mm"]
+    e, n, u = (f"{1e3 * s:g}" for s in sigma)
+    session = "session 1" if common > 0 else ""
+    for name, x in places.items():
+        given = x + shift + np.sqrt(1 - common) * rng.normal(size=3) * sigma
+        height = 0.0 if antenna_height is None else antenna_height.get(name, 0.0)
+        rows.append(
+            f"{name},{session},{given[0]:.5f},{given[1]:.5f},{given[2]:.5f},{height:.4f},{e},{n},{u}"
+        )
+    return _text(rows)
+
+
+def _survey(places: Mapping[str, Array]) -> Survey:
+    survey = Survey(site=FlatSite(EARTH))
+    for name, x in places.items():
+        survey.point(name, x)
+    return survey
+
+
+def _text(rows: list[str]) -> str:
+    return "\n".join([*rows, ""])

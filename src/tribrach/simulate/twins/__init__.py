@@ -1,0 +1,28 @@
+"""Twins of published surveys, one module each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from tribrach.errors import InputError
+from tribrach.simulate.twin import Twin
+from tribrach.simulate.twins import hanoi_facade
+
+__all__ = ["TWINS", "build"]
+
+#: builders by name: points per station, seed -> twin
+TWINS: dict[str, Callable[[int, int], Twin]] = {
+    "hanoi-facade": hanoi_facade.build,
+}
+
+
+def build(name: str, points: int = 1_000_000, seed: int = 1) -> Twin:
+    """A twin with about so many points at every station.
+
+    Raises
+    ------
+    InputError : there is no twin of this name, or the number of points makes no sense.
+    """
+    if name not in TWINS:
+        raise InputError(f"there is no twin {name!r}", cure=f"choose from {', '.join(TWINS)}")
+    return TWINS[name](points, seed)
