@@ -160,3 +160,19 @@ def test_bad_input_is_refused():
         sigma_angle=0,
     )
     assert any("points determine" in s for s in fit.sentences)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_clutter_ends_in_a_fit_or_a_sentence(seed):
+    rng = np.random.default_rng(seed)
+    start = np.array([6.0, 1.0, 0.3])
+    spread = rng.uniform(0.02, 0.3, 3)
+    xyz = start + rng.normal(size=(int(rng.integers(30, 300)), 3)) * spread
+    try:
+        fit = fit_sphere(
+            xyz, start, R, sigma_range=6e-3, sigma_angle=2e-5, free_radius=seed % 2 == 0
+        )
+    except InputError:
+        return
+    assert np.isfinite(fit.center).all()
+    assert fit.inliers.sum() >= 30

@@ -116,6 +116,7 @@ State = tuple[Array, Array, Array, Array, Mask, Mask, bool]
 def _conclude(state: State, floor: float, free: bool, said: tuple[str, ...] = ()) -> SphereFit:
     """Numbers of the fit from its last iteration."""
     unknowns, normal, residuals, cosine, masked, keep, settled = state
+    keep = keep & np.isfinite(residuals)
     count, u = int(keep.sum()), 4 if free else 3
     if count < FEWEST:
         raise InputError(f"only {count} points lie on the sphere, {FEWEST} are needed")
@@ -233,7 +234,7 @@ def _normal_matrix(design: Array, residuals: Array, sigma: Array, keep: Mask) ->
     out = np.zeros((5, 5))
     row = np.zeros(5)
     for i in range(len(design)):
-        if keep[i]:
+        if keep[i] and np.isfinite(residuals[i]):
             for a in range(4):
                 row[a] = design[i, a] / sigma[i]
             row[4] = residuals[i] / sigma[i]
@@ -251,6 +252,8 @@ def _solved(normal: Array, u: int) -> Array:
     if not scale.min() > 0:
         return np.full(4, np.nan)
     scaled = normal[:u, :u] / np.outer(scale, scale)
+    if not np.isfinite(scaled.sum()):
+        return np.full(4, np.nan)
     if not np.linalg.det(scaled) > 1e-12:
         return np.full(4, np.nan)
     out[:u] = np.linalg.solve(scaled, normal[:u, 4] / scale) / scale

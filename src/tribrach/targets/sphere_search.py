@@ -27,8 +27,12 @@ Array = NDArray[np.float64]
 
 #: largest ratio of residuals to noise, least shares of inliers and of covered pixels
 _FIT, _INLIERS, _COVER = 2.5, 0.7, 0.4
-#: a free radius and the form may differ by the least of these [m, radii], but by 4 sigma
+#: a free radius may differ by the less of the first two [m, radii] or by 4 sigma, the form by a
+#: share of the radius or 4 sigma; but never by more than these shares, noise or not
 _RADIUS, _RADIUS_SHARE, _FORM_SHARE = 6e-3, 0.08, 0.03
+_MOST_RADIUS, _MOST_FORM, _MOST_RMS = 0.1, 0.05, 0.1
+#: rejections for size alone are listed for this many things at most, the likest first
+_LISTED = 50
 #: form errors of good spheres [m], added to the noise in tests
 _FORM = 3e-4
 #: no image window is searched that is wider than this [rad]
@@ -57,9 +61,8 @@ def find_spheres(
     """Spheres of the given radii [m] among points (n, 3) [m] of the scanner frame.
 
     image : of the same points; sigma_range [m] : of one range, from the scan itself if None;
-    sigma_angle [rad]; floor [m] : of a
-    centre in each coordinate; scan : its name. A place that fits several radii becomes one sphere, of the
-    radius that fits best.
+    sigma_angle [rad]; floor [m] : of a centre in each coordinate; scan : its name. A place that
+    fits several radii becomes one sphere, of the radius that fits best.
 
     Raises
     ------
@@ -97,7 +100,8 @@ def _of_radius(
                 found.append(result)
         elif not any(np.linalg.norm(r.center - result.center) < radius for r in rejected):
             rejected.append(result)
-    for k in np.flatnonzero(~parts.fits):
+    unlike = np.abs(np.log(parts.width)) + np.abs(np.log(parts.height))
+    for k in [k for k in np.argsort(unlike, kind="stable") if not parts.fits[k]][:_LISTED]:
         w, h = 2e3 * radius * parts.width[k], 2e3 * radius * parts.height[k]
         size = f"{w:.0f} mm wide and {h:.0f} mm high is not the size of a sphere"
         reason = f"{size} of {2e3 * radius:.0f} mm"
@@ -232,6 +236,9 @@ def _first_reason(ratio: float, inliers: float, cover: float, fit: SphereFit, no
             f"residuals of {1e3 * fit.rms:.1f} mm are {ratio:.1f} times the noise of "
             f"{1e3 * noise.range:.1f} mm"
         )
+    if fit.rms > _MOST_RMS * fit.radius:
+        share = 100 * fit.rms / fit.radius
+        return f"residuals of {1e3 * fit.rms:.1f} mm are {share:.0f} % of the radius"
     if inliers < _INLIERS:
         return f"only {100 * inliers:.0f} % of the points behind its outline lie on the sphere"
     if cover < _COVER:
@@ -247,11 +254,11 @@ def _form_reason(points: Array, fit: SphereFit, noise: _Noise) -> tuple[str, flo
         return "its radius cannot be determined from its points", fit.radius, 0.0
     off = abs(free.radius - fit.radius)
     allowed = min(_RADIUS, _RADIUS_SHARE * fit.radius)
-    if off > max(allowed, 4 * free.sigma_radius):
+    if off > min(max(allowed, 4 * free.sigma_radius), _MOST_RADIUS * fit.radius):
         what = f"its own radius is {1e3 * free.radius:.1f} mm, not {1e3 * fit.radius:.1f} mm"
         return what, free.radius, 0.0
     form, sigma_form = _form(points, fit)
-    if form > max(_FORM_SHARE * fit.radius, 4 * sigma_form):
+    if form > min(max(_FORM_SHARE * fit.radius, 4 * sigma_form), _MOST_FORM * fit.radius):
         what = f"its surface departs from a sphere by {1e3 * form:.1f} mm: it is longer one way"
         return what, free.radius, form
     return "", free.radius, form
