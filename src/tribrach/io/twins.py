@@ -1,8 +1,8 @@
 """A twin on disk: scans, tables, project file, and the truth.
 
-``truth.json`` holds poses, targets, marks and what each station can see; ``truth/SCAN.npz`` the
-true places of a random share of the points (``index`` in the order of the file, ``world`` (n, 3)
-[m], ``mixed``).
+``truth/truth.json`` holds poses, points and what each station can see; ``truth/truth-SCAN.npz`` the
+true places of a random share of the points that are no mixture of several surfaces: ``point`` (n,)
+in the order of the file, ``xyz`` (n, 3) world [m].
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def write_twin(
         counts[one.name] = _write_scan(twin, number, folder, tell, truth)
     path = folder / f"{twin.name}.toml"
     texts: dict[Path, str | bytes] = {folder / name: text for name, text in twin.files.items()}
-    texts[folder / "truth.json"] = json.dumps(truth_of(twin, counts), indent=1) + "\n"
+    texts[folder / "truth" / "truth.json"] = json.dumps(truth_of(twin, counts), indent=1) + "\n"
     texts[path] = project_text(twin)
     write_texts(texts)
     return path
@@ -87,7 +87,7 @@ def _write_scan(
             done += block.rays
             tell(one.name, done, one.rays)
     if truth and keeper.seen:
-        write_bytes(folder / "truth" / f"{one.name}.npz", keeper.packed())
+        write_bytes(folder / "truth" / f"truth-{_title(one)}.npz", keeper.packed())
     return keeper.seen
 
 
@@ -95,29 +95,34 @@ class _Keeper:
     """Keeps the truth of a random share of points that come in blocks."""
 
     def __init__(self, count: int, rng: np.random.Generator) -> None:
-        self._count, self._rng, self.seen = count, rng, 0
-        self._kept: dict[str, NDArray[Any]] = {}
+        self._count, self._rng, self.seen, self.mixed = count, rng, 0, 0
+        self._lot, self._point, self._xyz = (
+            np.empty(0),
+            np.empty(0, dtype=np.int64),
+            np.empty((0, 3)),
+        )
 
     def take(self, block: Block) -> None:
         """The points of a block; those with the smallest lots stay."""
-        fresh: dict[str, NDArray[Any]] = {
-            "lot": self._rng.random(len(block)),
-            "index": self.seen + np.arange(len(block)),
-            "world": block.truth,
-            "mixed": block.mixed,
-        }
+        alone = np.flatnonzero(~block.mixed)
+        lot = np.concatenate([self._lot, self._rng.random(len(alone))])
+        keep = np.sort(np.argsort(lot)[: self._count])
+        self._lot = lot[keep]
+        self._point = np.concatenate([self._point, self.seen + alone])[keep]
+        self._xyz = np.concatenate([self._xyz, block.truth[alone]])[keep]
         self.seen += len(block)
-        if self._kept:
-            fresh = {name: np.concatenate([self._kept[name], x]) for name, x in fresh.items()}
-        keep = np.sort(np.argsort(fresh["lot"])[: self._count])
-        self._kept = {name: x[keep] for name, x in fresh.items()}
+        self.mixed += len(block) - len(alone)
 
     def packed(self) -> bytes:
-        """Index in the file, world coordinates, and whether the point is a mixed one, as npz."""
+        """Numbers in the file and world coordinates, as npz."""
         buffer = BytesIO()
-        kept = self._kept
-        np.savez(buffer, index=kept["index"], world=kept["world"], mixed=kept["mixed"])
+        np.savez(buffer, point=self._point, xyz=self._xyz)
         return buffer.getvalue()
+
+
+def _title(one: TwinScan) -> str:
+    """The scan's name in a project, where a station may have several."""
+    return one.name if one.name == one.station else f"{one.station} {one.name}"
 
 
 def project_text(twin: Twin) -> str:
@@ -150,7 +155,7 @@ def truth_of(twin: Twin, counts: dict[str, int]) -> dict[str, Any]:
         "seed": twin.seed,
         "stations": {
             s.name: {
-                "pose": s.pose.matrix.tolist(),
+                "world_from_scanner": s.pose.matrix.tolist(),
                 "levelled": s.levelled,
                 "visible": twin.visible(s.name),
                 "sights": {n: vars(sight) for n, sight in twin.sights[s.name].items()},
@@ -160,13 +165,15 @@ def truth_of(twin: Twin, counts: dict[str, int]) -> dict[str, Any]:
         "targets": {
             t.name: {
                 "kind": t.kind,
-                "center": t.center.tolist(),
                 "size": t.size,
                 "normal": None if t.normal is None else t.normal.tolist(),
             }
             for t in twin.targets
         },
-        "marks": {name: np.asarray(x).tolist() for name, x in twin.marks.items()},
+        "points": {
+            **{name: np.asarray(x).tolist() for name, x in twin.marks.items()},
+            **{t.name: t.center.tolist() for t in twin.targets},
+        },
         "scans": {
             one.name: {
                 "file": _file(twin, one),

@@ -24,7 +24,7 @@ _PROBES = 20_000
 #: pixels of the grid that holds the windows
 _PIXELS = 4_000_000
 #: a window reaches so many times as far as its target, and at least this far [m]
-_MARGIN, _LEAST = 1.8, 0.3
+_MARGIN, _LEAST = 1.8, 0.25
 
 
 def overview(
@@ -49,8 +49,12 @@ def overview(
     return TwinScan(name, name, Grid.window(h, v, step))
 
 
-def fine_scan(station: str, pose: Pose, targets: Sequence[Target], step: float) -> TwinScan:
+def fine_scan(
+    station: str, pose: Pose, targets: Sequence[Target], step: float, name: str = ""
+) -> TwinScan:
     """One scan of windows around targets, all on one grid of this step [rad].
+
+    name : of the scan, that of the station and "-targets" if empty.
 
     Raises
     ------
@@ -76,7 +80,7 @@ def fine_scan(station: str, pose: Pose, targets: Sequence[Target], step: float) 
             across = across % columns
         down = slice(max(int((v - b - low) / step), 0), int((v + b - low) / step) + 1)
         mask[down, across[(across >= 0) & (across < columns)]] = True
-    return TwinScan(f"{station}-targets", station, grid, mask)
+    return TwinScan(name or f"{station}-targets", station, grid, mask)
 
 
 def _arc(h: Array, half: Array) -> tuple[float, float]:

@@ -6,13 +6,22 @@ from collections.abc import Callable
 
 from tribrach.errors import InputError
 from tribrach.simulate.twin import Twin
-from tribrach.simulate.twins import hanoi_facade
+from tribrach.simulate.twins import (
+    hanoi_facade,
+    konya_building,
+    newcastle_lab,
+    sphere_courtyard,
+)
 
 __all__ = ["TWINS", "build"]
 
 #: builders by name: points per station, seed -> twin
 TWINS: dict[str, Callable[[int, int], Twin]] = {
     "hanoi-facade": hanoi_facade.build,
+    "sphere-courtyard": sphere_courtyard.build,
+    "newcastle-lab": newcastle_lab.build,
+    "newcastle-lab-ceiling": newcastle_lab.with_ceiling,
+    "konya-building": konya_building.build,
 }
 
 

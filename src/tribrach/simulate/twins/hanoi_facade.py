@@ -59,6 +59,7 @@ PROJECT = """\
 # Two facades of a campus, four levelled scanner stations over a control traverse (simulated).
 title = "Facades of a campus (simulated)"
 confidence = 0.95
+truth = "truth/truth.json"
 
 [facts]
 Site = "Hanoi, polygon of five points with the published leg lengths"
