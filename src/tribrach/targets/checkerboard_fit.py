@@ -1,0 +1,334 @@
+"""The centre of a black and white checkerboard of 2x2 quadrants, from its points (section 8.2).
+
+``I = I0 + dI erf(a / (sqrt2 s)) erf(b / (sqrt2 s))`` over the board's plane, a and b the signed
+distances from its two edge lines ``(x - x0) cos t + (y - y0) sin t``: least squares for x0, y0,
+t1, t2, I0, dI and the blur s, which the footprint foretells. Points near an edge are uncertain by
+their angles as well. Scanner frame, metres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import erf
+
+from tribrach.targets.board_plane import BoardPlane, fit_board_plane
+
+__all__ = ["CheckerboardFit", "Refused", "fit_checkerboard"]
+
+Array = NDArray[np.float64]
+
+#: fewest points within the board
+FEWEST = 40
+#: edge lines are at right angles within this [rad]
+_SQUARE = np.radians(5.0)
+#: the board is not looked at more obliquely than this [rad]
+_STEEPEST = np.radians(65.0)
+#: least contrast over noise, least share of the variance of intensity that the pattern explains
+_CONTRAST, _EXPLAINED = 4.0, 0.72
+#: the blur is foretold to within this share of itself
+_BLUR_SHARE = 0.5
+_TRIM = 3.5
+
+
+@dataclass(frozen=True)
+class CheckerboardFit:
+    """A measured board.
+
+    center (3,), covariance (3, 3) : scanner frame; plane; flat (2, 2) : covariance in the plane;
+    rms [m] : of the range residuals; contrast : black to white over the noise; explained : share
+    of the variance of intensity; incidence, turn, skew [rad] : turn of the edges in the plane,
+    deviation from a right angle; blur [m]; points used.
+    """
+
+    center: Array
+    covariance: Array
+    plane: BoardPlane
+    flat: Array
+    rms: float
+    contrast: float
+    explained: float
+    incidence: float
+    turn: float
+    skew: float
+    blur: float
+    points: int
+
+
+@dataclass(frozen=True)
+class Refused:
+    """Why points are no checkerboard, in one sentence without the stop."""
+
+    reason: str
+
+    def __bool__(self) -> bool:
+        """A refusal is no fit."""
+        return False
+
+
+def fit_checkerboard(
+    xyz: Array,
+    intensity: NDArray[np.floating[Any]],
+    start: Array,
+    side: float,
+    *,
+    footprint: float = 0.006,
+    sigma_angle: float = 4e-5,
+    floor: float = 3e-4,
+) -> CheckerboardFit | Refused:
+    """The board of a side [m] near a place (3,), wrong by up to a third of the side, any turn.
+
+    footprint : diameter of the beam [m]; sigma_angle [rad] : of one point, its place in the
+    footprint included; floor : added to the covariance in each direction [m].
+    """
+    close = np.linalg.norm(xyz - start, axis=1) < 0.95 * side
+    if close.sum() < FEWEST:
+        return Refused(f"only {int(close.sum())} points, {FEWEST} are needed")
+    xyz, light = xyz[close], np.asarray(intensity[close], dtype=float)
+    spread = sigma_angle * float(np.linalg.norm(start))
+    scale = side / 2, max(float(np.hypot(footprint / 4, spread)), 1e-4), spread
+    use = np.linalg.norm(xyz - start, axis=1) < 0.5 * side
+    near, solved = start, None  # type: Array, _Solved | None
+    # the first plane is that of what lies around the start, the second that of the board alone
+    for _ in range(2):
+        found = _plane(xyz, light, use, near, footprint)
+        if isinstance(found, Refused):
+            return found
+        plane, reach = found, _reach(xyz, found, side)
+        flat = plane.project(xyz)
+        guess = _guess(flat[reach], light[reach], side) if solved is None else _moved(solved.p)
+        if guess is None:
+            return Refused("light and dark do not alternate around it")
+        solved = _solve(flat[reach], light[reach], guess, scale)
+        if solved is None:
+            return Refused("the pattern of its quadrants does not converge")
+        near = plane.at(solved.p[:2])
+        use = _inside(flat, solved.p, side / 2) & _reach(xyz, plane, side)
+    return _judged(flat[reach], light[reach], plane, solved, scale, floor)
+
+
+def _plane(
+    xyz: Array, light: Array, use: NDArray[np.bool_], near: Array, footprint: float
+) -> BoardPlane | Refused:
+    """The plane of some points, if the beam meets it well enough."""
+    if use.sum() < FEWEST // 2:
+        return Refused(f"only {int(use.sum())} points, {FEWEST // 2} are needed")
+    low, high = np.quantile(light[use], [0.1, 0.9])
+    plane = fit_board_plane(xyz[use], light[use] > (low + high) / 2, near, footprint)
+    if plane is None:
+        return Refused("the points around it lie in no plane")
+    incidence = _incidence(near, plane)
+    if incidence > _STEEPEST:
+        return Refused(f"the beam meets it at {np.degrees(incidence):.0f} degrees")
+    return plane
+
+
+def _incidence(point: Array, plane: BoardPlane) -> float:
+    return float(np.arccos(min(1.0, abs(point @ plane.normal) / float(np.linalg.norm(point)))))
+
+
+def _reach(xyz: Array, plane: BoardPlane, side: float) -> NDArray[np.bool_]:
+    """Points near enough to the plane to be its board, or what surrounds it."""
+    near: NDArray[np.bool_] = np.abs(xyz @ plane.normal - plane.offset) < max(
+        5 * plane.rms, 0.1 * side
+    )
+    return near
+
+
+def _moved(p: Array) -> Array:
+    """A solution as the start in the coordinates of a plane whose origin is its centre."""
+    return np.array([0.0, 0.0, *p[2:]])
+
+
+def _guess(flat: Array, light: Array, side: float) -> Array | None:
+    """x0, y0, t1, t2, I0, dI, s from a search over turns and shifts."""
+    keep = slice(None, None, max(1, len(flat) // 1500))
+    x, i = flat[keep], light[keep] - np.median(light[keep])
+    shifts = np.linspace(-0.36, 0.36, 9) * side
+    best, found = 0.0, None  # type: float, tuple[float, ...] | None
+    for turn in np.arange(0, np.pi / 2, np.pi / 24):
+        c, s = np.cos(turn), np.sin(turn)
+        a, b = x @ [c, s], x @ [-s, c]
+        for u in shifts:
+            for v in shifts:
+                inside = (np.abs(a - u) < 0.45 * side) & (np.abs(b - v) < 0.45 * side)
+                n = int(inside.sum())
+                if n < 12:
+                    continue
+                sign = np.sign((a[inside] - u) * (b[inside] - v))
+                here = i[inside] - i[inside].mean()
+                score = abs(sign @ here) / (np.sqrt(n) * np.linalg.norm(here) + 1e-12)
+                score *= np.sqrt(n / len(x))
+                if score > best:
+                    level = float(sign @ here) / n
+                    centre = u * np.array([c, s]) + v * np.array([-s, c])
+                    best, found = score, (*centre, turn, turn + np.pi / 2, level)
+    if found is None or best < 0.25:
+        return None
+    x0, y0, t1, t2, level = found
+    return np.array([x0, y0, t1, t2, float(np.median(light)), level, 0.0])
+
+
+def _model(flat: Array, p: Array) -> tuple[Array, Array]:
+    """Intensities (n,) and derivatives (n, 7) by x0, y0, t1, t2, I0, dI, ln s."""
+    s = np.exp(p[6])
+    d = flat - p[:2]
+    out, terms = [], []
+    for t in (p[2], p[3]):
+        c, k = np.cos(t), np.sin(t)
+        a = d[:, 0] * c + d[:, 1] * k
+        slope = np.sqrt(2 / np.pi) / s * np.exp(-(a**2) / (2 * s**2))
+        out.append(erf(a / (np.sqrt(2) * s)))
+        terms.append((a, -c * slope, -k * slope, (d[:, 1] * c - d[:, 0] * k) * slope, -a * slope))
+    (ea, eb), (ta, tb) = out, terms
+    j = np.empty((len(flat), 7))
+    j[:, 0] = p[5] * (ta[1] * eb + ea * tb[1])
+    j[:, 1] = p[5] * (ta[2] * eb + ea * tb[2])
+    j[:, 2] = p[5] * ta[3] * eb
+    j[:, 3] = p[5] * ea * tb[3]
+    j[:, 4] = 1.0
+    j[:, 5] = ea * eb
+    j[:, 6] = p[5] * (ta[4] * eb + ea * tb[4])
+    return p[4] + p[5] * ea * eb, j
+
+
+@dataclass(frozen=True)
+class _Solved:
+    """Parameters (7,), their covariance (7, 7), points used, noise of light."""
+
+    p: Array
+    covariance: Array
+    use: NDArray[np.bool_]
+    noise: float
+
+
+def _solve(
+    flat: Array, light: Array, guess: Array, scale: tuple[float, float, float]
+) -> _Solved | None:
+    """Damped Gauss-Newton with trimming; the blur is weighted by its foretold value."""
+    half, blur, jitter = scale
+    p = guess.copy()
+    p[6] = np.log(max(blur, 0.06 * half))
+    use = _inside(flat, p, half)
+    noise = float(np.std(light[use])) if use.any() else 0.0
+    for step in range(40):
+        if use.sum() < FEWEST // 2 or noise <= 0:
+            return None
+        value, j = _model(flat[use], p)
+        v = light[use] - value
+        # what a point's uncertain place does to its light near an edge
+        drift = np.hypot(j[:, 0], j[:, 1]) * jitter
+        w = 1 / (noise**2 + drift**2)
+        n = j.T @ (j * w[:, None])
+        right = j.T @ (w * v)
+        n[6, 6] += 1 / _BLUR_SHARE**2
+        right[6] += (np.log(blur) - p[6]) / _BLUR_SHARE**2
+        damped = n + np.diag(np.diag(n)) * (0.1 if step < 4 else 0.0)
+        move = np.linalg.solve(damped + 1e-12 * np.diag(np.diag(n)), right)
+        limit = np.array([half / 4, half / 4, 0.15, 0.15, np.inf, np.inf, 0.7])
+        p = p + np.clip(move, -limit, limit)
+        scaled = v * np.sqrt(w)
+        fresh = float(1.4826 * np.median(np.abs(v[drift < noise]))) if step > 2 else noise
+        noise = max(fresh, 0.005 * abs(p[5])) if np.isfinite(fresh) else noise
+        if step > 3:
+            inside = _inside(flat, p, half)
+            value, j = _model(flat, p)
+            drift = np.hypot(j[:, 0], j[:, 1]) * jitter
+            use = inside & (
+                np.abs(light - value) < _TRIM * np.hypot(noise, drift) + 0.02 * abs(p[5])
+            )
+        if step > 8 and np.abs(move[:4] / [half, half, 1, 1]).max() < 1e-7:
+            break
+    chi = float(np.mean(scaled**2))
+    return _Solved(p, np.linalg.inv(n) * max(1.0, chi), use, noise)
+
+
+def _inside(flat: Array, p: Array, half: float) -> NDArray[np.bool_]:
+    """Points within the board's square, a little inside of its rim."""
+    d = flat - p[:2]
+    limit = 0.94 * half
+    a = d @ [np.cos(p[2]), np.sin(p[2])]
+    b = d @ [np.cos(p[3]), np.sin(p[3])]
+    return (np.abs(a) < limit) & (np.abs(b) < limit)
+
+
+def _judged(
+    flat: Array,
+    light: Array,
+    plane: BoardPlane,
+    solved: _Solved,
+    scale: tuple[float, float, float],
+    floor: float,
+) -> CheckerboardFit | Refused:
+    """The fit, if it passes every test."""
+    p, half = solved.p, scale[0]
+    skew = float((p[3] - p[2] - np.pi / 2 + np.pi / 2) % np.pi - np.pi / 2)
+    inside = _inside(flat, p, half)
+    value, _ = _model(flat, p)
+    left = light[inside] - value[inside]
+    explained = 1 - float(left.var() / max(light[inside].var(), 1e-12))
+    contrast = 2 * abs(p[5]) / max(solved.noise, 1e-12)
+    reason = _doubt(flat, light, p, half, skew, contrast, explained)
+    if reason:
+        return Refused(reason)
+    center = plane.at(p[:2])
+    in_plane = solved.covariance[:2, :2]
+    away = center / np.linalg.norm(center)
+    # an offset of the plane moves the centre along the beam, since print is carried along it
+    along = plane.sigma / max(abs(away @ plane.normal), 0.1)
+    covariance = plane.axes.T @ in_plane @ plane.axes + along**2 * np.outer(away, away)
+    return CheckerboardFit(
+        center=center,
+        covariance=covariance + floor**2 * np.eye(3),
+        plane=plane,
+        flat=in_plane,
+        rms=plane.rms,
+        contrast=contrast,
+        explained=explained,
+        incidence=_incidence(center, plane),
+        turn=float(p[2]),
+        skew=skew,
+        blur=float(np.exp(p[6])),
+        points=int(solved.use.sum()),
+    )
+
+
+def _doubt(
+    flat: Array,
+    light: Array,
+    p: Array,
+    half: float,
+    skew: float,
+    contrast: float,
+    explained: float,
+) -> str:
+    """Why a converged fit is no board of this size; "" if it is one."""
+    if abs(skew) > _SQUARE:
+        return f"its edges meet at {90 + np.degrees(skew):.0f} degrees"
+    if contrast < _CONTRAST:
+        return f"its contrast is {contrast:.1f} times the noise, {_CONTRAST:g} are needed"
+    if explained < _EXPLAINED:
+        return f"the pattern explains {100 * explained:.0f} % of the light, 72 are needed"
+    d = flat - p[:2]
+    a, b = d @ [np.cos(p[2]), np.sin(p[2])], d @ [np.cos(p[3]), np.sin(p[3])]
+    inside = (np.abs(a) < half) & (np.abs(b) < half)
+    counts = [
+        int((inside & (np.sign(a) == i) & (np.sign(b) == j)).sum())
+        for i in (-1, 1)
+        for j in (-1, 1)
+    ]
+    if min(counts) < 0.4 * np.mean(counts) or min(counts) < 6:
+        return f"its quadrants hold {counts} points"
+    outside = (np.maximum(np.abs(a), np.abs(b)) > 1.5 * half) & (
+        np.maximum(np.abs(a), np.abs(b)) < 1.9 * half
+    )
+    if outside.sum() >= 20:
+        sign = np.sign(a[outside] * b[outside])
+        here = light[outside] - light[outside].mean()
+        similar = float(np.sign(p[5]) * (sign @ here)) / (outside.sum() * abs(p[5]))
+        if similar > 0.6:
+            return "its pattern goes on beyond the side of the board"
+    return ""

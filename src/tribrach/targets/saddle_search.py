@@ -1,0 +1,149 @@
+"""Where in a scan does light alternate four times around a point, at the size of a board?
+
+Around the centre of a 2x2 checkerboard intensity changes sign at every quarter turn: the second
+harmonic along a circle is strong, opposite samples are alike. The circle's size in pixels follows
+from range, angular steps and the board's side, so that one size in metres is looked for everywhere.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+from tribrach.scan.range_image import RangeImage
+
+__all__ = ["candidates"]
+
+Array = NDArray[np.float64]
+Single = NDArray[np.float32]
+
+#: radii of the circles as shares of the side
+_RADII = (0.22, 0.36)
+#: samples along a circle
+_SAMPLES = 16
+#: circles smaller than this [pixels] cannot be judged
+_SMALLEST = 1.3
+#: least strength of the second harmonic over the amplitude (2/pi for an ideal board)
+_STRENGTH = 0.30
+#: candidates that are followed up, the strongest first
+_MOST = 400
+
+
+def candidates(image: RangeImage, intensity: NDArray[np.float32], side: float) -> NDArray[np.int64]:
+    """Pixels (k, 2), row and column, the strongest first, none within half a side of another."""
+    light = _light(image.index, intensity)
+    sv = np.maximum(np.abs(np.sin(image.v())), 0.05)
+    steps = np.stack([np.full_like(sv, image.step_v), image.step_h * sv], axis=1)
+    score = np.zeros(image.shape, dtype=np.float32)
+    turns = 2 * np.pi * np.arange(_SAMPLES) / _SAMPLES
+    wave = np.stack([np.sin(turns), np.cos(turns), np.sin(2 * turns), np.cos(2 * turns)])
+    ranges = image.filled()
+    _score(light, ranges, steps, wave, np.array(_RADII), side, image.wraps, score)
+    rows, columns = np.nonzero(score > _STRENGTH)
+    order = np.argsort(-score[rows, columns], kind="stable")
+    kept = _apart(
+        rows[order].astype(np.int64),
+        columns[order].astype(np.int64),
+        ranges,
+        steps,
+        side,
+        image.wraps,
+        _MOST,
+    )
+    return np.stack([rows[order][kept], columns[order][kept]], axis=1).astype(np.int64)
+
+
+def _light(index: NDArray[np.int32], intensity: NDArray[np.float32]) -> Single:
+    """Intensity image, single holes filled by a neighbour, NaN elsewhere."""
+    light = np.where(index >= 0, intensity[np.maximum(index, 0)], np.nan).astype(np.float32)
+    for axis in (1, 0):
+        hole = np.isnan(light)
+        shifted = np.roll(light, 1, axis=axis)
+        light[hole] = shifted[hole]
+    return light
+
+
+@njit(cache=True, parallel=True, nogil=True)
+def _score(light, ranges, steps, wave, radii, side, wraps, out):  # type: ignore[no-untyped-def]
+    """Strength of the saddle at every pixel, 0 where there is none."""
+    rows, columns = light.shape
+    for i in prange(rows):
+        for j in range(columns):
+            r = ranges[i, j]
+            if not r > 0.3:
+                continue
+            ry, rx = side / (r * steps[i, 0]), side / (r * steps[i, 1])
+            if radii[0] * min(rx, ry) < _SMALLEST:
+                continue
+            # large boards need not be tried at every pixel
+            stride = max(1, int(0.06 * min(rx, ry)))
+            if i % stride or j % stride:
+                continue
+            out[i, j] = _saddle(light, ranges, i, j, rx, ry, wave, radii, side, wraps)
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _saddle(light, ranges, i, j, rx, ry, wave, radii, side, wraps):  # type: ignore[no-untyped-def]
+    """Strength of one pixel: mean second harmonic of the circles over the amplitude of light."""
+    rows, columns = light.shape
+    count = wave.shape[1]
+    re, im, odd, low, high, mean = 0.0, 0.0, 0.0, np.inf, -np.inf, 0.0
+    values = np.empty(count)
+    for radius in radii:
+        bend = 0.0
+        for k in range(count):
+            a = int(np.rint(i + radius * ry * wave[0, k]))
+            b = int(np.rint(j + radius * rx * wave[1, k]))
+            if wraps:
+                b %= columns
+            if a < 0 or a >= rows or b < 0 or b >= columns:
+                return 0.0
+            value, depth = light[a, b], ranges[a, b]
+            if np.isnan(value) or np.isnan(depth):
+                return 0.0
+            values[k] = value
+            bend += depth
+            re += value * wave[3, k]
+            im += value * wave[2, k]
+            mean += value
+            low, high = min(low, value), max(high, value)
+        # surfaces are flat: the mean of the circle is the range of its middle
+        if abs(bend / count - ranges[i, j]) > 0.25 * side:
+            return 0.0
+        for k in range(count // 2):
+            odd += abs(values[k] - values[k + count // 2])
+    n = count * len(radii)
+    half = 0.5 * (high - low)
+    if half < 0.08 * abs(mean / n) or half <= 0:
+        return 0.0
+    strength = np.sqrt(re * re + im * im) / n / half
+    unlike = odd / (n / 2) / (2 * half)
+    return strength - 0.5 * max(0.0, unlike - 0.25)
+
+
+@njit(cache=True, nogil=True)
+def _apart(rows, columns, ranges, steps, side, wraps, most):  # type: ignore[no-untyped-def]
+    """Numbers of the candidates, strongest first, that are half a side from all before."""
+    kept = np.empty(len(rows), dtype=np.int64)
+    count = 0
+    width = ranges.shape[1]
+    for n in range(len(rows)):
+        i, j = rows[n], columns[n]
+        reach_y = 0.5 * side / (ranges[i, j] * steps[i, 0])
+        reach_x = 0.5 * side / (ranges[i, j] * steps[i, 1])
+        free = True
+        for m in range(count):
+            dy = abs(rows[kept[m]] - i)
+            dx = abs(columns[kept[m]] - j)
+            if wraps:
+                dx = min(dx, width - dx)
+            if (dx / reach_x) ** 2 + (dy / reach_y) ** 2 < 1:
+                free = False
+                break
+        if free:
+            kept[count] = n
+            count += 1
+            if count == most:
+                break
+    return kept[:count]
