@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.special import erf
 
 from tribrach.targets.board_plane import BoardPlane, fit_board_plane
+from tribrach.targets.board_sampling import sample_edges
 
 __all__ = ["CheckerboardFit", "Refused", "fit_checkerboard"]
 
@@ -32,6 +33,10 @@ _CONTRAST, _EXPLAINED = 4.0, 0.72
 #: the blur is foretold to within this share of itself
 _BLUR_SHARE = 0.5
 _TRIM = 3.5
+#: blur of the first steps over half the side, so that a far start finds its way
+_WIDTHS = (0.5, 0.4, 0.3, 0.24, 0.2, 0.16, 0.12, 0.1, 0.08, 0.06, 0.05, 0.04)
+#: a blur below this share of the pitch has no slope; beyond this pitch in blurs edges are sampled
+_COARSE, _DENSE = 0.35, 2.0
 
 
 @dataclass(frozen=True)
@@ -208,42 +213,79 @@ class _Solved:
 def _solve(
     flat: Array, light: Array, guess: Array, scale: tuple[float, float, float]
 ) -> _Solved | None:
-    """Damped Gauss-Newton with trimming; the blur is weighted by its foretold value."""
+    """Damped Gauss-Newton with trimming, the blur from wide to narrow, then free."""
     half, blur, jitter = scale
-    p = guess.copy()
-    p[6] = np.log(max(blur, 0.06 * half))
+    p, noise = guess.copy(), 0.0
     use = _inside(flat, p, half)
-    noise = float(np.std(light[use])) if use.any() else 0.0
+    if use.sum() < FEWEST // 2:
+        return None
+    narrow = max(blur, _COARSE * _pitch(use, half))
     for step in range(40):
+        fixed = step < len(_WIDTHS)
+        if fixed:
+            p[6] = np.log(max(narrow, _WIDTHS[step] * half))
+        value, j = _model(flat, p)
+        drift = np.hypot(j[:, 0], j[:, 1]) * jitter
+        use = _inside(flat, p, half)
+        v = light - value
+        noise = (
+            max(1.4826 * float(np.median(np.abs(v[use]))), 0.005 * abs(p[5])) if use.any() else 0
+        )
+        use &= np.abs(v) < np.maximum(
+            _TRIM * np.hypot(noise, drift), 0.8 * abs(p[5]) if fixed else 0
+        )
         if use.sum() < FEWEST // 2 or noise <= 0:
             return None
-        value, j = _model(flat[use], p)
-        v = light[use] - value
-        # what a point's uncertain place does to its light near an edge
-        drift = np.hypot(j[:, 0], j[:, 1]) * jitter
-        w = 1 / (noise**2 + drift**2)
-        n = j.T @ (j * w[:, None])
-        right = j.T @ (w * v)
-        n[6, 6] += 1 / _BLUR_SHARE**2
-        right[6] += (np.log(blur) - p[6]) / _BLUR_SHARE**2
-        damped = n + np.diag(np.diag(n)) * (0.1 if step < 4 else 0.0)
-        move = np.linalg.solve(damped + 1e-12 * np.diag(np.diag(n)), right)
-        limit = np.array([half / 4, half / 4, 0.15, 0.15, np.inf, np.inf, 0.7])
+        w = 1 / (noise**2 + drift[use] ** 2)
+        n = j[use].T @ (j[use] * w[:, None])
+        right = j[use].T @ (w * v[use])
+        tight = 1e8 if fixed else 1 / _BLUR_SHARE**2
+        n[6, 6] += tight
+        right[6] += tight * (np.log(narrow) - p[6]) * (not fixed)
+        move = np.linalg.solve(n + 1e-9 * np.diag(np.diag(n)), right)
+        limit = np.array([half / 4, half / 4, 0.15, 0.15, np.inf, np.inf, 0.5])
         p = p + np.clip(move, -limit, limit)
-        scaled = v * np.sqrt(w)
-        fresh = float(1.4826 * np.median(np.abs(v[drift < noise]))) if step > 2 else noise
-        noise = max(fresh, 0.005 * abs(p[5])) if np.isfinite(fresh) else noise
-        if step > 3:
-            inside = _inside(flat, p, half)
-            value, j = _model(flat, p)
-            drift = np.hypot(j[:, 0], j[:, 1]) * jitter
-            use = inside & (
-                np.abs(light - value) < _TRIM * np.hypot(noise, drift) + 0.02 * abs(p[5])
-            )
-        if step > 8 and np.abs(move[:4] / [half, half, 1, 1]).max() < 1e-7:
+        if not fixed and np.abs(move[:4] / [half, half, 1, 1]).max() < 1e-6:
             break
-    chi = float(np.mean(scaled**2))
+    chi = float(np.mean(v[use] ** 2 * w))
     return _Solved(p, np.linalg.inv(n) * max(1.0, chi), use, noise)
+
+
+def _pitch(use: NDArray[np.bool_], half: float) -> float:
+    """Mean distance of points within the board [m]."""
+    return 2 * half / float(np.sqrt(max(1, int(use.sum()))))
+
+
+def _refined(
+    flat: Array, light: Array, solved: _Solved, scale: tuple[float, float, float]
+) -> _Solved:
+    """The edges sampled where points are too far apart for slopes."""
+    half, blur, jitter = scale
+    if _pitch(solved.use, half) < _DENSE * blur:
+        return solved
+    inside = _inside(flat, solved.p, half)
+    first = np.array([0, 1, 2, 3, 6])
+    start, spread = solved.p[first].copy(), solved.covariance[np.ix_(first, first)].copy()
+    start[4], spread[4, :], spread[:, 4] = np.log(blur), 0.0, 0.0
+    spread[4, 4] = 0.05
+    noise = max(_noise(flat, light, solved.p, inside, half), 0.005 * abs(solved.p[5]))
+    mean, covariance = sample_edges(
+        flat[inside], light[inside], start, 4 * spread, (blur, jitter, noise)
+    )
+    p, whole = solved.p.copy(), solved.covariance.copy()
+    p[first] = mean
+    whole[np.ix_(first, first)] = covariance
+    return _Solved(p, whole, solved.use, noise)
+
+
+def _noise(flat: Array, light: Array, p: Array, inside: NDArray[np.bool_], half: float) -> float:
+    """Noise of light on the plain parts of the quadrants."""
+    d = flat - p[:2]
+    a = np.abs(d @ [np.cos(p[2]), np.sin(p[2])])
+    b = np.abs(d @ [np.cos(p[3]), np.sin(p[3])])
+    plain = inside & (np.minimum(a, b) > 0.2 * half)
+    left = light[plain] - _model(flat[plain], p)[0]
+    return float(1.4826 * np.median(np.abs(left))) if plain.sum() > 8 else 0.0
 
 
 def _inside(flat: Array, p: Array, half: float) -> NDArray[np.bool_]:
@@ -274,6 +316,8 @@ def _judged(
     reason = _doubt(flat, light, p, half, skew, contrast, explained)
     if reason:
         return Refused(reason)
+    solved = _refined(flat, light, solved, scale)
+    p = solved.p
     center = plane.at(p[:2])
     in_plane = solved.covariance[:2, :2]
     away = center / np.linalg.norm(center)
