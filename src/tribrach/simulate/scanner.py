@@ -35,10 +35,12 @@ Indices = NDArray[np.int64]
 _BLOCK = 200_000
 #: rounds in which corrections that depend on the measured range settle
 _ROUNDS = 3
-#: pixels around a block that are looked at for borders
-_HALO = 4
+#: at most so many pixels around each are looked at for borders
+_WIDEST = 16
 #: range that stands for the footprint of beams that meet nothing [m]
 _NEAR_SKY = 10.0
+#: range at which footprints are as wide as they get, seen from the scanner [m]
+_CLOSE = 1.0
 
 
 @dataclass(frozen=True)
@@ -174,6 +176,7 @@ class _Beams:
     ) -> None:
         self._view, self._pose, self._scanner, self._grid = view, pose, scanner, grid
         self._columns, self._mask, self._rng = columns, mask, rng
+        self._halo = int(self._reach(np.array([_CLOSE]), _WIDEST)[0])
 
     def block(self) -> Block:
         """Cast all beams and measure."""
@@ -244,17 +247,17 @@ class _Beams:
 
     def _pixels(self) -> _Pixels:
         """The block's pixels that see something, from undisturbed beams with a rim around them."""
-        grid = self._grid
-        columns = np.arange(self._columns[0] - _HALO, self._columns[-1] + _HALO + 1)
+        grid, halo = self._grid, self._halo
+        columns = np.arange(self._columns[0] - halo, self._columns[-1] + halo + 1)
         shape = (len(columns), grid.rows)
         row = np.tile(np.arange(grid.rows), len(columns))
         column = np.repeat(columns, grid.rows)
         inner = np.zeros(shape, dtype=bool)
-        inner[_HALO:-_HALO] = True
+        inner[halo:-halo] = True
         wanted = np.ones(shape, dtype=bool)
         if self._mask is not None:
-            wanted = _grown(self._mask, columns)
-            inner[_HALO:-_HALO] &= self._mask[:, self._columns].T
+            wanted = _grown(self._mask, columns, halo)
+            inner[halo:-halo] &= self._mask[:, self._columns].T
         use = np.flatnonzero(wanted.ravel())
         hits = self._cast_nominal(grid.angles(row[use], column[use]))
         image = np.full((3, *shape), -2.0)
@@ -263,7 +266,7 @@ class _Beams:
         flat[0, use], flat[1, use], flat[2, use] = (
             hits.primitive,
             hits.reflectance,
-            self._reach(hits.range),
+            self._reach(hits.range, halo),
         )
         lengths.ravel()[use] = hits.range
         edge, near = border(image[0], image[1], image[2], lengths)
@@ -279,12 +282,12 @@ class _Beams:
             int(inner.ravel()[use].sum()),
         )
 
-    def _reach(self, length: Array) -> Array:
+    def _reach(self, length: Array, most: int) -> Array:
         """Pixels (n,) around each whose surfaces its footprint may meet."""
         noise = self._scanner.noise
         at = np.where(np.isfinite(length), length, _NEAR_SKY)
         reach = 0.5 * noise.beam_diameter(at) / at + 4 * max(noise.horizontal, noise.vertical)
-        return np.asarray(np.clip(np.ceil(reach / self._grid.step), 1, _HALO))
+        return np.asarray(np.clip(np.ceil(reach / self._grid.step), 1, most))
 
     def _cast_nominal(self, reported: Array) -> Hits:
         """Hits along reported directions (n, 2), corrected for misalignments."""
@@ -361,9 +364,9 @@ def _columns(hits: Hits) -> tuple[NDArray[Any], ...]:
     return hits.range, hits.cosine, hits.reflectance, hits.primitive
 
 
-def _grown(mask: NDArray[np.bool_], columns: Indices) -> NDArray[np.bool_]:
+def _grown(mask: NDArray[np.bool_], columns: Indices, by: int) -> NDArray[np.bool_]:
     """The mask (columns, rows) of some columns, grown so that borders of windows are seen."""
     inside = (columns >= 0) & (columns < mask.shape[1])
     part = np.zeros((len(columns), mask.shape[0]), dtype=bool)
     part[inside] = mask[:, columns[inside]].T
-    return np.asarray(binary_dilation(part, np.ones((2 * _HALO + 1, 2 * _HALO + 1), dtype=bool)))
+    return np.asarray(binary_dilation(part, np.ones((2 * by + 1, 2 * by + 1), dtype=bool)))

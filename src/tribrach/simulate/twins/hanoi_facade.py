@@ -204,14 +204,15 @@ def _lines_to_targets(
     scene: Scene, marks: dict[str, Array], targets: list[Target]
 ) -> list[tuple[str, str]]:
     """Sights to each target from the two nearest marks that see it at less than 65 degrees."""
+    eyes = {n: x + np.array([0, 0, campus.HEIGHT_INSTRUMENT[n]]) for n, x in marks.items()}
+    views = {name: View(scene, eye) for name, eye in eyes.items()}
     lines = []
     for target in targets:
         seen = []
-        for name, mark in marks.items():
-            eye = mark + np.array([0, 0, campus.HEIGHT_INSTRUMENT[name]])
-            ray = target.center - eye
+        for name, view in views.items():
+            ray = target.center - view.origin
             length = float(np.linalg.norm(ray))
-            found = View(scene, eye).cast(ray[None] / length)
+            found = view.cast(ray[None] / length)
             steep = target.normal is None or abs(ray @ target.normal) < 0.42 * length
             if not steep and abs(found.range[0] - length) < 1e-6:
                 seen.append((length, name))

@@ -186,8 +186,8 @@ def _surroundings() -> list[Primitive]:
             out.append(rectangle((x + a, y - 13.03, z + up), (0, -1, 0), 1.6, 1.8, 0.2))
             out.append(rectangle((x + a, y + 13.03, z + up + 2), (0, 1, 0), 1.6, 1.8, 0.2))
     for side in (-1, 1):
-        out.append(box((x, y + 48 * side, z + 1.5), (130, 0.3, 3.0), 0.3))
-        out.append(box((x + 65 * side, y, z + 1.5), (0.3, 96, 3.0), 0.35))
+        out.append(box((x, y + 58 * side, z + 1.5), (150, 0.3, 3.0), 0.3))
+        out.append(box((x + 75 * side, y, z + 1.5), (0.3, 116, 3.0), 0.35))
     for dx, dy in ((-30, -41), (8, 42), (57, -12), (-58, 14)):
         out.append(cylinder((x + dx, y + dy, z + 3), 0.2, 6, 0.3))
     return out

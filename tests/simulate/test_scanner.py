@@ -1,0 +1,196 @@
+"""What a simulated scanner measures: noise, misalignments, footprints, determinism."""
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from tribrach.geometry.polar import polar_from_xyz, xyz_from_polar
+from tribrach.geometry.pose import Pose
+from tribrach.instruments.calibration import NIST
+from tribrach.instruments.scan_noise import ScanNoise
+from tribrach.simulate import scene as sc
+from tribrach.simulate.scanner import Grid, Scanner, scan
+from tribrach.simulate.setups import levelled, tilted
+
+QUIET = ScanNoise(0, 0, 0, 0)
+NOISY = ScanNoise(0.0012, 1e-5, 4e-5, 6e-5, 0.0035, 0.00025)
+
+
+def room():
+    return sc.Scene.of(
+        [
+            sc.rectangle((6, 0, 0), (-1, 0, 0), 20, 6, 0.6),
+            sc.rectangle((-5, 0, 0), (1, 0, 0), 20, 6, 0.6),
+            sc.rectangle((0, 7, 0), (0, -1, 0), 20, 6, 0.5),
+            sc.rectangle((0, -7, 0), (0, 1, 0), 20, 6, 0.5),
+            sc.ground((0, 0, -1.6), 30),
+            sc.box((3, 2, -0.8), (1, 1, 1.6), 0.4, 0.3),
+            sc.cylinder((-2, 3, 0), 0.2, 3, 0.3),
+            sc.sphere((2, -3, 0.3), 0.2),
+            sc.checkerboard((5.99, 0.5, 0.4), (-1, 0, 0), 0.5),
+        ]
+    )
+
+
+def pose(seed=3):
+    return tilted((0.2, -0.3, 0.1), 0.7, 0.2, np.random.default_rng(seed))
+
+
+def all_of(blocks):
+    blocks = list(blocks)
+    names = ("xyz", "intensity", "row", "column", "truth", "primitive", "mixed")
+    return {name: np.concatenate([getattr(b, name) for b in blocks]) for name in names}
+
+
+GRID = Grid.panorama((0.5, 2.3), 60_000)
+
+
+def test_without_errors_points_lie_on_the_primitives():
+    out = all_of(scan(room(), pose(), Scanner(QUIET, intensity=0), GRID, 1))
+    world = pose() @ out["xyz"]
+    assert len(world) > 35_000
+    assert not out["mixed"].any()
+    assert np.abs(world - out["truth"]).max() < 1e-9
+    assert sc.distance_to_surface(room(), out["primitive"], world).max() < 1e-9
+    angles = GRID.angles(out["row"].astype(int), out["column"].astype(int))
+    h, v = polar_from_xyz(out["xyz"])[:, 1:].T
+    assert np.abs(np.exp(1j * h) - np.exp(1j * angles[:, 0])).max() < 1e-12
+    assert np.abs(v - angles[:, 1]).max() < 1e-12
+
+
+@pytest.mark.parametrize("faces", ["front", "dome"])
+def test_calibration_undoes_misalignments(faces):
+    parameters = {"x2": 3e-3, "x3": 1e-3, "x5z": 2e-4, "x6": 1e-4, "x10": 2e-3, "x1n": 1e-3}
+    scanner = Scanner(QUIET, intensity=0, parameters=parameters, faces=faces)
+    out = all_of(scan(room(), pose(), scanner, GRID, 1))
+    polar = polar_from_xyz(out["xyz"])
+    chosen = NIST.select(tuple(parameters))
+    behind = (faces == "dome") & (polar[:, 1] % (2 * np.pi) >= np.pi)
+    values = np.tile(list(parameters.values()), (len(polar), 1))
+    delta = chosen.delta(polar, np.where(behind, -1.0, 1.0), values)
+    # a beam on a border whose correction depends on which side it falls has no single answer
+    off = np.abs(pose() @ xyz_from_polar(polar + delta) - out["truth"]).max(axis=1)
+    assert np.quantile(off, 0.999) < 1e-9
+    assert np.quantile(np.abs(pose() @ out["xyz"] - out["truth"]).max(axis=1), 0.5) > 1e-3
+
+
+def test_errors_have_the_stated_sigmas():
+    """Chi-square of errors along and across the beam, footprint included, at 99.9 %."""
+    out = all_of(scan(room(), pose(), Scanner(NOISY), GRID, 5))
+    use = ~out["mixed"]
+    measured = polar_from_xyz(out["xyz"][use])
+    true = polar_from_xyz(pose().inverse @ out["truth"][use])
+    r, v = measured[:, 0], measured[:, 2]
+    error = measured - true
+    error[:, 1] = np.angle(np.exp(1j * error[:, 1])) * np.sin(v)
+    place = NOISY.beam_diameter(r) / r / 4
+    sigma = np.stack(
+        [
+            NOISY.range_sigma(r),
+            np.hypot(NOISY.horizontal * np.sin(v), place),
+            np.hypot(NOISY.vertical, place),
+        ],
+        axis=1,
+    )
+    n = len(r)
+    for k in range(3):
+        total = float(((error[:, k] / sigma[:, k]) ** 2).sum())
+        # places in a footprint spread less than normal ones, so that the normal limits are wide
+        assert chi2.ppf(0.0005, n) < total < chi2.ppf(0.9995, n)
+    correlation = np.corrcoef((error / sigma).T) - np.eye(3)
+    assert np.abs(correlation).max() < 4 / np.sqrt(n)
+
+
+def test_range_noise_grows_with_the_incidence_where_asked():
+    wall = sc.Scene.of([sc.rectangle((5, 0, 0), (-1, 0, 0), 40, 40, 0.5)])
+    grid = Grid.window((-1.2, 1.2), (1.4, 1.7), 0.002)
+    level = Pose(np.eye(3), np.zeros(3))
+    scanner = Scanner(ScanNoise(0.001, 0, 0, 0), incidence=True)
+    out = all_of(scan(wall, level, scanner, grid, 2))
+    r = np.linalg.norm(out["xyz"], axis=1)
+    cosine = 5 / np.linalg.norm(out["truth"], axis=1)
+    normal = (r - np.linalg.norm(out["truth"], axis=1)) * cosine / 0.001
+    n = len(r)
+    assert chi2.ppf(0.0005, n) < (normal**2).sum() < chi2.ppf(0.9995, n)
+
+
+def test_intensity_is_reflectance_times_cosine():
+    wall = sc.Scene.of([sc.rectangle((5, 0, 0), (-1, 0, 0), 40, 40, 0.5)])
+    level, grid = Pose(np.eye(3), np.zeros(3)), Grid.window((-1.0, 1.0), (1.3, 1.8), 0.005)
+    out = all_of(scan(wall, level, Scanner(QUIET, intensity=0), grid, 2))
+    cosine = out["xyz"][:, 0] / np.linalg.norm(out["xyz"], axis=1)
+    assert np.abs(out["intensity"] - 0.5 * cosine).max() < 1e-6
+    noisy = all_of(scan(wall, level, Scanner(QUIET, intensity=0.02), grid, 2))
+    spread = (noisy["intensity"] - 0.5 * cosine) / 0.02
+    assert chi2.ppf(0.0005, len(spread)) < (spread**2).sum() < chi2.ppf(0.9995, len(spread))
+
+
+def test_edges_blur_over_the_footprint():
+    """Intensity across a straight edge is the share of a disc, ranges at a jump lie between."""
+    board = sc.Scene.of(
+        [
+            sc.checkerboard((10, 0, 0), (-1, 0, 0), 2.0),
+            sc.rectangle((12, 0, 0), (-1, 0, 0), 40, 40, 0.5),
+        ]
+    )
+    level = Pose(np.eye(3), np.zeros(3))
+    scanner = Scanner(ScanNoise(0, 0, 0, 0, 0.02, 0.0), intensity=0, beams=200, lost=0.0)
+    grid = Grid.window((-0.12, 0.12), (np.pi / 2 - 0.052, np.pi / 2 - 0.048), 0.0002)
+    out = all_of(scan(board, level, scanner, grid, 2))
+    y, light = 10 * out["xyz"][:, 1] / out["xyz"][:, 0], out["intensity"].astype(float)
+    near = np.abs(y) < 0.03
+    u = np.clip(y[near] / 0.01, -1, 1)
+    share = 0.5 + (u * np.sqrt(1 - u**2) + np.arcsin(u)) / np.pi
+    cosine = out["xyz"][near, 0] / np.linalg.norm(out["xyz"][near], axis=1)
+    bright, dark = light[near].max(), light[near].min()
+    sign = 1 if light[near][np.argmax(y[near])] > 0.5 else -1
+    expected = 0.08 + 0.77 * (share if sign > 0 else 1 - share)
+    assert (round(bright, 2), round(dark, 2)) == (0.85, 0.08)
+    assert np.abs(light[near] / cosine - expected).max() < 0.02
+    mixed = out["mixed"]
+    depth = out["xyz"][mixed, 0]
+    assert mixed.sum() > 100
+    assert ((depth > 9.99) & (depth < 12.01)).all()
+    assert ((depth > 10.3) & (depth < 11.7)).mean() > 0.3
+    at_border = np.abs(np.abs(out["truth"][mixed, 1] / out["truth"][mixed, 0] * 10) - 1.0)
+    assert at_border.max() < 0.0101
+
+
+def test_wide_mixed_pixels_get_lost():
+    scene, level = room(), Pose(np.eye(3), np.zeros(3))
+    noise = ScanNoise(0, 0, 0, 0, 0.02, 0.001)
+    counts = []
+    for lost in (0.0, 1.0):
+        out = all_of(scan(scene, level, Scanner(noise, separable=0.1, lost=lost), GRID, 2))
+        counts.append((len(out["xyz"]), int(out["mixed"].sum())))
+    assert counts[0][0] > counts[1][0]
+    assert counts[0][1] > counts[1][1] > 0
+
+
+def test_the_same_seed_gives_the_same_scan():
+    first, again, other = (
+        all_of(scan(room(), pose(), Scanner(NOISY), GRID, seed)) for seed in (1, 1, 2)
+    )
+    assert all(np.array_equal(first[name], again[name]) for name in first)
+    assert not np.array_equal(first["xyz"][:1000], other["xyz"][:1000])
+
+
+def test_a_window_of_a_mask_sees_what_the_whole_sees():
+    scene, grid = room(), Grid.window((-0.3, 0.4), (1.2, 1.8), 0.004)
+    mask = np.zeros((grid.rows, grid.columns), dtype=bool)
+    mask[40:90, 60:120] = True
+    scanner = Scanner(QUIET, intensity=0)
+    whole = all_of(scan(scene, pose(), scanner, grid, 1))
+    part = all_of(scan(scene, pose(), scanner, grid, 1, mask))
+    inside = mask[whole["row"], whole["column"]]
+    assert inside.sum() == len(part["xyz"]) == 50 * 60
+    assert np.array_equal(whole["xyz"][inside], part["xyz"])
+
+
+def test_levelled_stations_lean_by_their_sigma():
+    rng, sigma = np.random.default_rng(8), 2e-5
+    up = np.array([levelled((1, 2, 3), 0.3 * k, sigma, rng).rotation.T[:, 2] for k in range(2000)])
+    total = float(((up[:, :2] / sigma) ** 2).sum())
+    assert chi2.ppf(0.0005, 4000) < total < chi2.ppf(0.9995, 4000)
+    heading = levelled((0, 0, 0), 0.4, 0.0, rng).rotation
+    assert np.allclose(heading @ [1, 0, 0], [np.cos(0.4), np.sin(0.4), 0])
