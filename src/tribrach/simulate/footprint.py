@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tribrach.simulate.ray_casting import View
 
-__all__ = ["Blend", "average", "border", "offset_rays", "uniform_disc"]
+__all__ = ["Blend", "average", "border", "offset_rays", "uniform_disc", "unit_vectors"]
 
 Array = NDArray[np.float64]
 
@@ -46,16 +46,47 @@ def uniform_disc(rng: np.random.Generator, count: int) -> Array:
     return np.stack([radius * np.cos(turn), radius * np.sin(turn)], axis=1)
 
 
+def unit_vectors(angles: Array, rotation: Array) -> Array:
+    """Unit vectors (n, 3), world, of H and V (n, 2) [rad]; rotation (3, 3) world from scanner."""
+    rays = np.empty((len(angles), 3))
+    _unit_vectors(np.ascontiguousarray(angles), np.ascontiguousarray(rotation), rays)
+    return rays
+
+
+@njit(cache=True, parallel=True, nogil=True)
+def _unit_vectors(angles, t, rays):  # type: ignore[no-untyped-def]
+    for n in prange(len(angles)):
+        h, v = angles[n, 0], angles[n, 1]
+        x, y, z = np.sin(v) * np.cos(h), np.sin(v) * np.sin(h), np.cos(v)
+        for k in range(3):
+            rays[n, k] = t[k, 0] * x + t[k, 1] * y + t[k, 2] * z
+
+
 def offset_rays(rays: Array, offset: Array, length: Array) -> Array:
-    """Unit vectors (n, 3) that pass a beam at ``length`` (n,) with ``offset`` (n, 2) [m]."""
-    level = np.stack([-rays[:, 1], rays[:, 0], np.zeros(len(rays))], axis=1)
-    size = np.linalg.norm(level, axis=1, keepdims=True)
-    level = np.where(size > 1e-9, level / np.maximum(size, 1e-9), [1.0, 0.0, 0.0])
-    other = np.cross(rays, level)
-    scale = np.where(np.isfinite(length) & (length > 0), 1 / np.maximum(length, 1e-3), 0.0)
-    angle = offset * scale[:, None]
-    moved = rays + angle[:, :1] * level + angle[:, 1:] * other
-    return np.asarray(moved / np.linalg.norm(moved, axis=1, keepdims=True))
+    """Unit vectors (n, 3) that pass a beam at ``length`` (n,) with ``offset`` (n, 2) [m].
+
+    The first offset is level, the second across it.
+    """
+    moved = np.empty_like(rays)
+    _offset_rays(np.ascontiguousarray(rays), np.ascontiguousarray(offset), length, moved)
+    return moved
+
+
+@njit(cache=True, parallel=True, nogil=True)
+def _offset_rays(rays, offset, length, moved):  # type: ignore[no-untyped-def]
+    for n in prange(len(rays)):
+        x, y, z = rays[n, 0], rays[n, 1], rays[n, 2]
+        flat = np.hypot(x, y)
+        # straight up and down any direction is level
+        a, b = (-y / flat, x / flat) if flat > 1e-9 else (1.0, 0.0)
+        scale = 1.0 / length[n] if np.isfinite(length[n]) and length[n] > 1e-3 else 0.0
+        s, t = offset[n, 0] * scale, offset[n, 1] * scale
+        # the vector across is the ray times the level one
+        u = x + s * a - t * z * b
+        v = y + s * b + t * z * a
+        w = z + t * (x * b - y * a)
+        size = np.sqrt(u * u + v * v + w * w)
+        moved[n, 0], moved[n, 1], moved[n, 2] = u / size, v / size, w / size
 
 
 def average(

@@ -22,7 +22,14 @@ from tribrach.geometry.polar import xyz_from_polar
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.calibration import NIST, CalibrationModel
 from tribrach.instruments.scan_noise import ScanNoise
-from tribrach.simulate.footprint import Blend, average, border, offset_rays, uniform_disc
+from tribrach.simulate.footprint import (
+    Blend,
+    average,
+    border,
+    offset_rays,
+    uniform_disc,
+    unit_vectors,
+)
 from tribrach.simulate.ray_casting import Hits, View
 from tribrach.simulate.scene import Scene
 
@@ -314,8 +321,7 @@ class _Beams:
 
     def _world(self, angles: Array) -> Array:
         """Unit vectors (n, 3), world, of H and V (n, 2)."""
-        unit = xyz_from_polar(np.column_stack([np.ones(len(angles)), angles]))
-        return np.asarray(unit @ self._pose.rotation.T)
+        return unit_vectors(angles, self._pose.rotation)
 
 
 @dataclass(frozen=True, eq=False)
