@@ -13,13 +13,15 @@ from rich.table import Table
 from tribrach.cli.shell import app, guarded, shown
 from tribrach.io.outputs import write_bytes, write_text
 from tribrach.io.scans.formats import read_scans
+from tribrach.io.twins import write_twin
 from tribrach.project.sections import TargetSection
+from tribrach.simulate.twins import TWINS, build
 from tribrach.stages.conversion import convert_scans
 from tribrach.stages.extraction import Findings, find_targets
 from tribrach.stages.scans import StationScan
 from tribrach.stages.thumbnail import decoded
 
-__all__ = ["convert", "info", "targets"]
+__all__ = ["convert", "info", "simulate", "targets"]
 
 
 @app.command()
@@ -119,6 +121,27 @@ def targets(
         _write(found, json_file, png_file)
         if not quiet:
             _print(found)
+
+    guarded(work)
+
+
+@app.command()
+def simulate(
+    twin: Annotated[str, typer.Argument(help=f"One of {', '.join(TWINS)}.")],
+    out: Annotated[Path, typer.Option(help="Folder to write the project into.")],
+    points: Annotated[
+        int, typer.Option(min=10_000, max=200_000_000, help="Points per station, about.")
+    ] = 1_000_000,
+    seed: Annotated[int, typer.Option(min=0, help="Another seed draws other errors.")] = 1,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+) -> None:
+    """Simulate a whole survey job: scans, observations, project file and its truth."""
+
+    def work() -> None:
+        with shown(quiet) as progress:
+            path = write_twin(build(twin, points, seed), out, progress)
+        if not quiet:
+            typer.echo(f"{path}\nnow: tribrach run {path}")
 
     guarded(work)
 

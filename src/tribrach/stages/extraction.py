@@ -18,6 +18,7 @@ from tribrach.scan.range_image import organise
 from tribrach.stages.scans import StationScan
 from tribrach.stages.state import State, digest
 from tribrach.stages.thumbnail import thumbnail
+from tribrach.targets.checkerboard_search import find_checkerboards
 from tribrach.targets.detection import Detection, Rejected
 from tribrach.targets.sphere_search import find_spheres
 
@@ -88,8 +89,6 @@ def find_targets(scan: StationScan, wanted: TargetSection) -> Findings:
         if scan.noise is not None:
             more["footprint"] = scan.noise.beam_exit, scan.noise.beam_divergence
         if wanted.checkerboard_side_m:
-            from tribrach.targets.checkerboard_search import find_checkerboards
-
             results.append(find_checkerboards(*seen, wanted.checkerboard_side_m, **more))
         if wanted.disc_radius_m:
             from tribrach.targets.disc_search import find_discs

@@ -242,13 +242,18 @@ def _solve(
         tight = 1e8 if fixed else 1 / _BLUR_SHARE**2
         n[6, 6] += tight
         right[6] += tight * (np.log(narrow) - p[6]) * (not fixed)
-        move = np.linalg.solve(n + 1e-9 * np.diag(np.diag(n)), right)
+        move = np.linalg.lstsq(n + 1e-9 * np.diag(np.diag(n)), right)[0]
+        if not np.isfinite(move).all():
+            return None
         limit = np.array([half / 4, half / 4, 0.15, 0.15, np.inf, np.inf, 0.5])
         p = p + np.clip(move, -limit, limit)
         if not fixed and np.abs(move[:4] / [half, half, 1, 1]).max() < 1e-6:
             break
     chi = float(np.mean(v[use] ** 2 * w))
-    return _Solved(p, np.linalg.inv(n) * max(1.0, chi), use, noise)
+    try:
+        return _Solved(p, np.linalg.inv(n) * max(1.0, chi), use, noise)
+    except np.linalg.LinAlgError:
+        return None
 
 
 def _pitch(use: NDArray[np.bool_], half: float) -> float:

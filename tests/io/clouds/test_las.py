@@ -78,13 +78,19 @@ def test_the_same_points_are_the_same_bytes(tmp_path: Path) -> None:
     assert (tmp_path / "a.laz").read_bytes() == (tmp_path / "b.laz").read_bytes()
 
 
+def _interrupted(path: Path, header: CloudHeader) -> None:
+    """Ctrl-C between two chunks."""
+    with create(path, header) as writer:
+        writer.write(*points(10))
+        raise KeyboardInterrupt
+
+
 def test_what_fails_leaves_nothing(tmp_path: Path) -> None:
     path = tmp_path / "cloud.laz"
     path.write_bytes(b"old")
     header = CloudHeader("S", FIELDS, 1e-4, UTM)
-    with pytest.raises(KeyboardInterrupt), create(path, header) as writer:
-        writer.write(*points(10))
-        raise KeyboardInterrupt
+    with pytest.raises(KeyboardInterrupt):
+        _interrupted(path, header)
     assert path.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [path]
 
