@@ -6,13 +6,17 @@ from collections.abc import Callable
 from pathlib import Path
 
 from tribrach.errors import InputError
-from tribrach.io.scans import las
+from tribrach.io.scans import e57, las
 from tribrach.scan.scan import Scan
 
 __all__ = ["READERS", "read_scans"]
 
 #: by suffix
-READERS: dict[str, Callable[[Path], tuple[Scan, ...]]] = {".las": las.read, ".laz": las.read}
+READERS: dict[str, Callable[[Path], tuple[Scan, ...]]] = {
+    ".e57": e57.read,
+    ".las": las.read,
+    ".laz": las.read,
+}
 
 
 def read_scans(path: Path) -> tuple[Scan, ...]:

@@ -1,0 +1,249 @@
+"""How is an E57 file laid out? Pages of 1024 bytes with a checksum each, an XML section inside.
+
+ASTM E2807: every page is 1020 bytes of content and their CRC-32C, big-endian. Physical offsets
+count all bytes, logical ones the content only. The first 48 bytes of content are the header.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import struct
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+from lxml import etree
+from numba import njit, prange
+from numpy.typing import NDArray
+
+from tribrach.errors import InputError
+from tribrach.io.xml_file import MAX_BYTES, line_of
+
+__all__ = [
+    "CURE",
+    "PAGE",
+    "PAYLOAD",
+    "Header",
+    "child",
+    "damaged",
+    "number",
+    "paged",
+    "parse",
+    "read_header",
+    "read_xml",
+    "verify",
+]
+
+Bytes = NDArray[np.uint8]
+
+PAGE, PAYLOAD = 1024, 1020
+CURE = "copy the file again from its source"
+_LAYOUT = struct.Struct("<8sIIQQQQ")
+_POLYNOMIAL = 0x82F63B78  # Castagnoli, bits reversed
+
+
+@dataclass(frozen=True)
+class Header:
+    """What the first 48 bytes say.
+
+    physical_length : of the file; xml_offset : physical; xml_length : logical, without checksums.
+    """
+
+    version: tuple[int, int]
+    physical_length: int
+    xml_offset: int
+    xml_length: int
+
+    @property
+    def xml_start(self) -> int:
+        """Logical offset of the XML."""
+        return self.xml_offset // PAGE * PAYLOAD + self.xml_offset % PAGE
+
+    @property
+    def xml_is_last(self) -> bool:
+        """True if nothing follows the page that the XML ends on."""
+        pages = -(-(self.xml_start + self.xml_length) // PAYLOAD)
+        return pages * PAGE == self.physical_length
+
+    def to_bytes(self) -> bytes:
+        """The 48 bytes."""
+        return _LAYOUT.pack(
+            b"ASTM-E57",
+            *self.version,
+            self.physical_length,
+            self.xml_offset,
+            self.xml_length,
+            PAGE,
+        )
+
+
+def read_header(file: BinaryIO, path: Path) -> Header:
+    """The header of an open file, checked against its size.
+
+    Raises
+    ------
+    InputError : no E57 file, truncated, or offsets beyond its end.
+    """
+    size = file.seek(0, os.SEEK_END)
+    file.seek(0)
+    head = file.read(_LAYOUT.size)
+    if size == 0:
+        raise InputError("the file is empty", file=path, cure=CURE)
+    if len(head) < _LAYOUT.size or head[:8] != b"ASTM-E57":
+        raise InputError("this is no E57 file", file=path, cure="check its name and format")
+    _, major, minor, length, offset, xml_length, page = _LAYOUT.unpack(head)
+    if page != PAGE:
+        raise damaged(path, f"pages of {page} bytes instead of {PAGE}")
+    if length != size or size % PAGE:
+        raise InputError(
+            f"the header states {length} bytes and the file has {size}", file=path, cure=CURE
+        )
+    header = Header((major, minor), length, offset, xml_length)
+    within = header.xml_start + xml_length <= size // PAGE * PAYLOAD
+    if offset < _LAYOUT.size or offset % PAGE >= PAYLOAD or not within or not xml_length:
+        raise damaged(path, "the XML section lies outside the file")
+    return header
+
+
+def read_xml(file: BinaryIO, header: Header, path: Path) -> bytes:
+    """The XML section of an open file, checksums verified.
+
+    Raises
+    ------
+    InputError : a checksum that is wrong, or more XML than is taken.
+    """
+    if header.xml_length > MAX_BYTES:
+        raise InputError(
+            f"the XML has {header.xml_length / 1e6:.0f} MB, more than {MAX_BYTES / 1e6:.0f} MB",
+            file=path,
+        )
+    first = header.xml_start // PAYLOAD
+    last = -(-(header.xml_start + header.xml_length) // PAYLOAD)
+    for start, count in ((0, 1), (first, last - first)):
+        file.seek(start * PAGE)
+        pages = np.frombuffer(file.read(count * PAGE), dtype=np.uint8).reshape(-1, PAGE)
+        verify(pages, start, path)
+    begin = header.xml_start - first * PAYLOAD
+    return pages[:, :PAYLOAD].tobytes()[begin : begin + header.xml_length]
+
+
+def parse(data: bytes, path: Path) -> etree._Element:
+    """The root of an XML section; CDATA stays CDATA.
+
+    Raises
+    ------
+    InputError : not well-formed, declares a document type or entities, or another root.
+    """
+    if re.search(rb"<!(ENTITY|DOCTYPE)", data):
+        raise _entities(path)
+    parser = etree.XMLParser(
+        resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False, strip_cdata=False
+    )
+    try:
+        root = etree.fromstring(data.rstrip(b"\0"), parser)
+    except (etree.XMLSyntaxError, LookupError, ValueError) as error:
+        what = str(getattr(error, "msg", error)).splitlines()[0].rstrip(".")
+        raise damaged(path, f"its XML cannot be read: {what}") from error
+    if root.getroottree().docinfo.internalDTD is not None:
+        raise _entities(path)
+    if etree.QName(root).localname != "e57Root":
+        raise InputError(
+            f"the root element of the XML is <{root.tag}>, not <e57Root>",
+            file=path,
+            line=line_of(root),
+        )
+    return root
+
+
+def child(element: etree._Element | None, *names: str) -> etree._Element | None:
+    """The element down a path of names of the standard itself; None if any is missing."""
+    for name in names:
+        if element is None:
+            return None
+        element = next(
+            (
+                one
+                for one in element
+                if isinstance(one.tag, str)
+                and one.prefix is None
+                and etree.QName(one).localname == name
+            ),
+            None,
+        )
+    return element
+
+
+def number(element: etree._Element | None) -> float | None:
+    """The value of a number of any kind; None if it is missing, no number or not finite."""
+    if element is None:
+        return None
+    try:
+        value = float(element.text or 0)
+        if element.get("type") == "ScaledInteger":
+            value = value * float(element.get("scale", "1")) + float(element.get("offset", "0"))
+    except ValueError:
+        return None
+    return value if np.isfinite(value) else None
+
+
+def paged(content: bytes) -> bytes:
+    """Logical content as whole pages with checksums, the last filled up with zeros."""
+    count = -(-len(content) // PAYLOAD)
+    pages = np.zeros((count, PAGE), dtype=np.uint8)
+    flat = np.zeros(count * PAYLOAD, dtype=np.uint8)
+    flat[: len(content)] = np.frombuffer(content, dtype=np.uint8)
+    pages[:, :PAYLOAD] = flat.reshape(count, PAYLOAD)
+    sums = _checksums(pages, _TABLE)
+    pages[:, PAYLOAD:] = sums.astype(">u4").view(np.uint8).reshape(count, 4)
+    return pages.tobytes()
+
+
+def verify(pages: Bytes, first: int, path: Path) -> None:
+    """Check whole pages (n, 1024); ``first`` is the number of the first.
+
+    Raises
+    ------
+    InputError : a checksum that is wrong.
+    """
+    stated = np.ascontiguousarray(pages[:, PAYLOAD:]).view(">u4").ravel()
+    wrong = np.flatnonzero(stated != _checksums(pages, _TABLE))
+    if len(wrong):
+        raise damaged(path, f"the checksum of page {first + int(wrong[0])} is wrong")
+
+
+def damaged(path: Path, reason: str) -> InputError:
+    """What is said of a damaged file."""
+    return InputError(f"the file is damaged ({reason})", file=path, cure=CURE)
+
+
+def _entities(path: Path) -> InputError:
+    return InputError(
+        "the XML declares a document type or entities, which are refused",
+        file=path,
+        cure="export the file again",
+    )
+
+
+def _table() -> NDArray[np.uint32]:
+    """CRC-32C of the 256 bytes."""
+    table = np.arange(256, dtype=np.uint32)
+    for _ in range(8):
+        table = np.where(table & 1, (table >> 1) ^ np.uint32(_POLYNOMIAL), table >> 1)
+    return table.astype(np.uint32)
+
+
+_TABLE = _table()
+
+
+@njit(cache=True, parallel=True, nogil=True)
+def _checksums(pages, table):  # type: ignore[no-untyped-def]
+    """CRC-32C of the content of pages (n, 1024)."""
+    out = np.empty(len(pages), dtype=np.uint32)
+    for n in prange(len(pages)):
+        crc = np.uint32(0xFFFFFFFF)
+        for k in range(PAYLOAD):
+            crc = table[(crc ^ pages[n, k]) & np.uint32(0xFF)] ^ (crc >> np.uint32(8))
+        out[n] = ~crc
+    return out
