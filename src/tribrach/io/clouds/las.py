@@ -10,7 +10,7 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, BinaryIO, Self
 
 import laspy
 import numpy as np
@@ -24,7 +24,7 @@ from tribrach.io.clouds.header import CloudHeader
 from tribrach.io.clouds.staged import Staged
 from tribrach.scan.scan import Field
 
-__all__ = ["LasWriter", "las_header"]
+__all__ = ["LasRecords", "LasWriter", "forget_date", "las_header"]
 
 Array = NDArray[np.float64]
 
@@ -33,6 +33,8 @@ _RENAMED = {"time": "gps_time"}
 _RGB = ("red", "green", "blue")
 #: numpy types of extra dimensions; others become float64
 _TYPES = {"u1", "i1", "u2", "i2", "u4", "i4", "u8", "i8", "f4", "f8"}
+#: day and year of creation in the header
+_DATE, _DATE_BYTES = 90, 4
 
 
 def las_header(header: CloudHeader) -> laspy.LasHeader:
@@ -40,7 +42,6 @@ def las_header(header: CloudHeader) -> laspy.LasHeader:
     colours = set(_RGB) <= {field.name for field in header.fields}
     las = laspy.LasHeader(point_format=7 if colours else 6, version="1.4")
     las.scales, las.offsets = np.full(3, header.step), np.asarray(header.offset, dtype=float)
-    las.creation_date = None
     las.system_identifier, las.generating_software = "", "Tribrach"
     own = set(las.point_format.dimension_names)
     for field in header.fields:
@@ -53,6 +54,12 @@ def las_header(header: CloudHeader) -> laspy.LasHeader:
     record = json.dumps(facts, sort_keys=True).encode()
     las.vlrs.append(VLR("tribrach", 1, "facts as JSON", record))
     return las
+
+
+def forget_date(file: BinaryIO) -> None:
+    """Zero the day of creation that laspy always writes: the same points are the same bytes."""
+    file.seek(_DATE)
+    file.write(bytes(_DATE_BYTES))
 
 
 def _extra(field: Field) -> laspy.ExtraBytesParams:
@@ -72,31 +79,16 @@ def _stretch(header: CloudHeader) -> list[float] | None:
     return None
 
 
-class LasWriter:
-    """Writes points chunk by chunk; compressed if the file is to be LAZ.
+class LasRecords:
+    """Points as the packed records of a file with this header.
 
-    Raises
-    ------
-    InputError : the file cannot be written, or coordinates do not fit the integers of the step.
+    path : of the file, for messages.
     """
 
     def __init__(self, path: Path, header: CloudHeader) -> None:
-        self._header, self._staged = header, Staged(path)
+        self._path, self._header = path, header
         self._stretch = _stretch(header)
         self._las = las_header(header)
-        self._writer = laspy.LasWriter(
-            self._staged.file,
-            self._las,
-            do_compress=path.suffix.lower() == ".laz",
-            laz_backend=laspy.LazBackend.LazrsParallel,
-            closefd=False,
-        )
-
-    def write(self, xyz: Array, values: Mapping[str, NDArray[Any]]) -> None:
-        """Append points (n, 3) [m] and their values."""
-        if len(xyz) == 0:
-            return
-        self._writer.write_points(self.record(xyz, values))
 
     def record(self, xyz: Array, values: Mapping[str, NDArray[Any]]) -> laspy.PackedPointRecord:
         """The points as the format has them.
@@ -136,14 +128,40 @@ class LasWriter:
     def _refuse(self, xyz: Array) -> None:
         """Say which coordinates do not fit."""
         if not np.isfinite(xyz).all():
-            raise InputError("a coordinate is not a number", file=self._staged.path)
+            raise InputError("a coordinate is not a number", file=self._path)
         far = float(np.abs(xyz - self._header.offset).max())
         raise InputError(
             f"coordinates {far:.0f} m from the offset do not fit steps of "
             f"{1e3 * self._header.step:g} mm",
-            file=self._staged.path,
+            file=self._path,
             cure="write separate clouds, or take a coarser step",
         )
+
+
+class LasWriter(LasRecords):
+    """Writes points chunk by chunk; compressed if the file is to be LAZ.
+
+    Raises
+    ------
+    InputError : the file cannot be written, or coordinates do not fit the integers of the step.
+    """
+
+    def __init__(self, path: Path, header: CloudHeader) -> None:
+        super().__init__(path, header)
+        self._staged = Staged(path)
+        self._writer = laspy.LasWriter(
+            self._staged.file,
+            self._las,
+            do_compress=path.suffix.lower() == ".laz",
+            laz_backend=laspy.LazBackend.LazrsParallel,
+            closefd=False,
+        )
+
+    def write(self, xyz: Array, values: Mapping[str, NDArray[Any]]) -> None:
+        """Append points (n, 3) [m] and their values."""
+        if len(xyz) == 0:
+            return
+        self._writer.write_points(self.record(xyz, values))
 
     def __enter__(self) -> Self:
         return self
@@ -159,6 +177,7 @@ class LasWriter:
             return
         try:
             self._writer.close()
+            forget_date(self._staged.file)
         except BaseException:
             self._staged.discard()
             raise
