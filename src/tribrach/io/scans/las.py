@@ -18,14 +18,14 @@ from laspy.point.dims import COMPOSED_FIELDS
 from numpy.typing import NDArray
 
 from tribrach.errors import InputError
-from tribrach.scan.scan import CHUNK, Chunk, Field, Origin, Scan
+from tribrach.io.scans.origin import assumed_origin
+from tribrach.io.scans.text_scan import scan_name
+from tribrach.scan.scan import CHUNK, Chunk, Field, Scan
 
 __all__ = ["LasScan", "read"]
 
 Array = NDArray[np.float64]
 
-#: the scanner is taken to be at zero if that lies within the bounds and this margin [m]
-MARGIN = 10.0
 _RENAMED = {"gps_time": "time"}
 _COORDINATES = ("X", "Y", "Z")
 _CURE = "copy the file again from its source"
@@ -112,11 +112,11 @@ def read(path: Path) -> tuple[Scan, ...]:
         raise _short(path, 0, records)
     return (
         LasScan(
-            name=path.name.split(".")[0],
+            name=scan_name(path),
             path=path,
             records=records,
             fields=fields,
-            origin=_origin(bounds, records),
+            origin=assumed_origin(bounds if records else None),
             crs=wkt,
             bounds=bounds if records else None,
             facts={"scales": " ".join(f"{s:g}" for s in header.scales)},
@@ -136,13 +136,6 @@ def _field(dimension: Any) -> Field:
 
 def _coordinate(name: str) -> bool:
     return name in _COORDINATES
-
-
-def _origin(bounds: Array, records: int) -> Origin:
-    if not records or not np.isfinite(bounds).all():
-        return "unknown"
-    inside = (bounds[0] - MARGIN <= 0).all() and (bounds[1] + MARGIN >= 0).all()
-    return "assumed" if inside else "unknown"
 
 
 def _wkt(header: laspy.LasHeader) -> str | None:

@@ -1,0 +1,184 @@
+"""From the columns of a file, whatever they are called there, to points and fields."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.errors import InputError
+from tribrach.scan.scan import Chunk, Field
+
+__all__ = ["Columns", "arranged", "cast", "known_name"]
+
+_RGB = ("red", "green", "blue")
+_NAMES: dict[str, str] = {
+    other: name
+    for name, others in {
+        "x": "x easting east e cartesianx",
+        "y": "y northing north n cartesiany",
+        "z": "z height elevation altitude up u h cartesianz",
+        "intensity": "intensity i intensities",
+        "red": "red r diffusered",
+        "green": "green g diffusegreen",
+        "blue": "blue b diffuseblue",
+        "time": "time gpstime timestamp t",
+        "return_number": "returnnumber",
+        "number_of_returns": "numberofreturns",
+        "row": "row rowindex",
+        "column": "column columnindex col",
+        "normal_x": "nx normalx",
+        "normal_y": "ny normaly",
+        "normal_z": "nz normalz",
+    }.items()
+    for other in others.split()
+}
+#: types of our own fields; all others keep those of the file
+_TYPES = {
+    "intensity": "float32",
+    **dict.fromkeys(_RGB, "uint16"),
+    "time": "float64",
+    "return_number": "uint8",
+    "number_of_returns": "uint8",
+    "row": "int32",
+    "column": "int32",
+    **dict.fromkeys(("normal_x", "normal_y", "normal_z"), "float32"),
+}
+
+
+def known_name(name: str) -> str | None:
+    """Our name of a column: ``x``, ``y``, ``z`` or a field of the table; None if it is another.
+
+    Case, ``scalar_``, underscores, quotes and units in metres behind the name do not matter.
+    """
+    bare = re.sub(r"(\[m\]|\(m\)|_m)$", "", name.strip().lower())
+    bare = re.sub(r"[\s_\"'#/-]", "", bare.removeprefix("scalar_"))
+    return _NAMES.get(bare)
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Which columns are coordinates and which are fields.
+
+    xyz : names in the file; fields : as the scan has them; sources : their names in the file;
+    factors : by which colours become 0 to 65535, 1 for everything else.
+    """
+
+    xyz: tuple[str, str, str]
+    fields: tuple[Field, ...]
+    sources: tuple[str, ...]
+    factors: tuple[float, ...]
+
+    def chunk(
+        self,
+        columns: Mapping[str, NDArray[Any]],
+        path: Path,
+        *,
+        extra: Mapping[str, NDArray[Any]] | None = None,
+        zero_is_nothing: bool = False,
+    ) -> Chunk:
+        """Points whose coordinates are finite, with their fields.
+
+        columns : file name to (n,) or (n, k); extra : further fields by our names;
+        zero_is_nothing : 0, 0, 0 says that nothing came back.
+
+        Raises
+        ------
+        InputError : values that their field cannot hold.
+        """
+        xyz = np.stack([columns[name] for name in self.xyz], axis=1).astype(np.float64, copy=False)
+        valid = np.asarray(np.isfinite(xyz).all(axis=1))
+        if zero_is_nothing:
+            valid &= xyz.any(axis=1)
+        keep: Any = slice(None) if valid.all() else valid
+        values = {name: column[keep] for name, column in (extra or {}).items()}
+        for field, source, factor in zip(self.fields, self.sources, self.factors, strict=True):
+            column = columns[source][keep]
+            if factor != 1:
+                column = column * np.float64(factor)
+            values[field.name] = cast(column, np.dtype(field.dtype), field.name, path)
+        return Chunk(xyz[keep], values, int(len(valid) - np.count_nonzero(valid)))
+
+
+def arranged(
+    types: Mapping[str, str],
+    sample: Mapping[str, NDArray[Any]],
+    path: Path,
+    intensity: tuple[float | None, float | None] = (None, None),
+) -> Columns:
+    """The columns of a file by their names.
+
+    types : numpy types by name, in the file's order; sample : some values of each, which tell
+    whether colours are 0 to 1, 255 or 65535; intensity : its limits if the format states them.
+
+    Raises
+    ------
+    InputError : no columns for x, y and z.
+    """
+    ours: dict[str, str] = {}
+    for name in types:
+        known = known_name(name)
+        if known is not None:
+            ours.setdefault(known, name)
+    if not {"x", "y", "z"} <= ours.keys():
+        listed = ", ".join(list(types)[:12]) or "none"
+        what = f"no columns x, y and z among the columns ({listed})"
+        raise InputError(what, file=path, cure="name the columns in the first line")
+    back = {source: name for name, source in ours.items()}
+    scale = _colour_factor([sample[ours[c]] for c in _RGB if c in ours])
+    fields, sources, factors, used = [], [], [], {"x", "y", "z"}
+    for source, dtype in types.items():
+        name = back.get(source, source)
+        if name in ("x", "y", "z") and source in back:
+            continue
+        while name in used:
+            name += "_2"
+        used.add(name)
+        limits = intensity if name == "intensity" else (None, None)
+        fields.append(Field(name, _TYPES.get(name, dtype), *limits))
+        sources.append(source)
+        factors.append(scale if name in _RGB else 1.0)
+    return Columns((ours["x"], ours["y"], ours["z"]), tuple(fields), tuple(sources), tuple(factors))
+
+
+def _colour_factor(channels: Sequence[NDArray[Any]]) -> float:
+    """What makes a channel 0 to 65535: by its type, for text and floats by the values."""
+    if not channels or all(channel.dtype == np.uint8 for channel in channels):
+        return 257.0
+    if all(channel.dtype.kind in "iu" and channel.dtype.itemsize == 2 for channel in channels):
+        return 1.0
+    values = np.concatenate([np.asarray(c, dtype=float) for c in channels])
+    values = values[np.isfinite(values)]
+    if len(values) == 0:
+        return 257.0
+    if values.max() <= 1 and (values % 1).any():
+        return 65535.0
+    return 257.0 if values.max() <= 255 else 1.0
+
+
+def cast(column: NDArray[Any], kind: np.dtype[Any], name: str, path: Path) -> NDArray[Any]:
+    """A column in another type, rounded if that is a whole number; a fresh contiguous array.
+
+    Raises
+    ------
+    InputError : values that the type does not hold.
+    """
+    if kind.kind in "iu" and column.dtype != kind and len(column):
+        info = np.iinfo(kind)
+        low, high = column.min(), column.max()
+        if not (low >= info.min - 0.5 and high <= info.max + 0.5):
+            wrong = low if not low >= info.min - 0.5 else high
+            raise InputError(
+                f"the value {wrong:g} does not lie within {info.min} and {info.max}",
+                file=path,
+                record=f"column {name}",
+                cure="correct it or remove the column",
+            )
+        if column.dtype.kind == "f":
+            column = np.rint(column)
+    return np.array(column, dtype=kind)

@@ -1,0 +1,302 @@
+"""Tables of numbers in text, read by blocks of lines: any delimiter, compressed or not.
+
+Lines are counted without the blank ones. Before anything looks at them, delimiters and runs of
+blanks become one space, so that polars parses every dialect alike; a line that it refuses is then
+looked for and named by its number in the file.
+"""
+
+from __future__ import annotations
+
+import bz2
+import gzip
+import lzma
+import re
+import zlib
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, BinaryIO, cast
+
+import numpy as np
+import polars as pl
+from numpy.typing import NDArray
+
+from tribrach.errors import InputError
+
+__all__ = ["BLANKS", "Block", "Lines", "Mark", "delimiters", "opened", "rows", "table"]
+
+Array = NDArray[np.float64]
+
+#: bytes read at a time; no line may be longer
+BLOCK = 1 << 23
+#: of so many lines so many are looked at beforehand
+_STRIDE, _SAMPLE = 1 << 16, 256
+_CURE = "copy the file again from its source"
+_COMPRESSED: dict[bytes, Callable[[BinaryIO], Any]] = {
+    b"\x1f\x8b": gzip.open,
+    b"\xfd7zXZ\x00": lzma.open,
+    b"BZh": bz2.open,
+}
+#: what programs write for a number that is none; polars knows nan and inf
+_ODD = re.compile(rb"(?i)(?<![^ \n])[-+]?(?:1\.#\w+|nan\(\w*\)|n/a|null)(?![^ \n])")
+
+#: tabs are spaces
+BLANKS = bytes.maketrans(b"\t\v\f", b"   ")
+_COMMAS = bytes.maketrans(b"\t\v\f,;", b"     ")
+#: 1,5;2,5 has commas for decimal points
+_DECIMAL_COMMAS = bytes.maketrans(b"\t\v\f;,", b"    .")
+
+
+def delimiters(line: bytes) -> bytes:
+    """The translation table for text with lines of numbers like this one."""
+    if b";" in line and re.search(rb"\d,\d", line):
+        return _DECIMAL_COMMAS
+    return _COMMAS if b"," in line or b";" in line else BLANKS
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[BinaryIO]:
+    """A file for reading, unpacked on the way if it is gzip, xz or bzip2.
+
+    Raises
+    ------
+    InputError : it cannot be opened, or the compressed data are damaged or end too soon.
+    """
+    try:
+        with path.open("rb") as file:
+            magic = file.read(6)
+            file.seek(0)
+            for start, unpack in _COMPRESSED.items():
+                if magic.startswith(start):
+                    with unpack(file) as unpacked:
+                        yield cast(BinaryIO, unpacked)
+                    return
+            yield file
+    except (EOFError, lzma.LZMAError, zlib.error, gzip.BadGzipFile) as error:
+        raise InputError(
+            f"the compressed data are damaged or end too soon ({error})", file=path, cure=_CURE
+        ) from error
+    except OSError as error:
+        words = error.strerror or error
+        raise InputError(f"the file cannot be read ({words})", file=path, cure=_CURE) from error
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A place to go on from: bytes, lines that are not blank, and lines of the file before it."""
+
+    offset: int = 0
+    ordinal: int = 0
+    line: int = 0
+
+
+@dataclass(frozen=True)
+class Block:
+    """Consecutive lines, each with its newline, after ``first`` others; ``mark`` lies before."""
+
+    text: bytes
+    count: int
+    first: int
+    mark: Mark
+
+
+class Lines:
+    """The lines of an opened file that are not blank, in order, from a mark onwards.
+
+    Raises
+    ------
+    InputError : a line without end, or text in UTF-16.
+    """
+
+    def __init__(
+        self, file: BinaryIO, path: Path, blanks: bytes = BLANKS, mark: Mark | None = None
+    ) -> None:
+        self._file, self.path, self._blanks = file, path, blanks
+        self._mark = self._next = mark or Mark()
+        if self._next.offset:
+            file.seek(self._next.offset)
+        self.ordinal = self._next.ordinal
+        self._tail, self._text, self._at, self._ended = b"", b"", 0, False
+        self._ends: NDArray[np.int64] = np.zeros(0, dtype=np.int64)
+
+    @property
+    def mark(self) -> Mark:
+        """A place at or shortly before the next line."""
+        return self._mark
+
+    def peek(self, n: int) -> list[bytes]:
+        """The next lines, at most n, without their newlines; they are not passed."""
+        while len(self._ends) - self._at < n and self._fill(keep=self._at < len(self._ends)):
+            pass
+        return self._lines(self._at, min(self._at + n, len(self._ends))).split(b"\n")[:-1]
+
+    def take(self, n: int) -> Block:
+        """The next lines, fewer than n only at the end of the file."""
+        first, mark, left = self.ordinal, self._mark, n
+        parts: list[bytes] = []
+        while left > 0 and (self._at < len(self._ends) or self._fill()):
+            if not parts:
+                mark = self._mark
+            k = min(left, len(self._ends) - self._at)
+            parts.append(self._lines(self._at, self._at + k))
+            self._at, self.ordinal, left = self._at + k, self.ordinal + k, left - k
+        return Block(b"".join(parts), n - left, first, mark)
+
+    def skip(self, n: int) -> int:
+        """Pass over n lines; returns how many there were."""
+        left = n
+        while left > 0 and (self._at < len(self._ends) or self._fill()):
+            k = min(left, len(self._ends) - self._at)
+            self._at, self.ordinal, left = self._at + k, self.ordinal + k, left - k
+        return n - left
+
+    def survey(self, n: int | None = None) -> tuple[int, list[bytes]]:
+        """Pass over n lines, or all; their number and a sample from all over them."""
+        passed, sample = 0, self.peek(min(_SAMPLE * 8, n or _SAMPLE * 8))
+        while n is None or passed < n:
+            stride = _STRIDE if n is None else min(_STRIDE, n - passed)
+            if passed:
+                sample += self.peek(min(stride, _SAMPLE))
+            skipped = self.skip(stride)
+            passed += skipped
+            if skipped < stride:
+                break
+        return passed, sample
+
+    def _lines(self, low: int, high: int) -> bytes:
+        if high <= low:
+            return b""
+        start = int(self._ends[low - 1]) if low else 0
+        return self._text[start : int(self._ends[high - 1])]
+
+    def _fill(self, keep: bool = False) -> bool:
+        """Read on, past what is there or in place of it; False at the end of the file."""
+        if self._ended:
+            return False
+        raw = self._file.read(BLOCK)
+        self._ended = len(raw) == 0
+        if self._next.offset == 0:
+            raw = self._without_bom(raw)
+        whole = self._tail + raw
+        if self._ended:
+            whole, self._tail = (whole + b"\n" if whole else whole), b""
+        else:
+            cut = whole.rfind(b"\n") + 1
+            if cut == 0 and len(whole) >= BLOCK:
+                raise InputError("a line has no end", file=self.path, line=self._next.line + 1)
+            whole, self._tail = whole[:cut], whole[cut:]
+        text = _normal(whole, self._blanks)
+        if not keep:
+            self._mark, self._text, self._at = self._next, b"", 0
+        self._text += text
+        self._ends = np.flatnonzero(np.frombuffer(self._text, dtype=np.uint8) == 10) + 1
+        kept = self._mark.ordinal + len(self._ends)
+        self._next = Mark(
+            self._next.offset + len(whole), kept, self._next.line + whole.count(b"\n")
+        )
+        return True
+
+    def _without_bom(self, raw: bytes) -> bytes:
+        if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
+            raise InputError("the text is UTF-16", file=self.path, cure="save it as UTF-8")
+        return b"   " + raw[3:] if raw[:3] == b"\xef\xbb\xbf" else raw
+
+    def number(self, block: Block, k: int) -> int:
+        """The number in the file, from 1, of line k of a block, counted from 0."""
+        with opened(self.path) as file:
+            file.seek(block.mark.offset)
+            left = block.first - block.mark.ordinal + k
+            for number, line in enumerate(file, start=block.mark.line + 1):
+                if _normal(line, self._blanks).strip():
+                    left -= 1
+                if left < 0:
+                    return number
+        return 0
+
+
+def _normal(raw: bytes, blanks: bytes) -> bytes:
+    """One space between values, none at the ends of lines, no blank line."""
+    text = raw.translate(blanks, b'\r"')
+    rough = text[:1] in (b" ", b"\n") or any(p in text for p in (b"  ", b" \n", b"\n ", b"\n\n"))
+    if not rough:
+        return text
+    data = np.frombuffer(text, dtype=np.uint8)
+    ends = (data == 32) | (data == 10)
+    data = data[~((data == 32) & np.append(ends[1:], True))]
+    ends = (data == 32) | (data == 10)
+    return bytes(data[~(ends & np.append(True, data[:-1] == 10))].tobytes())
+
+
+def table(lines: Lines, block: Block, columns: int) -> list[Array]:
+    """The numbers of a block: one array (n,) for each column.
+
+    Raises
+    ------
+    InputError : a line with more or fewer values or with something that is no number.
+    """
+    parsed = _parsed(block.text, columns)
+    if parsed is None:
+        replaced, changes = _ODD.subn(b"nan", block.text)
+        parsed = _parsed(replaced, columns) if changes else None
+    if parsed is None or (columns and len(parsed[0]) != block.count):
+        raise _malformed(lines, block, columns)
+    return parsed
+
+
+def _parsed(text: bytes, columns: int) -> list[Array] | None:
+    """The columns, None if any line is not as it should be."""
+    if not text:
+        return [np.zeros(0) for _ in range(columns)]
+    try:
+        frame = pl.read_csv(
+            text,
+            has_header=False,
+            separator=" ",
+            quote_char=None,
+            schema={str(k): pl.Float64 for k in range(columns)},
+        )
+    except pl.exceptions.PolarsError:
+        return None
+    if any(series.null_count() for series in frame):
+        return None
+    return [series.to_numpy() for series in frame]
+
+
+def _malformed(lines: Lines, block: Block, columns: int) -> InputError:
+    """Which line of the block, and what about it?"""
+    k, what = 0, "a line cannot be read"
+    for k, line in enumerate(_ODD.sub(b"nan", block.text).split(b"\n")[:-1]):  # noqa: B007
+        values = line.split(b" ")
+        if len(values) != columns:
+            what = f"the line has {len(values)} values where {columns} are expected"
+            break
+        wrong = [value for value in values if not _number(value)]
+        if wrong:
+            what = f"{wrong[0][:40].decode(errors='replace')!r} is no number"
+            break
+    cure = "correct the line or copy the file again"
+    return InputError(what, file=lines.path, line=lines.number(block, k), cure=cure)
+
+
+def _number(value: bytes) -> bool:
+    try:
+        float(value)
+    except ValueError:
+        return False
+    return b"_" not in value
+
+
+def rows(sample: list[bytes], columns: int) -> Array:
+    """Those lines, as rows (k, columns), that have so many values and nothing but numbers."""
+    text = b"".join(line + b"\n" for line in sample if line.count(b" ") == columns - 1)
+    frame: Any = pl.read_csv(
+        text or b"\n",
+        has_header=False,
+        separator=" ",
+        quote_char=None,
+        ignore_errors=True,
+        schema={str(k): pl.Float64 for k in range(columns)},
+        missing_columns="insert",
+    )
+    return np.asarray(frame.drop_nulls().to_numpy(), dtype=float).reshape(-1, columns)

@@ -1,0 +1,189 @@
+"""Text with one point in a line: .xyz, .txt, .csv, .asc, as they are or compressed.
+
+Columns are named by a first line of words, as a comment or not; otherwise their number tells.
+Values are parted by blanks, commas, semicolons or tabs. A count of the points may stand before
+them. Nothing is said of a scanner.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.errors import InputError
+from tribrach.io.scans.columns import arranged, known_name
+from tribrach.io.scans.origin import assumed_origin, bounds_of
+from tribrach.io.scans.text import BLANKS, Block, Lines, Mark, delimiters, opened, rows
+from tribrach.io.scans.text_scan import TextScan, scan_name, short
+from tribrach.scan.scan import Scan
+
+__all__ = ["XyzScan", "numeric", "read"]
+
+Array = NDArray[np.float64]
+
+_COMMENTS = (b"#", b"//", b"%", b"!", b"'")
+#: lines before the points, at most
+_HEAD = 200
+#: colours are whole numbers up to this
+_COLOUR = 65535
+
+
+class XyzScan(TextScan):
+    """The points of a text file."""
+
+
+@dataclass
+class _Head:
+    """What stands before the points: names of the columns if any, a count if any, lines."""
+
+    names: list[str]
+    count: int | None
+    lines: int
+
+
+def numeric(line: bytes) -> bool:
+    """True for a line of numbers with blanks between them."""
+    values = line.split()
+    try:
+        return bool(values) and [float(v) for v in values] != []
+    except ValueError:
+        return False
+
+
+def read(path: Path) -> tuple[Scan, ...]:
+    """The one scan of a file, whose lines are counted on the way.
+
+    Raises
+    ------
+    InputError : no points, or no columns for x, y and z.
+    """
+    with opened(path) as file:
+        lines = Lines(file, path)
+        blanks = _blanks(lines.peek(_HEAD))
+    with opened(path) as file:
+        lines = Lines(file, path, blanks, Mark())
+        head = _head(lines)
+        lines.skip(head.lines)
+        mark = lines.mark
+        records, sample = lines.survey()
+    if head.count is not None and head.count != records:
+        raise short(path, head.count, records)
+    if records == 0 and not head.names:
+        raise InputError("the file has no points", file=path, cure="export it again")
+    return (_scan(path, head, sample, records, blanks, mark),)
+
+
+def _scan(
+    path: Path, head: _Head, sample: list[bytes], records: int, blanks: bytes, mark: Mark
+) -> XyzScan:
+    """The scan, once its columns are known."""
+    width = sample[0].count(b" ") + 1 if sample else len(head.names)
+    values = rows(sample, width)
+    warnings = []
+    names = _unique(head.names)
+    if len(names) != width or not {"x", "y", "z"} <= {known_name(n) for n in names}:
+        if names and any(known_name(n) for n in names):
+            what = f"{len(names)} columns are named ({', '.join(names[:12])}) and lines have "
+            raise InputError(
+                f"{what}{width} values", file=path, cure="name x, y, z and all other columns"
+            )
+        if width < 3:
+            raise InputError("the file has no points x y z", file=path, cure="export it again")
+        names = _guessed(values, width)
+        if width > 3:
+            warnings.append(f"the columns have no names; they are taken as {' '.join(names)}")
+    types = dict.fromkeys(names, "float64")
+    columns = dict(zip(names, values.T, strict=True))
+    layout = arranged(types, columns, path)
+    xyz = np.stack([columns[name] for name in layout.xyz], axis=1)
+    return XyzScan(
+        name=scan_name(path),
+        path=path,
+        records=records,
+        fields=layout.fields,
+        origin=assumed_origin(bounds_of(xyz)),
+        warnings=tuple(warnings),
+        mark=mark,
+        first=head.lines,
+        blanks=blanks,
+        types=types,
+        columns=layout,
+    )
+
+
+def _blanks(lines: list[bytes]) -> bytes:
+    """What parts the values: as in the first line that begins with a digit and has several."""
+    for line in lines:
+        if line[:1] in b"+-.0123456789" and not line.isdigit():
+            return delimiters(line)
+    return BLANKS
+
+
+def _head(lines: Lines) -> _Head:
+    """Everything before the first line of several numbers."""
+    head = _Head([], None, 0)
+    following = lines.peek(_HEAD + 1)
+    for k, line in enumerate(following[:_HEAD]):
+        comment = line.startswith(_COMMENTS)
+        if comment or not numeric(line):
+            bare = line.lstrip(b"#/%!'").strip().decode("utf-8", errors="replace")
+            known = {known_name(word) for word in bare.split()}
+            if {"x", "y", "z"} <= known:
+                head.names = bare.split()
+            elif not comment:
+                what = f"{bare[:40]!r} names no columns x, y and z, and is no point"
+                number = lines.number(Block(b"", 0, 0, Mark()), k)
+                raise InputError(what, file=lines.path, line=number, cure="name the columns")
+        elif line.isdigit() and head.count is None and _several(following[k + 1 : k + 2]):
+            head.count = int(line[:30])
+        else:
+            break
+        head.lines = k + 1
+    return head
+
+
+def _several(lines: list[bytes]) -> bool:
+    return bool(lines) and len(lines[0].split()) >= 3
+
+
+def _unique(names: list[str]) -> list[str]:
+    """Names of which none is there twice."""
+    out: list[str] = []
+    for name in names:
+        while name in out:
+            name += "_2"
+        out.append(name)
+    return out
+
+
+def _guessed(values: Array, width: int) -> list[str]:
+    """Names by what the columns hold: colours are whole numbers, normals have length one."""
+    rest, names = values[:, 3:], ["x", "y", "z"]
+    k = 0
+    while k < width - 3:
+        three = rest[:, k : k + 3]
+        if three.shape[1] == 3 and "red" not in names and _colours(three):
+            names += ["red", "green", "blue"]
+            k += 3
+        elif three.shape[1] == 3 and "nx" not in names and _normals(three):
+            names += ["nx", "ny", "nz"]
+            k += 3
+        else:
+            names.append("intensity" if "intensity" not in names else f"column_{k + 4}")
+            k += 1
+    return names
+
+
+def _colours(three: Array) -> bool:
+    """Do whole numbers from 0 to 65535 stand in three columns?"""
+    whole = (three % 1 == 0).all() and (three >= 0).all() and (three <= _COLOUR).all()
+    return bool(whole and len(three) > 0)
+
+
+def _normals(three: Array) -> bool:
+    """Are three columns vectors of length one?"""
+    length = np.linalg.norm(three, axis=1)
+    return bool(len(three) > 0 and (np.abs(length - 1) < 0.01).mean() > 0.9)
