@@ -1,0 +1,350 @@
+"""E57: one scan in its scanner frame with its pose, coordinates as integers of a stated step.
+
+What the standard has no column for goes into columns of the extension ``trb``: sigmas as single
+precision, others in their own type; ``trb:descriptions`` says what they are, ``trb:facts`` holds
+epoch and facts as JSON. The same points and header give the same bytes: identifiers are made
+from the content and no clock goes in. ``return_number`` is stored from 0.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import uuid
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pye57 import libe57
+from pyproj import CRS
+
+from tribrach.errors import InputError
+from tribrach.io.clouds.e57_poses import quaternion
+from tribrach.io.clouds.header import CloudHeader
+from tribrach.io.clouds.staged import Staged, staged_name
+from tribrach.scan.scan import Field
+
+__all__ = ["E57Writer"]
+
+Array = NDArray[np.float64]
+
+_OURS = ("trb", "urn:tribrach:e57:1")
+_NORMALS = ("nor", "http://www.libe57.org/E57_NOR_surface_normals.txt")
+_AXES = ("cartesianX", "cartesianY", "cartesianZ")
+_RGB = {"red": "colorRed", "green": "colorGreen", "blue": "colorBlue"}
+#: column and integer type or precision by name of a field
+_KNOWN = {
+    "intensity": ("intensity", "float32"),
+    **{ours: (theirs, "uint16") for ours, theirs in _RGB.items()},
+    "time": ("timeStamp", "float64"),
+    "return_number": ("returnIndex", "uint8"),
+    "number_of_returns": ("returnCount", "uint8"),
+    "row": ("rowIndex", "int32"),
+    "column": ("columnIndex", "int32"),
+    **{f"normal_{a}": (f"nor:normal{a.upper()}", "float32") for a in "xyz"},
+}
+#: types that buffers have; other integers go through 64 bits
+_BUFFERS = {"int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "float32": "f", "float64": "d"}
+_REACH = 2**31 - 1
+#: points handed to libE57 at a time
+_BLOCK = 100_000
+
+
+@dataclass(frozen=True)
+class _Column:
+    """A field's column: path in the file, type there, buffer that is filled for every block."""
+
+    field: Field
+    path: str
+    dtype: np.dtype[Any]
+    buffer: NDArray[Any]
+
+
+class E57Writer:
+    """Writes points chunk by chunk, in the scanner frame where the header has a pose.
+
+    Raises
+    ------
+    InputError : the file cannot be written, or coordinates do not fit the integers of the step.
+    """
+
+    def __init__(self, path: Path, header: CloudHeader) -> None:
+        self._header, self._staged = header, Staged(path)
+        self._image: Any = None
+        self._hash = hashlib.blake2b(digest_size=16)
+        self._low, self._high = np.full(3, np.inf), np.full(3, -np.inf)
+        self._limits: dict[str, tuple[float, float]] = {}
+        self._columns = _columns(header.fields)
+        self._whole = np.empty((3, _BLOCK), dtype=np.longlong)
+        try:
+            with self._refusals():
+                self._image = libe57.ImageFile(str(staged_name(path)), "w")
+                self._begin()
+        except BaseException:
+            self._discard()
+            raise
+
+    def _begin(self) -> None:
+        """The tree down to the points."""
+        image, root = self._image, self._image.root()
+        image.extensionsAdd("", libe57.E57_V1_0_URI)
+        for prefix, uri in (_NORMALS, _OURS):
+            image.extensionsAdd(prefix, uri)
+        root.set("formatName", self._text("ASTM E57 3D Imaging Data File"))
+        root.set("versionMajor", libe57.IntegerNode(image, libe57.E57_FORMAT_MAJOR))
+        root.set("versionMinor", libe57.IntegerNode(image, libe57.E57_FORMAT_MINOR))
+        root.set("e57LibraryVersion", self._text(libe57.E57_LIBRARY_ID))
+        crs = self._header.crs
+        wkt = "" if crs is None else CRS.from_user_input(crs).to_wkt()
+        root.set("coordinateMetadata", self._text(wkt))
+        scans = libe57.VectorNode(image, True)
+        root.set("data3D", scans)
+        root.set("images2D", libe57.VectorNode(image, True))
+        self._scan = libe57.StructureNode(image)
+        scans.append(self._scan)
+        self._scan.set("name", self._text(self._header.name))
+        if self._header.pose is not None:
+            x, y, z, w = quaternion(self._header.pose)
+            self._numbers("pose/rotation", {"w": w, "x": x, "y": y, "z": z})
+            t = self._header.pose.translation.tolist()
+            self._numbers("pose/translation", dict(zip("xyz", t, strict=True)))
+        prototype, buffers = self._prototype(), self._buffers()
+        points = libe57.CompressedVectorNode(image, prototype, libe57.VectorNode(image, True))
+        self._scan.set("points", points)
+        self._writer = points.writer(buffers)
+
+    def _prototype(self) -> Any:
+        """What a record looks like."""
+        out = libe57.StructureNode(self._image)
+        header = self._header
+        for axis, offset in zip(_AXES, header.offset, strict=True):
+            node = libe57.ScaledIntegerNode(
+                self._image, 0, -_REACH, _REACH, float(header.step), float(offset)
+            )
+            out.set(axis, node)
+        for column in self._columns:
+            out.set(column.path, self._node(column))
+        return out
+
+    def _node(self, column: _Column) -> Any:
+        """The type of a column."""
+        if column.dtype.kind == "f":
+            if column.dtype.itemsize == 8:
+                return libe57.FloatNode(self._image, 0.0, libe57.E57_DOUBLE)
+            unit = column.path.startswith("nor:")
+            low, high = (-1.0, 1.0) if unit else (libe57.E57_FLOAT_MIN, libe57.E57_FLOAT_MAX)
+            return libe57.FloatNode(self._image, 0.0, libe57.E57_SINGLE, low, high)
+        limits = np.iinfo(column.dtype)
+        return libe57.IntegerNode(self._image, 0, int(limits.min), int(limits.max))
+
+    def _buffers(self) -> Any:
+        """The memory that libE57 takes blocks from."""
+        out = libe57.VectorSourceDestBuffer()
+        paths = [*_AXES, *(c.path for c in self._columns)]
+        arrays = [*self._whole, *(c.buffer for c in self._columns)]
+        for path, array in zip(paths, arrays, strict=True):
+            out.append(libe57.SourceDestBuffer(self._image, path, array, _BLOCK, True, False))
+        return out
+
+    def write(self, xyz: Array, values: Mapping[str, NDArray[Any]]) -> None:
+        """Append points (n, 3) [m] and their values.
+
+        Raises
+        ------
+        InputError : coordinates beyond the integers of the step, several values per point.
+        """
+        for first in range(0, len(xyz), _BLOCK):
+            part = slice(first, first + _BLOCK)
+            count = self._fill(xyz[part], {name: v[part] for name, v in values.items()})
+            with self._refusals():
+                self._writer.write(count)
+
+    def _fill(self, xyz: Array, values: Mapping[str, NDArray[Any]]) -> int:
+        """One block into the buffers."""
+        n, step, offset = len(xyz), self._header.step, self._header.offset
+        steps = np.rint((xyz - offset) / step)
+        if not (np.abs(steps) <= _REACH).all():
+            self._refuse(xyz)
+        self._whole[:, :n] = steps.T
+        self._low = np.minimum(self._low, steps.min(axis=0))
+        self._high = np.maximum(self._high, steps.max(axis=0))
+        self._hash.update(self._whole[:, :n].tobytes())
+        for column in self._columns:
+            given = values.get(column.field.name)
+            column.buffer[:n] = 0 if given is None else self._stored(column, given)
+            self._hash.update(column.buffer[:n].tobytes())
+            self._note(column, n)
+        return n
+
+    def _stored(self, column: _Column, given: NDArray[Any]) -> NDArray[Any]:
+        """The values of a field as its column has them."""
+        if given.ndim != 1:
+            raise InputError(
+                f"{column.field.name} has several values per point", file=self._staged.path
+            )
+        if column.path == "returnIndex":
+            return np.maximum(given.astype(np.int16) - 1, 0)
+        return given
+
+    def _note(self, column: _Column, n: int) -> None:
+        """Keep the limits of columns whose limits the header of a scan has."""
+        if column.path not in ("intensity", "rowIndex", "columnIndex"):
+            return
+        some = column.buffer[:n][np.isfinite(column.buffer[:n])]
+        if len(some):
+            low, high = self._limits.get(column.path, (np.inf, -np.inf))
+            self._limits[column.path] = min(low, float(some.min())), max(high, float(some.max()))
+
+    def _refuse(self, xyz: Array) -> None:
+        """Say which coordinates do not fit."""
+        if not np.isfinite(xyz).all():
+            raise InputError("a coordinate is not a number", file=self._staged.path)
+        far = float(np.abs(xyz - self._header.offset).max())
+        raise InputError(
+            f"coordinates {far:.0f} m from the origin do not fit steps of "
+            f"{1e3 * self._header.step:g} mm",
+            file=self._staged.path,
+            cure="take a coarser step",
+        )
+
+    def _finish(self) -> None:
+        """What is known only after the last point."""
+        self._writer.close()
+        ends = {}
+        if np.isfinite(self._low).all():
+            for k, axis in enumerate("xyz"):
+                for name, steps in (("Minimum", self._low), ("Maximum", self._high)):
+                    value = steps[k] * self._header.step + self._header.offset[k]
+                    ends[f"{axis}{name}"] = float(value)
+            self._numbers("cartesianBounds", ends)
+        names = {c.field.name: c.field for c in self._columns}
+        if "intensity" in names:
+            low, high = names["intensity"].low, names["intensity"].high
+            if low is None or high is None:
+                low, high = self._limits.get("intensity", (0.0, 0.0))
+            limits = {"intensityMinimum": low, "intensityMaximum": high}
+            self._numbers("intensityLimits", limits)
+        if set(_RGB) <= set(names):
+            limits = {f"{c}{e}": v for c in _RGB.values() for e, v in _COLOUR_ENDS}
+            self._numbers("colorLimits", limits, whole=True)
+        if {"rowIndex", "columnIndex"} <= set(self._limits):
+            axes = (("row", "rowIndex"), ("column", "columnIndex"))
+            grid = {
+                f"{axis}{end}": self._limits[path][k]
+                for axis, path in axes
+                for k, end in enumerate(("Minimum", "Maximum"))
+            }
+            self._numbers("indexBounds", grid, whole=True)
+        self._describe()
+
+    def _describe(self) -> None:
+        """Descriptions, facts, and identifiers from everything that was written."""
+        header = self._header
+        own = [c for c in self._columns if c.path.startswith("trb:") and c.field.description]
+        if own:
+            self._scan.set("trb:descriptions", libe57.StructureNode(self._image))
+            for column in own:
+                path = f"trb:descriptions/{column.path}"
+                self._scan.set(path, self._text(column.field.description))
+        facts = json.dumps({"epoch": header.epoch} | dict(header.facts), sort_keys=True)
+        self._image.root().set("trb:facts", self._text(facts))
+        pose = None if header.pose is None else header.pose.matrix.tolist()
+        known = [header.name, header.step, list(header.offset), header.crs, pose, facts]
+        self._hash.update(repr([*known, [c.path for c in self._columns]]).encode())
+        for node, salt in ((self._image.root(), b"file"), (self._scan, b"scan")):
+            made = hashlib.blake2b(self._hash.digest(), digest_size=16, key=salt).digest()
+            node.set("guid", self._text(f"{{{uuid.UUID(bytes=made, version=4)}}}"))
+
+    def _text(self, text: str) -> Any:
+        return libe57.StringNode(self._image, text)
+
+    def _numbers(self, path: str, values: Mapping[str, float], whole: bool = False) -> None:
+        """A structure of numbers in the scan, with the structures above it."""
+        parts = path.split("/")
+        for k in range(len(parts)):
+            above = "/".join(parts[: k + 1])
+            if not self._scan.isDefined(above):
+                self._scan.set(above, libe57.StructureNode(self._image))
+        for name, value in values.items():
+            node = (
+                libe57.IntegerNode(self._image, int(value))
+                if whole
+                else libe57.FloatNode(self._image, float(value))
+            )
+            self._scan.set(f"{path}/{name}", node)
+
+    @contextmanager
+    def _refusals(self) -> Iterator[None]:
+        """What libE57 raises, as a sentence."""
+        try:
+            yield
+        except libe57.E57Exception as error:
+            words = str(error).strip().splitlines()[0].split(" (Error")[0].rstrip(".")
+            raise InputError(
+                f"the file cannot be written ({words})",
+                file=self._staged.path,
+                cure="check the folder and the space on its disk",
+            ) from error
+
+    def _discard(self) -> None:
+        """Leave nothing behind."""
+        if self._image is not None:
+            with suppress(libe57.E57Exception):
+                self._image.cancel()
+        self._staged.discard()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if kind is not None:
+            self._discard()
+            return
+        try:
+            with self._refusals():
+                self._finish()
+                self._image.close()
+        except BaseException:
+            self._discard()
+            raise
+        self._staged.commit()
+
+
+_COLOUR_ENDS = (("Minimum", 0), ("Maximum", 65535))
+
+
+def _columns(fields: tuple[Field, ...]) -> list[_Column]:
+    """A column for each field; those of the extension by names that XML takes."""
+    out: list[_Column] = []
+    for field in fields:
+        path, kind = _KNOWN.get(field.name, ("", field.dtype))
+        dtype = np.dtype(kind)
+        if dtype.kind not in "iuf":
+            dtype = np.dtype(np.uint8 if dtype.kind == "b" else np.float64)
+        if dtype in (np.uint64, np.float16, np.longdouble):
+            dtype = np.dtype(np.float64)
+        path = path or _free(field.name, {c.path for c in out})
+        buffer = np.zeros(_BLOCK, dtype=_BUFFERS.get(dtype.name, "q"))
+        out.append(_Column(field, path, dtype, buffer))
+    return out
+
+
+def _free(name: str, taken: set[str]) -> str:
+    """A name in the extension that no other column has."""
+    plain = re.sub(r"[^A-Za-z0-9_.-]", "_", name)
+    plain = plain if re.match(r"[A-Za-z_]", plain) else f"_{plain}"
+    path, number = f"trb:{plain}", 2
+    while path in taken:
+        path, number = f"trb:{plain}_{number}", number + 1
+    return path
