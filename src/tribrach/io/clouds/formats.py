@@ -6,15 +6,21 @@ from collections.abc import Callable
 from pathlib import Path
 
 from tribrach.errors import InputError
+from tribrach.io.clouds.copc import CopcWriter
+from tribrach.io.clouds.e57 import E57Writer
 from tribrach.io.clouds.header import CloudHeader, CloudWriter
 from tribrach.io.clouds.las import LasWriter
+from tribrach.io.clouds.ply import PlyWriter
 
 __all__ = ["WRITERS", "create"]
 
 #: by suffix, the longest first
 WRITERS: dict[str, Callable[[Path, CloudHeader], CloudWriter]] = {
+    ".e57": E57Writer,
     ".las": LasWriter,
+    ".copc.laz": CopcWriter,
     ".laz": LasWriter,
+    ".ply": PlyWriter,
 }
 
 
