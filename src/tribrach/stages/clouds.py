@@ -14,12 +14,15 @@ from numpy.typing import NDArray
 from tribrach.cloud.covariance import covariances, place_with_sigmas, rounded
 from tribrach.cloud.placement import Placement
 from tribrach.cloud.summary import CloudSummary
+from tribrach.errors import InputError
 from tribrach.geodesy.local_map import LocalMap
 from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.geometry.pose import Pose
+from tribrach.io.clouds.e57_poses import copy_with_poses
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader, CloudWriter
 from tribrach.io.clouds.precision import step_for
+from tribrach.io.scans.formats import read_scans
 from tribrach.network.adjustment import Adjustment
 from tribrach.project.sections import CloudSection
 from tribrach.scan.normals import incidence_cosines
@@ -142,15 +145,20 @@ class Cloud:
         return max(1e-4, min(own or 1.0, 3 * float(np.sqrt(np.diag(where.covariance)[:3].min()))))
 
     def write(self, path: Path, progress: Callable[[str, int, int | None], None]) -> CloudSummary:
-        """Write the file; the summary of its points."""
+        """Write the file; the summary of its points.
+
+        Raises
+        ------
+        InputError : several scans for one E57 file that are not all scans of one E57 source.
+        """
         path.parent.mkdir(parents=True, exist_ok=True)
         if self.in_scanner and self._copied(path):
             return self._summarised(progress)
         summary, total = CloudSummary(), self._records()
         with ExitStack() as stack:
             writer: CloudWriter = stack.enter_context(create(path, self._header()))
-            for xyz, values, sigma in self._points():
-                writer.write(xyz, values)
+            for xyz, local, values, sigma in self._points():
+                writer.write(local if self.in_scanner else xyz, values)
                 summary.add(xyz, sigma)
                 progress(self.name, summary.points, total)
         return summary
@@ -158,21 +166,32 @@ class Cloud:
     def _copied(self, path: Path) -> bool:
         """Copy an E57 source with new poses; False where points must be written anew."""
         sources = {scan.scan.path for scan in self.scans}
-        if len(sources) != 1 or next(iter(sources)).suffix.lower() != ".e57":
-            return False
-        from tribrach.io.clouds.e57_poses import copy_with_poses
-
+        source = next(iter(sources))
+        if len(sources) != 1 or source.suffix.lower() != ".e57":
+            return self._one_scan(path)
+        if len(read_scans(source)) != len(self.scans):
+            return self._one_scan(path)  # the others would keep poses of another frame
         poses = {
             scan.scan.index: self._delivered(where)
             for scan, where in zip(self.scans, self.placements, strict=True)
         }
-        copy_with_poses(next(iter(sources)), path, poses, crs=self.frame.wkt)
+        copy_with_poses(source, path, poses, crs=self.frame.wkt)
         return True
+
+    def _one_scan(self, path: Path) -> bool:
+        """False; or a refusal, for points stay in the frame of one scanner."""
+        if len(self.scans) > 1:
+            raise InputError(
+                "an E57 file keeps points in the frame of their scanner, one scan per file",
+                file=path,
+                cure="say merged = false, or take another format",
+            )
+        return False
 
     def _summarised(self, progress: Callable[[str, int, int | None], None]) -> CloudSummary:
         """The summary of a file whose points were copied."""
         summary, total = CloudSummary(), self._records()
-        for xyz, _, sigma in self._points(values=False):
+        for xyz, _, _, sigma in self._points(values=False):
             summary.add(xyz, sigma)
             progress(self.name, summary.points, total)
         return summary
@@ -189,8 +208,8 @@ class Cloud:
 
     def _points(
         self, values: bool = True
-    ) -> Iterator[tuple[Array, dict[str, NDArray[Any]], NDArray[np.float32] | None]]:
-        """Chunks of delivered coordinates, their values and sigmas."""
+    ) -> Iterator[tuple[Array, Array, dict[str, NDArray[Any]], NDArray[np.float32] | None]]:
+        """Chunks of coordinates, delivered and of the scanner, their values and sigmas."""
         to_frame = LocalMap(self.frame.from_work) if self.frame.kind == "projected" else None
         for number, (scan, where) in enumerate(zip(self.scans, self.placements, strict=True)):
             turn = self.frame.rotation(where.pose.translation)
@@ -205,7 +224,7 @@ class Cloud:
                 kept = dict(chunk.values) if values else {}
                 if values:
                     self._complete(kept, chunk.xyz, turned, sigma, cosine, number)
-                yield out, kept, sigma
+                yield out, chunk.xyz, kept, sigma
 
     def _complete(
         self,
@@ -216,8 +235,8 @@ class Cloud:
         cosine: Array | None,
         number: int,
     ) -> None:
-        """Turn normals and add what the cloud says of its own uncertainty."""
-        if all(name in values for name in _NORMALS):
+        """Turn normals with the points and add what the cloud says of its own uncertainty."""
+        if not self.in_scanner and all(name in values for name in _NORMALS):
             normals = np.stack([values[name] for name in _NORMALS], axis=1)
             turned_normals = (normals @ turned.pose.rotation.T).astype(np.float32)
             values |= dict(zip(_NORMALS, turned_normals.T, strict=True))
@@ -255,11 +274,13 @@ class Cloud:
             if self.wish.correlations:
                 extra += [Field(name, "float32") for name in _CORRELATIONS]
         offset = self.frame.from_work(self.placements[0].pose.translation[None])[0]
+        pose = self._delivered(self.placements[0]) if self.in_scanner else None
         return CloudHeader(
             name=self.name,
             fields=(*shared, *extra),
             step=self.step,
-            offset=np.round(offset, -2),
+            offset=np.zeros(3) if self.in_scanner else np.round(offset, -2),
+            pose=pose,
             crs=self.frame.wkt,
             epoch=self.frame.epoch,
             facts={"frame": self.frame.kind},
