@@ -49,7 +49,7 @@ _KNOWN = {
     "column": ("columnIndex", "int32"),
     **{f"normal_{a}": (f"nor:normal{a.upper()}", "float32") for a in "xyz"},
 }
-#: types that buffers have; other integers go through 64 bits
+#: buffers that pye57 takes by type; other integers go through "q", for "l" is 32 bits to it
 _BUFFERS = {"int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "float32": "f", "float64": "d"}
 _REACH = 2**31 - 1
 #: points handed to libE57 at a time
@@ -81,7 +81,7 @@ class E57Writer:
         self._low, self._high = np.full(3, np.inf), np.full(3, -np.inf)
         self._limits: dict[str, tuple[float, float]] = {}
         self._columns = _columns(header.fields)
-        self._whole = np.empty((3, _BLOCK), dtype=np.longlong)
+        self._whole = np.empty((3, _BLOCK), dtype="q")
         try:
             with self._refusals():
                 self._image = libe57.ImageFile(str(staged_name(path)), "w")

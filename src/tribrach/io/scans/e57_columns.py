@@ -39,7 +39,7 @@ _FLAGS = {
     "isColorInvalid": ("red", "green", "blue"),
     "isTimeStampInvalid": ("time",),
 }
-#: buffers that libE57 takes by type; other integers go through 64 bits
+#: buffers that pye57 takes by type; other integers go through "q", for "l" is 32 bits to it
 _BUFFERS = {"int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "float32": "f", "float64": "d"}
 _INTEGERS = ("uint8", "int8", "uint16", "int16", "int32", "uint32", "int64")
 
