@@ -13,6 +13,7 @@ from rich.table import Table
 from tribrach.cli.shell import app, guarded, shown
 from tribrach.io.outputs import write_bytes, write_text
 from tribrach.io.scans.formats import read_scans
+from tribrach.io.scans.info import describe
 from tribrach.io.twins import write_twin
 from tribrach.project.sections import TargetSection
 from tribrach.simulate.twins import TWINS, build
@@ -32,9 +33,10 @@ def info(
     """Say what is in files of scans: points, extents, fields, grid, poses, what looks wrong."""
 
     def work() -> None:
-        from tribrach.io.scans.info import describe
-
-        described = [describe(scan) for path in files for scan in read_scans(path)]
+        described = []
+        for path in files:
+            scans = read_scans(path)
+            described += [describe(scan, among=len(scans)) for scan in scans]
         if json_file is not None:
             text = json.dumps({"scans": [d.to_json() for d in described]}, indent=1)
             write_text(json_file, text + "\n")

@@ -1,0 +1,260 @@
+"""What is in a scan, and what looks wrong with it, in words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pyproj import CRS
+from pyproj.exceptions import CRSError
+
+from tribrach.errors import InputError
+from tribrach.geometry.rotation import log
+from tribrach.io.clouds.precision import single_resolution
+from tribrach.io.scans.statistics import Statistics, statistics
+from tribrach.scan.angular_step import angular_step
+from tribrach.scan.scan import Scan
+
+__all__ = ["Description", "describe"]
+
+Array = NDArray[np.float64]
+
+#: what is worth a sentence: resolution and step [m], bounds that differ by [m], share of doubles
+_RESOLUTION, _STEP, _BOUNDS, _DOUBLED = 1e-4, 1e-3, 1e-3, 1e-3
+#: steps of decimal numbers, the coarsest first [m]
+_STEPS = (1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001)
+_QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
+#: fewer points tell no angular step
+_FEW = 1000
+_ORIGIN = {
+    "stated": "at zero, as the format says",
+    "assumed": "at zero, assumed because that lies among the points",
+    "unknown": "unknown",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Description:
+    """A scan in numbers and words.
+
+    found : of its points; among : scans in its file; step : between neighbouring directions
+    (H, V) [rad], None if not known; ranges : 0, 5, 50, 95 and 100 % quantiles [m]; coarse :
+    step [m] that all coordinates are multiples of, None if it is fine.
+    """
+
+    scan: Scan
+    found: Statistics
+    among: int
+    step: tuple[float, float] | None
+    ranges: tuple[float, ...]
+    coarse: float | None
+
+    @property
+    def title(self) -> str:
+        """File and scan."""
+        return self.scan.source
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Names and values, in the order in which they are read."""
+        scan, found = self.scan, self.found
+        records = "not stated" if scan.records is None else f"{scan.records}"
+        rows = [
+            ("points", f"{found.points} of {records} records, {found.dropped} hold no point"),
+        ]
+        if found.bounds is not None:
+            for name, low, high in zip("xyz", *found.bounds, strict=True):
+                rows.append((f"extent {name}", f"{low:.4f} to {high:.4f} m ({high - low:.3f} m)"))
+        if scan.grid is not None:
+            rows.append(("grid", f"{scan.grid[0]} rows, {scan.grid[1]} columns"))
+        if self.step is not None:
+            h, v = self.step
+            mm = f"{1e4 * h:.1f} by {1e4 * v:.1f} mm at 10 m"
+            rows.append(("angular step", f"H {1e3 * h:.4f} mrad, V {1e3 * v:.4f} mrad ({mm})"))
+        if self.ranges:
+            words = ", ".join(
+                f"{q:.0%} {r:.3f}" for q, r in zip(_QUANTILES, self.ranges, strict=True)
+            )
+            rows.append(("ranges", words + " m"))
+        rows.append(("scanner", _ORIGIN[scan.origin]))
+        rows.append(("pose", _pose_words(scan)))
+        rows.append(("CRS", _crs_words(scan.crs)))
+        rows += [(f"field {f.name}", self._field_words(f.name, f.dtype)) for f in scan.fields]
+        rows += [(key, value) for key, value in scan.facts.items()]
+        return rows
+
+    def _field_words(self, name: str, dtype: str) -> str:
+        """Type and range of a field."""
+        found = self.found.fields.get(name)
+        if found is None or found.low > found.high:
+            return f"{dtype}, no values" if found is not None else f"{dtype}, zero throughout"
+        return f"{dtype}, {found.low:g} to {found.high:g}"
+
+    def sentences(self) -> list[str]:
+        """What looks wrong or is worth knowing, one sentence each."""
+        out = [f"{w[:1].upper()}{w[1:].rstrip('.')}." for w in self.scan.warnings]
+        if self.found.points == 0:
+            return out or ["The scan has no points."]
+        return out + self._of_coordinates() + self._of_values() + self._of_pose()
+
+    def _of_coordinates(self) -> list[str]:
+        """Resolution, doubles, zeros, bounds."""
+        scan, found, out = self.scan, self.found, []
+        far = 0.0 if found.bounds is None else float(np.abs(found.bounds).max())
+        resolution = single_resolution(far)
+        if self.coarse is not None:
+            out.append(f"All coordinates are multiples of {1e3 * self.coarse:g} mm.")
+        elif found.single and resolution >= _RESOLUTION:
+            out.append(
+                f"The coordinates are numbers of 32 bits: at {far:.0f} m they resolve "
+                f"{1e3 * resolution:.2g} mm."
+            )
+        if found.zeros:
+            out.append(f"{found.zeros} points lie at exactly 0, 0, 0.")
+        if found.doubled >= _DOUBLED:
+            out.append(f"{found.doubled:.1%} of the points are there more than once.")
+        if found.dropped and scan.grid is None:
+            share = found.dropped / (found.dropped + found.points)
+            out.append(
+                f"{found.dropped} records ({share:.1%}) hold no point: invalid, or not finite."
+            )
+        if scan.bounds is not None and found.bounds is not None:
+            off = np.abs(scan.bounds - found.bounds).max()
+            if not off <= _BOUNDS:
+                out.append(f"The bounds in the header differ from the points' by {off:.3f} m.")
+        return out
+
+    def _of_values(self) -> list[str]:
+        """Intensities that say nothing, values that are not finite."""
+        out = []
+        found = self.found.fields.get("intensity")
+        if found is not None and found.low == found.high and self.found.points > 1:
+            out.append(f"All intensities are {found.low:g}.")
+        for name, values in self.found.fields.items():
+            if values.bad:
+                out.append(f"{values.bad} values of {name} are not finite.")
+        return out
+
+    def _of_pose(self) -> list[str]:
+        """The frame of the points."""
+        out, pose = [], self.scan.pose
+        if pose is not None:
+            if np.linalg.det(pose.rotation) < 0:
+                out.append("The pose mirrors: its determinant is -1.")
+            elif self.among > 1 and _is_identity(self.scan):
+                out.append(
+                    f"The pose is the identity although the file has {self.among} scans: "
+                    "they may not be registered."
+                )
+        if self.scan.origin == "unknown":
+            out.append(
+                "Where the scanner stood among the points is not known: they get no uncertainty "
+                "of their own unless the project says so."
+            )
+        return out
+
+    def to_json(self) -> dict[str, Any]:
+        """The same as numbers, with metres and radians."""
+        scan, found = self.scan, self.found
+        return {
+            "file": str(scan.path),
+            "scan": scan.name,
+            "index": scan.index,
+            "points": found.points,
+            "records": scan.records,
+            "dropped": found.dropped,
+            "bounds": None if found.bounds is None else found.bounds.tolist(),
+            "fields": [
+                {"name": f.name, "dtype": f.dtype, **_limits(found, f.name)} for f in scan.fields
+            ],
+            "grid": None if scan.grid is None else list(scan.grid),
+            "pose": None if scan.pose is None else scan.pose.matrix.tolist(),
+            "crs": scan.crs,
+            "origin": scan.origin,
+            "angular_step": None if self.step is None else list(self.step),
+            "range_quantiles": list(self.ranges),
+            "coordinate_step": self.coarse,
+            "doubled_share": found.doubled,
+            "facts": dict(scan.facts),
+            "sentences": self.sentences(),
+        }
+
+
+def describe(scan: Scan, among: int = 1) -> Description:
+    """Read a scan once and describe it.
+
+    among : number of scans in its file.
+
+    Raises
+    ------
+    InputError : a damaged file.
+    """
+    found = statistics(scan)
+    step: tuple[float, float] | None = None
+    ranges: tuple[float, ...] = ()
+    if scan.origin != "unknown" and found.points:
+        distance = np.linalg.norm(found.spread, axis=1)
+        ranges = tuple(float(q) for q in np.quantile(distance, _QUANTILES))
+        step = _step(found.first)
+    return Description(scan, found, among, step, ranges, _coarse(found.spread))
+
+
+def _step(xyz: Array) -> tuple[float, float] | None:
+    """The angular step [rad] if there are enough points to tell."""
+    if len(xyz) < _FEW:
+        return None
+    try:
+        return angular_step(xyz)
+    except InputError:
+        return None
+
+
+def _coarse(xyz: Array) -> float | None:
+    """The coarsest step [m] of which all coordinates are multiples, None below a millimetre."""
+    if len(xyz) < 100 or (np.ptp(xyz, axis=0) == 0).all():
+        return None
+    from_first = xyz - xyz[0]
+    for step in _STEPS:
+        whole = from_first / step
+        if np.abs(whole - np.rint(whole)).max() < 1e-4:
+            return step if step >= _STEP else None
+    return None
+
+
+def _limits(found: Statistics, name: str) -> dict[str, float | None]:
+    """Range of a field for JSON; a field that was nowhere given is zero."""
+    values = found.fields.get(name)
+    if values is None:
+        return {"low": 0.0, "high": 0.0} if found.points else {"low": None, "high": None}
+    if values.low > values.high:
+        return {"low": None, "high": None}
+    return {"low": values.low, "high": values.high}
+
+
+def _is_identity(scan: Scan) -> bool:
+    pose = scan.pose
+    return pose is not None and bool((pose.matrix == np.eye(4)).all())
+
+
+def _pose_words(scan: Scan) -> str:
+    """Position and turn of a pose."""
+    if scan.pose is None:
+        return "none"
+    if _is_identity(scan):
+        return "identity"
+    x, y, z = scan.pose.translation
+    turn = float(np.degrees(np.linalg.norm(log(scan.pose.rotation))))
+    return f"{x:.4f} {y:.4f} {z:.4f} m, turned by {turn:.4f} deg"
+
+
+def _crs_words(wkt: str | None) -> str:
+    """Name and code of a reference system."""
+    if wkt is None:
+        return "none"
+    try:
+        crs = CRS.from_user_input(wkt)
+    except CRSError:
+        return "not understood"
+    code = crs.to_authority()
+    return str(crs.name) + (f" ({':'.join(code)})" if code else "")
