@@ -35,6 +35,8 @@ _RGB = ("red", "green", "blue")
 _TYPES = {"u1", "i1", "u2", "i2", "u4", "i4", "u8", "i8", "f4", "f8"}
 #: day and year of creation in the header
 _DATE, _DATE_BYTES = 90, 4
+#: place and bits of the options of an extra dimension that say it has limits, place of the limits
+_OPTIONS, _LIMITED, _LIMITS = 3, 0b110, slice(64, 112)
 
 
 def las_header(header: CloudHeader) -> laspy.LasHeader:
@@ -47,6 +49,7 @@ def las_header(header: CloudHeader) -> laspy.LasHeader:
     for field in header.fields:
         if _RENAMED.get(field.name, field.name) not in own:
             las.add_extra_dim(_extra(field))
+    _without_limits(las)
     if header.crs is not None:
         las.add_crs(CRS.from_user_input(header.crs))
     facts = {"name": header.name, "epoch": header.epoch, "intensity": _stretch(header)}
@@ -54,6 +57,15 @@ def las_header(header: CloudHeader) -> laspy.LasHeader:
     record = json.dumps(facts, sort_keys=True).encode()
     las.vlrs.append(VLR("tribrach", 1, "facts as JSON", record))
     return las
+
+
+def _without_limits(las: laspy.LasHeader) -> None:
+    """Let extra dimensions state no limits: laspy takes them from the first point of each chunk."""
+    for record in las.vlrs.get("ExtraBytesVlr"):
+        for dimension in record.extra_bytes_structs:
+            raw = memoryview(dimension).cast("B")
+            raw[_OPTIONS] &= ~_LIMITED & 0xFF
+            raw[_LIMITS] = bytes(_LIMITS.stop - _LIMITS.start)
 
 
 def forget_date(file: BinaryIO) -> None:
