@@ -1,0 +1,80 @@
+"""LAS and LAZ in: chunks, start, damage, and what headers may claim."""
+
+import struct
+from pathlib import Path
+
+import laspy
+import numpy as np
+import pytest
+
+from tests.io.scans.scan_files import same, whole, written
+from tribrach.errors import InputError
+from tribrach.io.scans.formats import read_scans
+
+
+def las(path: Path, n: int = 120_000, point_format: int = 7, center: float = 0.0) -> Path:
+    rng = np.random.default_rng(6)
+    header = laspy.LasHeader(point_format=point_format, version="1.4")
+    header.scales, header.offsets = np.full(3, 1e-4), np.full(3, center)
+    header.add_extra_dim(laspy.ExtraBytesParams("gain", np.float32, "of the receiver"))
+    file = laspy.LasData(header)
+    file.x, file.y, file.z = center + rng.uniform(-30, 30, (3, n))
+    file.intensity = rng.integers(0, 65536, n)
+    file.return_number = rng.integers(1, 4, n)
+    file.gps_time = rng.uniform(0, 1e6, n)
+    file.gain = rng.normal(0, 1, n).astype(np.float32)
+    file.write(path)
+    return path
+
+
+@pytest.mark.parametrize("suffix", [".las", ".laz"])
+def test_chunks_are_the_whole(tmp_path: Path, suffix: str) -> None:
+    path = las(tmp_path / f"S 1.a{suffix}")
+    (scan,) = read_scans(path)
+    assert (scan.name, scan.records, scan.origin) == ("S 1.a", 120_000, "assumed")
+    expected = laspy.read(path)
+    got = whole(scan, 120_000)
+    assert np.abs(got.xyz - expected.xyz).max() < 1e-12
+    for ours, theirs in (("time", "gps_time"), ("gain", "gain"), ("return_number",) * 2):
+        assert np.array_equal(got.values[ours], np.asarray(expected[theirs]))
+    assert got.values["intensity"].dtype == np.float32
+    same(whole(scan, 9_999), got)
+    for start in (1, 50_000, 77_777, 119_999):
+        part = whole(scan, 30_000, start=start)
+        assert np.array_equal(part.xyz, got.xyz[start:])
+        assert np.array_equal(part.values["gain"], got.values["gain"][start:])
+    assert len(whole(scan, 1000, start=120_000)) == 0
+
+
+def test_names_and_origin(tmp_path: Path) -> None:
+    far = read_scans(las(tmp_path / "far.copc.laz", 100, center=5e5))[0]
+    assert (far.name, far.origin) == ("far", "unknown")
+    (empty,) = read_scans(las(tmp_path / "a.las", 0))
+    assert (empty.records, empty.origin, empty.bounds) == (0, "unknown", None)
+    assert len(whole(empty)) == 0
+
+
+@pytest.mark.parametrize("suffix", [".las", ".laz"])
+def test_a_truncated_file_is_a_sentence(tmp_path: Path, suffix: str) -> None:
+    good = las(tmp_path / f"a{suffix}").read_bytes()
+    n = len(good)
+    for cut in (3, 100, 226, 380, 1000, n // 10, n // 2, n - 5000, n - 30):
+        path = written(tmp_path, f"cut{suffix}", good[:cut])
+        with pytest.raises(InputError, match=r"damaged|holds|bytes"):
+            sum(len(c) for scan in read_scans(path) for c in scan.chunks(10_000))
+
+
+@pytest.mark.parametrize("suffix", [".las", ".laz"])
+def test_an_absurd_count_is_not_believed(tmp_path: Path, suffix: str) -> None:
+    data = bytearray(las(tmp_path / f"a{suffix}", 5000).read_bytes())
+    struct.pack_into("<Q", data, 247, 10**15)
+    path = written(tmp_path, f"b{suffix}", bytes(data))
+    with pytest.raises(InputError):
+        sum(len(c) for scan in read_scans(path) for c in scan.chunks())
+
+
+@pytest.mark.data
+def test_a_real_one(shared_data: Path) -> None:
+    (scan,) = read_scans(shared_data / "scans/vz400i_forest/scan.laz")
+    assert (scan.records, scan.origin) == (1_046_843, "assumed")
+    assert sum(map(len, scan.chunks(300_000))) == 1_046_843
