@@ -15,7 +15,7 @@ __all__ = ["FieldRange", "Statistics", "statistics"]
 Array = NDArray[np.float64]
 
 #: first points, for what needs neighbours; points from all over the scan
-_FIRST, _SPREAD = 3_000_000, 300_000
+_FIRST, _SPREAD = 1_500_000, 300_000
 #: points that are compared with each other to find doubles
 _COMPARED = 300_000
 _MIX = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], dtype=np.uint64)

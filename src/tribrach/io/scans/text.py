@@ -20,6 +20,7 @@ from typing import Any, BinaryIO, cast
 
 import numpy as np
 import polars as pl
+from numba import njit
 from numpy.typing import NDArray
 
 from tribrach.errors import InputError
@@ -217,15 +218,32 @@ class Lines:
 
 def _normal(raw: bytes, blanks: bytes) -> bytes:
     """One space between values, none at the ends of lines, no blank line."""
-    text = raw.translate(blanks, b'\r"')
-    rough = text[:1] in (b" ", b"\n") or any(p in text for p in (b"  ", b" \n", b"\n ", b"\n\n"))
-    if not rough:
-        return text
-    data = np.frombuffer(text, dtype=np.uint8)
-    ends = (data == 32) | (data == 10)
-    data = data[~((data == 32) & np.append(ends[1:], True))]
-    ends = (data == 32) | (data == 10)
-    return bytes(data[~(ends & np.append(True, data[:-1] == 10))].tobytes())
+    out = np.empty(len(raw), dtype=np.uint8)
+    made = _squeezed(np.frombuffer(raw, dtype=np.uint8), np.frombuffer(blanks, np.uint8), out)
+    return out[:made].tobytes()
+
+
+@njit(cache=True, nogil=True)
+def _squeezed(raw, blanks, out):  # type: ignore[no-untyped-def]
+    """The bytes written; carriage returns and quotation marks are left out."""
+    made, begun, gap = 0, False, False
+    for byte in raw:
+        c = blanks[byte]
+        if c == 32:
+            gap = begun
+        elif c == 10:
+            if begun:
+                out[made] = 10
+                made += 1
+            begun = gap = False
+        elif c != 13 and c != 34:
+            if gap:
+                out[made] = 32
+                made += 1
+            out[made] = c
+            made += 1
+            begun, gap = True, False
+    return made
 
 
 def table(lines: Lines, block: Block, columns: int) -> list[Array]:
