@@ -129,6 +129,15 @@ def test_fields_of_several_values_and_padding(tmp_path: Path) -> None:
     assert np.array_equal(whole(scan).values["hist"], [[7, 8, 9], [1, 2, 3]])
 
 
+def test_coordinates_of_several_values_are_refused(tmp_path: Path) -> None:
+    text = (
+        "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 2 1 1\nWIDTH 1\nHEIGHT 1\n"
+        "POINTS 1\nDATA ascii\n1 2 3 4\n"
+    )
+    with pytest.raises(InputError, match="several values for one point"):
+        read_scans(written(tmp_path, "a.pcd", text))
+
+
 @pytest.mark.parametrize(
     ("line", "other"),
     [

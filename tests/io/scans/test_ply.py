@@ -130,6 +130,18 @@ def test_values_that_are_no_numbers_and_windows_ends(tmp_path: Path) -> None:
         same(got, whole(scan, 9))
 
 
+def test_odd_numbers_warn_of_nothing(tmp_path: Path) -> None:
+    data = records(3)
+    data["y"].view(np.uint32)[1] = 0x7FA00000  # a signalling NaN
+    (scan,) = read_scans(written(tmp_path, "a.ply", ply(data, "binary_little_endian")))
+    assert whole(scan).dropped == 1
+    text = ply(records(3), "ascii").decode().splitlines()
+    text[-1] = "1e300 2 3 nan 0 0 1e300 0 0"
+    (scan,) = read_scans(written(tmp_path, "b.ply", "\n".join(text)))
+    with pytest.raises(InputError, match="the value nan does not lie within 0 and 255"):
+        whole(scan)
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [

@@ -74,6 +74,11 @@ class Columns:
     sources: tuple[str, ...]
     factors: tuple[float, ...]
 
+    def coordinates(self, columns: Mapping[str, NDArray[Any]]) -> NDArray[np.float64]:
+        """Points (n, 3) [m] of columns, finite or not."""
+        with np.errstate(invalid="ignore"):  # a signalling NaN is one all the same
+            return np.stack([columns[name].astype(np.float64) for name in self.xyz], axis=1)
+
     def chunk(
         self,
         columns: Mapping[str, NDArray[Any]],
@@ -91,7 +96,7 @@ class Columns:
         ------
         InputError : values that their field cannot hold.
         """
-        xyz = np.stack([columns[name] for name in self.xyz], axis=1).astype(np.float64, copy=False)
+        xyz = self.coordinates(columns)
         valid = np.asarray(np.isfinite(xyz).all(axis=1))
         if zero_is_nothing:
             valid &= xyz.any(axis=1)
@@ -129,6 +134,9 @@ def arranged(
         listed = ", ".join(list(types)[:12]) or "none"
         what = f"no columns x, y and z among the columns ({listed})"
         raise InputError(what, file=path, cure="name the columns in the first line")
+    if any(sample[ours[axis]].ndim > 1 for axis in "xyz"):
+        what = "x, y and z have several values for one point"
+        raise InputError(what, file=path, cure="export the file again")
     back = {source: name for name, source in ours.items()}
     scale = _colour_factor([sample[ours[c]] for c in _RGB if c in ours])
     fields, sources, factors, used = [], [], [], {"x", "y", "z"}
@@ -181,4 +189,5 @@ def cast(column: NDArray[Any], kind: np.dtype[Any], name: str, path: Path) -> ND
             )
         if column.dtype.kind == "f":
             column = np.rint(column)
-    return np.array(column, dtype=kind)
+    with np.errstate(over="ignore", invalid="ignore"):  # too large is infinite
+        return np.array(column, dtype=kind)

@@ -136,11 +136,10 @@ def read(path: Path) -> tuple[Scan, ...]:
     sample = _coloured(sample)
     types = {name: column.dtype.name for name, column in sample.items()}
     layout = arranged(types, sample, path)
-    xyz = np.stack([sample[name] for name in layout.xyz], axis=1).astype(float)
     fields = layout.fields
     if common["grid"] is not None and _GRID.isdisjoint(f.name for f in fields):
         fields += (Field("row", "int32"), Field("column", "int32"))
-    origin = assumed_origin(bounds_of(xyz))
+    origin = assumed_origin(bounds_of(layout.coordinates(sample)))
     return (kind(**common, columns=layout, fields=fields, origin=origin),)
 
 

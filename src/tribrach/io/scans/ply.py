@@ -180,13 +180,12 @@ def _binary(
     sample = sampled(path, offset, dtype, vertex.count) if dtype.names else {}
     types = {name: np.dtype(kind).name for name, kind in vertex.types.items() if kind}
     layout = arranged(types, sample, path)
-    xyz = np.stack([sample[name] for name in layout.xyz], axis=1).astype(float)
     return PlyScan(
         name=scan_name(path),
         path=path,
         records=vertex.count,
         fields=layout.fields,
-        origin=assumed_origin(bounds_of(xyz)),
+        origin=assumed_origin(bounds_of(layout.coordinates(sample))),
         crs=header.facts.pop("crs", None),
         facts=header.facts,
         offset=offset,
@@ -213,18 +212,18 @@ def _text(
             what = "the file has more or fewer lines than its header states"
             raise InputError(what, file=path, cure=_CURE)
     values = rows(sample, len(types)) if types else np.zeros((0, 0))
-    columns = {
-        name: column.astype(kind if kind[0] == "u" else float)
-        for (name, kind), column in zip(types.items(), values.T, strict=True)
-    }
+    with np.errstate(invalid="ignore"):  # whoever reads the points meets values that do not fit
+        columns = {
+            name: column.astype(kind if kind[0] == "u" else float)
+            for (name, kind), column in zip(types.items(), values.T, strict=True)
+        }
     layout = arranged(types, columns, path)
-    xyz = np.stack([columns[name] for name in layout.xyz], axis=1)
     return PlyTextScan(
         name=scan_name(path),
         path=path,
         records=records,
         fields=layout.fields,
-        origin=assumed_origin(bounds_of(xyz)),
+        origin=assumed_origin(bounds_of(layout.coordinates(columns))),
         crs=header.facts.pop("crs", None),
         facts=header.facts,
         mark=mark,

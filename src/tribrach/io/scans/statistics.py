@@ -96,7 +96,8 @@ def _add(out: Statistics, chunk: Chunk) -> None:
         bounds[1] = np.maximum(bounds[1], out.bounds[1])
     out.bounds = bounds
     out.zeros += int(len(chunk) - np.count_nonzero(chunk.xyz.any(axis=1)))
-    out.single = out.single and bool((chunk.xyz.astype(np.float32) == chunk.xyz).all())
+    with np.errstate(over="ignore"):
+        out.single = out.single and bool((chunk.xyz.astype(np.float32) == chunk.xyz).all())
     for name, column in chunk.values.items():
         out.fields.setdefault(name, FieldRange()).add(column)
 

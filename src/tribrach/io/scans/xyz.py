@@ -98,13 +98,12 @@ def _scan(
     types = dict.fromkeys(names, "float64")
     columns = dict(zip(names, values.T, strict=True))
     layout = arranged(types, columns, path)
-    xyz = np.stack([columns[name] for name in layout.xyz], axis=1)
     return XyzScan(
         name=scan_name(path),
         path=path,
         records=records,
         fields=layout.fields,
-        origin=assumed_origin(bounds_of(xyz)),
+        origin=assumed_origin(bounds_of(layout.coordinates(columns))),
         warnings=tuple(warnings),
         mark=mark,
         first=head.lines,
@@ -179,11 +178,11 @@ def _guessed(values: Array, width: int) -> list[str]:
 
 def _colours(three: Array) -> bool:
     """Do whole numbers from 0 to 65535 stand in three columns?"""
-    whole = (three % 1 == 0).all() and (three >= 0).all() and (three <= _COLOUR).all()
+    whole = (np.rint(three) == three).all() and (three >= 0).all() and (three <= _COLOUR).all()
     return bool(whole and len(three) > 0)
 
 
 def _normals(three: Array) -> bool:
     """Are three columns vectors of length one?"""
-    length = np.linalg.norm(three, axis=1)
-    return bool(len(three) > 0 and (np.abs(length - 1) < 0.01).mean() > 0.9)
+    square = (np.clip(three, -2, 2) ** 2).sum(axis=1)
+    return bool(len(three) > 0 and (np.abs(square - 1) < 0.02).mean() > 0.9)
