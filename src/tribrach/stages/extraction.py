@@ -20,6 +20,7 @@ from tribrach.stages.state import State, digest
 from tribrach.stages.thumbnail import thumbnail
 from tribrach.targets.checkerboard_search import find_checkerboards
 from tribrach.targets.detection import Detection, Rejected
+from tribrach.targets.disc_search import find_discs
 from tribrach.targets.sphere_search import find_spheres
 
 __all__ = ["Findings", "extract", "find_targets", "merged"]
@@ -88,11 +89,11 @@ def find_targets(scan: StationScan, wanted: TargetSection) -> Findings:
         more: dict[str, Any] = {"floor": floor, "scan": scan.name, **noise}
         if scan.noise is not None:
             more["footprint"] = scan.noise.beam_exit, scan.noise.beam_divergence
+            # light is the mean over the footprint, so only the encoders move it
+            more["sigma_angle"] = scan.noise.vertical
         if wanted.checkerboard_side_m:
             results.append(find_checkerboards(*seen, wanted.checkerboard_side_m, **more))
         if wanted.disc_radius_m:
-            from tribrach.targets.disc_search import find_discs
-
             results.append(find_discs(*seen, wanted.disc_radius_m, **more))
     detections = tuple(d for good, _ in results for d in good)
     rejected = tuple(r for _, bad in results for r in bad)

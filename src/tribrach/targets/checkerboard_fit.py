@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erf
 
+from tribrach.targets.board_edges import EdgePoints, locate_edge
 from tribrach.targets.board_plane import BoardPlane, fit_board_plane
-from tribrach.targets.board_sampling import sample_edges
 
 __all__ = ["CheckerboardFit", "Refused", "fit_checkerboard"]
 
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 #: fewest points within the board
 FEWEST = 40
-#: edge lines are at right angles within this [rad]
+#: edge lines are at right angles within this [rad], or what one row of points turns them
 _SQUARE = np.radians(5.0)
 #: the board is not looked at more obliquely than this [rad]
 _STEEPEST = np.radians(65.0)
@@ -35,8 +35,8 @@ _BLUR_SHARE = 0.5
 _TRIM = 3.5
 #: blur of the first steps over half the side, so that a far start finds its way
 _WIDTHS = (0.5, 0.4, 0.3, 0.24, 0.2, 0.16, 0.12, 0.1, 0.08, 0.06, 0.05, 0.04)
-#: a blur below this share of the pitch has no slope; beyond this pitch in blurs edges are sampled
-_COARSE, _DENSE = 0.35, 2.0
+#: a blur below this share of the pitch has no slope
+_COARSE = 0.35
 
 
 @dataclass(frozen=True)
@@ -262,35 +262,78 @@ def _pitch(use: NDArray[np.bool_], half: float) -> float:
 
 
 def _refined(
-    flat: Array, light: Array, solved: _Solved, scale: tuple[float, float, float]
+    flat: Array, light: Array, solved: _Solved, scale: tuple[float, float, float], plane: BoardPlane
 ) -> _Solved:
-    """The edges sampled where points are too far apart for slopes."""
+    """Centre and turns from the posteriors of the two edges."""
     half, blur, jitter = scale
-    if _pitch(solved.use, half) < _DENSE * blur:
-        return solved
-    inside = _inside(flat, solved.p, half)
-    first = np.array([0, 1, 2, 3, 6])
-    start, spread = solved.p[first].copy(), solved.covariance[np.ix_(first, first)].copy()
-    start[4], spread[4, :], spread[:, 4] = np.log(blur), 0.0, 0.0
-    spread[4, 4] = 0.05
-    noise = max(_noise(flat, light, solved.p, inside, half), 0.005 * abs(solved.p[5]))
-    mean, covariance = sample_edges(
-        flat[inside], light[inside], start, 4 * spread, (blur, jitter, noise)
-    )
-    p, whole = solved.p.copy(), solved.covariance.copy()
-    p[first] = mean
-    whole[np.ix_(first, first)] = covariance
-    return _Solved(p, whole, solved.use, noise)
+    p, covariance = solved.p.copy(), solved.covariance.copy()
+    shift = 1.5 * _pitch(solved.use, half) + 2 * float(np.hypot(blur, jitter))
+    for _ in range(2):
+        inside = _inside(flat, p, half)
+        widest = max(plane.stretch(np.array([np.cos(t), np.sin(t)])) for t in p[2:4])
+        clear = min(3 * widest * float(np.hypot(blur, jitter)), 0.3 * half)
+        p, noise = _levels(flat[inside], light[inside], p, clear)
+        moves, cofactors = [], []
+        for k in (0, 1):
+            points = _near_edge(flat[inside], light[inside], p, k, scale, plane, noise, shift)
+            if len(points.along) < 4:
+                return solved
+            move, cofactor = locate_edge(points, shift, 1.5 * shift / half)
+            moves.append(move)
+            cofactors.append(cofactor)
+        normals = np.stack([np.cos(p[2:4]), np.sin(p[2:4])], axis=1)
+        to_place = np.linalg.inv(normals)
+        p[:2] += to_place @ [moves[0][0], moves[1][0]]
+        p[2:4] += [moves[0][1], moves[1][1]]
+        spread = np.diag([cofactors[0][0, 0], cofactors[1][0, 0]])
+        covariance[:2, :2] = to_place @ spread @ to_place.T
+    return _Solved(p, covariance, solved.use, noise)
 
 
-def _noise(flat: Array, light: Array, p: Array, inside: NDArray[np.bool_], half: float) -> float:
-    """Noise of light on the plain parts of the quadrants."""
+def _near_edge(
+    flat: Array,
+    light: Array,
+    p: Array,
+    k: int,
+    scale: tuple[float, float, float],
+    plane: BoardPlane,
+    noise: float,
+    shift: float,
+) -> EdgePoints:
+    """The points that may tell where edge ``k`` is, none that the other edge may touch."""
+    half, blur, jitter = scale
+    blur = float(np.sqrt(max(blur**2 - jitter**2, blur**2 / 4)))
     d = flat - p[:2]
-    a = np.abs(d @ [np.cos(p[2]), np.sin(p[2])])
-    b = np.abs(d @ [np.cos(p[3]), np.sin(p[3])])
-    plain = inside & (np.minimum(a, b) > 0.2 * half)
-    left = light[plain] - _model(flat[plain], p)[0]
-    return float(1.4826 * np.median(np.abs(left))) if plain.sum() > 8 else 0.0
+    normals = np.stack([np.cos(p[2:4]), np.sin(p[2:4])], axis=1)
+    distance = d @ normals.T
+    blur, jitter = (size * plane.stretch(normals[k]) for size in (blur, jitter))
+    reach = 3 * float(np.hypot(blur, jitter))
+    clear = np.abs(distance[:, 1 - k]) > reach + 0.03 * half
+    near = clear & (np.abs(distance[:, k]) < reach + 2 * shift)
+    sign = np.sign(distance[near, 1 - k])
+    return EdgePoints(
+        along=d[near] @ [-normals[k, 1], normals[k, 0]],
+        across=distance[near, k],
+        level=(light[near] - p[4]) / p[5] * sign,
+        noise=noise / abs(p[5]),
+        blur=blur,
+        jitter=jitter,
+    )
+
+
+def _levels(flat: Array, light: Array, p: Array, clear: float) -> tuple[Array, float]:
+    """Parameters with the levels of the plain parts of the quadrants, and the noise of light."""
+    d = flat - p[:2]
+    a, b = d @ [np.cos(p[2]), np.sin(p[2])], d @ [np.cos(p[3]), np.sin(p[3])]
+    plain = np.minimum(np.abs(a), np.abs(b)) > clear
+    sign = np.sign(a * b)
+    high, low = light[plain & (sign > 0)], light[plain & (sign < 0)]
+    if min(len(high), len(low)) < 6:
+        return p, 0.005 * abs(p[5])
+    out, ends = p.copy(), np.array([np.median(high), np.median(low)])
+    out[4:6] = ends.mean(), (ends[0] - ends[1]) / 2
+    left = np.concatenate([high - ends[0], low - ends[1]])
+    return out, max(1.4826 * float(np.median(np.abs(left))), 0.005 * abs(out[5]))
 
 
 def _inside(flat: Array, p: Array, half: float) -> NDArray[np.bool_]:
@@ -321,13 +364,13 @@ def _judged(
     reason = _doubt(flat, light, p, half, skew, contrast, explained)
     if reason:
         return Refused(reason)
-    solved = _refined(flat, light, solved, scale)
+    solved = _refined(flat, light, solved, scale, plane)
     p = solved.p
     center = plane.at(p[:2])
     in_plane = solved.covariance[:2, :2]
     away = center / np.linalg.norm(center)
     # an offset of the plane moves the centre along the beam, since print is carried along it
-    along = plane.sigma / max(abs(away @ plane.normal), 0.1)
+    along = plane.sigma(p[:2]) / max(abs(away @ plane.normal), 0.1)
     covariance = plane.axes.T @ in_plane @ plane.axes + along**2 * np.outer(away, away)
     return CheckerboardFit(
         center=center,
@@ -355,7 +398,8 @@ def _doubt(
     explained: float,
 ) -> str:
     """Why a converged fit is no board of this size; "" if it is one."""
-    if abs(skew) > _SQUARE:
+    rows = 0.7 * _pitch(_inside(flat, p, half), half) / half
+    if abs(skew) > max(_SQUARE, rows):
         return f"its edges meet at {90 + np.degrees(skew):.0f} degrees"
     if contrast < _CONTRAST:
         return f"its contrast is {contrast:.1f} times the noise, {_CONTRAST:g} are needed"
