@@ -1,0 +1,172 @@
+"""Where in a scan is a flat round spot of a disc's size, lighter or darker than its ground?
+
+At every pixel the surface is taken as the plane that its neighbours at the distance of the disc's
+radius tell, so that a circle in metres on the surface becomes its ellipse in pixels. Light on a
+circle inside of the disc is compared with light on a circle outside of it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+from tribrach.scan.range_image import RangeImage
+
+__all__ = ["blobs"]
+
+Array = NDArray[np.float64]
+Single = NDArray[np.float32]
+
+#: radii of the inner and the outer circle over that of the disc
+_INNER, _OUTER = 0.5, 1.4
+#: directions along a circle; the inner one has every second of them
+_SAMPLES = 16
+#: discs of a smaller radius [pixels] are not sought; seen obliquely they may be smaller by half
+_SMALLEST = 1.2
+#: share of a radius between pixels that are looked at
+_STRIDE = 0.15
+#: least difference of both circles over the sum of the spreads along them
+_STRENGTH = 1.6
+#: share of the samples that must lie on the surface, tolerance of that over the radius
+_SEEN, _DEPTH = 0.65, 0.35
+#: squared tangent of the steepest incidence
+_STEEPEST = float(np.tan(np.radians(70.0)) ** 2)
+#: spots that are followed up, the strongest first
+_MOST = 600
+
+
+def blobs(
+    image: RangeImage, intensity: NDArray[np.float32], radius: float
+) -> tuple[NDArray[np.int64], Array]:
+    """Pixels (k, 2), row and column, of spots for a radius [m], and their strengths (k,).
+
+    The strongest come first, none lies within a radius of another.
+    """
+    light = np.where(image.index >= 0, intensity[np.maximum(image.index, 0)], np.nan)
+    light = light.astype(np.float32)
+    ranges = image.filled()
+    sines = np.maximum(np.abs(np.sin(image.v())), 0.05)
+    steps = np.stack([np.full_like(sines, image.step_v), image.step_h * sines], axis=1)
+    turns = 2 * np.pi * np.arange(_SAMPLES) / _SAMPLES
+    wave = np.stack([np.cos(turns), np.sin(turns)], axis=1)
+    score = np.zeros(image.shape, dtype=np.float32)
+    _score(light, ranges, steps, wave, radius, _least_spread(intensity), image.wraps, score)
+    rows, columns = np.nonzero(score > _STRENGTH)
+    strength = score[rows, columns].astype(float)
+    order = np.argsort(-strength, kind="stable")
+    rows, columns, strength = rows[order], columns[order], strength[order]
+    kept = _apart(rows, columns, ranges, steps, radius, image.wraps, _MOST)
+    return np.stack([rows[kept], columns[kept]], axis=1).astype(np.int64), strength[kept]
+
+
+def _least_spread(intensity: NDArray[np.float32]) -> float:
+    """A spread of light that plain print has at least: a thousandth of that of the scan."""
+    some = intensity[:: max(1, len(intensity) // 100_000)]
+    some = some[np.isfinite(some)]
+    if len(some) == 0:
+        return 1.0
+    low, high = np.quantile(some, [0.01, 0.99])
+    return max(1e-3 * float(high - low), 1e-12)
+
+
+@njit(cache=True, parallel=True, nogil=True)
+def _score(light, ranges, steps, wave, radius, least, wraps, out):  # type: ignore[no-untyped-def]
+    """Strength of the spot around every pixel that is looked at, 0 where there is none."""
+    rows, columns = light.shape
+    for i in prange(rows):
+        for j in range(columns):
+            r = ranges[i, j]
+            if not r > 0.3:
+                continue
+            ry, rx = radius / (r * steps[i, 0]), radius / (r * steps[i, 1])
+            if min(rx, ry) < _SMALLEST:
+                continue
+            # large discs need not be tried at every pixel
+            if i % max(1, int(_STRIDE * ry)) or j % max(1, int(_STRIDE * rx)):
+                continue
+            p, q = _slope(ranges, i, j, rx, ry, steps, wraps)
+            if p * p + q * q < _STEEPEST:
+                out[i, j] = _spot(light, ranges, i, j, p, q, steps[i], wave, radius, least, wraps)
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _slope(ranges, i, j, rx, ry, steps, wraps):  # type: ignore[no-untyped-def]
+    """Change of range per metre across the beam, along rows and along columns; infinite if open."""
+    rows, columns = ranges.shape
+    a, b = max(1, int(0.5 * ry + 0.5)), max(1, int(0.5 * rx + 0.5))
+    left, right = j - b, j + b
+    if wraps:
+        left, right = left % columns, right % columns
+    if i < a or i + a >= rows or left < 0 or right >= columns:
+        return np.inf, np.inf
+    r = ranges[i, j]
+    p = (ranges[i, right] - ranges[i, left]) / (2 * b * r * steps[i, 1])
+    q = (ranges[i + a, j] - ranges[i - a, j]) / (2 * a * r * steps[i, 0])
+    if np.isnan(p + q):
+        return np.inf, np.inf
+    return p, q
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _spot(light, ranges, i, j, p, q, step, wave, radius, least, wraps):  # type: ignore[no-untyped-def]
+    """Difference of the light on both circles over the sum of its spreads along them."""
+    rows, columns = light.shape
+    r = ranges[i, j]
+    square = p * p + q * q
+    # a vector across the beam is shortened along the slope by the cosine of incidence
+    short = (1 - 1 / np.sqrt(1 + square)) / square if square > 1e-12 else 0.0
+    mean, spread = np.zeros(2), np.zeros(2)
+    for circle in range(2):
+        size = radius * (_OUTER if circle else _INNER)
+        count, total, squares = 0, 0.0, 0.0
+        stride = 1 if circle else 2
+        for k in range(0, len(wave), stride):
+            along = short * (p * wave[k, 0] + q * wave[k, 1])
+            x, y = size * (wave[k, 0] - along * p), size * (wave[k, 1] - along * q)
+            a = int(np.rint(i + y / (r * step[0])))
+            b = int(np.rint(j + x / (r * step[1])))
+            if wraps:
+                b %= columns
+            if a < 0 or a >= rows or b < 0 or b >= columns:
+                continue
+            value = light[a, b]
+            depth = ranges[a, b] - r - p * x - q * y
+            if np.isnan(value) or not abs(depth) < _DEPTH * radius:
+                continue
+            count += 1
+            total += value
+            squares += value * value
+        if count < _SEEN * len(wave) / stride:
+            return 0.0
+        mean[circle] = total / count
+        spread[circle] = np.sqrt(max(squares / count - mean[circle] ** 2, 0.0))
+    strength: float = abs(mean[0] - mean[1]) / (spread[0] + spread[1] + least)
+    return strength
+
+
+@njit(cache=True, nogil=True)
+def _apart(rows, columns, ranges, steps, radius, wraps, most):  # type: ignore[no-untyped-def]
+    """Numbers of the spots, strongest first, that are a radius from all before."""
+    taken = np.zeros(ranges.shape, dtype=np.bool_)
+    height, width = ranges.shape
+    kept = np.empty(min(most, len(rows)), dtype=np.int64)
+    count = 0
+    for n in range(len(rows)):
+        i, j = rows[n], columns[n]
+        if taken[i, j]:
+            continue
+        kept[count] = n
+        count += 1
+        if count == most:
+            break
+        ry = radius / (ranges[i, j] * steps[i, 0])
+        rx = min(radius / (ranges[i, j] * steps[i, 1]), width / 2 - 1)
+        for a in range(max(0, int(i - ry)), min(height, int(i + ry) + 1)):
+            half = rx * np.sqrt(max(0.0, 1 - ((a - i) / ry) ** 2))
+            for b in range(int(np.ceil(j - half)), int(j + half) + 1):
+                if wraps:
+                    taken[a, b % width] = True
+                elif 0 <= b < width:
+                    taken[a, b] = True
+    return kept[:count]
