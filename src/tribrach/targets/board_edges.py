@@ -36,9 +36,9 @@ _BLURS = np.exp(_BLUR_SHARE * np.array([-1.2, 0.0, 1.2]))
 _PROFILE = 0.06
 _PLACES = np.linspace(-4, 4, 1601)
 _DISC = np.clip(_PLACES / 2, -1, 1)
-_LEVELS = 0.5 * erf(_PLACES / np.sqrt(2)) + (
-    _DISC * np.sqrt(1 - _DISC**2) + np.arcsin(_DISC)
-) / np.pi
+_LEVELS = (
+    0.5 * erf(_PLACES / np.sqrt(2)) + (_DISC * np.sqrt(1 - _DISC**2) + np.arcsin(_DISC)) / np.pi
+)
 _SLOPES = np.gradient(_LEVELS, _PLACES)
 
 
@@ -125,7 +125,5 @@ def _moments(weight: Array, first: Array, second: Array) -> tuple[Array, Array]:
     mean = np.array([weight.sum(axis=1) @ first, weight.sum(axis=0) @ second])
     a, b = first - mean[0], second - mean[1]
     cross = a @ weight @ b
-    covariance = np.array(
-        [[weight.sum(axis=1) @ a**2, cross], [cross, weight.sum(axis=0) @ b**2]]
-    )
+    covariance = np.array([[weight.sum(axis=1) @ a**2, cross], [cross, weight.sum(axis=0) @ b**2]])
     return mean, covariance

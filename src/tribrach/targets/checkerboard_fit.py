@@ -35,6 +35,8 @@ _BLUR_SHARE = 0.5
 _TRIM = 3.5
 #: blur of the first steps over half the side, so that a far start finds its way
 _WIDTHS = (0.5, 0.4, 0.3, 0.24, 0.2, 0.16, 0.12, 0.1, 0.08, 0.06, 0.05, 0.04)
+#: points that tell where an edge is, about; more than these say no more than its profile allows
+_PLENTY = 400
 #: a blur below this share of the pitch has no slope
 _COARSE = 0.35
 
@@ -309,7 +311,8 @@ def _near_edge(
     blur, jitter = (size * plane.stretch(normals[k]) for size in (blur, jitter))
     reach = 3 * float(np.hypot(blur, jitter))
     clear = np.abs(distance[:, 1 - k]) > reach + 0.03 * half
-    near = clear & (np.abs(distance[:, k]) < reach + 2 * shift)
+    near = np.flatnonzero(clear & (np.abs(distance[:, k]) < reach + 2 * shift))
+    near = near[:: max(1, len(near) // _PLENTY)]
     sign = np.sign(distance[near, 1 - k])
     return EdgePoints(
         along=d[near] @ [-normals[k, 1], normals[k, 0]],
