@@ -88,9 +88,12 @@ class State:
         return state.hexdigest()
 
     def sweep(self, *folders: Path) -> None:
-        """Remove what killed runs left half-written: files that begin with a dot and our names."""
-        for folder in folders:
-            for path in folder.glob(".*.part*") if folder.is_dir() else ():
+        """Remove what killed runs left half-written among the results and in further folders.
+
+        Those are files whose names begin with a dot and end in ``.part``.
+        """
+        for folder in (self.folder, self.folder.parent, *folders):
+            for path in folder.glob(".*.part") if folder.is_dir() else ():
                 path.unlink(missing_ok=True)
 
     @staticmethod
