@@ -49,10 +49,9 @@ def ours(path: str) -> int:
     return sum(len(chunk) + chunk.dropped for chunk in scan.chunks())
 
 
-def timed(way: str, path: Path) -> tuple[float, float]:
-    """Seconds of the best of three and peak memory [MB] of one way in its own process."""
-    out = alone(way, str(path)).split()
-    return float(out[0]), float(out[1])
+def timed(way: str, path: Path) -> list[float]:
+    """Wall and processor seconds, best of three, and peak memory [MB], in its own process."""
+    return [float(word) for word in alone(way, str(path)).split()]
 
 
 def alone(*arguments: str) -> str:
@@ -66,19 +65,18 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "scan.e57"
         alone("make", str(path), str(int(millions * 1e6)))
-        seconds: dict[str, list[float]] = {"raw": [], "ours": []}
-        peak = {}
+        runs: dict[str, list[list[float]]] = {"raw": [], "ours": []}
         for _ in range(REPEATS):
-            for way in seconds:
-                took, peak[way] = timed(way, path)
-                seconds[way].append(took)
-    best = {way: min(times) for way, times in seconds.items()}
-    for way in seconds:
+            for way, figures in runs.items():
+                figures.append(timed(way, path))
+    best = {way: np.min(figures, axis=0) for way, figures in runs.items()}
+    for way, (wall, cpu, peak) in best.items():
         print(
-            f"{way}: {best[way]:.2f} s, {millions / best[way]:.1f} million points/s, "
-            f"peak {peak[way]:.0f} MB"
+            f"{way}: {wall:.2f} s ({cpu:.2f} s of the processor), "
+            f"{millions / wall:.1f} million points/s, peak {peak:.0f} MB"
         )
-    print(f"ratio: {best['ours'] / best['raw']:.2f}")
+    ratio = best["ours"] / best["raw"]
+    print(f"ratio: {ratio[0]:.2f} ({ratio[1]:.2f} of the processor)")
 
 
 if __name__ == "__main__":
@@ -87,9 +85,10 @@ if __name__ == "__main__":
     elif len(sys.argv) > 2:
         function, times = {"raw": raw, "ours": ours}[sys.argv[1]], []
         for _ in range(3):  # the first also loads libraries and compiled code
-            start = time.perf_counter()
+            start = time.perf_counter(), time.process_time()
             function(sys.argv[2])
-            times.append(time.perf_counter() - start)
-        print(min(times), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+            times.append((time.perf_counter() - start[0], time.process_time() - start[1]))
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+        print(*np.min(times, axis=0), peak)
     else:
         main()

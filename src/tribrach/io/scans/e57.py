@@ -37,6 +37,8 @@ __all__ = ["E57Scan", "read", "scan_elements", "xml_of"]
 
 Array = NDArray[np.float64]
 
+#: records that libE57 decodes at a time
+_BLOCK = 50_000
 #: points that are looked at to tell placed ones from others
 _GLANCE = 1000
 
@@ -50,7 +52,7 @@ class E57Scan(Scan):
     columns: tuple[Column, ...] = ()
 
     def chunks(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
-        """The points in the file's order; chunks end at multiples of ``size`` records.
+        """The points in the file's order, a little under ``size`` if that is many blocks.
 
         Raises
         ------
@@ -59,49 +61,78 @@ class E57Scan(Scan):
         records = self.records or 0
         if start >= records:
             return
+        many = -(-min(size, records) // _BLOCK)
+        block = min(size, records) // many
         with _damage(self.path):
             image = libe57.ImageFile(str(self.path), "r")
         try:
-            buffers = _Buffers(self, image, min(size, records))
+            buffers = _Buffers(self, image, block)
             with _damage(self.path):
                 reader = image.root()["data3D"][self.index]["points"].reader(buffers.vector)
             done = 0
             while done < records:
-                with _damage(self.path):
-                    count = int(reader.read())
-                if count == 0:
-                    raise InputError(
-                        f"the header states {records} points and the file holds {done}",
-                        file=self.path,
-                        record=self.name,
-                        cure=CURE,
-                    )
-                done += count
+                gathered = _Gathered(self, min(many * block, records - done))
+                for _ in range(-(-gathered.size // block)):
+                    count = self._read(reader, done)
+                    done += count
+                    if done > start:
+                        gathered.add(buffers, max(count - done + start, 0), count)
                 if done > start:
-                    yield self._chunk(buffers, max(count - done + start, 0), count)
+                    yield gathered.chunk()
             reader.close()
         finally:
             image.close()
 
-    def _chunk(self, buffers: _Buffers, first: int, last: int) -> Chunk:
+    def _read(self, reader: Any, done: int) -> int:
+        """Fill the buffers; the number of records."""
+        with _damage(self.path):
+            count = int(reader.read())
+        if count == 0:
+            raise InputError(
+                f"the header states {self.records} points and the file holds {done}",
+                file=self.path,
+                record=self.name,
+                cure=CURE,
+            )
+        return count
+
+
+class _Gathered:
+    """A chunk that grows block by block; blocks stay in the processor's cache."""
+
+    def __init__(self, scan: E57Scan, size: int) -> None:
+        self.scan, self.size, self.points, self.dropped = scan, size, 0, 0
+        self.xyz = np.empty((size, 3))
+        self.values = [np.empty(size, dtype=c.field.dtype) for c in scan.columns]
+
+    def add(self, buffers: _Buffers, first: int, last: int) -> None:
         """Records first to last of the buffers, valid ones only."""
-        raw = buffers.xyz[first:last]
-        xyz = raw if self.coordinates == CARTESIAN else _cartesian(raw)
-        state = buffers.state[first:last]
-        kept = _kept(xyz, state, self.state is None and self.grid is not None)
+        scan, raw = self.scan, buffers.xyz[first:last]
+        xyz = raw if scan.coordinates == CARTESIAN else _cartesian(raw)
+        kept = _kept(xyz, buffers.state[first:last], scan.state is None and scan.grid is not None)
         some = len(kept) < len(xyz)
-        values = {}
-        for column, whole in zip(self.columns, buffers.values, strict=True):
+        to = slice(self.points, self.points + len(kept))
+        if some:
+            xyz.take(kept, axis=0, out=self.xyz[to], mode="clip")
+        else:
+            self.xyz[to] = xyz
+        for column, whole, out in zip(scan.columns, buffers.values, self.values, strict=True):
             part, wrong = whole[first:last], buffers.flags.get(column.flag or "")
             wrong = None if wrong is None else wrong[first:last]
             if some:
                 part, wrong = part.take(kept), None if wrong is None else wrong.take(kept)
             try:
-                values[column.field.name] = column.values(part, wrong)
+                out[to] = column.values(part, wrong)
             except InputError as error:
-                raise damaged(self.path, error.what) from error
-        points = xyz.take(kept, axis=0) if some else xyz.copy()
-        return Chunk(points, values, dropped=len(xyz) - len(points))
+                raise damaged(scan.path, error.what) from error
+        self.points = to.stop
+        self.dropped += len(xyz) - len(kept)
+
+    def chunk(self) -> Chunk:
+        """What was gathered."""
+        names = (c.field.name for c in self.scan.columns)
+        values = {n: v[: self.points] for n, v in zip(names, self.values, strict=True)}
+        return Chunk(self.xyz[: self.points], values, self.dropped)
 
 
 class _Buffers:
