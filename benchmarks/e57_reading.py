@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pye57
 
-REPEATS = 5
+REPEATS = 8
 
 
 def make(path: Path, points: int) -> None:
