@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
-from tribrach.io.clouds.formats import create
+from tribrach.io.clouds.formats import WRITERS, create
 from tribrach.io.clouds.header import CloudHeader
 from tribrach.scan.scan import Scan
 
 __all__ = ["convert_scans"]
+
+_NORMALS = ("normal_x", "normal_y", "normal_z")
 
 
 def convert_scans(
@@ -34,21 +38,27 @@ def convert_scans(
     ------
     InputError : a scan without pose that is to be placed, or the file would overwrite its source.
     """
-    if any(scan.path.resolve() == destination.resolve() for scan in scans):
-        raise InputError(
-            "the file would overwrite its source", file=destination, cure="name another file"
-        )
-    written = []
-    for number, scan in enumerate(scans, start=1):
-        path = destination if len(scans) == 1 else _numbered(destination, number)
-        written.append((path, _convert(scan, path, placed, step, progress)))
-    return written
+    paths = [_numbered(destination, number) for number in range(1, len(scans) + 1)]
+    if len(scans) == 1:
+        paths = [destination]
+    sources = {scan.path.resolve() for scan in scans}
+    for path in paths:
+        if path.resolve() in sources:
+            raise InputError(
+                "the file would overwrite its source", file=path, cure="name another file"
+            )
+    return [
+        (path, _convert(scan, path, placed, step, progress))
+        for scan, path in zip(scans, paths, strict=True)
+    ]
 
 
 def _numbered(path: Path, number: int) -> Path:
     """``a.copc.laz`` becomes ``a-2.copc.laz``."""
-    stem, dot, suffixes = path.name.partition(".")
-    return path.with_name(f"{stem}-{number}{dot}{suffixes}")
+    name = path.name
+    suffix = next((known for known in WRITERS if name.lower().endswith(known)), path.suffix)
+    stem = name[: len(name) - len(suffix)]
+    return path.with_name(f"{stem}-{number}{name[len(stem) :]}")
 
 
 def _convert(
@@ -83,7 +93,15 @@ def _convert(
     with ExitStack() as stack:
         writer = stack.enter_context(create(path, header))
         for chunk in scan.chunks():
-            writer.write(pose @ chunk.xyz, chunk.values)
+            writer.write(pose @ chunk.xyz, _turned(chunk.values, pose))
             done += len(chunk)
             progress(scan.name, done, scan.records)
     return done
+
+
+def _turned(values: Mapping[str, NDArray[Any]], pose: Pose) -> Mapping[str, NDArray[Any]]:
+    """Values with the normals turned by a pose, if there are any."""
+    if not all(name in values for name in _NORMALS):
+        return values
+    normals = np.stack([values[name] for name in _NORMALS], axis=1) @ pose.rotation.T
+    return {**values, **dict(zip(_NORMALS, normals.astype(np.float32).T, strict=True))}

@@ -28,6 +28,8 @@ _WIDTHS = (0.5, 0.4, 0.3, 0.24, 0.2, 0.16, 0.12, 0.1, 0.08, 0.06, 0.05, 0.04)
 _COARSE = 0.35
 #: beyond this pitch over the blur few points see a slope
 _DENSE = 2.0
+#: error of the model over the gain: beams are not quite normal; blurs wider than the true one
+_MISFIT, _WIDENED = 0.03, 0.35
 #: residuals beyond this many sigmas take no part
 _TRIM = 4.0
 #: jitters tried over the foretold one, and how well that is foretold (logarithm)
@@ -57,6 +59,16 @@ class DiscShape:
     def coarse(self) -> bool:
         """Are points so far apart that few see the slope of the edge?"""
         return self.pitch > _DENSE * self.blur
+
+    @property
+    def narrow(self) -> float:
+        """Least blur [m] that least squares find a slope with."""
+        return max(self.blur, _COARSE * self.pitch)
+
+    @property
+    def misfit(self) -> float:
+        """Error of the edge's model over the gain: shape of beams, and a blur that is too wide."""
+        return _MISFIT + _WIDENED * (1 - self.blur / self.narrow)
 
     @property
     def step(self) -> float:
@@ -96,7 +108,7 @@ def light_of(flat: Array, p: Array, slope: Array) -> tuple[Array, Array]:
 
 def solve(flat: Array, light: Array, start: Array, shape: DiscShape) -> EdgeFit | None:
     """Damped Gauss-Newton from x, y, level, gain (4,), the blur from wide to narrow, then free."""
-    narrow = max(shape.blur, _COARSE * shape.pitch)
+    narrow = shape.narrow
     p = np.array([*start, np.log(narrow), shape.radius])
     jitter, noise, use, n = shape.jitter, 0.0, np.ones(len(light), dtype=bool), np.eye(6)
     limit = np.array([*[0.25 * shape.radius] * 2, np.inf, np.inf, 0.5, 0.1 * shape.radius])
@@ -105,24 +117,25 @@ def solve(flat: Array, light: Array, start: Array, shape: DiscShape) -> EdgeFit 
         if fixed:
             p[4] = np.log(max(narrow, _WIDTHS[step] * shape.radius))
         value, j = light_of(flat, p, shape.slope)
-        v, edge = light - value, np.abs(j[:, 5])
+        v, edge, model = light - value, np.abs(j[:, 5]), _model_error(j, p, shape.misfit)
         noise = max(_noise(flat, v, p, shape.pitch), 0.002 * abs(p[3]))
         near = np.hypot(*(flat - p[:2]).T) < PATCH * shape.radius
         if not fixed and step % 3 == 0:
-            jitter = _jitter(v[use & near], edge[use & near], noise, shape.jitter)
-        total = np.hypot(noise, jitter * edge)
+            known = np.hypot(noise, model)[use & near]
+            jitter = _jitter(v[use & near], edge[use & near], known, shape.jitter)
+        total = np.sqrt(noise**2 + model**2 + (jitter * edge) ** 2)
         use = near & (np.abs(v) < np.maximum(_TRIM * total, 0.8 * abs(p[3]) if fixed else 0))
         if use.sum() < 8 or noise <= 0:
             return None
         w = 1 / total[use] ** 2
         n = j[use].T @ (j[use] * w[:, None])
         right = j[use].T @ (w * v[use])
-        for k, known, sigma in (
+        for k, prior, sigma in (
             (4, np.log(narrow), 1e-4 if fixed else shape.blur_share),
             (5, shape.radius, 1e-4 * shape.radius if fixed else shape.radius_sigma),
         ):
             n[k, k] += 1 / sigma**2
-            right[k] += (known - p[k]) / sigma**2 * (not fixed)
+            right[k] += (prior - p[k]) / sigma**2 * (not fixed)
         move = _step(n, right)
         if not np.isfinite(move).all():
             return None
@@ -136,6 +149,11 @@ def solve(flat: Array, light: Array, start: Array, shape: DiscShape) -> EdgeFit 
     return (
         None if covariance is None else EdgeFit(p, covariance * max(1.0, chi), noise, jitter, use)
     )
+
+
+def _model_error(j: Array, p: Array, share: float) -> Array:
+    """Sigma (n,) of the model's light, largest on the edge; j (n, 6) as of :func:`light_of`."""
+    return np.asarray(share * abs(p[3]) * 2 * np.sqrt(np.maximum(j[:, 3] * (1 - j[:, 3]), 0)))
 
 
 def _step(n: Array, right: Array) -> Array:
@@ -164,13 +182,13 @@ def _noise(flat: Array, v: Array, p: Array, pitch: float) -> float:
     return float(1.4826 * np.median(np.abs(left)))
 
 
-def _jitter(v: Array, edge: Array, noise: float, foretold: float) -> float:
+def _jitter(v: Array, edge: Array, noise: Array, foretold: float) -> float:
     """Likeliest sigma [m] of a point's place, from residuals (n,) and slopes (n,) at the edge."""
     on = edge * foretold > 0.3 * noise
     if not on.any():
         return foretold
     sizes = foretold * _JITTERS
-    variance = noise**2 + (sizes[:, None] * edge[on]) ** 2
+    variance = noise[on] ** 2 + (sizes[:, None] * edge[on]) ** 2
     square = np.minimum(v[on] ** 2, (_TRIM**2) * variance)
     cost = (np.log(variance) + square / variance).sum(axis=1)
     return float(sizes[np.argmin(cost + (np.log(_JITTERS) / _JITTER_SHARE) ** 2)])
@@ -233,6 +251,7 @@ def _likelihood(x, light, grid, blurs, share, gain, noise, jitter, radius, slope
                     inside[i] = 0.5 * (1 + erf(u * np.sqrt(0.5)))
                     steep = gain * np.exp(-0.5 * u * u) / (np.sqrt(2 * np.pi) * s)
                     variance = noise**2 + (jitter * steep) ** 2
+                    variance += 4 * (_MISFIT * gain) ** 2 * inside[i] * (1 - inside[i])
                     weight[i] = 1 / variance
                     total += np.log(variance)
                 w, f = weight[i], inside[i]
@@ -261,7 +280,8 @@ def departure(flat: Array, light: Array, fit: EdgeFit, shape: DiscShape) -> tupl
     waves = [f(k * turn) for k in (2, 3, 4) for f in (np.cos, np.sin)]
     a = np.column_stack([j[:, :4], *[j[:, 5] * wave for wave in waves]])
     use = np.hypot(d[:, 0], d[:, 1]) < PATCH * shape.radius
-    w = 1 / (fit.noise**2 + (fit.jitter * j[:, 5]) ** 2)
+    model = _model_error(j, fit.p, shape.misfit)
+    w = 1 / (fit.noise**2 + model**2 + (fit.jitter * j[:, 5]) ** 2)
     scale = 1 / np.maximum(np.sqrt((a[use] ** 2 * w[use, None]).sum(axis=0)), 1e-300)
     a = a[use] * scale
     n = a.T @ (a * w[use, None]) + 1e-9 * np.eye(a.shape[1])
