@@ -120,7 +120,7 @@ def _step(
     size = np.sqrt(np.diag(n))
     if not size.min() > 0 or np.linalg.cond(n / np.outer(size, size)) > 1e10:
         return None
-    q = np.linalg.inv(n)
+    q = np.asarray(np.linalg.inv(n), dtype=float)
     move = q @ (a.T @ (residual * np.sign(slope) / own))
     return np.append(move, np.zeros(4 - len(move))), q[:3, :3]
 

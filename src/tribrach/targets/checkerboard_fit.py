@@ -98,7 +98,8 @@ def fit_checkerboard(
     spread = sigma_angle * float(np.linalg.norm(start))
     scale = side / 2, max(float(np.hypot(footprint / 4, spread)), 1e-4), spread
     use = np.linalg.norm(xyz - start, axis=1) < 0.5 * side
-    near, solved = start, None  # type: Array, _Solved | None
+    near = start
+    solved: _Solved | None = None
     # the first plane is that of what lies around the start, the second that of the board alone
     for _ in range(2):
         found = _plane(xyz, light, use, near, footprint)
@@ -114,6 +115,7 @@ def fit_checkerboard(
             return Refused("the pattern of its quadrants does not converge")
         near = plane.at(solved.p[:2])
         use = _inside(flat, solved.p, side / 2) & _reach(xyz, plane, side)
+    assert solved is not None  # the loop has returned otherwise
     return _judged(flat[reach], light[reach], plane, solved, scale, floor)
 
 
@@ -134,7 +136,9 @@ def _plane(
 
 
 def _incidence(point: Array, plane: BoardPlane) -> float:
-    return float(np.arccos(min(1.0, abs(point @ plane.normal) / float(np.linalg.norm(point)))))
+    return float(
+        np.arccos(min(1.0, abs(float(point @ plane.normal)) / float(np.linalg.norm(point))))
+    )
 
 
 def _reach(xyz: Array, plane: BoardPlane, side: float) -> NDArray[np.bool_]:
@@ -253,7 +257,7 @@ def _solve(
             break
     chi = float(np.mean(v[use] ** 2 * w))
     try:
-        return _Solved(p, np.linalg.inv(n) * max(1.0, chi), use, noise)
+        return _Solved(p, np.asarray(np.linalg.inv(n)) * max(1.0, chi), use, noise)
     except np.linalg.LinAlgError:
         return None
 
@@ -345,7 +349,7 @@ def _inside(flat: Array, p: Array, half: float) -> NDArray[np.bool_]:
     limit = 0.94 * half
     a = d @ [np.cos(p[2]), np.sin(p[2])]
     b = d @ [np.cos(p[3]), np.sin(p[3])]
-    return (np.abs(a) < limit) & (np.abs(b) < limit)
+    return np.asarray((np.abs(a) < limit) & (np.abs(b) < limit))
 
 
 def _judged(
@@ -362,7 +366,7 @@ def _judged(
     inside = _inside(flat, p, half)
     value, _ = _model(flat, p)
     left = light[inside] - value[inside]
-    explained = 1 - float(left.var() / max(light[inside].var(), 1e-12))
+    explained = 1 - float(left.var()) / max(float(light[inside].var()), 1e-12)
     contrast = 2 * abs(p[5]) / max(solved.noise, 1e-12)
     reason = _doubt(flat, light, p, half, skew, contrast, explained)
     if reason:
@@ -373,7 +377,7 @@ def _judged(
     in_plane = solved.covariance[:2, :2]
     away = center / np.linalg.norm(center)
     # an offset of the plane moves the centre along the beam, since print is carried along it
-    along = plane.sigma(p[:2]) / max(abs(away @ plane.normal), 0.1)
+    along = plane.sigma(p[:2]) / max(abs(float(away @ plane.normal)), 0.1)
     covariance = plane.axes.T @ in_plane @ plane.axes + along**2 * np.outer(away, away)
     return CheckerboardFit(
         center=center,
