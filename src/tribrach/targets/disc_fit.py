@@ -120,17 +120,11 @@ def fit_disc(
     if close.sum() < FEWEST:
         return NoDisc(f"only {int(close.sum())} points on and around it, {FEWEST} are needed")
     patch = _Patch(xyz[close], light[close], radius, footprint, sigma_range, sigma_angle)
-    near, solved = start, None  # type: Array, EdgeFit | None
+    first = patch.placed(start)
     # the first plane is that of what lies around the start, the second that of the print alone
-    for _ in range(2):
-        refused = patch.lay(near)
-        if refused is not None:
-            return refused
-        solved = patch.seek()
-        if isinstance(solved, NoDisc):
-            return solved
-        near = patch.plane.at(solved.p[:2])
-    assert solved is not None
+    solved = first if isinstance(first, NoDisc) else patch.placed(patch.plane.at(first.p[:2]))
+    if isinstance(solved, NoDisc):
+        return solved
     return patch.judged(solved, floor)
 
 
@@ -154,6 +148,11 @@ class _Patch:
         self.xyz, self.light, self.radius = xyz, light, radius
         self.footprint, self.sigma_range, self.sigma_angle = footprint, sigma_range, sigma_angle
 
+    def placed(self, near: Array) -> EdgeFit | NoDisc:
+        """The edge in the plane of what lies around a place (3,), its radius free."""
+        refused = self.lay(near)
+        return self.seek() if refused is None else refused
+
     def lay(self, near: Array) -> NoDisc | None:
         """Fit the plane around a place (3,) and find the points that lie on it."""
         use = np.linalg.norm(self.xyz - near, axis=1) < PATCH * self.radius
@@ -166,7 +165,7 @@ class _Patch:
             return NoDisc("it is not flat: the points around it lie in no plane")
         self.plane = plane
         away = float(np.linalg.norm(near))
-        slope = abs(near @ plane.normal) / away
+        slope = abs(float(near @ plane.normal)) / away
         self.incidence = float(np.arccos(min(1.0, slope)))
         if self.incidence > _STEEPEST:
             return NoDisc(f"the beam meets it at {np.degrees(self.incidence):.0f} degrees")
