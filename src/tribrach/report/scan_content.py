@@ -59,8 +59,8 @@ class Cloud:
 
     sigma : root mean square along the axes of its frame; median, p95, largest : of the
     three-dimensional sigma; weakest : sigma, azimuth and elevation of the direction in which the
-    cloud as a whole is known least, None for merged clouds; step : of stored coordinates; without
-    sigmas all of these are None.
+    cloud as a whole is known least, None for merged clouds; step : of stored coordinates, None for
+    copies of a source; without sigmas all of these but the step are None.
     """
 
     name: str
@@ -71,7 +71,7 @@ class Cloud:
     p95: float | None
     largest: float | None
     weakest: Triple | None
-    step: float
+    step: float | None
     shares: tuple[tuple[str, float], ...]
 
 

@@ -23,6 +23,7 @@ from tribrach.targets.detection import Detection
 
 __all__ = ["scan_chapter"]
 
+_CONVERTED = "; every point was converted by itself, so that nothing of it is lost."
 #: radius of the Earth for the size of its curvature [m]
 _EARTH = 6371000.0
 
@@ -177,21 +178,27 @@ def _budget(products: Sequence[Product], frame: OutputFrame) -> list[str]:
     high = np.max([p.summary.high for p in products], axis=0)
     if not np.isfinite(low).all():
         return []
-    coarsest, largest = max(p.step for p in products), max(np.abs(low).max(), np.abs(high).max())
-    single = float(np.spacing(np.float32(largest)))
+    coarsest = max((p.step for p in products if p.step is not None), default=None)
+    single = float(np.spacing(np.float32(max(np.abs(low).max(), np.abs(high).max()))))
+    stored = "coordinates are those of the sources to the last bit"
+    if coarsest is not None:
+        stored = (
+            f"coordinates are stored in steps of {1e3 * coarsest:g} mm or finer "
+            f"(rounding {1e3 * coarsest / np.sqrt(12):.2g} mm)"
+        )
     said = [
-        f"Precision budget: coordinates are stored in steps of {1e3 * coarsest:g} mm or finer "
-        f"(rounding {1e3 * coarsest / np.sqrt(12):.2g} mm); a program that reads them as 32-bit "
+        f"Precision budget: {stored}; a program that reads them as 32-bit "
         f"floats without a shift would leave {1e3 * single:.2g} mm."
     ]
     extent = float(np.linalg.norm((high - low)[:2]))
+    rigid = any(p.path.suffix == ".e57" for p in products)
     if frame.kind == "projected" and frame.crs is not None:
         middle = (low + high) / 2
         scale = grid_scale(frame.crs, middle)
         said.append(
             f"In {frame.crs} lengths differ from those on the ground by {1e6 * scale:+.1f} ppm, "
-            f"{1e3 * scale * extent:+.1f} mm over the {extent:.0f} m of the clouds; every point "
-            "was converted by itself, so that nothing of it is lost."
+            f"{1e3 * scale * extent:+.1f} mm over the {extent:.0f} m of the clouds"
+            + ("." if rigid else _CONVERTED)
         )
     elif frame.kind == "work":
         sag = (extent / 2) ** 2 / (2 * _EARTH)
@@ -199,4 +206,4 @@ def _budget(products: Sequence[Product], frame: OutputFrame) -> list[str]:
             f"Heights are along the vertical of the work frame; the Earth falls away by "
             f"{1e3 * sag:.2g} mm at the edge of the clouds."
         )
-    return said
+    return said + [f"{sentence}." for p in products for sentence in p.sentences]

@@ -22,11 +22,11 @@ from tribrach.io.clouds.e57_poses import copy_with_poses
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader, CloudWriter
 from tribrach.io.clouds.precision import step_for
-from tribrach.io.scans.formats import read_scans
 from tribrach.network.adjustment import Adjustment
 from tribrach.project.sections import CloudSection
 from tribrach.scan.normals import incidence_cosines
 from tribrach.scan.scan import Field
+from tribrach.stages.grouping import groups, whole_source
 from tribrach.stages.scans import StationScan
 from tribrach.stages.state import State, digest
 
@@ -35,22 +35,28 @@ __all__ = ["Cloud", "Product", "place", "write_clouds"]
 Array = NDArray[np.float64]
 
 #: changes of what is written make all clouds anew
-_METHOD = 1
+_METHOD = 2
 _SIGMAS = ("sigma_x", "sigma_y", "sigma_z")
 _CORRELATIONS = ("correlation_xy", "correlation_xz", "correlation_yz")
 _NORMALS = ("normal_x", "normal_y", "normal_z")
-_SUFFIX = {"laz": ".laz", "las": ".las", "copc": ".copc.laz", "ply": ".ply", "e57": ".e57"}
+#: rigid poses that miss the projection by less are not worth a sentence [m]
+_NEGLIGIBLE = 1e-4
 
 
 @dataclass(frozen=True)
 class Product:
-    """A cloud that was written: its file, the scans in it, what its points are like."""
+    """A cloud that was written: its file, the scans in it, what its points are like.
+
+    step : of stored coordinates [m], None for a copy, which has those of its source; sentences :
+    what the file cannot carry.
+    """
 
     path: Path
     scans: tuple[str, ...]
     summary: CloudSummary
-    step: float
+    step: float | None
     new: bool
+    sentences: tuple[str, ...] = ()
 
 
 def place(scan: StationScan, adjustment: Adjustment, factor: float = 1.0) -> Placement:
@@ -79,22 +85,32 @@ def write_clouds(
     progress : called with the name of the cloud, points done, points in all.
     """
     state.sweep(folder)
-    groups = {"cloud": list(scans)} if wish.merged else {scan.name: [scan] for scan in scans}
     products = []
-    for name, members in groups.items():
-        path = folder / f"{_file_name(name)}{_SUFFIX[wish.format]}"
-        made = [placements[scan.name] for scan in members]
-        key = _key(members, made, frame, wish, state)
-        known = state.recall(f"cloud-{name}", key, path)
-        if known is not None:
-            summary, step = CloudSummary.from_facts(known["summary"]), float(known["step"])
-        else:
-            cloud = Cloud(name, members, made, frame, wish)
+    for group in groups(scans, wish):
+        path = folder / group.file
+        made = [placements[scan.name] for scan in group.scans]
+        key = _key(group.scans, made, frame, wish, state)
+        facts = state.recall(f"cloud-{group.file}", key, path)
+        new = facts is None
+        if facts is None:
+            cloud = Cloud(group.name, group.scans, made, frame, wish)
             summary = cloud.write(path, progress)
-            step = cloud.step
-            facts = {"summary": summary.to_facts(), "step": step}
-            state.remember(f"cloud-{name}", key, facts, path)
-        products.append(Product(path, tuple(s.name for s in members), summary, step, known is None))
+            facts = {
+                "summary": summary.to_facts(),
+                "step": None if cloud.copied else cloud.step,
+                "sentences": cloud.sentences,
+            }
+            state.remember(f"cloud-{group.file}", key, facts, path)
+        products.append(
+            Product(
+                path,
+                tuple(scan.name for scan in group.scans),
+                CloudSummary.from_facts(facts["summary"]),
+                facts["step"],
+                new,
+                tuple(facts["sentences"]),
+            )
+        )
     return products
 
 
@@ -116,11 +132,6 @@ def _key(
     return digest("cloud", parts)
 
 
-def _file_name(name: str) -> str:
-    """A name that every file system takes."""
-    return "".join(c if c.isalnum() or c in "-_." else "_" for c in name).strip(".") or "cloud"
-
-
 class Cloud:
     """One cloud on its way into its file."""
 
@@ -137,6 +148,9 @@ class Cloud:
         self.whole = all(where.noise is not None for where in placements)
         self.step = step_for(min(self._smallest(where) for where in placements))
         self.in_scanner = wish.format == "e57"
+        self.copied = self.in_scanner and whole_source(scans)
+        self.sentences: list[str] = []
+        self._misfit = 0.0
 
     @staticmethod
     def _smallest(where: Placement) -> float:
@@ -151,9 +165,19 @@ class Cloud:
         ------
         InputError : several scans for one E57 file that are not all scans of one E57 source.
         """
+        if self.in_scanner and not self.copied and len(self.scans) > 1:
+            raise InputError(
+                "an E57 file keeps points in the frame of their scanner, one scan per file",
+                file=path,
+                cure="say merged = false, or take another format",
+            )
         path.parent.mkdir(parents=True, exist_ok=True)
-        if self.in_scanner and self._copied(path):
-            return self._summarised(progress)
+        summary = self._copy(path, progress) if self.copied else self._new(path, progress)
+        self._say_misfit(path)
+        return summary
+
+    def _new(self, path: Path, progress: Callable[[str, int, int | None], None]) -> CloudSummary:
+        """Write every point."""
         summary, total = CloudSummary(), self._records()
         with ExitStack() as stack:
             writer: CloudWriter = stack.enter_context(create(path, self._header()))
@@ -163,38 +187,40 @@ class Cloud:
                 progress(self.name, summary.points, total)
         return summary
 
-    def _copied(self, path: Path) -> bool:
-        """Copy an E57 source with new poses; False where points must be written anew."""
-        sources = {scan.scan.path for scan in self.scans}
-        source = next(iter(sources))
-        if len(sources) != 1 or source.suffix.lower() != ".e57":
-            return self._one_scan(path)
-        if len(read_scans(source)) != len(self.scans):
-            return self._one_scan(path)  # the others would keep poses of another frame
+    def _copy(self, path: Path, progress: Callable[[str, int, int | None], None]) -> CloudSummary:
+        """Copy the source with new poses; its points are only read for the summary."""
+        source = self.scans[0].scan.path
         poses = {
             scan.scan.index: self._delivered(where)
             for scan, where in zip(self.scans, self.placements, strict=True)
         }
-        copy_with_poses(source, path, poses, crs=self.frame.wkt)
-        return True
-
-    def _one_scan(self, path: Path) -> bool:
-        """False; or a refusal, for points stay in the frame of one scanner."""
-        if len(self.scans) > 1:
-            raise InputError(
-                "an E57 file keeps points in the frame of their scanner, one scan per file",
-                file=path,
-                cure="say merged = false, or take another format",
-            )
-        return False
-
-    def _summarised(self, progress: Callable[[str, int, int | None], None]) -> CloudSummary:
-        """The summary of a file whose points were copied."""
         summary, total = CloudSummary(), self._records()
         for xyz, _, _, sigma in self._points(values=False):
             summary.add(xyz, sigma)
             progress(self.name, summary.points, total)
+        said = copy_with_poses(source, path, poses, crs=self.frame.wkt or "")
+        asked = [name for name in ("correlations", "incidence") if getattr(self.wish, name)]
+        lost = " and ".join(
+            [", ".join(["sigmas", *asked[:-1]]), asked[-1]] if asked else ["sigmas"]
+        )
+        self.sentences.append(
+            f"{path.name} has the points of {source.name} byte for byte: {lost} are not in it"
+        )
+        self.sentences += [f"{path.name}: {sentence}" for sentence in said]
         return summary
+
+    def _say_misfit(self, path: Path) -> None:
+        """What a rigid pose in a projection costs, if it is anything."""
+        if not self._misfit > _NEGLIGIBLE:
+            return
+        at = self.placements[0].pose.translation
+        scale = np.linalg.svd(self.frame.jacobian(at))[1][:2].mean() - 1
+        self.sentences.append(
+            f"{path.name} has rigid poses, which do not carry the scale of {self.frame.crs} "
+            f"({1e6 * scale:+.1f} ppm at this site, {1e5 * abs(scale):.1f} mm in 100 m): its "
+            f"points are up to {1e3 * self._misfit:.1f} mm beside their coordinates in the "
+            "projection; the frames work and ecef, and other formats, are exact"
+        )
 
     def _delivered(self, where: Placement) -> Pose:
         """Pose in the delivered frame: exact at the station, rigid around it."""
@@ -213,7 +239,7 @@ class Cloud:
         to_frame = LocalMap(self.frame.from_work) if self.frame.kind == "projected" else None
         for number, (scan, where) in enumerate(zip(self.scans, self.placements, strict=True)):
             turn = self.frame.rotation(where.pose.translation)
-            turned = where.turned(turn)
+            turned, rigid = where.turned(turn), self._delivered(where)
             for chunk in scan.scan.chunks():
                 world = where.pose @ chunk.xyz
                 cosine = incidence_cosines(chunk.xyz) if self.wish.incidence else None
@@ -221,6 +247,9 @@ class Cloud:
                 if where.noise is not None:
                     sigma = rounded(place_with_sigmas(chunk.xyz, turned, cosine)[1])
                 out = self.frame.from_work(world) if to_frame is None else to_frame(world)
+                if self.in_scanner and to_frame is not None and len(out):
+                    off = float(np.linalg.norm(rigid @ chunk.xyz - out, axis=1).max())
+                    self._misfit = max(self._misfit, off)
                 kept = dict(chunk.values) if values else {}
                 if values:
                     self._complete(kept, chunk.xyz, turned, sigma, cosine, number)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -59,7 +60,7 @@ class State:
 
     def recall(self, product: str, key: str, *files: Path) -> dict[str, Any] | None:
         """What was remembered of a product made from the same key, if its files are whole."""
-        record = self._read(self.folder / f"{product}.json")
+        record = self._read(self._place(product))
         if record is None or record.get("key") != key:
             return None
         if record.get("files") != [_size(file) for file in files]:
@@ -70,7 +71,7 @@ class State:
     def remember(self, product: str, key: str, facts: Mapping[str, Any], *files: Path) -> None:
         """Note that a product was made; its files are already in place."""
         record = {"key": key, "files": [_size(file) for file in files], "facts": facts}
-        write_text(self.folder / f"{product}.json", json.dumps(record, sort_keys=True))
+        write_text(self._place(product), json.dumps(record, sort_keys=True))
 
     def file_digest(self, path: Path) -> str:
         """Digest of a file's contents."""
@@ -95,6 +96,12 @@ class State:
         for folder in (self.folder, self.folder.parent, *folders):
             for path in folder.glob(".*.part") if folder.is_dir() else ():
                 path.unlink(missing_ok=True)
+
+    def _place(self, product: str) -> Path:
+        """The file of a product's record; names of scans come from files and may hold anything."""
+        plain = re.sub(r"[^\w.-]", "_", product)[:80]
+        name = plain if plain == product else f"{plain}-{digest(product)[:16]}"
+        return self.folder / f"{name}.json"
 
     @staticmethod
     def _read(path: Path) -> dict[str, Any] | None:

@@ -18,6 +18,7 @@ from tribrach.report.scan_content import ScanChapter
 from tribrach.stages.chapter import scan_chapter
 from tribrach.stages.clouds import Product, place, write_clouds
 from tribrach.stages.extraction import Findings, extract
+from tribrach.stages.grouping import refuse_impossible
 from tribrach.stages.naming import Named, name_targets
 from tribrach.stages.poses import pose_texts
 from tribrach.stages.scans import StationScan, open_scans
@@ -48,10 +49,11 @@ def find_and_name(project: Project, folder: Path, progress: Progress) -> ScanWor
 
     Raises
     ------
-    InputError : scans that cannot be read or matched.
+    InputError : scans that cannot be read or matched, clouds that are asked for and impossible.
     """
     state = State(folder)
     scans = open_scans(project)
+    refuse_impossible(project, scans)
     if not project.targets.wanted:
         return ScanWork(scans, (), None, state)
     findings = extract(scans, project.targets, state, lambda what: progress(what, 0, None))

@@ -1,5 +1,6 @@
 """Copies with other poses: pye57 reads them, every byte before the XML is the source's."""
 
+import re
 import zlib
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from tribrach.geometry.pose import Pose
 from tribrach.io.clouds.e57_poses import copy_with_poses
 from tribrach.io.e57_pages import PAGE, PAYLOAD, paged, parse, read_header, read_xml
 from tribrach.io.scans.e57 import read
+from tribrach.io.scans.e57_header import pose_of
 
 
 def pose(seed: int) -> Pose:
@@ -220,3 +222,89 @@ def test_images_pass_through(shared_data: Path, tmp_path: Path) -> None:
         file.close()
     assert images[0] == images[1]
     assert len(images[0]) == 1_504_576
+
+
+def numbers(name: str, values: dict[str, float]) -> str:
+    inside = "".join(f'<{k} type="Float">{v!r}</{k}>' for k, v in values.items())
+    return f'<{name} type="Structure">{inside}</{name}>'
+
+
+def picture(guid: str | None, where: Pose | None, kind: str = "pinholeRepresentation") -> str:
+    """A picture in XML, with the scan that it hangs on and its place in the world."""
+    text = '<vectorChild type="Structure">'
+    if guid is not None:
+        text += f'<associatedData3DGuid type="String"><![CDATA[{guid}]]></associatedData3DGuid>'
+    if where is not None:
+        x, y, z, w = Rotation.from_matrix(where.rotation).as_quat().tolist()
+        rotation = numbers("rotation", {"w": w, "x": x, "y": y, "z": z})
+        x, y, z = where.translation.tolist()
+        rotation += numbers("translation", {"x": x, "y": y, "z": z})
+        text += f'<pose type="Structure">{rotation}</pose>'
+    return text + f'<{kind} type="Structure"/></vectorChild>'
+
+
+def with_pictures(source: Path, target: Path, pictures: list[str]) -> None:
+    inside = "".join(pictures).encode()
+    text, found = re.subn(
+        rb"<images2D([^>]*?)/?>(\s*</images2D>)?",
+        rb"<images2D\1>" + inside.replace(b"\\", b"\\\\") + b"</images2D>",
+        xml(source),
+    )
+    assert found == 1
+    with_xml(source, target, text)
+
+
+def of_pictures(path: Path) -> list[Pose | None]:
+    root = parse(xml(path), path)
+    return [pose_of(one, []) for one in root.findall("{*}images2D/{*}vectorChild")]
+
+
+def test_pictures_stay_on_the_scans_that_they_hang_on(tmp_path: Path) -> None:
+    """Seen from its scan a camera stands where it stood, though both are thousands of km away."""
+    source, placed, odd, copy = (tmp_path / f"{k}.e57" for k in "abcd")
+    write(source)
+    copy_with_poses(source, placed, {0: pose(1), 1: pose(2)}, None)
+    root = parse(xml(placed), placed)
+    guids = [e.text for e in root.findall(".//{*}data3D/{*}vectorChild/{*}guid")]
+    cameras = [pose(3), pose(4), pose(5), pose(6)]
+    hung = [guids[1], guids[0], None, "{no scan}"]
+    with_pictures(placed, odd, [picture(g, c) for g, c in zip(hung, cameras, strict=True)])
+    new = {0: pose(7), 1: pose(8)}
+    said = copy_with_poses(odd, copy, new, None)
+    assert unchanged(odd, copy)
+    before, after = of_pictures(odd), of_pictures(copy)
+    old = {s.index: s.pose for s in read(odd)}
+    for k, scan in ((0, 1), (1, 0)):
+        a, b, world = before[k], after[k], old[scan]
+        seen = world.rotation.T @ (a.translation - world.translation)
+        now = new[scan].rotation.T @ (b.translation - new[scan].translation)
+        assert np.abs(now - seen).max() < 3e-9
+        turn = world.rotation.T @ a.rotation - new[scan].rotation.T @ b.rotation
+        assert np.abs(turn).max() < 1e-14
+    for k in (2, 3):
+        a, b = before[k], after[k]
+        assert (a.matrix == b.matrix).all()
+    assert said == ("2 pictures name no scan of the file and did not move with the points",)
+
+
+def test_a_picture_of_the_only_scan_needs_no_name(tmp_path: Path) -> None:
+    source, odd, copy = (tmp_path / f"{k}.e57" for k in "abc")
+    write(source, scans=1)
+    nowhere = [picture(None, None, "visualReferenceRepresentation"), picture(None, None)]
+    with_pictures(source, odd, [*nowhere, picture(None, pose(3))])
+    assert copy_with_poses(odd, copy, {0: pose(7)}, None) == ()
+    visual, first, second = of_pictures(copy)
+    assert visual is None  # it lies nowhere
+    (old,) = (s.pose for s in read(odd))
+    assert first.matrix == pytest.approx((pose(7) @ old.inverse).matrix, abs=1e-9)
+    assert second.matrix == pytest.approx((pose(7) @ old.inverse @ pose(3)).matrix, abs=1e-8)
+
+
+def test_a_picture_of_a_scan_that_stays_stays(tmp_path: Path) -> None:
+    source, odd, copy = (tmp_path / f"{k}.e57" for k in "abc")
+    write(source)
+    guid = parse(xml(source), source).findall(".//{*}data3D/{*}vectorChild/{*}guid")[0].text
+    with_pictures(source, odd, [picture(guid, pose(3))])
+    assert copy_with_poses(odd, copy, {1: pose(7)}, None) == ()
+    (a,), (b,) = of_pictures(odd), of_pictures(copy)
+    assert (a.matrix == b.matrix).all()

@@ -25,7 +25,7 @@ from pye57 import libe57
 from pyproj import CRS
 
 from tribrach.errors import InputError
-from tribrach.io.clouds.e57_poses import quaternion
+from tribrach.io.clouds.e57_tree import quaternion
 from tribrach.io.clouds.header import CloudHeader
 from tribrach.io.clouds.staged import Staged, staged_name
 from tribrach.scan.scan import Field

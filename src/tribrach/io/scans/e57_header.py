@@ -18,7 +18,7 @@ from tribrach.io.e57_pages import child, damaged, number
 from tribrach.io.scans.e57_columns import CARTESIAN, SPHERICAL, Column, columns
 from tribrach.scan.scan import Origin
 
-__all__ = ["ScanHeader", "crs_of", "distance", "scan_header", "unique_names"]
+__all__ = ["ScanHeader", "crs_of", "distance", "pose_of", "scan_header", "unique_names"]
 
 Array = NDArray[np.float64]
 
@@ -84,7 +84,7 @@ def scan_header(scan: etree._Element, path: Path, index: int) -> ScanHeader:
     if prototype is not None:
         found, odd = columns(scan, prototype, taken, _notes(scan))
         warnings += odd
-    pose = _pose(scan, warnings)
+    pose = pose_of(scan, warnings)
     bounds = _bounds(scan)
     origin = _origin(pose, bounds if records else None, warnings)
     grid = _grid(scan, {c.field.name for c in found})
@@ -102,8 +102,11 @@ def _records(scan: etree._Element, path: Path, index: int) -> int:
     return int(text)
 
 
-def _pose(scan: etree._Element, warnings: list[str]) -> Pose | None:
-    """World from scanner; a part that is missing or no motion is the identity, with a warning."""
+def pose_of(scan: etree._Element, warnings: list[str]) -> Pose | None:
+    """World from the frame of a scan or picture; None without a pose.
+
+    A part that is missing or no motion is the identity, with a warning added.
+    """
     if child(scan, "pose") is None:
         return None
     rotation, translation = np.eye(3), np.zeros(3)
