@@ -1,0 +1,1 @@
+"""Clouds against clouds: distances, their floor, what was foretold, what drives them."""
