@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -52,3 +53,13 @@ def test_one_bit_changes_the_digest() -> None:
 def test_a_digest_depends_on_nothing_else(parts: list[object]) -> None:
     assert digest(*parts) == digest(*parts)
     assert digest(*parts) != digest(*parts, 0)
+
+
+@pytest.mark.parametrize("name", ["targets-../../x", "a/b", "..", "x" * 300, "a\0b", ""])
+def test_no_name_leads_out_of_the_folder(tmp_path: Path, name: str) -> None:
+    state = State(tmp_path / "out")
+    state.remember(name, "key", {"points": 5})
+    state.remember("a_b", "key", {"points": 6})
+    assert state.recall(name, "key") == {"points": 5}
+    assert state.recall("a_b", "key") == {"points": 6}
+    assert {p.parent for p in tmp_path.rglob("*.json")} == {tmp_path / "out" / FOLDER}

@@ -214,7 +214,7 @@ class Cloud:
         if not self._misfit > _NEGLIGIBLE:
             return
         at = self.placements[0].pose.translation
-        scale = np.linalg.svd(self.frame.jacobian(at))[1][:2].mean() - 1
+        scale = np.sqrt(abs(np.linalg.det(self.frame.jacobian(at)[:2, :2]))) - 1
         self.sentences.append(
             f"{path.name} has rigid poses, which do not carry the scale of {self.frame.crs} "
             f"({1e6 * scale:+.1f} ppm at this site, {1e5 * abs(scale):.1f} mm in 100 m): its "
