@@ -1,0 +1,136 @@
+"""What a raw file of a total station says, in columns and without its maker's words.
+
+Readings stay as they were taken: both faces, circle readings without orientation, distances as the
+file holds them with the corrections that are still to be applied. Metres and radians; NaN where
+nothing was given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Points", "Problem", "RawFile", "Setups", "Shots"]
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Setups:
+    """n set-ups of the instrument in the order of the file.
+
+    station : names, "" where the file gives none; height (n,) of the instrument [m]; backsight :
+    names; azimuth (n,) of the backsight as it was set [rad]; circle (n,) reading at it [rad];
+    line (n,) 1-based.
+    """
+
+    station: NDArray[Any]
+    height: Array
+    backsight: NDArray[Any]
+    azimuth: Array
+    circle: Array
+    line: Index
+
+    def __len__(self) -> int:
+        return len(self.station)
+
+
+@dataclass(frozen=True)
+class Shots:
+    """n sights in the order of the file.
+
+    setup (n,) index of the set-up; target, code : names; direction (n,) circle reading and zenith
+    (n,) as read in their face [rad]; distance (n,) along the slope as in the file [m]; face (n,)
+    1 or 2; height (n,) of the target [m]; prism (n,) prism constant [m] and ppm (n,) atmospheric
+    correction [1e-6], applied (n,) whether the distance contains both; temperature_c,
+    pressure_hpa, humidity_percent (n,) of the air; series (n,) number of the set if the file says
+    it, else 0; off (n,) why a sight is not used, ""; line (n,) 1-based.
+    """
+
+    setup: Index
+    target: NDArray[Any]
+    code: NDArray[Any]
+    direction: Array
+    zenith: Array
+    distance: Array
+    face: NDArray[np.int8]
+    height: Array
+    prism: Array
+    ppm: Array
+    applied: NDArray[np.bool_]
+    temperature_c: Array
+    pressure_hpa: Array
+    humidity_percent: Array
+    series: Index
+    off: NDArray[Any]
+    line: Index
+
+    def __len__(self) -> int:
+        return len(self.target)
+
+
+@dataclass(frozen=True)
+class Points:
+    """n coordinates that stand in the file.
+
+    xyz (n, 3) E, N, U [m], NaN where not given; given (n,) True if they were keyed in or uploaded,
+    False if the instrument computed them; line (n,) 1-based.
+    """
+
+    name: NDArray[Any]
+    xyz: Array
+    given: NDArray[np.bool_]
+    line: Index
+
+    def __len__(self) -> int:
+        return len(self.name)
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A record that was left out: its line and what is wrong with it."""
+
+    line: int
+    what: str
+
+
+@dataclass(frozen=True)
+class RawFile:
+    """A raw file as it was understood.
+
+    format : its name in words; instrument : as the file names it; understood, unknown : records
+    or words by kind with their numbers; problems : records that are known but cannot be right;
+    notes : what had to be assumed, in sentences.
+    """
+
+    path: Path
+    format: str
+    instrument: str
+    setups: Setups
+    shots: Shots
+    points: Points
+    understood: Mapping[str, int]
+    unknown: Mapping[str, int]
+    problems: tuple[Problem, ...]
+    notes: tuple[str, ...]
+
+    def source(self, line: int) -> str:
+        """``file:line`` of a record."""
+        return f"{self.path.name}:{line}"
+
+    def summary(self) -> str:
+        """What was understood, in one line."""
+        parts = [f"{len(self.setups)} set-ups", f"{len(self.shots)} sights"]
+        parts.append(f"{len(self.points)} coordinates")
+        if self.unknown:
+            words = ", ".join(f"{n} x {word}" for word, n in sorted(self.unknown.items()))
+            parts.append(f"not understood: {words}")
+        if self.problems:
+            parts.append(f"{len(self.problems)} records left out")
+        return f"{self.path.name} ({self.format}): {'; '.join(parts)}"

@@ -1,0 +1,98 @@
+"""Lines, numbers and packed angles of raw files."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+
+from tribrach.errors import InputError
+from tribrach.io.xml_file import read_bytes
+from tribrach.units import UNITS
+
+__all__ = ["angle", "head", "number", "packed_dms", "read_lines"]
+
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)$")
+_BREAK = re.compile(r"\r*\n|\r+")
+#: bytes that text of any instrument may have below the blank: tab, line ends, STX, ETX, EOT, SUB
+_CONTROL = bytes(set(range(32)) - {2, 3, 4, 9, 10, 12, 13, 26})
+
+
+def read_lines(path: Path) -> list[str]:
+    """Lines of a text file, of any line ends; UTF-8, else each byte one letter.
+
+    Raises
+    ------
+    InputError : it cannot be read, is empty, or is not text.
+    """
+    data = read_bytes(path)
+    if data.translate(None, _CONTROL) != data:
+        raise InputError("the file is not text", file=path, cure="give the file as it was exported")
+    return _BREAK.split(_decoded(data))
+
+
+def head(path: Path, size: int = 4000) -> str:
+    """Beginning of a file as text, for a look at what it is; "" if it cannot be read."""
+    try:
+        with path.open("rb") as file:
+            return _decoded(file.read(size))
+    except OSError:
+        return ""
+
+
+def _decoded(data: bytes) -> str:
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
+
+
+def number(text: str) -> float:
+    """A plain decimal number; NaN if the text is blank.
+
+    Raises
+    ------
+    ValueError : anything else.
+    """
+    text = text.strip()
+    if not text:
+        return math.nan
+    if _NUMBER.match(text) is None:
+        raise ValueError(f"{text!r} is not a number")
+    return float(text)
+
+
+def packed_dms(text: str) -> float:
+    """Radians of ``DDD.MMSSs``: degrees, then two digits of minutes, two of seconds, decimals.
+
+    Raises
+    ------
+    ValueError : not a number, or 60 and more minutes or seconds.
+    """
+    text = text.strip()
+    if not text:
+        return math.nan
+    number(text)
+    sign = -1.0 if text.startswith("-") else 1.0
+    whole, _, rest = text.lstrip("+-").partition(".")
+    rest = rest.ljust(4, "0")
+    minutes, seconds = int(rest[:2]), float(f"{rest[2:4]}.{rest[4:] or '0'}")
+    if minutes >= 60 or seconds >= 60:
+        raise ValueError(f"{text} has 60 or more minutes or seconds")
+    return sign * math.radians(int(whole or 0) + minutes / 60 + seconds / 3600)
+
+
+def angle(text: str, unit: str) -> float:
+    """Radians of an angle in ``deg``, ``gon``, ``mil`` (6400 to the circle), ``rad`` or ``dms``.
+
+    ``dms`` is packed, ``DDD.MMSS``. NaN if the text is blank.
+
+    Raises
+    ------
+    ValueError : not a number, or not degrees, minutes and seconds.
+    """
+    if unit == "dms":
+        return packed_dms(text)
+    if unit == "mil":
+        return number(text) * math.pi / 3200
+    return number(text) * UNITS[unit]
