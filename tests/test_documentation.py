@@ -9,7 +9,9 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
+from tests.demo_twin import few_boards
 from tests.network.observations.test_contract import kinds
+from tribrach import demo
 from tribrach.cli import app
 from tribrach.io.survey.csv_columns import KINDS, QUANTITIES
 from tribrach.io.survey.csv_file import read_table
@@ -54,7 +56,9 @@ def rows(page: str, after: str) -> list[list[str]]:
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the demonstration project in ``demo``."""
     place = tmp_path_factory.mktemp("docs")
-    result = RUN.invoke(app, ["demo", "--out", str(place / "demo"), "-q"])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(demo, "build", few_boards)
+        result = RUN.invoke(app, ["demo", "--out", str(place / "demo"), "-q"])
     assert result.exit_code == 0, result.output
     return place
 
@@ -105,9 +109,9 @@ def test_options_named_in_the_text_exist() -> None:
 
 def test_run_and_demo_as_shown(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(folder)
-    result = RUN.invoke(app, ["run", "demo/campus.toml"])
+    result = RUN.invoke(app, ["run", "demo/hanoi-facade.toml"])
     assert result.exit_code == 0, result.output
-    for name in ("report.html", "report.txt", "result.json"):
+    for name in ("report.html", "report.txt", "result.json", "clouds/poses.csv"):
         assert (folder / "demo" / "out" / name).is_file()
 
 

@@ -86,14 +86,18 @@ def run(
 @app.command()
 def demo(
     out: Annotated[Path, typer.Option(help="Folder to write the project into.")] = Path("demo"),
+    points: Annotated[
+        int, typer.Option(min=10_000, max=200_000_000, help="Points per station, about.")
+    ] = demonstration.POINTS,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
-    """Write a small project, a campus control traverse, and run it."""
+    """Simulate a survey of two facades, run it, and compare everything with the truth."""
 
     def work() -> None:
-        path = demonstration.write_project(out)
-        job = Project.load(path)
+        if not quiet:
+            typer.echo(f"simulating scans of two facades in {out}, then running the project")
         with shown(quiet) as progress:
+            job = Project.load(demonstration.write_project(out, points, progress))
             content = pipeline.run(job, progress=progress)
         _finish(content, quiet, job.results)
 
@@ -105,6 +109,8 @@ def _finish(content: Content, quiet: bool, folder: Path | None = None) -> None:
     if not quiet:
         typer.echo(text.brief(content))
         if folder is not None:
-            typer.echo(f"report and results are in {folder}")
+            typer.echo(f"report: {folder / 'report.html'}")
+            if content.scans is not None and content.scans.clouds:
+                typer.echo(f"clouds: {folder / 'clouds'}")
     if content.summary.dof <= 0:
         fail("no redundancy: nothing is checked; observe more before these figures are used")

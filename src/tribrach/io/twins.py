@@ -2,12 +2,15 @@
 
 ``truth/truth.json`` holds poses, points and what each station can see; ``truth/truth-SCAN.npz`` the
 true places of a random share of the points that are no mixture of several surfaces: ``point`` (n,)
-in the order of the file, ``xyz`` (n, 3) world [m].
+in the order of the file, ``xyz`` (n, 3) world [m]; besides how many points the scan has, and what
+it was made from: a scan that is there and whole is not simulated again.
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
+import zipfile
 from collections.abc import Callable, Iterator
 from io import BytesIO
 from pathlib import Path
@@ -16,6 +19,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+import tribrach
+from tribrach.errors import InputError
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader
 from tribrach.io.outputs import write_bytes, write_texts
@@ -47,6 +52,10 @@ def write_twin(
 ) -> Path:
     """Simulate all scans of a twin and write everything; the path of the project file.
 
+    Scans that are there and whole stay as they are, and if that is all of them so do the tables
+    and the project file. Otherwise the project file goes first and comes last: what is interrupted
+    leaves no project, and another call goes on with it.
+
     progress : told the scan's name, directions done and their number; truth : points of each scan
     whose true place is kept.
 
@@ -55,31 +64,98 @@ def write_twin(
     InputError : a file cannot be written.
     """
     tell = progress or (lambda name, done, all_of_it: None)
+    path = folder / f"{twin.name}.toml"
+    recipes = [_recipe(twin, number, truth) for number in range(len(twin.scans))]
+    known = [_made(folder, twin, k, recipe) for k, recipe in enumerate(recipes)]
+    kept = path.is_file() and None not in known
+    if not kept:
+        _clear(folder, path)
     counts = {}
     for number, one in enumerate(twin.scans):
-        counts[one.name] = _write_scan(twin, number, folder, tell, truth)
-    path = folder / f"{twin.name}.toml"
+        done = known[number]
+        if done is None:
+            done = _write_scan(twin, number, folder, tell, truth, recipes[number])
+        counts[one.name] = done
+        tell(one.name, one.rays, one.rays)
     texts: dict[Path, str | bytes] = {folder / name: text for name, text in twin.files.items()}
     texts[folder / "truth" / "truth.json"] = json.dumps(truth_of(twin, counts), indent=1) + "\n"
     texts[path] = project_text(twin)
-    write_texts(texts)
+    write_texts({p: t for p, t in texts.items() if not (kept and p.is_file())})
     return path
+
+
+def _clear(folder: Path, path: Path) -> None:
+    """Remove the project file, and what a killed simulation left half-written."""
+    parts = [p for name in ("", "scans", "truth") for p in (folder / name).glob(".*.part")]
+    try:
+        for each in (path, *parts):
+            if each.is_file():
+                each.unlink()
+    except OSError as error:
+        raise InputError(
+            f"the file cannot be replaced ({error.strerror})", file=path, cure="check the folder"
+        ) from error
+
+
+def _recipe(twin: Twin, number: int, truth: int) -> str:
+    """Digest of everything that a scan and the tables of its project are made from."""
+    one, scanner, scene = twin.scans[number], twin.scanner, twin.scene
+    words = [tribrach.__version__, twin.name, twin.seed, number, truth, STEP, one.name, one.grid]
+    words += [scanner.noise.parameters, sorted(scanner.parameters.items())]
+    words += [sorted(twin.files.items()), project_text(twin)]
+    state = hashlib.blake2b(repr(words).encode(), digest_size=20)
+    arrays = [scene.kind, scene.center, scene.axes, scene.half, scene.reflectance, scene.pattern]
+    arrays += [twin.station(one.station).pose.matrix]
+    for array in arrays if one.mask is None else [*arrays, one.mask]:
+        state.update(np.ascontiguousarray(array).tobytes())
+    return state.hexdigest()
+
+
+def _made(folder: Path, twin: Twin, number: int, recipe: str) -> int | None:
+    """The number of points of a scan that is there, whole and made in this way, else None."""
+    one = twin.scans[number]
+    try:
+        with (
+            _truth_file(folder, one).open("rb") as file,
+            np.load(file, allow_pickle=False) as data,
+        ):
+            if str(data["recipe"]) != recipe:
+                return None
+            points, written = int(data["points"]), str(data["contents"])
+        return points if written == _contents(folder / _file(twin, one)) else None
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        return None
+
+
+def _contents(path: Path) -> str:
+    """Digest of a file."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "blake2b").hexdigest()
 
 
 def _file(twin: Twin, one: TwinScan) -> str:
     return f"scans/{one.name}{twin.suffix}"
 
 
+def _truth_file(folder: Path, one: TwinScan) -> Path:
+    return folder / "truth" / f"truth-{_title(one)}.npz"
+
+
 def _write_scan(
-    twin: Twin, number: int, folder: Path, tell: Callable[[str, int, int], None], truth: int
+    twin: Twin,
+    number: int,
+    folder: Path,
+    tell: Callable[[str, int, int], None],
+    truth: int,
+    recipe: str,
 ) -> int:
     """One scan and its truth; the number of its points."""
     one = twin.scans[number]
     header = CloudHeader(one.name, _FIELDS, step=STEP)
     keeper = _Keeper(truth, child_rng(twin.seed, "truth"))
-    done = 0
+    done, path = 0, folder / _file(twin, one)
     tell(one.name, 0, one.rays)
-    with create(folder / _file(twin, one), header) as writer:
+    with create(path, header) as writer:
         for block in twin.measure(number):
             values = {"intensity": block.intensity, "row": block.row, "column": block.column}
             writer.write(block.xyz, values)
@@ -87,7 +163,8 @@ def _write_scan(
             done += block.rays
             tell(one.name, done, one.rays)
     if truth and keeper.seen:
-        write_bytes(folder / "truth" / f"truth-{_title(one)}.npz", keeper.packed())
+        made = {"recipe": recipe, "points": keeper.seen, "contents": _contents(path)}
+        write_bytes(_truth_file(folder, one), keeper.packed(made))
     return keeper.seen
 
 
@@ -113,10 +190,10 @@ class _Keeper:
         self.seen += len(block)
         self.mixed += len(block) - len(alone)
 
-    def packed(self) -> bytes:
-        """Numbers in the file and world coordinates, as npz."""
+    def packed(self, made: dict[str, Any]) -> bytes:
+        """Numbers in the file and world coordinates as npz, with how the scan was made."""
         buffer = BytesIO()
-        np.savez(buffer, point=self._point, xyz=self._xyz)
+        np.savez(buffer, point=self._point, xyz=self._xyz, **made)
         return buffer.getvalue()
 
 
