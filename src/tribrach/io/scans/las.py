@@ -28,6 +28,8 @@ Array = NDArray[np.float64]
 
 _RENAMED = {"gps_time": "time"}
 _COORDINATES = ("X", "Y", "Z")
+#: scales and offsets beyond these are no lengths in metres
+_COARSEST, _FARTHEST = 1e3, 1e12
 _CURE = "copy the file again from its source"
 
 
@@ -94,6 +96,20 @@ def _unpacked(column: NDArray[np.uint8], parts: Any) -> dict[str, NDArray[Any]]:
     return out
 
 
+def _check_steps(header: laspy.LasHeader, path: Path) -> None:
+    """Refuse a header whose scales and offsets make no coordinates of the integers."""
+    scales, offsets = np.asarray(header.scales, float), np.asarray(header.offsets, float)
+    good = (scales > 0) & (scales < _COARSEST) & (np.abs(offsets) < _FARTHEST)
+    if not good.all():
+        k = int(np.argmin(good))
+        raise InputError(
+            f"the header has the scale {scales[k]:g} and the offset {offsets[k]:g} for "
+            f"{'xyz'[k]}, which are none",
+            file=path,
+            cure=_CURE,
+        )
+
+
 def read(path: Path) -> tuple[Scan, ...]:
     """The one scan of a file.
 
@@ -104,6 +120,7 @@ def read(path: Path) -> tuple[Scan, ...]:
     with _damage(path), laspy.open(path, laz_backend=_backends()) as file:
         header = file.header
         wkt = _wkt(header)
+        _check_steps(header, path)
         bounds = np.stack([header.mins, header.maxs]).astype(float)
         records = int(header.point_count)
         fields = tuple(_field(d) for d in header.point_format.dimensions if not _coordinate(d.name))
