@@ -76,6 +76,8 @@ def _record(recorder: Recorder, line: int, match: re.Match[str]) -> None:
     ValueError : readings that cannot be right.
     """
     field = match.groupdict()
+    if field["other"] == " ":
+        return  # blanks that fill the last packet
     if field["other"] is not None:
         recorder.unknown[f"field _{field['other']}"] += 1
     elif field["station"] is not None:

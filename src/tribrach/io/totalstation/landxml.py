@@ -2,7 +2,8 @@
 
 ``<InstrumentSetup>`` names station and height; ``<RawObservation>`` and ``<ReducedObservation>``
 refer to it by its ID, from within or from an ``<ObservationGroup>``. Units are those of
-``<Units>``. Coordinates are north, east, height. Distances are taken as corrected. Schema: landxml.org.
+``<Units>``. Coordinates are north, east, height. Distances are taken as corrected. Schema:
+landxml.org.
 """
 
 from __future__ import annotations
@@ -33,8 +34,8 @@ _ANGLES = {
 _OBSERVATIONS = ("RawObservation", "ReducedObservation")
 _READ = (
     *_OBSERVATIONS, "InstrumentSetup", "ObservationGroup", "CgPoints", "SurveyHeader",
-    "TargetSetup", "InstrumentPoint", "TargetPoint", "Backsight", "BacksightPoint", "Feature", "CgPoint",
-    "Equipment", "Property", "FieldNote",
+    "TargetSetup", "InstrumentPoint", "TargetPoint", "Backsight", "BacksightPoint", "Feature",
+    "CgPoint", "Equipment", "Property", "FieldNote",
 )  # fmt: skip
 
 

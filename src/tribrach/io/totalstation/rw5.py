@@ -117,7 +117,8 @@ class _Reader:
         self.backsight, self.azimuth, self.circle = "", math.nan, math.nan
         if "N" in fields:
             e, n, u = (self._length(fields.get(name, "")) for name in ("E", "N", "EL"))
-            self.recorder.point(line, self.station, e, n, u)
+            # coordinates of an occupied point are those that the instrument had at hand
+            self.recorder.point(line, self.station, e, n, u, given=False)
 
     def _back(self, line: int, fields: dict[str, str]) -> None:
         self.backsight = fields.get("BP", "")
