@@ -108,6 +108,7 @@ def run(
     adjustment, content = solve(project.network(further), settings, project.facts)
     if work is not None:
         chapter = georeference(project, work, adjustment, folder, content.sigma_origin, progress)
-        content = replace(content, scans=chapter)
+        warnings = (*content.warnings, *chapter.warnings)
+        content = replace(content, scans=chapter, warnings=warnings)
     write(content, folder)
     return content

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from math import isfinite
 from pathlib import Path
 from typing import Annotated
 
@@ -173,9 +174,10 @@ def _print(found: list[Findings]) -> None:
         for number, d in enumerate(finding.detections, start=1):
             x, y, z = d.center
             sigma = ", ".join(f"{1e3 * s:.2f}" for s in d.sigmas)
+            far = f"  range {d.range:.2f} m" if isfinite(d.range) else ""
             typer.echo(
                 f"  {number}  {d.kind}  {x:.5f} {y:.5f} {z:.5f} m  sigma {sigma} mm  "
-                f"rms {1e3 * d.rms:.2f} mm  {d.points} points  range {d.range:.2f} m"
+                f"rms {1e3 * d.rms:.2f} mm  {d.points} points{far}"
             )
         for r in finding.rejected:
             x, y, z = r.center

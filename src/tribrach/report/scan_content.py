@@ -16,7 +16,8 @@ Triple = tuple[float, float, float]
 class Target:
     """A target found in a scan: its number in the picture, the name it got, its numbers.
 
-    center and sigma along x, y, z of the scanner frame; name "" if nothing else saw it.
+    center and sigma along x, y, z of the scanner frame; name "" if nothing else saw it; range and
+    incidence None where the place of the scanner is not known.
     """
 
     scan: str
@@ -25,8 +26,8 @@ class Target:
     name: str
     center: Triple
     sigma: Triple
-    range: float
-    incidence: float
+    range: float | None
+    incidence: float | None
     points: int
     rms: float
     coverage: float
@@ -89,7 +90,11 @@ class TruthRow:
 
 @dataclass(frozen=True)
 class ScanChapter:
-    """All of it; sentences are the precision budget and how stations were placed."""
+    """All of it.
+
+    placement, budget : sentences on how stations were placed and on the precision budget;
+    warnings : what clouds do not carry and why, for the head of the report.
+    """
 
     targets: tuple[Target, ...]
     rejections: tuple[Rejection, ...]
@@ -98,3 +103,4 @@ class ScanChapter:
     placement: tuple[str, ...]
     budget: tuple[str, ...]
     truth: tuple[TruthRow, ...] = ()
+    warnings: tuple[str, ...] = ()

@@ -51,6 +51,7 @@ def scan_chapter(
         clouds=tuple(_cloud(product, placements, frame) for product in products),
         placement=() if named is None else named.identification.sentences,
         budget=tuple(_budget(products, frame)),
+        warnings=tuple(f"{sentence}." for p in products for sentence in p.sentences),
     )
 
 
@@ -74,13 +75,18 @@ def _target(scan: str, number: int, d: Detection, name: str) -> Target:
         name=name,
         center=_triple(d.center),
         sigma=_triple(d.sigmas),
-        range=d.range,
-        incidence=d.incidence,
+        range=_known(d.range),
+        incidence=_known(d.incidence),
         points=d.points,
         rms=d.rms,
         coverage=d.coverage,
         remark="; ".join(d.sentences),
     )
+
+
+def _known(value: float) -> float | None:
+    """None for what is not known without the place of the scanner."""
+    return float(value) if np.isfinite(value) else None
 
 
 def _triple(
@@ -206,4 +212,4 @@ def _budget(products: Sequence[Product], frame: OutputFrame) -> list[str]:
             f"Heights are along the vertical of the work frame; the Earth falls away by "
             f"{1e3 * sag:.2g} mm at the edge of the clouds."
         )
-    return said + [f"{sentence}." for p in products for sentence in p.sentences]
+    return said

@@ -173,6 +173,7 @@ class Cloud:
             )
         path.parent.mkdir(parents=True, exist_ok=True)
         summary = self._copy(path, progress) if self.copied else self._new(path, progress)
+        self._say_no_sigmas(path)
         self._say_misfit(path)
         return summary
 
@@ -208,6 +209,21 @@ class Cloud:
         )
         self.sentences += [f"{path.name}: {sentence}" for sentence in said]
         return summary
+
+    def _say_no_sigmas(self, path: Path) -> None:
+        """Why points have no sigmas, if they have none."""
+        for scan, where in zip(self.scans, self.placements, strict=True):
+            if where.noise is not None:
+                continue
+            why = (
+                "no instrument with range_mm and scan_angle_arcsec is given for it"
+                if scan.origin_known
+                else "where the scanner stood among its points is not known (if at 0, 0, 0, say "
+                'origin = "scanner" in its [[scans]])'
+            )
+            self.sentences.append(
+                f"{path.name} has no sigmas of points because of scan {scan.name}: {why}"
+            )
 
     def _say_misfit(self, path: Path) -> None:
         """What a rigid pose in a projection costs, if it is anything."""

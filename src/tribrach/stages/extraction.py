@@ -6,7 +6,7 @@ Two scans of one station share its frame; what both saw is one detection, the mo
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -19,8 +19,9 @@ from tribrach.stages.scans import StationScan
 from tribrach.stages.state import State, digest
 from tribrach.stages.thumbnail import thumbnail
 from tribrach.targets.checkerboard_search import find_checkerboards
-from tribrach.targets.detection import Detection, Rejected
+from tribrach.targets.detection import Detection, Rejected, with_floor
 from tribrach.targets.disc_search import find_discs
+from tribrach.targets.sphere_cloud import find_spheres_in_cloud
 from tribrach.targets.sphere_search import find_spheres
 
 __all__ = ["Findings", "extract", "find_targets", "merged"]
@@ -78,7 +79,11 @@ def find_targets(scan: StationScan, wanted: TargetSection) -> Findings:
     image = organise(cloud.xyz, cloud.row, cloud.column)
     noise, floor = _noise(scan), wanted.floor_mm * MM
     results = []
-    if wanted.sphere_radius_m:
+    if wanted.sphere_radius_m and not scan.origin_known:
+        good, bad = find_spheres_in_cloud(cloud.xyz, wanted.sphere_radius_m, scan=scan.name)
+        raised = [replace(d, covariance=with_floor(d.covariance, floor)) for d in good]
+        results.append((raised, bad))
+    elif wanted.sphere_radius_m:
         results.append(
             find_spheres(
                 cloud.xyz, image, wanted.sphere_radius_m, floor=floor, scan=scan.name, **noise
@@ -132,7 +137,8 @@ def _without_doubles(found: list[Detection]) -> list[Detection]:
 def _settings(scan: StationScan, wanted: TargetSection) -> list[Any]:
     """Everything besides the file that the targets of a scan depend on."""
     noise = None if scan.noise is None else scan.noise.parameters
-    return [scan.scan.index, scan.scan.name, scan.name, noise, wanted.model_dump()]
+    origin = scan.origin_known
+    return [scan.scan.index, scan.scan.name, scan.name, noise, origin, wanted.model_dump()]
 
 
 def _to_facts(found: Findings) -> dict[str, Any]:

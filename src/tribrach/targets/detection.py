@@ -72,7 +72,8 @@ class Detection:
     def from_dict(cls, data: Mapping[str, Any]) -> Self:
         """The same from its JSON form."""
         arrays = {name: np.array(data[name], dtype=float) for name in ("center", "covariance")}
-        return cls(**{**data, **arrays, "sentences": tuple(data["sentences"])})
+        unknown = {k: float("nan") for k in ("range", "incidence") if data[k] is None}
+        return cls(**{**data, **arrays, **unknown, "sentences": tuple(data["sentences"])})
 
 
 @dataclass(frozen=True, eq=False)
