@@ -1,0 +1,58 @@
+"""Regression of differences on range and incidence: regress."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tribrach.cli.shell import app, guarded
+from tribrach.comparison.regression import regress as fit
+from tribrach.errors import InputError
+from tribrach.io.number_table import read_numbers
+from tribrach.io.outputs import write_texts
+from tribrach.report.regression_page import regression_page, regression_text
+
+__all__ = ["regress"]
+
+
+@app.command()
+def regress(
+    table: Annotated[Path, typer.Argument(help="A CSV table, one row per test site.")],
+    x: Annotated[
+        str, typer.Option("--x", help="Columns of the causes, with commas between.")
+    ] = "range,incidence",
+    y: Annotated[str, typer.Option("--y", help="Columns of what depends on them.")] = "mean,std",
+    confidence: Annotated[float, typer.Option(min=0.5, max=0.9999)] = 0.95,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write it as JSON.")] = None,
+    html_file: Annotated[
+        Path | None, typer.Option("--html", help="Write a page with plots.")
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+) -> None:
+    """Fit differences of clouds against range and incidence, and say what that proves."""
+
+    def work() -> None:
+        causes, effects = _names(x, "--x"), _names(y, "--y")
+        rows = read_numbers(table, [*causes, *effects])
+        found = fit(rows.values, causes, effects, rows.units, confidence)
+        texts = {}
+        if json_file is not None:
+            texts[json_file] = json.dumps(found.to_json(), indent=1, allow_nan=False) + "\n"
+        if html_file is not None:
+            texts[html_file] = regression_page(table.name, rows.values, rows.units, found)
+        write_texts(texts)
+        if not quiet:
+            typer.echo(regression_text(found))
+
+    guarded(work)
+
+
+def _names(words: str, option: str) -> list[str]:
+    """Names between commas, each once."""
+    names = list(dict.fromkeys(name.strip() for name in words.split(",") if name.strip()))
+    if not names:
+        raise InputError(f"{option} names no column", cure="name one or more, with commas between")
+    return names

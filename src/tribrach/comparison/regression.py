@@ -1,0 +1,238 @@
+"""How do the differences between clouds depend on range and incidence, and can one tell?
+
+Each quantity against each cause: a quadratic whose last term is put to a t-test, a straight line
+where it fails; against both causes together the physical model ``a + b D + c / cos I`` (method
+section 5.4). Causes that go together are named, for then no fit can part their effects. Values
+are in the units of the table; incidence in radians only inside the physical model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import t as student
+
+from tribrach.comparison.least_squares import Fit, fit_terms
+from tribrach.errors import InputError
+from tribrach.units import UNITS
+
+__all__ = ["ALIKE", "Correlation", "Regression", "Relation", "regress"]
+
+Array = NDArray[np.float64]
+
+#: causes correlated more than this cannot be told apart in words either
+ALIKE = 0.8
+_ANGLES = {"deg": "deg", "°": "deg", "gon": "gon", "rad": "rad"}
+
+
+@dataclass(frozen=True)
+class Relation:
+    """One quantity against one cause: both fits, and whether the curvature is significant.
+
+    limit : of the absolute t of the quadratic term.
+    """
+
+    y: str
+    x: str
+    quadratic: Fit
+    line: Fit
+    limit: float
+
+    @property
+    def curvature(self) -> float:
+        """The t of the quadratic term."""
+        return self.quadratic.terms[2].t
+
+    @property
+    def curved(self) -> bool:
+        """True if the quadratic term is significant."""
+        return abs(self.curvature) > self.limit
+
+    @property
+    def chosen(self) -> Fit:
+        """The quadratic where its last term is significant, else the line."""
+        return self.quadratic if self.curved else self.line
+
+
+@dataclass(frozen=True)
+class Correlation:
+    """Two causes and their correlation; inflation : of variances if both are fitted together."""
+
+    a: str
+    b: str
+    value: float
+
+    @property
+    def inflation(self) -> float:
+        """``1 / (1 - r^2)``."""
+        return float(1 / max(1 - self.value**2, 1e-12))
+
+
+@dataclass(frozen=True)
+class Regression:
+    """All of it; physical : one fit for each quantity, none without a range and an incidence."""
+
+    n: int
+    confidence: float
+    relations: tuple[Relation, ...]
+    physical: tuple[Fit, ...]
+    correlations: tuple[Correlation, ...]
+    remarks: tuple[str, ...]
+
+    def sentences(self) -> list[str]:
+        """What a reader should take from it."""
+        return [*self._curvature(), *self._collinearity(), *self._cautions(), *self.remarks]
+
+    def _curvature(self) -> list[str]:
+        """Which relations are curved."""
+        bent = [r for r in self.relations if r.curved]
+        straight = [r for r in self.relations if not r.curved]
+        said = []
+        if bent:
+            names = _listed([f"{r.y} against {r.x} (t = {r.curvature:.2f})" for r in bent])
+            only = "Only " if straight else ""
+            verb = "is" if len(bent) == 1 else "are"
+            said.append(f"{only}{names} {verb} significantly curved.")
+        if straight:
+            names = _listed([f"{r.y} against {r.x} (t = {r.curvature:.2f})" for r in straight])
+            limit = straight[0].limit
+            said.append(
+                f"The quadratic term of {names} is not significant (limit {limit:.2f} at "
+                f"{100 * self.confidence:g} %); a straight line describes as much."
+            )
+        return [sentence[:1].upper() + sentence[1:] for sentence in said]
+
+    def _collinearity(self) -> list[str]:
+        return [
+            f"{c.a} and {c.b} are correlated {c.value:.2f}: these rows cannot tell their effects "
+            "apart. A fit against one of them carries the effect of the other, and variances of a "
+            f"fit against both are {c.inflation:.1f} times as large. Measure near surfaces at an "
+            "angle and far ones straight on to part them."
+            for c in self.correlations
+            if abs(c.value) > ALIKE
+        ]
+
+    def _cautions(self) -> list[str]:
+        said = []
+        for fit in self.physical:
+            weak = [term.name for term in fit.terms[1:] if term.p > 1 - self.confidence]
+            if weak:
+                said.append(
+                    f"In the physical model of {fit.y} the term of {_listed(weak)} is not "
+                    "significant beside the other."
+                )
+        return said
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain numbers, names as keys."""
+        return {
+            "rows": self.n,
+            "confidence": self.confidence,
+            "relations": [
+                {
+                    "y": r.y,
+                    "x": r.x,
+                    "quadratic": _plain(r.quadratic),
+                    "line": _plain(r.line),
+                    "t_curvature": r.curvature,
+                    "t_limit": r.limit,
+                    "curved": r.curved,
+                    "chosen": r.chosen.model,
+                }
+                for r in self.relations
+            ],
+            "physical": [_plain(fit) for fit in self.physical],
+            "correlations": [asdict(c) | {"inflation": c.inflation} for c in self.correlations],
+            "sentences": self.sentences(),
+        }
+
+
+def regress(
+    values: Mapping[str, Array],
+    x: Sequence[str],
+    y: Sequence[str],
+    units: Mapping[str, str] | None = None,
+    confidence: float = 0.95,
+) -> Regression:
+    """Regressions of quantities ``y`` on causes ``x``, names of columns (n,).
+
+    units : by column; the cause in ``deg``, ``gon`` or ``rad``, or whose name begins with
+    ``inc``, is the incidence angle (degrees if not said).
+
+    Raises
+    ------
+    InputError : too few rows or values that do not vary, angles of 90 degrees and more.
+    """
+    units = units or {}
+    n = len(values[y[0]])
+    limit = float(student.ppf(0.5 + confidence / 2, max(n - 3, 1)))
+    relations = [_relation(values, b, a, limit) for a in x for b in y]
+    correlations = [
+        Correlation(a, b, float(np.corrcoef(values[a], values[b])[0, 1]))
+        for a, b in combinations(x, 2)
+    ]
+    angle, remarks = _incidence(x, units)
+    others = [name for name in x if name != angle]
+    physical: tuple[Fit, ...] = ()
+    if angle is not None and len(others) == 1 and n > 3:
+        inverse = _inverse_cosine(angle, values[angle], units.get(angle, ""))
+        physical = tuple(_physical(values, b, others[0], angle, inverse) for b in y)
+    else:
+        remarks = []
+    return Regression(
+        n, confidence, tuple(relations), physical, tuple(correlations), tuple(remarks)
+    )
+
+
+def _relation(values: Mapping[str, Array], y: str, x: str, limit: float) -> Relation:
+    """Quadratic and line of one pair."""
+    a, b = values[x], values[y]
+    one = np.ones(len(a))
+    line = {"constant": one, x: a}
+    quadratic = fit_terms("quadratic", y, [x], b, {**line, f"{x}²": a**2})
+    return Relation(y, x, quadratic, fit_terms("line", y, [x], b, line), limit)
+
+
+def _physical(values: Mapping[str, Array], y: str, length: str, angle: str, inverse: Array) -> Fit:
+    """``a + b D + c / cos I``."""
+    one = np.ones(len(inverse))
+    columns = {"constant": one, length: values[length], f"1/cos {angle}": inverse}
+    return fit_terms("physical", y, [length, angle], values[y], columns)
+
+
+def _incidence(x: Sequence[str], units: Mapping[str, str]) -> tuple[str | None, list[str]]:
+    """The cause that is the incidence angle, and what was taken for granted about it."""
+    for name in x:
+        if units.get(name, "") in _ANGLES:
+            return name, []
+    for name in x:
+        if name.lower().startswith(("inc", "ia")) and not units.get(name, ""):
+            return name, [f"{name} has no unit and is taken as degrees."]
+    return None, []
+
+
+def _inverse_cosine(name: str, angle: Array, unit: str) -> Array:
+    """``1 / cos I`` (n,) of angles (n,) in their unit."""
+    radians = angle * UNITS[_ANGLES.get(unit, "deg")]
+    if (np.abs(radians) >= np.pi / 2 - 1e-6).any():
+        raise InputError(
+            f"{name} reaches {np.abs(angle).max():g}, a beam along the surface",
+            cure="give the angle between beam and normal, below 90 degrees",
+        )
+    inverse: Array = 1 / np.cos(radians)
+    return inverse
+
+
+def _plain(fit: Fit) -> dict[str, Any]:
+    """A fit as plain numbers."""
+    return asdict(fit) | {"dof": fit.dof, "fitted": fit.fitted.tolist()}
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Names with commas and an ``and``."""
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

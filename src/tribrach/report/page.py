@@ -1,0 +1,54 @@
+"""A page of its own beside the report: findings in words, pictures, tables; one HTML file."""
+
+from __future__ import annotations
+
+import base64
+import datetime
+import io
+from collections.abc import Sequence
+from importlib.metadata import version
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from tribrach.report.scan_content import Picture
+from tribrach.report.tables import Table
+
+__all__ = ["page", "picture"]
+
+
+def page(
+    kind: str,
+    title: str,
+    sentences: Sequence[str],
+    pictures: Sequence[Picture],
+    tables: Sequence[Table],
+    footer: str = "",
+) -> str:
+    """HTML text that needs nothing but a browser; everything put into it is escaped."""
+    environment = Environment(
+        loader=PackageLoader("tribrach.report", "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template("page.html.j2").render(
+        kind=kind,
+        title=title,
+        sentences=sentences,
+        pictures=pictures,
+        tables=[table for table in tables if table.rows],
+        footer=footer,
+        version=version("tribrach"),
+        date=datetime.date.today().isoformat(),
+    )
+
+
+def picture(name: str, title: str, figure: Figure, caption: str) -> Picture:
+    """A figure as PNG in base64."""
+    out = io.BytesIO()
+    FigureCanvasAgg(figure)
+    figure.savefig(out, format="png", metadata={"Software": None})
+    return Picture(name, title, base64.b64encode(out.getvalue()).decode("ascii"), caption)

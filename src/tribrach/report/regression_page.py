@@ -1,0 +1,164 @@
+"""A regression on range and incidence as text and as a page with plots."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from tribrach.comparison.least_squares import Fit, Term
+from tribrach.comparison.regression import Regression, Relation
+from tribrach.report.page import page, picture
+from tribrach.report.scan_content import Picture
+from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
+
+__all__ = ["regression_page", "regression_text"]
+
+Array = NDArray[np.float64]
+Values = Mapping[str, Array]
+
+_NOTE = (
+    "R² is the share of the variation that the fit explains; the adjusted one is charged for every "
+    "coefficient. Scatter is the standard deviation of the residuals. The fit marked as taken is "
+    "the quadratic only where its last term is significant."
+)
+
+
+def regression_text(found: Regression) -> str:
+    """What a terminal shows: one line per relation, then the findings."""
+    lines = []
+    for r in found.relations:
+        lines.append(
+            f"{r.y} against {r.x}: quadratic R² {r.quadratic.r2:.4f}, line R² {r.line.r2:.4f}, "
+            f"t of the curvature {r.curvature:.2f}, taken: {_formula(r.chosen)}"
+        )
+    for fit in found.physical:
+        lines.append(f"physical: {_formula(fit)}, R² {fit.r2:.4f}")
+    return "\n".join([*lines, *(f"! {sentence}" for sentence in found.sentences())])
+
+
+def regression_page(title: str, values: Values, units: Mapping[str, str], found: Regression) -> str:
+    """The whole regression as one HTML file."""
+    return page(
+        "Regression on range and incidence",
+        title,
+        found.sentences(),
+        [_curves(values, units, found), *_physical(values, units, found)],
+        [_fits(found), _terms(found), _correlations(found)],
+        "Ordinary least squares; all rows have the same weight.",
+    )
+
+
+def _formula(fit: Fit) -> str:
+    """The fitted equation."""
+    first, *others = fit.terms
+    parts = [f"{term.value:+.5g} {term.name}".replace("+", "+ ").replace("-", "- ", 1)
+             for term in others]  # fmt: skip
+    return f"{fit.y} = {first.value:.5g} {' '.join(parts)}"
+
+
+def _curves(values: Values, units: Mapping[str, str], found: Regression) -> Picture:
+    """Points, line and quadratic of every pair."""
+    ys = list(dict.fromkeys(r.y for r in found.relations))
+    xs = list(dict.fromkeys(r.x for r in found.relations))
+    figure = Figure(figsize=(4.6 * len(xs), 3.4 * len(ys)), dpi=100, layout="constrained")
+    panels = figure.subplots(len(ys), len(xs), squeeze=False)
+    for relation in found.relations:
+        panel = panels[ys.index(relation.y)][xs.index(relation.x)]
+        _panel(panel, values, relation)
+        panel.set_xlabel(_titled(relation.x, units))
+        panel.set_ylabel(_titled(relation.y, units))
+    caption = "The fit that is taken is solid, the other dashed."
+    return picture("curves", "Quadratic and straight fits", figure, caption)
+
+
+def _panel(panel: Axes, values: Values, relation: Relation) -> None:
+    a, b = values[relation.x], values[relation.y]
+    grid = np.linspace(a.min(), a.max(), 101)
+    panel.plot(a, b, "o", color="#1d2327", markersize=4)
+    for fit, colour in ((relation.line, "#4878a8"), (relation.quadratic, "#c2571a")):
+        curve = np.polynomial.polynomial.polyval(grid, fit.values)
+        style = "-" if fit is relation.chosen else "--"
+        label = f"{fit.model}, R² {fit.r2:.3f}"
+        panel.plot(grid, curve, style, color=colour, label=label)
+    panel.legend(fontsize=8, frameon=False)
+
+
+def _physical(values: Values, units: Mapping[str, str], found: Regression) -> list[Picture]:
+    """Fitted against given values of the physical model."""
+    if not found.physical:
+        return []
+    figure = Figure(figsize=(4.6 * len(found.physical), 3.6), dpi=100, layout="constrained")
+    panels = figure.subplots(1, len(found.physical), squeeze=False)[0]
+    for panel, fit in zip(panels, found.physical, strict=True):
+        given = values[fit.y]
+        panel.plot(given, fit.fitted, "o", color="#1d2327", markersize=4)
+        ends = [min(given.min(), fit.fitted.min()), max(given.max(), fit.fitted.max())]
+        panel.plot(ends, ends, "-", color="#4878a8")
+        panel.set(xlabel=_titled(fit.y, units), ylabel="model", title=f"R² {fit.r2:.3f}")
+    caption = "What a + b D + c / cos I makes of each row against what the row says."
+    return [picture("physical", "Physical model", figure, caption)]
+
+
+def _titled(name: str, units: Mapping[str, str]) -> str:
+    unit = units.get(name, "")
+    return f"{name} [{unit}]" if unit else name
+
+
+def _fits(found: Regression) -> Table:
+    """All fits, the physical ones last."""
+    rows = [(fit, fit is r.chosen) for r in found.relations for fit in (r.quadratic, r.line)]
+    rows += [(fit, False) for fit in found.physical]
+    columns = [
+        (Column("Quantity", numeric=False), lambda row: text_cell(row[0].y)),
+        (Column("Against", numeric=False), lambda row: text_cell(", ".join(row[0].x))),
+        (Column("Model", numeric=False), lambda row: text_cell(row[0].model)),
+        (Column("R²"), lambda row: _number(row[0].r2, 4)),
+        (Column("adjusted R²"), lambda row: _number(row[0].adjusted_r2, 4)),
+        (Column("scatter"), lambda row: _number(row[0].scatter, 3)),
+        (Column("redundancy"), lambda row: _number(row[0].dof, 0)),
+        (Column("Taken", numeric=False), lambda row: text_cell("taken" if row[1] else "")),
+    ]
+    return build_table("fits", "Fits", _NOTE, rows, columns)
+
+
+def _terms(found: Regression) -> Table:
+    """Every coefficient."""
+    fits: list[Fit] = [f for r in found.relations for f in (r.quadratic, r.line)]
+    rows = [(fit, term) for fit in (*fits, *found.physical) for term in fit.terms]
+    level = 1 - found.confidence
+
+    def t_cell(row: tuple[Fit, Term]) -> Cell:
+        return _number(row[1].t, 2, "good" if row[1].p < level else "")
+
+    columns = [
+        (Column("Quantity", numeric=False), lambda row: text_cell(row[0].y)),
+        (Column("Model", numeric=False), lambda row: text_cell(row[0].model)),
+        (Column("Term", numeric=False), lambda row: text_cell(row[1].name)),
+        (Column("coefficient"), lambda row: number_cell(row[1].value, f"{row[1].value:.6g}")),
+        (Column("σ"), lambda row: number_cell(row[1].sigma, f"{row[1].sigma:.3g}")),
+        (Column("t"), t_cell),
+        (Column("p"), lambda row: number_cell(row[1].p, f"{row[1].p:.3g}")),
+    ]
+    note = (
+        f"In the units of the table. Coefficients significant at {found.confidence:.0%} are green."
+    )
+    return build_table("terms", "Coefficients", note, rows, columns)
+
+
+def _correlations(found: Regression) -> Table:
+    columns = [
+        (Column("Cause", numeric=False), lambda c: text_cell(c.a)),
+        (Column("and", numeric=False), lambda c: text_cell(c.b)),
+        (Column("correlation"), lambda c: _number(c.value, 3)),
+        (Column("variance inflation"), lambda c: _number(c.inflation, 1)),
+    ]
+    note = "Causes that go together cannot be told apart by any fit to these rows."
+    return build_table("causes", "Causes that go together", note, found.correlations, columns)
+
+
+def _number(value: float, digits: int, mark: str = "") -> Cell:
+    return number_cell(value, f"{value:.{digits}f}", mark)
