@@ -1,0 +1,90 @@
+"""A cloud as parts that fit into memory, read as often as a method needs it.
+
+Everything that M3C2 takes from a cloud (counts, sums, moments) adds up over parts, so that a cloud
+of any size needs the memory of one part. Coordinates in metres, in the frame of the comparison.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.cloud.covariance import covariances
+from tribrach.cloud.placement import Placement
+from tribrach.errors import InputError
+
+__all__ = ["Part", "Source", "centred", "from_station", "whole"]
+
+Array = NDArray[np.float64]
+
+#: points of one part
+PART = 4_000_000
+
+
+@dataclass(frozen=True)
+class Part:
+    """Some points (n, 3) of a cloud [m].
+
+    random : covariances (n, 6) [m^2] as xx, yy, zz, xy, xz, yz of what is new with every point
+    (without the station's part), None where nobody asked for them.
+    """
+
+    xyz: Array
+    random: Array | None = None
+
+
+#: gives the parts of a cloud from its beginning, each time it is called
+Source = Callable[[], Iterable[Part]]
+
+
+def whole(xyz: Array, random: Array | None = None, most: int = PART) -> Source:
+    """A cloud that is in memory (n, 3), or mapped into it, with covariances (n, 6) or none."""
+
+    def parts() -> Iterator[Part]:
+        for begin in range(0, len(xyz), most):
+            some = slice(begin, begin + most)
+            covariance = None if random is None else np.asarray(random[some], dtype=float)
+            yield Part(np.asarray(xyz[some], dtype=float), covariance)
+
+    return parts
+
+
+def from_station(
+    parts: Callable[[], Iterable[tuple[Array, Array | None]]], placement: Placement
+) -> Source:
+    """A scan (method section 5.1): points carried into the world, with their random part ``C_int``.
+
+    parts : gives points (n, 3) in the scanner frame and the cosines (n,) of their incidence angles
+    or None. The covariance of the pose is left out here: it is common to all points of the scan.
+    """
+    alone = Placement(placement.station, placement.pose, np.zeros((6, 6)), placement.noise)
+
+    def carried() -> Iterator[Part]:
+        for xyz, cosine in parts():
+            yield Part(placement.pose @ xyz, covariances(xyz, alone, cosine))
+
+    return carried
+
+
+def centred(source: Source, origin: Array, low: Array, high: Array) -> Iterator[Part]:
+    """Parts relative to an origin (3,), without points outside a box ``low`` to ``high`` (3,).
+
+    The box [m] is relative to the origin. Coordinates of the size of UTM lose their large part here
+    before anything is multiplied.
+
+    Raises
+    ------
+    InputError : a coordinate is not finite.
+    """
+    for part in source():
+        xyz = part.xyz - origin
+        if not np.isfinite(xyz).all():
+            raise InputError("a point has a coordinate that is not a number")
+        inside = ((xyz >= low) & (xyz <= high)).all(axis=1)
+        if not inside.any():
+            continue
+        random = None if part.random is None else part.random[inside]
+        yield Part(xyz[inside], random)

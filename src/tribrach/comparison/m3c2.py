@@ -1,0 +1,183 @@
+"""How far is one cloud from the other, along the surface's normal, and is it a change?
+
+M3C2 (Lague, Brodu and Leroux 2013): at every core point the points of both clouds in a cylinder
+about the normal have mean (or median) positions; their difference is the distance, positive where
+the second cloud lies on the side that the normal looks to. Beside the published level of detection
+there is the one whose means count only independent points (method section 9.2). Metres.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.comparison.cloud_parts import Source
+from tribrach.comparison.core_normals import Normals, core_normals
+from tribrach.comparison.detection_level import additive_level, mean_sigma, quadratic_level
+from tribrach.comparison.effective_points import effective_number
+from tribrach.comparison.projection_cylinders import Cylinders, Positions, means, medians
+from tribrach.errors import InputError
+
+__all__ = ["ENOUGH", "FEWEST", "M3C2", "Settings", "m3c2"]
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+#: with fewer points in either cylinder there is no distance; with fewer than enough, a warning
+FEWEST, ENOUGH = 5, 20
+#: variance of a median over that of a mean, for many normal values
+_MEDIAN_COST = np.pi / 2
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What M3C2 is told.
+
+    scales : diameters D of the neighbourhoods for normals [m], the most planar one is taken;
+    diameter d and depth to each side [m] of the cylinder; registration : its sigma along the normal
+    [m]; median : instead of means; scanner (3,) : normals look towards it; direction (3,) : else
+    along it, upwards if neither is given.
+
+    Raises
+    ------
+    InputError : a length is not positive, or the registration negative.
+    """
+
+    scales: Sequence[float]
+    diameter: float
+    depth: float
+    registration: float = 0.0
+    median: bool = False
+    scanner: Array | None = None
+    direction: Array | None = None
+
+    def __post_init__(self) -> None:
+        for name, value in (("diameter", self.diameter), ("depth", self.depth)):
+            if not (np.isfinite(value) and value > 0):
+                raise InputError(f"the {name} of the cylinder is not a positive length")
+        if not self.registration >= 0:
+            raise InputError("the sigma of the registration is negative or not a number")
+
+
+@dataclass(frozen=True)
+class M3C2:
+    """Distances at core points (m, 3) with normals, and what they rest on; all in metres.
+
+    first, second : points, position along the normal and spread in each cloud; independent (m, 2) :
+    effective numbers of points, None where the beams are not known; distance (m,) : second minus
+    first, NaN with fewer than five points in either.
+    """
+
+    core: Array
+    normals: Normals
+    settings: Settings
+    first: Positions
+    second: Positions
+    independent: Array | None
+
+    @cached_property
+    def usable(self) -> Flags:
+        """Which core points (m,) have at least five points of both clouds."""
+        flags: Flags = np.minimum(self.first.count, self.second.count) >= FEWEST
+        return flags
+
+    @cached_property
+    def distance(self) -> Array:
+        """Distances (m,) along the normal, NaN where not usable."""
+        return np.where(self.usable, self.second.position - self.first.position, np.nan)
+
+    @cached_property
+    def noise(self) -> Array:
+        """Sigma (m,) of the distance from the spreads, all points independent, as published."""
+        return self._noise(self.first.count, self.second.count)
+
+    @cached_property
+    def noise_independent(self) -> Array | None:
+        """The same with only the independent points, None where the beams are not known."""
+        return None if self.independent is None else self._noise(*self.independent.T)
+
+    def _noise(self, n_1: Array | NDArray[np.int64], n_2: Array | NDArray[np.int64]) -> Array:
+        cost = np.sqrt(_MEDIAN_COST) if self.settings.median else 1.0
+        sigma = cost * mean_sigma(
+            self.first.spread, np.asarray(n_1, float), self.second.spread, np.asarray(n_2, float)
+        )
+        return np.where(self.usable, sigma, np.nan)
+
+    @cached_property
+    def lod95(self) -> Array:
+        """Level of detection (m,) as published: additive, all points independent."""
+        return additive_level(self.noise, self.settings.registration)
+
+    @cached_property
+    def lod95_quadratic(self) -> Array:
+        """Level of detection (m,) with variances added; of independent points where known."""
+        noise = self.noise if self.noise_independent is None else self.noise_independent
+        return quadratic_level(noise, self.settings.registration)
+
+    @cached_property
+    def lod95_independent(self) -> Array | None:
+        """The additive level (m,) with only the independent points, None where not known."""
+        noise = self.noise_independent
+        return None if noise is None else additive_level(noise, self.settings.registration)
+
+    @property
+    def few(self) -> int:
+        """Distances that rest on fewer than twenty points in either cloud."""
+        fewest = np.minimum(self.first.count, self.second.count)
+        return int((self.usable & (fewest < ENOUGH)).sum())
+
+    @property
+    def warnings(self) -> list[str]:
+        """What a reader has to know, one sentence each."""
+        out = []
+        without = int((~np.isfinite(self.normals.vectors[:, 0])).sum())
+        bare = int((~self.usable).sum()) - without
+        if without:
+            out.append(f"{without} core points have no normal: too few points around them.")
+        if bare > 0:
+            out.append(f"{bare} core points have fewer than {FEWEST} points of one cloud.")
+        if self.few:
+            out.append(f"{self.few} distances rest on fewer than {ENOUGH} points of one cloud.")
+        return out
+
+
+def m3c2(
+    first: Source,
+    second: Source,
+    core: Array,
+    settings: Settings,
+    *,
+    normals: Normals | None = None,
+    footprints: tuple[Array, Array] | None = None,
+) -> M3C2:
+    """Distances of the second cloud from the first at core points (m, 3) [m].
+
+    normals : at the core points, from the first cloud if not given; footprints : areas [m^2] of the
+    beams of both clouds on the surface, each (m,) or one number, for the effective numbers.
+
+    Raises
+    ------
+    InputError : no core points, coordinates that are not numbers, settings that make no sense.
+    """
+    if len(core) == 0:
+        raise InputError("there are no core points to compare at")
+    if not np.isfinite(core).all():
+        raise InputError("a core point has a coordinate that is not a number")
+    if normals is None:
+        normals = core_normals(
+            first, core, settings.scales, scanner=settings.scanner, direction=settings.direction
+        )
+    cylinders = Cylinders.around(core, normals.vectors, settings.diameter, settings.depth)
+    measure = medians if settings.median else means
+    one, two = measure(first, cylinders), measure(second, cylinders)
+    independent = None
+    if footprints is not None:
+        area = np.pi / 4 * settings.diameter**2
+        pairs = zip((one, two), footprints, strict=True)
+        numbers = [effective_number(p.count.astype(float), area, a) for p, a in pairs]
+        independent = np.stack(numbers, axis=1)
+    return M3C2(core, normals, settings, one, two, independent)

@@ -1,0 +1,176 @@
+"""What of a cloud lies in the projection cylinders: counts, sums, sorted distances.
+
+A cylinder of diameter d about the normal through each core point reaches the depth to both sides
+(Lague, Brodu and Leroux 2013, section 3.2). Distances along the normal are relative to the core
+point. Sums add up over the parts of a cloud; medians take the distances themselves, in blocks of
+core points that fit into memory. Metres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+from tribrach.comparison.cloud_parts import Source, centred
+from tribrach.comparison.point_cells import Cells, cylinder_ranges
+
+__all__ = ["Cylinders", "Positions", "means", "medians"]
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Box = tuple[Array, Array]
+
+#: distances that are kept at the same time for medians
+MOST_KEPT = 20_000_000
+#: interquartile range of a normal distribution, in standard deviations
+_QUARTILES = 1.3489795003921634
+
+
+@dataclass(frozen=True)
+class Cylinders:
+    """Axes through core points (m, 3) along unit normals (m, 3), relative to ``origin`` (3,).
+
+    radius, depth : half the diameter, and how far it reaches to each side [m].
+    """
+
+    origin: Array
+    core: Array
+    normal: Array
+    radius: float
+    depth: float
+
+    @classmethod
+    def around(cls, core: Array, normal: Array, diameter: float, depth: float) -> Cylinders:
+        """About core points and normals (m, 3) in any frame; coordinates are centred first."""
+        origin = core.mean(axis=0)
+        return cls(origin, core - origin, np.ascontiguousarray(normal), diameter / 2, depth)
+
+    @property
+    def box(self) -> Box:
+        """Corners (3,) of the box that holds all cylinders."""
+        reach = np.hypot(self.radius, self.depth)
+        return self.core.min(axis=0) - reach, self.core.max(axis=0) + reach
+
+    def some(self, chosen: Index) -> Cylinders:
+        """Those of some core points."""
+        return Cylinders(
+            self.origin, self.core[chosen], self.normal[chosen], self.radius, self.depth
+        )
+
+
+@dataclass(frozen=True)
+class Positions:
+    """A cloud in each cylinder: count (m,), position along the normal (m,) and spread (m,) [m]."""
+
+    count: Index
+    position: Array
+    spread: Array
+
+
+def means(cloud: Source, cylinders: Cylinders) -> Positions:
+    """Mean and standard deviation (n - 1) of the distances; NaN without points, or with one."""
+    sums = np.zeros((len(cylinders.core), 3))
+    for part in centred(cloud, cylinders.origin, *cylinders.box):
+        cells = Cells.of(part.xyz, cylinders.radius).arrays
+        _sums(cylinders.core, cylinders.normal, cylinders.radius, cylinders.depth, cells, sums)
+    n, first, second = sums.T
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = first / n
+        variance = np.maximum(second - n * mean**2, 0.0) / (n - 1)
+    return Positions(n.astype(np.int64), mean, np.sqrt(np.where(n > 1, variance, np.nan)))
+
+
+def medians(cloud: Source, cylinders: Cylinders, most: int = MOST_KEPT) -> Positions:
+    """Median, and interquartile range over 1.349 as spread, which is sigma for normal noise.
+
+    most : distances kept at the same time; the cloud is read once more for each such block.
+    """
+    count = means(cloud, cylinders).count
+    position, spread = np.full(len(count), np.nan), np.full(len(count), np.nan)
+    for begin, end in _blocks(count, most):
+        some = cylinders.some(np.arange(begin, end))
+        first = np.concatenate([[0], np.cumsum(count[begin:end])])
+        kept, filled = np.empty(first[-1]), first[:-1].copy()
+        for part in centred(cloud, some.origin, *some.box):
+            cells = Cells.of(part.xyz, some.radius).arrays
+            _gather(some.core, some.normal, some.radius, some.depth, cells, kept, filled)
+        _quartiles(kept, first, position[begin:end], spread[begin:end])
+    return Positions(count, position, spread)
+
+
+def _blocks(count: Index, most: int) -> list[tuple[int, int]]:
+    """Runs of core points whose points together are at most so many, or one core point."""
+    out, begin, total = [], 0, 0
+    ends = np.cumsum(count)
+    while begin < len(count):
+        end = max(int(np.searchsorted(ends, total + most, side="right")), begin + 1)
+        out.append((begin, end))
+        begin, total = end, int(ends[end - 1])
+    return out
+
+
+@njit(cache=True, inline="always")
+def _along(xyz, k, core, normal, radius, depth):  # type: ignore[no-untyped-def]
+    """Distance of a point along the normal, NaN outside the cylinder."""
+    x, y, z = xyz[k, 0] - core[0], xyz[k, 1] - core[1], xyz[k, 2] - core[2]
+    d = x * normal[0] + y * normal[1] + z * normal[2]
+    across = x * x + y * y + z * z - d * d
+    return d if across <= radius * radius and abs(d) <= depth else np.nan
+
+
+@njit(cache=True, parallel=True, nogil=True)
+def _sums(core, normal, radius, depth, cells, sums):  # type: ignore[no-untyped-def]
+    """Add count, sum and sum of squares of the distances."""
+    xyz = cells[0]
+    for c in prange(len(core)):
+        if np.isnan(normal[c, 0]):
+            continue
+        n, first, second = 0, 0.0, 0.0
+        for begin, end in cylinder_ranges(core[c], normal[c], radius, depth, cells):
+            for k in range(begin, end):
+                d = _along(xyz, k, core[c], normal[c], radius, depth)
+                if not np.isnan(d):
+                    n += 1
+                    first += d
+                    second += d * d
+        sums[c, 0] += n
+        sums[c, 1] += first
+        sums[c, 2] += second
+
+
+@njit(cache=True, parallel=True, nogil=True)
+def _gather(core, normal, radius, depth, cells, kept, filled):  # type: ignore[no-untyped-def]
+    """Write the distances behind those already there; ``filled`` (m,) : the next free places."""
+    xyz = cells[0]
+    for c in prange(len(core)):
+        if np.isnan(normal[c, 0]):
+            continue
+        for begin, end in cylinder_ranges(core[c], normal[c], radius, depth, cells):
+            for k in range(begin, end):
+                d = _along(xyz, k, core[c], normal[c], radius, depth)
+                if not np.isnan(d):
+                    kept[filled[c]] = d
+                    filled[c] += 1
+
+
+@njit(cache=True, parallel=True, nogil=True)
+def _quartiles(kept, first, position, spread):  # type: ignore[no-untyped-def]
+    """Median and scaled interquartile range of each run of distances."""
+    for c in prange(len(position)):
+        some = np.sort(kept[first[c] : first[c + 1]])
+        if len(some) > 0:
+            position[c] = _quantile(some, 0.5)
+        if len(some) > 1:
+            spread[c] = (_quantile(some, 0.75) - _quantile(some, 0.25)) / _QUARTILES
+
+
+@njit(cache=True, inline="always")
+def _quantile(ordered, share):  # type: ignore[no-untyped-def]
+    """Quantile of sorted values, linear between them."""
+    place = share * (len(ordered) - 1)
+    low = int(place)
+    high = min(low + 1, len(ordered) - 1)
+    return ordered[low] + (place - low) * (ordered[high] - ordered[low])
