@@ -35,7 +35,7 @@ __all__ = ["Cloud", "Product", "place", "write_clouds"]
 Array = NDArray[np.float64]
 
 #: changes of what is written make all clouds anew
-_METHOD = 2
+_METHOD = 3
 _SIGMAS = ("sigma_x", "sigma_y", "sigma_z")
 _CORRELATIONS = ("correlation_xy", "correlation_xz", "correlation_yz")
 _NORMALS = ("normal_x", "normal_y", "normal_z")
@@ -307,7 +307,10 @@ class Cloud:
         for scan in self.scans[1:]:
             names = set(scan.scan.names)
             shared = [f for f in shared if f.name in names]
-        extra = [Field("station", "uint16")] if len(self.scans) > 1 else []
+        extra, facts = [], {"frame": self.frame.kind}
+        if len(self.scans) > 1:
+            extra.append(Field("station", "uint16", description="number of the scan, from 0"))
+            facts["stations"] = "; ".join(f"{k} {s.name}" for k, s in enumerate(self.scans))
         if self.wish.incidence:
             extra.append(Field("incidence", "float32", description="incidence angle [rad]"))
         if self.whole:
@@ -328,5 +331,5 @@ class Cloud:
             pose=pose,
             crs=self.frame.wkt,
             epoch=self.frame.epoch,
-            facts={"frame": self.frame.kind},
+            facts=facts,
         )
