@@ -16,7 +16,7 @@ from tribrach.geodesy.grid import Grid
 from tribrach.geodesy.site import EllipsoidSite, FlatSite
 from tribrach.geodesy.work_frame import WorkFrame
 from tribrach.instruments.precision import Precision
-from tribrach.io.survey import csv_tables
+from tribrach.io.survey import csv_tables, totalstation
 from tribrach.io.survey.csv_file import read_table
 from tribrach.io.survey.csv_reader import Context
 from tribrach.io.survey.formats import format_of, read_files
@@ -110,6 +110,11 @@ class Assembly:
             for other in others:
                 first.merge(other)
             return first
+        if set(kinds) == {"totalstation"}:
+            precision = self._precision(entry.instrument, ("observations", k, "instrument"))
+            known = [n for n, p in self.survey.points.items() if np.isfinite(p.xyz).all()]
+            site, alone = self.survey.site, not self.project.points
+            return totalstation.read(paths, precision, alone=alone, site=site, known=known)
         survey = read_files(paths, entry.format)
         if survey.site != FlatSite() and self.project.site.model_fields_set:
             raise self.error(

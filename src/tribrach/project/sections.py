@@ -208,7 +208,9 @@ class ObservationFile(Section):
 
     file: str | None = None
     files: tuple[str, ...] = ()
-    format: Literal["csv", "gama", "dynaml", "dna", "comp3d", "riscan"] | None = None
+    format: Literal["csv", "gama", "dynaml", "dna", "comp3d", "riscan", "totalstation"] | None = (
+        None
+    )
     instrument: str | None = None
 
     @model_validator(mode="after")

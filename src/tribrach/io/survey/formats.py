@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tribrach.errors import InputError
+from tribrach.io.totalstation.formats import recognised
 from tribrach.network.survey import Survey
 
 __all__ = ["FORMATS", "format_of", "read_files"]
@@ -18,6 +19,7 @@ FORMATS = {
     "dna": "dna",
     "comp3d": "comp3d",
     "riscan": "riscan",
+    "totalstation": "totalstation",
     "csv": "csv_tables",
 }
 SUFFIXES = {
@@ -32,7 +34,7 @@ SUFFIXES = {
     ".comp": "comp3d",
 }
 #: formats whose files belong together and are read in one go
-JOINT = ("dynaml", "dna", "comp3d")
+JOINT = ("dynaml", "dna", "comp3d", "totalstation")
 
 
 def format_of(path: Path) -> str:
@@ -47,12 +49,17 @@ def format_of(path: Path) -> str:
     suffix = path.suffix.lower()
     if suffix == ".xml":
         head = path.read_bytes()[:4000].lower()
+        if b"<landxml" in head:
+            return "totalstation"
         return "gama" if b"gama-local" in head else "dynaml"
     if suffix not in SUFFIXES:
+        # raw files of total stations have any suffix, or none
+        if recognised(path):
+            return "totalstation"
         raise InputError(
             f"the suffix {suffix or 'of the file'} belongs to no known format",
             file=path,
-            cure=f"known are {', '.join(sorted(SUFFIXES))} and .xml",
+            cure=f"known are {', '.join(sorted(SUFFIXES))}, .xml and raw files of total stations",
         )
     return SUFFIXES[suffix]
 

@@ -1,0 +1,322 @@
+"""Raw files of total stations as observations: directions, zenith angles and slope distances.
+
+Each target of a set-up gives one of each, the mean over faces and sets; the directions read with
+one position of the circle share an orientation unknown. A file has no standard deviations: they
+are those of the instrument, divided by the root of the number of readings. Coordinates in the file
+are start values, and the datum where nothing else gives one.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.errors import InputError
+from tribrach.geodesy.site import FlatSite, Site
+from tribrach.instruments.atmosphere import first_velocity_ppm
+from tribrach.instruments.precision import Precision
+from tribrach.instruments.reduction import Means, Readings, Reduction, reduce
+from tribrach.io.survey.totalstation_words import file_words, hanging_words, reduction_words
+from tribrach.io.totalstation import formats
+from tribrach.io.totalstation.records import RawFile
+from tribrach.network.network import Datum
+from tribrach.network.observations.base import Observations, Use
+from tribrach.network.observations.direction import Directions
+from tribrach.network.observations.slope_distance import SlopeDistances
+from tribrach.network.observations.zenith import ZenithAngles
+from tribrach.network.survey import Survey
+from tribrach.units import SEC
+
+__all__ = ["TYPICAL", "ReducedFile", "read", "reduce_file", "survey_of"]
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+#: of an instrument that nobody has described
+TYPICAL = Precision(
+    direction=3 * SEC, zenith=3 * SEC, distance=2e-3, scale=2e-6, centring=1e-3, height=1e-3
+)
+
+FAR = "the faces are too far apart"
+
+
+@dataclass(frozen=True)
+class ReducedFile:
+    """A raw file and what its readings give.
+
+    station (setups,) names; target (targets,) names and height (targets,) [m] of the target index
+    of the reduction; rows : sights of the file that took part, for the readings' indices.
+    """
+
+    raw: RawFile
+    reduction: Reduction
+    station: NDArray[Any]
+    target: NDArray[Any]
+    height: Array
+    rows: Index
+
+    def source(self, reading: int) -> str:
+        """``file:line`` of a reading."""
+        return self.raw.source(int(self.raw.shots.line[self.rows[reading]]))
+
+
+def read(
+    paths: Sequence[Path],
+    precision: Precision | None = None,
+    *,
+    alone: bool = True,
+    site: Site | None = None,
+    known: Collection[str] = (),
+) -> Survey:
+    """The survey of raw files of any format that is known.
+
+    Parameters
+    ----------
+    precision : of the instrument, :data:`TYPICAL` if not given.
+    alone : the files are all there is; their coordinates are then start values and datum.
+    site : of the project; known : points that something else gives coordinates of.
+
+    Raises
+    ------
+    InputError : of the readers; no sight at all.
+    """
+    files = [formats.read(path) for path in paths]
+    return survey_of(files, precision, alone=alone, site=site, known=known)
+
+
+def survey_of(
+    files: Sequence[RawFile],
+    precision: Precision | None = None,
+    *,
+    alone: bool = True,
+    site: Site | None = None,
+    known: Collection[str] = (),
+) -> Survey:
+    """The survey of files that have been read; ``info`` keeps a :class:`ReducedFile` of each.
+
+    Raises
+    ------
+    InputError : no sight at all; distances of an instrument whose sigmas are not given.
+    """
+    survey = Survey(site=site or FlatSite())
+    measured = [raw for raw in files if len(raw.shots)]
+    if not measured:
+        raise InputError(
+            f"{files[0].path.name} has coordinates and no sights",
+            file=files[0].path,
+            cure="give them as [[points]] in a CSV file, and a file with observations here",
+        )
+    if precision is None or precision.direction is None:
+        precision = TYPICAL
+        survey.warnings.append(
+            'The instrument is not described: 3" for a direction and a zenith angle in one face, '
+            "2 mm + 2 ppm for a distance are assumed."
+        )
+    for raw in files:
+        survey.warnings += file_words(raw)
+    reductions = [reduce_file(raw) for raw in measured]
+    if alone:
+        known = {str(n) for raw in files for n in raw.points.name[raw.points.given]}
+    hanging = _hanging(reductions)
+    held = bool(hanging & set(known))
+    hanging -= set(known)
+    if hanging:
+        survey.warnings.append(hanging_words(sorted(hanging)))
+    for reduced in reductions:
+        survey.info[f"reduction of {reduced.raw.path.name}"] = reduced
+        survey.warnings += reduction_words(reduced)
+        _Writer(survey, reduced, precision, hanging).write()
+    if alone:
+        _coordinates(survey, files, held)
+    return survey
+
+
+def reduce_file(raw: RawFile) -> ReducedFile:
+    """Correct distances, pair faces, adjust rounds; a target with two heights counts as two."""
+    shots, setups = raw.shots, raw.setups
+    stem = raw.path.stem
+    station = np.array(
+        [name or f"{stem} set-up {j + 1}" for j, name in enumerate(setups.station)], dtype=object
+    )
+    own = shots.target == station[shots.setup]
+    rows = np.flatnonzero((shots.off == "") & ~own)
+    height = np.nan_to_num(shots.height[rows]).round(4)
+    keys = list(zip(shots.target[rows].tolist(), height.tolist(), strict=True))
+    known = {key: k for k, key in enumerate(dict.fromkeys(keys))}
+    names = np.empty(len(known), dtype=object)
+    names[:] = [name for name, _ in known]
+    readings = Readings(
+        shots.setup[rows],
+        np.array([known[key] for key in keys], dtype=np.int64),
+        shots.face[rows],
+        shots.direction[rows],
+        shots.zenith[rows],
+        corrected(raw)[rows],
+        shots.series[rows],
+    )
+    heights = np.array([h for _, h in known], dtype=float)
+    return ReducedFile(raw, reduce(readings), station, names, heights, rows)
+
+
+def corrected(raw: RawFile) -> Array:
+    """Distances (n,) with prism constant and atmospheric correction [m].
+
+    Where the file has no parts per million but the air, they follow from the air.
+    """
+    shots = raw.shots
+    air = first_velocity_ppm(shots.temperature_c, shots.pressure_hpa, shots.humidity_percent)
+    ppm = np.where(np.isnan(shots.ppm), air, shots.ppm)
+    full = (shots.distance + np.nan_to_num(shots.prism)) * (1 + 1e-6 * np.nan_to_num(ppm))
+    result: Array = np.where(shots.applied, shots.distance, full)
+    return result
+
+
+class _Writer:
+    """Adds the means of a file to a survey."""
+
+    def __init__(
+        self, survey: Survey, reduced: ReducedFile, precision: Precision, hanging: set[str]
+    ) -> None:
+        self.survey, self.reduced, self.precision = survey, reduced, precision
+        #: targets that are left out
+        self.out = np.array([name in hanging for name in reduced.target], dtype=bool)
+        self.lengths = self._lengths()
+
+    def write(self) -> None:
+        """Directions, zenith angles and distances."""
+        reduction, precision = self.reduced.reduction, self.precision
+        circle = reduction.directions
+        keys = list(zip(circle.setup.tolist(), circle.circle.tolist(), strict=True))
+        # a direction alone says nothing: its orientation takes all of it
+        kept = ~self.out[circle.target]
+        count = Counter(key for key, keep in zip(keys, kept, strict=True) if keep)
+        use = np.array([count[key] > 1 for key in keys], dtype=bool)
+        orientation = [self._orientation(setup, turn) for setup, turn in keys]
+        readings = circle.readings.astype(float)
+        sigma = precision.of_directions(self._length(circle), readings)
+        self._add(Directions, circle, sigma, use, {"orientation": np.array(orientation, object)})
+        level = reduction.zeniths
+        sigma = precision.of_zeniths(self._length(level), level.readings.astype(float))
+        refraction = {"refraction": np.full(len(level.value), precision.refraction)}
+        self._add(ZenithAngles, level, sigma, np.ones(len(level.value), dtype=bool), refraction)
+        far = reduction.distances
+        sigma = precision.of_distances(far.value, far.readings.astype(float))
+        self._add(SlopeDistances, far, sigma, np.ones(len(far.value), dtype=bool), {})
+
+    def _orientation(self, setup: int, circle: int) -> str:
+        """Name of the unknown of one position of the circle."""
+        again = f", circle {circle + 1}" if circle else ""
+        raw = self.reduced.raw
+        return (
+            f"orientation of {self.reduced.station[setup]}, set-up {setup + 1}{again} "
+            f"({raw.path.name})"
+        )
+
+    def _lengths(self) -> dict[frozenset[str], float]:
+        """Length of each line that has a distance, whichever end it was measured from."""
+        far = self.reduced.reduction.distances
+        ends = zip(self._starts(far), self._ends(far), strict=True)
+        return {frozenset(pair): x for pair, x in zip(ends, far.value.tolist(), strict=True)}
+
+    def _length(self, means: Means) -> Array:
+        ends = zip(self._starts(means), self._ends(means), strict=True)
+        return np.array([self.lengths.get(frozenset(pair), np.nan) for pair in ends], dtype=float)
+
+    def _starts(self, means: Means) -> NDArray[Any]:
+        names: NDArray[Any] = self.reduced.station[means.setup]
+        return names
+
+    def _ends(self, means: Means) -> NDArray[Any]:
+        names: NDArray[Any] = self.reduced.target[means.target]
+        return names
+
+    def _add(
+        self,
+        kind: type[Observations],
+        means: Means,
+        sigma: Array | None,
+        use: NDArray[np.bool_],
+        further: dict[str, Any],
+    ) -> None:
+        use = use & ~self.out[means.target]
+        if not use.any():
+            return
+        if sigma is None:
+            raise InputError(
+                f"the instrument has no sigma of a {kind.kind.replace('_', ' ')}",
+                file=self.reduced.raw.path,
+                cure="add it to the instrument of the project",
+            )
+        far = means.far[use]
+        self.survey.add(
+            kind,
+            values=means.value[use],
+            sigma=sigma[use],
+            start=self._starts(means)[use],
+            end=self._ends(means)[use],
+            height_instrument=np.nan_to_num(self.reduced.raw.setups.height[means.setup[use]]),
+            height_target=self.reduced.height[means.target[use]],
+            source=[self.reduced.source(int(i)) for i in means.first[use]],
+            use=np.where(far, Use.OFF, Use.ACTIVE).astype(np.int8),
+            reason=np.where(far, FAR, "").astype(object),
+            **{name: column[use] for name, column in further.items()},
+        )
+
+
+def _hanging(files: Sequence[ReducedFile]) -> set[str]:
+    """Targets that no distance reaches and that are seen from one station only."""
+    seen: dict[str, set[str]] = {}
+    held: set[str] = set()
+    for reduced in files:
+        held |= set(reduced.station.tolist())
+        held |= set(reduced.target[reduced.reduction.distances.target].tolist())
+        for means in (reduced.reduction.directions, reduced.reduction.zeniths):
+            starts, ends = reduced.station[means.setup], reduced.target[means.target]
+            for start, end in zip(starts.tolist(), ends.tolist(), strict=True):
+                seen.setdefault(end, set()).add(start)
+    return {name for name, stations in seen.items() if len(stations) < 2} - held
+
+
+def _coordinates(survey: Survey, files: Sequence[RawFile], held: bool) -> None:
+    """Coordinates of the files: start values of what was observed, and the datum.
+
+    held : the network needs the given points themselves, since angles alone lead to one of them;
+    otherwise it keeps its shape and is fitted to them. What was keyed in counts for more than what
+    the instrument computed, the last more than before.
+    """
+    used: set[str] = set()
+    for key, reduced in survey.info.items():
+        if key.startswith("reduction of "):
+            used |= {*reduced.station.tolist(), *reduced.target.tolist()}
+    chosen: dict[str, tuple[Array, bool, str]] = {}
+    for raw in files:
+        p = raw.points
+        for name, xyz, given, line in zip(p.name, p.xyz, p.given, p.line, strict=True):
+            better = name not in chosen or given or not chosen[name][1]
+            if name in used and better and np.isfinite(xyz).all():
+                chosen[name] = (xyz, bool(given), raw.source(int(line)))
+    fixed = tuple(name for name, (_, given, _) in chosen.items() if given)
+    hold = held and len(fixed) >= 2
+    # one place alone would keep the start values from a frame of their own
+    for name, (xyz, given, source) in chosen.items() if len(chosen) >= 2 else ():
+        if hold and given:
+            survey.point(name, xyz, free=(False, False, False), role="control", source=source)
+        else:
+            survey.point(name, xyz, source=source)
+    survey.datum = Datum("control") if hold else Datum("free", fixed if len(fixed) >= 2 else ())
+    survey.warnings.append(_datum_words(len(fixed), hold))
+
+
+def _datum_words(given: int, hold: bool) -> str:
+    """What holds a network of raw files alone."""
+    if hold:
+        return f"The {given} points that the files give coordinates of are held."
+    if given >= 2:
+        return f"The network is fitted to the {given} points that the files give coordinates of."
+    return "The files give no control: all points carry the datum."
