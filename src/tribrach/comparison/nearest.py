@@ -1,0 +1,136 @@
+"""How far is every point of a cloud from the nearest point of another?
+
+Trees of pykdtree in float64 on coordinates about the middle of the reference, so that those of a
+projection lose nothing. Neighbouring queries walk the same branches: points in scan order are
+taken as they come, scattered ones along a curve that fills space (Morton order) first. Metres.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from pykdtree.kdtree import KDTree
+
+__all__ = ["Neighbours", "nearest"]
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.uint32]
+
+#: queries at a time
+_BLOCK = 1_000_000
+#: consecutive points further apart than this share of the cloud's diagonal are in no order
+_SCATTERED = 0.03
+#: fewer points are quick in any order
+_FEW = 10_000
+#: cells of the curve along each axis, as a power of two
+_BITS = 16
+
+
+class Neighbours:
+    """The tree of a reference (m, 3) [m].
+
+    Raises
+    ------
+    ValueError : coordinates that are not finite.
+    """
+
+    def __init__(self, reference: Array) -> None:
+        self.count = len(reference)
+        self.points = np.empty((0, 3))
+        self.origin = np.zeros(3)
+        self._order: Indices | None = None
+        if self.count == 0:
+            return
+        _refuse_infinite(reference)
+        self.origin = (reference.min(axis=0) + reference.max(axis=0)) / 2
+        self.points = np.ascontiguousarray(reference - self.origin)
+        order = _order(self.points)
+        if order is not None:
+            self.points = self.points[order]
+            # what no point was found for has the number m, before and after
+            self._order = np.append(order, self.count).astype(np.uint32)
+        self._tree = KDTree(self.points)
+
+    def query(self, points: Array, limit: float = np.inf, k: int = 1) -> tuple[Array, Indices]:
+        """Distances [m] to the nearest points (n, 3) and their indices; (n,), or (n, k) if k > 1.
+
+        Where nothing is nearer than the limit the distance is infinite and the index m.
+
+        Raises
+        ------
+        ValueError : coordinates that are not finite.
+        """
+        distances, found = self.local_query(points, limit, k)
+        return distances, found if self._order is None else self._order[found]
+
+    def local_query(
+        self, points: Array, limit: float = np.inf, k: int = 1
+    ) -> tuple[Array, Indices]:
+        """The same with indices into :attr:`points`, which is centred and may be reordered."""
+        _refuse_infinite(points)
+        shape = (len(points),) if k == 1 else (len(points), k)
+        distances = np.full(shape, np.inf)
+        found = np.full(shape, self.count, dtype=np.uint32)
+        if self.count == 0 or len(points) == 0:
+            return distances, found
+        order = _order(points)
+        bound = None if np.isinf(limit) else limit
+        for first in range(0, len(points), _BLOCK):
+            here = slice(first, first + _BLOCK) if order is None else order[first : first + _BLOCK]
+            block = np.ascontiguousarray(points[here] - self.origin)
+            if k == 1:
+                distances[here], found[here] = self._tree.query(block, distance_upper_bound=bound)
+                continue
+            # the tree has no answer beyond its number of points
+            known = min(k, self.count)
+            some, where = self._tree.query(block, k=known, distance_upper_bound=bound)
+            distances[here, :known] = some.reshape(len(block), known)
+            found[here, :known] = where.reshape(len(block), known)
+        return distances, found
+
+
+def nearest(query: Array, reference: Array, limit: float = np.inf) -> tuple[Array, Indices]:
+    """Distances (n,) [m] from points (n, 3) to the nearest of a reference (m, 3), its indices (n,).
+
+    Where nothing is nearer than the limit the distance is infinite and the index m.
+
+    Raises
+    ------
+    ValueError : coordinates that are not finite.
+    """
+    return Neighbours(reference).query(query, limit)
+
+
+def _refuse_infinite(points: Array) -> None:
+    """A tree searched at NaN does not come back."""
+    if not np.isfinite(points).all():
+        raise ValueError("coordinates must be finite")
+
+
+def _order(points: Array) -> NDArray[np.int64] | None:
+    """The order along the curve (n,), None for points that already follow each other."""
+    if len(points) < _FEW:
+        return None
+    low, high = points.min(axis=0), points.max(axis=0)
+    step = max(1, len(points) // 4096)
+    first = points[:-1:step]
+    steps = np.linalg.norm(points[1::step][: len(first)] - first, axis=1)
+    if np.median(steps) <= _SCATTERED * np.linalg.norm(high - low):
+        return None
+    scale = (2**_BITS - 1) / max(float((high - low).max()), 1e-9)
+    return np.argsort(_morton(points, low, scale), kind="stable")
+
+
+@njit(cache=True, nogil=True)
+def _morton(points, low, scale):  # type: ignore[no-untyped-def]
+    """Codes (n,): the bits of the three cells of each point by turns."""
+    out = np.empty(len(points), dtype=np.uint64)
+    for n in range(len(points)):
+        code = np.uint64(0)
+        for axis in range(3):
+            cell = np.uint64((points[n, axis] - low[axis]) * scale)
+            for bit in range(_BITS):
+                code |= ((cell >> np.uint64(bit)) & np.uint64(1)) << np.uint64(3 * bit + axis)
+        out[n] = code
+    return out
