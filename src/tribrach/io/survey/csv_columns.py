@@ -45,6 +45,7 @@ QUANTITIES: dict[str, tuple[str, ...]] = {
     **dict.fromkeys((*COVARIANCE, *LOCAL), VARIANCE),
     "sigma": LENGTH + ANGLE,
     "sigma_across": LENGTH,
+    "prism_constant": LENGTH,
 }
 for _name in (*_LENGTHS, *_ANGLES):
     _units = QUANTITIES[_name]
@@ -53,11 +54,13 @@ for _name in (*_LENGTHS, *_ANGLES):
     QUANTITIES[f"sigma_{_name}"] = tuple(u for u in _usual if u in _units and u != "dms")
 
 #: columns of plain numbers
-NUMBERS = ("face", "repetitions")
+NUMBERS = (
+    "face", "repetitions", "atmosphere_ppm", "temperature_c", "pressure_hpa", "humidity_percent",
+)  # fmt: skip
 #: columns of names and words
 WORDS = (
     "from", "to", "at", "point", "gnss", "station", "scan", "target", "set", "use", "reason",
-    "group", "role", "comment",
+    "group", "role", "comment", "setup", "code",
 )  # fmt: skip
 
 _COMMON = ("use", "reason", "group", "comment")
@@ -89,6 +92,9 @@ _PLACES |= dict(zip(COVARIANCE, LOCAL, strict=True))
 _GEODETIC = ("latitude", "longitude", "ecef_x", "ecef_y", "ecef_z")
 
 _HEIGHTS = ("height_instrument", "height_target")
+_CORRECTIONS = (
+    "prism_constant", "atmosphere_ppm", "temperature_c", "pressure_hpa", "humidity_percent",
+)  # fmt: skip
 _SIGHTS = _with_sigma(
     "direction", "zenith", "slope_distance", "horizontal_distance", "distance", "azimuth",
     "height_difference",
@@ -107,6 +113,12 @@ KINDS: tuple[Kind, ...] = (
         ("station", "target", "x", "y", "z"),
         ("station", "target"),
         (*_with_sigma("x", "y", "z"), *COVARIANCE, "sigma_range", "sigma_across"),
+    ),
+    Kind(
+        "readings of a total station",
+        ("station", "target", "direction"),
+        ("station", "target", "setup", "set", "code"),
+        ("direction", "zenith", "slope_distance", "face", *_HEIGHTS, *_CORRECTIONS),
     ),
     Kind(
         "inclinations",

@@ -72,7 +72,7 @@ def read(
     *,
     alone: bool = True,
     site: Site | None = None,
-    known: Collection[str] = (),
+    known: Collection[str] | None = (),
 ) -> Survey:
     """The survey of raw files of any format that is known.
 
@@ -80,7 +80,8 @@ def read(
     ----------
     precision : of the instrument, :data:`TYPICAL` if not given.
     alone : the files are all there is; their coordinates are then start values and datum.
-    site : of the project; known : points that something else gives coordinates of.
+    site : of the project; known : points that something else gives coordinates of; None if that
+    is not known, and nothing is left out because it cannot be placed.
 
     Raises
     ------
@@ -96,7 +97,7 @@ def survey_of(
     *,
     alone: bool = True,
     site: Site | None = None,
-    known: Collection[str] = (),
+    known: Collection[str] | None = (),
 ) -> Survey:
     """The survey of files that have been read; ``info`` keeps a :class:`ReducedFile` of each.
 
@@ -123,9 +124,9 @@ def survey_of(
     reductions = [reduce_file(raw) for raw in measured]
     if alone:
         known = {str(n) for raw in files for n in raw.points.name[raw.points.given]}
-    hanging = _hanging(reductions)
-    held = bool(hanging & set(known))
-    hanging -= set(known)
+    hanging = set() if known is None else _hanging(reductions)
+    held = bool(hanging & set(known or ()))
+    hanging -= set(known or ())
     if hanging:
         survey.warnings.append(hanging_words(sorted(hanging)))
     for reduced in reductions:

@@ -190,6 +190,7 @@ class Recorder:
         ------
         InputError : nothing in it could be read.
         """
+        self._add_backsights()
         if not self._shots and not self._points:
             first = f"; {self._problems[0].what}" if self._problems else ""
             raise InputError(
@@ -215,6 +216,19 @@ class Recorder:
             tuple(self._problems),
             tuple(self._notes),
         )
+
+    def _add_backsights(self) -> None:
+        """The pointing that a circle was set with, where no other reading shows the backsight."""
+        shown = {(s[0], s[1]) for s in self._shots if not s[15]}
+        for j, setup in enumerate(self._setups):
+            known = setup.backsight and not math.isnan(setup.circle)
+            if self._used[j] and known and (j, setup.backsight) not in shown:
+                self._shots.append(
+                    (j, setup.backsight, "", setup.circle, NAN, NAN, 1, NAN, NAN, NAN, True, NAN,
+                     NAN, NAN, 0, "", setup.line)
+                )  # fmt: skip
+                self.understood["backsight set without a sight"] += 1
+        self._shots.sort(key=lambda s: (s[0], s[16]))
 
     def _setup_columns(self) -> Setups:
         rows = [
