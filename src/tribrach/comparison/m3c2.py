@@ -22,7 +22,7 @@ from tribrach.comparison.effective_points import effective_number
 from tribrach.comparison.projection_cylinders import Cylinders, Positions, means, medians
 from tribrach.errors import InputError
 
-__all__ = ["ENOUGH", "FEWEST", "M3C2", "Settings", "m3c2"]
+__all__ = ["ENOUGH", "FEWEST", "M3C2", "Settings", "checked_core", "m3c2"]
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -163,10 +163,7 @@ def m3c2(
     ------
     InputError : no core points, coordinates that are not numbers, settings that make no sense.
     """
-    if len(core) == 0:
-        raise InputError("there are no core points to compare at")
-    if not np.isfinite(core).all():
-        raise InputError("a core point has a coordinate that is not a number")
+    checked_core(core)
     if normals is None:
         normals = core_normals(
             first, core, settings.scales, scanner=settings.scanner, direction=settings.direction
@@ -181,3 +178,16 @@ def m3c2(
         numbers = [effective_number(p.count.astype(float), area, a) for p, a in pairs]
         independent = np.stack(numbers, axis=1)
     return M3C2(core, normals, settings, one, two, independent)
+
+
+def checked_core(core: Array) -> None:
+    """Refuse core points (m, 3) that nothing can be compared at.
+
+    Raises
+    ------
+    InputError : there are none, or a coordinate is not a number.
+    """
+    if len(core) == 0:
+        raise InputError("there are no core points to compare at")
+    if not np.isfinite(core).all():
+        raise InputError("a core point has a coordinate that is not a number")
