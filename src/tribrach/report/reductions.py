@@ -1,0 +1,273 @@
+"""What the report says of raw files: axis errors of the day, rounds of each set-up, closures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from tribrach.io.survey.totalstation import ReducedFile
+from tribrach.report.columns import Columns, Spec
+from tribrach.report.numbers import number
+from tribrach.report.tables import Column, Table, build_table, text_cell
+
+__all__ = ["Closure", "Day", "ReductionChapter", "Round", "SetRow", "reduction_chapter"]
+
+Number = float | None
+
+
+@dataclass(frozen=True)
+class Day:
+    """A file: what was read, axis errors with their sigmas, sigmas of one face [rad]."""
+
+    file: str
+    format: str
+    instrument: str
+    setups: int
+    sights: int
+    pairs: int
+    collimation: Number
+    sigma_collimation: Number
+    trunnion: Number
+    sigma_trunnion: Number
+    index: Number
+    sigma_index: Number
+    sigma_direction: Number
+    sigma_zenith: Number
+    left_out: int
+
+
+@dataclass(frozen=True)
+class Round:
+    """A set-up: targets and sets, sigmas of values of one set, the largest residual [m, rad]."""
+
+    station: str
+    height: Number
+    targets: int
+    sets: int
+    dof: int
+    sigma_direction: Number
+    sigma_zenith: Number
+    sigma_distance: Number
+    largest: Number
+    source: str
+
+
+@dataclass(frozen=True)
+class SetRow:
+    """A target in a set: half differences of the faces and residuals against all sets [m, rad]."""
+
+    station: str
+    target: str
+    set: int
+    half_direction: Number
+    half_zenith: Number
+    direction: Number
+    zenith: Number
+    distance: Number
+    far: bool
+    source: str
+
+
+@dataclass(frozen=True)
+class Closure:
+    """A horizon that was closed: last less first reading [rad]."""
+
+    station: str
+    target: str
+    set: int
+    face: int
+    difference: Number
+
+
+@dataclass(frozen=True)
+class ReductionChapter:
+    """All that the report says of the reduction of raw files."""
+
+    days: tuple[Day, ...]
+    rounds: tuple[Round, ...]
+    sets: tuple[SetRow, ...]
+    closures: tuple[Closure, ...]
+
+    def tables(self, columns: Columns, most: int | None) -> list[Table]:
+        """The tables of the chapter, empty ones as well."""
+        return [
+            _day_table(self, columns, most),
+            _round_table(self, columns, most),
+            _set_table(self, columns, most),
+            _closure_table(self, columns, most),
+        ]
+
+
+def reduction_chapter(info: Mapping[str, Any]) -> ReductionChapter | None:
+    """The chapter from what the survey remembers of raw files; None if there are none."""
+    files = [item for item in info.values() if isinstance(item, ReducedFile)]
+    if not files:
+        return None
+    return ReductionChapter(
+        tuple(_day(file) for file in files),
+        tuple(row for file in files for row in _rounds(file)),
+        tuple(row for file in files for row in _sets(file)),
+        tuple(row for file in files for row in _closures(file)),
+    )
+
+
+def _day(file: ReducedFile) -> Day:
+    raw, axes = file.raw, file.reduction.axes
+    return Day(
+        raw.path.name,
+        raw.format,
+        raw.instrument,
+        len(raw.setups),
+        len(raw.shots),
+        axes.pairs,
+        number(axes.collimation),
+        number(axes.sigma_collimation),
+        number(axes.trunnion),
+        number(axes.sigma_trunnion),
+        number(axes.index),
+        number(axes.sigma_index),
+        number(axes.sigma_direction),
+        number(axes.sigma_zenith),
+        len(raw.problems),
+    )
+
+
+def _rounds(file: ReducedFile) -> list[Round]:
+    rows = []
+    for setup in file.reduction.setups:
+        residual = setup.rounds.residual[np.isfinite(setup.rounds.residual)]
+        worst = np.abs(residual).max() if setup.rounds.dof and len(residual) else np.nan
+        rows.append(
+            Round(
+                str(file.station[setup.setup]),
+                number(file.raw.setups.height[setup.setup]),
+                len(setup.targets),
+                len(setup.sets),
+                setup.rounds.dof,
+                number(setup.rounds.sigma),
+                number(setup.zeniths.sigma),
+                number(setup.distances.sigma),
+                number(worst),
+                file.raw.source(int(file.raw.setups.line[setup.setup])),
+            )
+        )
+    return rows
+
+
+def _sets(file: ReducedFile) -> list[SetRow]:
+    """Rows where faces were paired or sets repeated."""
+    cells = file.reduction.cells
+    rows = []
+    for setup in file.reduction.setups:
+        for i in np.flatnonzero(cells.setup == setup.setup):
+            s = int(np.searchsorted(setup.sets, cells.set[i]))
+            t = int(np.searchsorted(setup.targets, cells.target[i]))
+            repeated = len(setup.sets) > 1 and setup.zeniths.dof + setup.rounds.dof > 0
+            if not repeated and np.isnan(cells.half_direction[i]):
+                continue
+            parts = (setup.rounds, setup.zeniths, setup.distances)
+            residuals = [number(p.residual[s, t]) if p.dof else None for p in parts]
+            rows.append(
+                SetRow(
+                    str(file.station[setup.setup]),
+                    str(file.target[cells.target[i]]),
+                    int(cells.set[i]) + 1,
+                    number(cells.half_direction[i]),
+                    number(cells.half_zenith[i]),
+                    *residuals,
+                    bool(cells.far_direction[i] or cells.far_zenith[i]),
+                    file.source(int(cells.first[i])),
+                )
+            )
+    return rows
+
+
+def _closures(file: ReducedFile) -> list[Closure]:
+    found = file.reduction.closures
+    return [
+        Closure(
+            str(file.station[found.setup[i]]),
+            str(file.target[found.target[i]]),
+            int(found.set[i]) + 1,
+            int(found.face[i]),
+            number(found.difference[i]),
+        )
+        for i in range(len(found.setup))
+    ]
+
+
+def _day_table(chapter: ReductionChapter, columns: Columns, most: int | None) -> Table:
+    note = (
+        "From half the differences of the faces. The mean of both faces is free of these errors; "
+        "sigmas are of one reading in one face."
+    )
+    specs: list[Spec] = [
+        columns.word("File", "file"),
+        columns.word("Format", "format", wide=True),
+        columns.word("Instrument", "instrument", wide=True),
+        columns.plain("set-ups", "setups", 0),
+        columns.plain("sights", "sights", 0),
+        columns.plain("left out", "left_out", 0, wide=True),
+        columns.plain("pairs", "pairs", 0),
+        columns.small_angle("collimation", lambda d: d.collimation),
+        columns.small_angle("±", lambda d: d.sigma_collimation),
+        columns.small_angle("trunnion", lambda d: d.trunnion, wide=True),
+        columns.small_angle("±", lambda d: d.sigma_trunnion, wide=True),
+        columns.small_angle("index", lambda d: d.index),
+        columns.small_angle("±", lambda d: d.sigma_index),
+        columns.small_angle("σ direction", lambda d: d.sigma_direction),
+        columns.small_angle("σ zenith", lambda d: d.sigma_zenith),
+    ]
+    return build_table("axes", "Axis errors of the day", note, chapter.days, specs, most=most)
+
+
+def _round_table(chapter: ReductionChapter, columns: Columns, most: int | None) -> Table:
+    note = "Sigmas are of the mean of the faces in one set, from the residuals of the sets."
+    specs: list[Spec] = [
+        columns.word("Station", "station"),
+        columns.metres("height", lambda r: r.height),
+        columns.plain("targets", "targets", 0),
+        columns.plain("sets", "sets", 0),
+        columns.plain("redundancy", "dof", 0),
+        columns.small_angle("s direction", lambda r: r.sigma_direction),
+        columns.small_angle("s zenith", lambda r: r.sigma_zenith),
+        columns.mm("s distance", lambda r: r.sigma_distance),
+        columns.small_angle("largest residual", lambda r: r.largest),
+        columns.source(),
+    ]
+    return build_table("rounds", "Rounds of angles", note, chapter.rounds, specs, most=most)
+
+
+def _set_table(chapter: ReductionChapter, columns: Columns, most: int | None) -> Table:
+    note = "Half differences of the faces, and residuals of each set against the adjusted rounds."
+    specs: list[Spec] = [
+        columns.word("Station", "station"),
+        columns.word("Target", "target"),
+        columns.plain("set", "set", 0),
+        columns.small_angle("half Δ Hz", lambda r: r.half_direction),
+        columns.small_angle("half Δ V", lambda r: r.half_zenith),
+        columns.small_angle("v direction", lambda r: r.direction),
+        columns.small_angle("v zenith", lambda r: r.zenith),
+        columns.mm("v distance", lambda r: r.distance),
+        (
+            Column("faces", numeric=False),
+            lambda r: text_cell("too far apart", "bad") if r.far else text_cell(""),
+        ),
+        columns.source(),
+    ]
+    return build_table("sets", "Faces and sets", note, chapter.sets, specs, most=most)
+
+
+def _closure_table(chapter: ReductionChapter, columns: Columns, most: int | None) -> Table:
+    note = "Last less first reading of the target that a half-set began with."
+    specs: list[Spec] = [
+        columns.word("Station", "station"),
+        columns.word("Target", "target"),
+        columns.plain("set", "set", 0),
+        columns.plain("face", "face", 0),
+        columns.small_angle("closure", lambda r: r.difference),
+    ]
+    return build_table("closures", "Closed horizons", note, chapter.closures, specs, most=most)
