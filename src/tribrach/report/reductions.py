@@ -169,7 +169,9 @@ def _sets(file: ReducedFile) -> list[SetRow]:
             if not repeated and np.isnan(cells.half_direction[i]):
                 continue
             parts = (setup.rounds, setup.zeniths, setup.distances)
-            residuals = [number(p.residual[s, t]) if p.dof else None for p in parts]
+            direction, zenith, distance = (
+                number(p.residual[s, t]) if p.dof else None for p in parts
+            )
             rows.append(
                 SetRow(
                     str(file.station[setup.setup]),
@@ -177,7 +179,9 @@ def _sets(file: ReducedFile) -> list[SetRow]:
                     int(cells.set[i]) + 1,
                     number(cells.half_direction[i]),
                     number(cells.half_zenith[i]),
-                    *residuals,
+                    direction,
+                    zenith,
+                    distance,
                     bool(cells.far_direction[i] or cells.far_zenith[i]),
                     file.source(int(cells.first[i])),
                 )
