@@ -16,16 +16,16 @@ from tribrach.cloud.covariance import covariances
 from tribrach.cloud.placement import Placement
 from tribrach.errors import InputError
 
-__all__ = ["Part", "Source", "centred", "from_station", "whole"]
+__all__ = ["Chunk", "Source", "centred", "from_station", "plain", "whole"]
 
 Array = NDArray[np.float64]
 
 #: points of one part
-PART = 4_000_000
+CHUNK = 4_000_000
 
 
 @dataclass(frozen=True)
-class Part:
+class Chunk:
     """Some points (n, 3) of a cloud [m].
 
     random : covariances (n, 6) [m^2] as xx, yy, zz, xy, xz, yz of what is new with every point
@@ -37,19 +37,29 @@ class Part:
 
 
 #: gives the parts of a cloud from its beginning, each time it is called
-Source = Callable[[], Iterable[Part]]
+Source = Callable[[], Iterable[Chunk]]
 
 
-def whole(xyz: Array, random: Array | None = None, most: int = PART) -> Source:
+def whole(xyz: Array, random: Array | None = None, most: int = CHUNK) -> Source:
     """A cloud that is in memory (n, 3), or mapped into it, with covariances (n, 6) or none."""
 
-    def parts() -> Iterator[Part]:
+    def parts() -> Iterator[Chunk]:
         for begin in range(0, len(xyz), most):
             some = slice(begin, begin + most)
             covariance = None if random is None else np.asarray(random[some], dtype=float)
-            yield Part(np.asarray(xyz[some], dtype=float), covariance)
+            yield Chunk(np.asarray(xyz[some], dtype=float), covariance)
 
     return parts
+
+
+def plain(stream: Callable[[], Iterable[Array]]) -> Source:
+    """A stream of arrays (n, 3), without covariances."""
+
+    def chunks() -> Iterator[Chunk]:
+        for xyz in stream():
+            yield Chunk(np.asarray(xyz, dtype=float))
+
+    return chunks
 
 
 def from_station(
@@ -62,14 +72,14 @@ def from_station(
     """
     alone = Placement(placement.station, placement.pose, np.zeros((6, 6)), placement.noise)
 
-    def carried() -> Iterator[Part]:
+    def carried() -> Iterator[Chunk]:
         for xyz, cosine in parts():
-            yield Part(placement.pose @ xyz, covariances(xyz, alone, cosine))
+            yield Chunk(placement.pose @ xyz, covariances(xyz, alone, cosine))
 
     return carried
 
 
-def centred(source: Source, origin: Array, low: Array, high: Array) -> Iterator[Part]:
+def centred(source: Source, origin: Array, low: Array, high: Array) -> Iterator[Chunk]:
     """Parts relative to an origin (3,), without points outside a box ``low`` to ``high`` (3,).
 
     The box [m] is relative to the origin. Coordinates of the size of UTM lose their large part here
@@ -87,4 +97,4 @@ def centred(source: Source, origin: Array, low: Array, high: Array) -> Iterator[
         if not inside.any():
             continue
         random = None if part.random is None else part.random[inside]
-        yield Part(xyz[inside], random)
+        yield Chunk(xyz[inside], random)
