@@ -24,6 +24,7 @@ from tribrach.project import Project
 from tribrach.report import html, json_result, text
 from tribrach.report.build import build
 from tribrach.report.content import Content
+from tribrach.stages.instruments import instrument_figures
 from tribrach.stages.survey_run import Progress, find_and_name, georeference
 
 __all__ = ["Settings", "adjust_network", "run", "solve", "write"]
@@ -106,6 +107,7 @@ def run(
     work = find_and_name(project, folder, progress) if project.scans else None
     further = None if work is None or work.named is None else work.named.survey
     adjustment, content = solve(project.network(further), settings, project.facts)
+    content = replace(content, instruments=instrument_figures(project))
     if work is not None:
         chapter = georeference(project, work, adjustment, folder, content.sigma_origin, progress)
         warnings = (*content.warnings, *chapter.warnings)

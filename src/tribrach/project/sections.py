@@ -11,12 +11,14 @@ from pydantic import (
     Field,
     NonNegativeFloat,
     PositiveFloat,
+    field_validator,
     model_validator,
 )
 
 from tribrach.errors import InputError
 from tribrach.instruments.precision import Precision
 from tribrach.instruments.scan_noise import ScanNoise
+from tribrach.instruments.sheets import Figure, find_sheet
 from tribrach.network.network import Datum
 from tribrach.units import SEC
 
@@ -135,9 +137,11 @@ class Instrument(Section):
     """Standard deviations of an instrument as it is set up, used where a file gives none.
 
     centring and height are of either end of a sight; target_floor is added to target centres;
-    beam_exit and beam_divergence (full angle) give the footprint of a scanner.
+    beam_exit and beam_divergence (full angle) give the footprint of a scanner. sheet names a model
+    whose data sheet gives all figures that are not given here.
     """
 
+    sheet: str | None = None
     direction_arcsec: PositiveFloat | None = None
     zenith_arcsec: PositiveFloat | None = None
     distance_mm: PositiveFloat | None = None
@@ -156,6 +160,39 @@ class Instrument(Section):
     gnss_up_mm: PositiveFloat | None = None
     refraction: float = 0.13
     source: str = ""
+
+    @field_validator("sheet")
+    @classmethod
+    def _known(cls, name: str | None) -> str | None:
+        try:
+            return None if name is None else find_sheet(name).name
+        except InputError as error:
+            raise ValueError(f"{error.what}; {error.cure}") from error
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_sheet(cls, data: Any) -> Any:
+        """What is not given comes from the sheet."""
+        if not isinstance(data, dict) or not isinstance(data.get("sheet"), str):
+            return data
+        try:
+            return find_sheet(data["sheet"]).values | data
+        except InputError:
+            return data
+
+    def figures(self) -> list[Figure]:
+        """Every figure that is given, with its source: the sheet's, or the project's own words."""
+        sheet = None if self.sheet is None else find_sheet(self.sheet)
+        known = {} if sheet is None else sheet.values
+        out = []
+        for key in type(self).model_fields:
+            value = getattr(self, key)
+            if key not in self.model_fields_set or not isinstance(value, int | float):
+                continue
+            same = sheet is not None and known.get(key) == value
+            own = self.source or "project file"
+            out.append(Figure(key, float(value), sheet.source(key) if sheet and same else own))
+        return out
 
     def precision(self) -> Precision:
         """The same in metres and radians."""

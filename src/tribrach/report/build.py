@@ -17,6 +17,7 @@ from tribrach.report.correlations import correlations
 from tribrach.report.numbers import number
 from tribrach.report.observations import observations, sights
 from tribrach.report.points import control, points, position_uncertainty
+from tribrach.report.reductions import reduction_chapter
 from tribrach.report.stations import stations
 from tribrach.report.summary import datum_statement, sigma_origin, summary
 from tribrach.report.unknowns import other_unknowns
@@ -74,6 +75,7 @@ def build(
         components=_components(components),
         snooping=_snooping(snooping),
         correlations=correlations(adjustment),
+        reductions=reduction_chapter(info),
         sights=sights(adjustment),
     )
 

@@ -7,6 +7,7 @@ from operator import attrgetter
 
 from tribrach.report.columns import AXES, Columns, Spec
 from tribrach.report.content import Content, Control, KindCount, Point, Unknown
+from tribrach.report.instruments import instrument_table
 from tribrach.report.observation_table import kind_name, observation_table
 from tribrach.report.scan_tables import scan_tables
 from tribrach.report.style import Style
@@ -34,6 +35,7 @@ class Chapters:
         """Every table that has rows, in the order of the report."""
         tables = [
             *self.scans(),
+            *self.reductions(),
             self.kinds(),
             self.components(),
             self.snooping(),
@@ -45,6 +47,7 @@ class Chapters:
             self.geodetic(),
             self.unknowns(),
             self.correlations(),
+            instrument_table(self.content.instruments),
         ]
         return [table for table in tables if table.rows]
 
@@ -52,6 +55,11 @@ class Chapters:
         """Targets, clouds and classes, where there are scans."""
         chapter = self.content.scans
         return [] if chapter is None else scan_tables(chapter, self.columns, self.most)
+
+    def reductions(self) -> list[Table]:
+        """Axis errors and rounds, where there are raw files of total stations."""
+        chapter = self.content.reductions
+        return [] if chapter is None else chapter.tables(self.columns, self.most)
 
     def observations(self) -> Table:
         """Every observed value, worst first."""

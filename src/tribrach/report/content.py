@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
+from tribrach.report.reductions import ReductionChapter
 from tribrach.report.scan_content import ScanChapter
 
 __all__ = [
@@ -22,6 +23,7 @@ __all__ = [
     "Ellipse",
     "Ellipsoid",
     "GlobalVerdict",
+    "InstrumentFigure",
     "KindCount",
     "Observation",
     "Point",
@@ -294,6 +296,18 @@ class Correlation:
 
 
 @dataclass(frozen=True)
+class InstrumentFigure:
+    """A figure of an instrument: its key with the unit, its source; sheet "" if it has none."""
+
+    instrument: str
+    sheet: str
+    key: str
+    value: float
+    source: str
+    published: bool
+
+
+@dataclass(frozen=True)
 class Content:
     """Everything a report says, in the order it says it."""
 
@@ -315,4 +329,6 @@ class Content:
     snooping: tuple[SnoopingStep, ...] = ()
     correlations: tuple[Correlation, ...] = ()
     scans: ScanChapter | None = None
+    reductions: ReductionChapter | None = None
+    instruments: tuple[InstrumentFigure, ...] = ()
     sights: tuple[tuple[str, str], ...] = field(default=(), repr=False)

@@ -39,7 +39,18 @@ def result(content: Content) -> dict[str, Any]:
         "planes": {u.name: _plane(u) for u in content.unknowns if u.family == "plane"},
         "observations": [_observation(o) for o in content.observations],
         "warnings": list(content.warnings),
-    } | ({} if content.scans is None else {"scans": _scans(content.scans)})
+        "instruments": [asdict(figure) for figure in content.instruments],
+    } | _chapters(content)
+
+
+def _chapters(content: Content) -> dict[str, Any]:
+    """What only some jobs have: scans, and raw files of total stations."""
+    found: dict[str, Any] = {}
+    if content.scans is not None:
+        found["scans"] = _scans(content.scans)
+    if content.reductions is not None:
+        found["reductions"] = asdict(content.reductions)
+    return found
 
 
 def _scans(chapter: ScanChapter) -> dict[str, Any]:
