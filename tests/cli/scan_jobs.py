@@ -38,7 +38,7 @@ def points(spheres: np.ndarray = SPHERES, seed: int = 0) -> np.ndarray:
     for center in spheres:
         h, v = np.arctan2(center[1], center[0]), np.arccos(center[2] / np.linalg.norm(center))
         half = 2 * RADIUS / np.linalg.norm(center)
-        rays, _, _ = directions((h - half, h + half), (v - half, v + half), 1e-3)
+        rays, _, _ = directions((h - half, h + half), (v - half, v + half), 2e-3)
         wall = np.full(len(rays), np.linalg.norm(center) + 1.5)
         out.append(scan(rays, [ellipsoid(rays, center, RADIUS), wall], rng, 5e-4, 2e-5))
     return np.concatenate(out)

@@ -6,11 +6,13 @@ from pathlib import Path
 
 import laspy
 import numpy as np
+import pye57
 import pytest
 
 from tests.cli.scan_jobs import POSE, SPHERES, cloud, control, points, project
 from tests.cli.test_bad_scans import RUN, end
 from tribrach.cli import app
+from tribrach.io.scans.formats import read_scans
 
 
 def files(folder: Path) -> set[str]:
@@ -104,6 +106,28 @@ def test_two_scans_of_one_name(job: Path) -> None:
     assert "give each file a station of its own" in said
 
 
+def test_two_scans_of_one_name_in_one_file(tmp_path: Path) -> None:
+    """They are told apart, which is said; both go into one copy of their file."""
+    file = pye57.E57(str(tmp_path / "both.e57"), mode="w")
+    for seed in (1, 2):
+        xyz = points(seed=seed)
+        file.write_scan_raw({f"cartesian{a}": xyz[:, k] for k, a in enumerate("XYZ")}, name="hall")
+    file.close()
+    job = project(tmp_path, "both.e57")
+    job.write_text(job.read_text().replace('"las"', '"e57"').replace('origin = "scanner"\n', ""))
+    said = runs(job)
+    assert "another scan has the name 'hall' too, this one is called 'hall-2'" in said
+    assert "both.e57 has the points of both.e57 byte for byte: sigmas are not in it" in said
+    assert {p.name for p in (tmp_path / "out" / "clouds").iterdir()} == {
+        "both.e57",
+        "poses.csv",
+        "poses.json",
+    }
+    for scan in read_scans(tmp_path / "out" / "clouds" / "both.e57"):
+        assert scan.pose is not None
+        assert scan.pose.translation == pytest.approx(POSE.translation, abs=3e-3)
+
+
 def test_merged_e57_of_several_files(job: Path) -> None:
     """Refused before anything is computed."""
     shutil.copy(job.parent / "S1.las", job.parent / "S2.las")
@@ -131,10 +155,8 @@ def test_without_an_origin_there_are_no_sigmas(tmp_path: Path) -> None:
     said = runs(job)
     assert "S1.las has no sigmas of points because of scan S1: where the scanner stood" in said
     assert 'say origin = "scanner"' in said
+    result = RUN.invoke(app, ["targets", str(tmp_path / "S1.las"), "--sphere", "0.1"])
+    assert "5 targets" in result.stdout
+    assert "nan" not in result.stdout
     made = laspy.read(tmp_path / "out" / "clouds" / "S1.las")
     assert not set(made.point_format.extra_dimension_names) & {"sigma_x", "sigma_y", "sigma_z"}
-
-
-def test_without_an_instrument_there_are_no_sigmas(job: Path) -> None:
-    job.write_text(job.read_text().replace("range_mm = 1.0\n", ""))
-    assert "no instrument with range_mm and scan_angle_arcsec is given for it" in runs(job)

@@ -17,6 +17,9 @@ def test_json_has_the_promised_keys():
     assert text["covariance"][1] == [0.0, 1e-6, 0.0]
     assert text["incidence"] is None
     np.testing.assert_allclose(d.sigmas, 1e-3)
+    again = Detection.from_dict(text)
+    assert np.isnan(again.incidence)
+    assert again.to_dict() == d.to_dict()
     rejected = Rejected("disc", np.zeros(3), "too small").to_dict()
     assert rejected == {"kind": "disc", "center": [0.0, 0.0, 0.0], "reason": "too small"}
 

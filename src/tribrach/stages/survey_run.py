@@ -88,6 +88,8 @@ def georeference(
             work.scans, placements, frame, project.cloud, clouds, work.state, progress
         )
     chapter = scan_chapter(work.findings, work.named, products, placements, frame)
+    odd = (f"{s.scan.source}: {warning}." for s in work.scans for warning in s.scan.warnings)
+    chapter = replace(chapter, warnings=(*odd, *chapter.warnings))
     if project.truth is None:
         return chapter
     file = project.folder / project.truth
