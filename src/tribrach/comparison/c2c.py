@@ -1,0 +1,255 @@
+"""How far is one cloud from the other, point to nearest point, and how much of that is sampling?
+
+Each figure has its floor beside it: what two clouds without any error would show at these pitches
+(method sections 5.5 and 9.1). What is left after the floor is the part across the surface,
+``s_perp^2 = RMS^2 - (s_x^2 + s_y^2) / 12``. Metres; A is compared with B, the reference.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.comparison.floor import Floor
+from tribrach.comparison.local_plane import plane_distances
+from tribrach.comparison.nearest import Neighbours
+from tribrach.comparison.pattern import Pattern, pattern
+from tribrach.comparison.streams import SIZE, Part, Stream, in_memory, parts
+from tribrach.comparison.tally import Sample, Tally
+
+__all__ = ["C2C", "Pitch", "Signed", "cloud_to_cloud"]
+
+Array = NDArray[np.float64]
+
+#: places per million points at which the pattern is looked at, at least this many in a chunk
+_PLACES = 400
+#: points for local planes, over all; points on the map; places of the compared cloud
+_PLANES, _MAP, _OWN = 1_000_000, 20_000, 2_000
+#: a lattice is named as the model of the floor where more of the places than this are on one
+_MOSTLY = 0.5
+#: below this many points a figure is not worth its name; noise over pitch where debiasing fails
+_FEW, _COARSE = 30, 0.25
+
+
+@dataclass(frozen=True)
+class Pitch:
+    """Medians of the pitch [m] across and upwards, and the share of places that are lattices."""
+
+    across: float
+    up: float
+    lattice: float
+
+
+@dataclass(frozen=True)
+class Signed:
+    """Distances from local planes: mean, standard deviation, RMS, median; 95 % of their size."""
+
+    count: int
+    mean: float
+    std: float
+    rms: float
+    median: float
+    q95: float
+
+
+@dataclass(frozen=True)
+class C2C:
+    """Distances of a cloud of ``count`` points with a neighbour within the limit [m].
+
+    beyond : share without; floor and pitches are None where no surface was found; debiased : RMS
+    across the surface [m], None where nothing is left beside sampling; plane : None where no plane
+    was found; sample (k, 4) : points and their distances; places (p, 3) and normals (p, 3) : where
+    the surface was looked at, NaN where it is none.
+    """
+
+    limit: float
+    count: int
+    beyond: float
+    mean: float | None
+    std: float | None
+    rms: float | None
+    median: float | None
+    q95: float | None
+    floor: Floor | None
+    model: str | None
+    pitch_a: Pitch | None
+    pitch_b: Pitch | None
+    debiased: float | None
+    plane: Signed | None
+    sentences: tuple[str, ...]
+    tally: Tally
+    sample: Array
+    places: Array
+    normals: Array
+
+
+def cloud_to_cloud(
+    compared: Stream,
+    reference: Stream,
+    limit: float,
+    *,
+    viewpoint: Array | None = None,
+    size: int = SIZE,
+    progress: Callable[[int], None] = lambda points: None,
+) -> C2C:
+    """Distances from every point of a cloud to the nearest of a reference within a limit [m].
+
+    viewpoint (3,) : distances from local planes are positive towards it; size : points of a cloud
+    in memory at a time; progress : called with the number of points done.
+
+    Raises
+    ------
+    ValueError : the limit is not a length.
+    """
+    work = _Work(limit, viewpoint)
+    for part in parts(compared, reference, limit, size):
+        work.take(part, progress)
+    own = Sample(_OWN, 3)
+    own.add(np.concatenate([np.empty((0, 3)), *work.places]))
+    patterns = [
+        pattern(Neighbours(part.reference), places)
+        for part in parts(in_memory(own.rows), compared, limit, size)
+        for places in part.queries()
+    ]
+    return work.result(Pattern.join(patterns))
+
+
+class _Work:
+    """What has been gathered so far."""
+
+    def __init__(self, limit: float, viewpoint: Array | None) -> None:
+        self.limit, self.viewpoint = limit, viewpoint
+        self.tally = Tally(0.0, limit)
+        self.signed = Tally(-limit, limit)
+        self.sizes = Tally(0.0, limit)
+        self.sample = Sample(_MAP, 4)
+        self.patterns: list[Pattern] = []
+        self.places: list[Array] = []
+        self.weights: list[Array] = []
+        self.done = 0
+
+    def take(self, part: Part, progress: Callable[[int], None]) -> None:
+        """Distances, planes and patterns of one part."""
+        tree = Neighbours(part.reference)
+        for chunk in part.queries():
+            distances, _ = tree.query(chunk, self.limit)
+            self.tally.add(distances)
+            near = np.isfinite(distances)
+            settled = chunk[near]
+            self.sample.add(np.column_stack([settled, distances[near]]))
+            if len(settled):
+                self._look(tree, settled)
+            self.done += len(chunk)
+            progress(self.done)
+
+    def _look(self, tree: Neighbours, settled: Array) -> None:
+        """Patterns and planes at some of the points that have a neighbour."""
+        some = min(len(settled), max(_PLACES, len(settled) * _PLACES // 1_000_000))
+        places = settled[np.linspace(0, len(settled) - 1, some).astype(np.int64)]
+        self.patterns.append(pattern(tree, places))
+        self.places.append(places)
+        self.weights.append(np.full(some, len(settled) / some))
+        left = _PLANES - self.signed.count
+        if left > 0:
+            # the further on, the fewer: every chunk gets at most a quarter of what is left
+            step = max(1, -(-4 * len(settled) // max(left, 1)))
+            signed = plane_distances(tree, settled[::step], self.limit, self.viewpoint)
+            self.signed.add(signed)
+            self.sizes.add(np.abs(signed))
+
+    def result(self, own: Pattern) -> C2C:
+        """All figures."""
+        found = Pattern.join(self.patterns)
+        places = np.concatenate([np.empty((0, 3)), *self.places])
+        weights = np.concatenate([np.empty(0), *self.weights])
+        floor, model = _floor(found, weights)
+        t = self.tally
+        some = t.count > 0
+        rms = t.rms if some else None
+        pitch_b = _pitch(found)
+        debiased = _debiased(rms, floor)
+        return C2C(
+            limit=self.limit,
+            count=t.count,
+            beyond=t.share_beyond,
+            mean=t.mean if some else None,
+            std=t.std if some else None,
+            rms=rms,
+            median=t.quantile(0.5) if some else None,
+            q95=t.quantile(0.95) if some else None,
+            floor=floor,
+            model=model,
+            pitch_a=_pitch(own),
+            pitch_b=pitch_b,
+            debiased=debiased,
+            plane=self._plane(),
+            sentences=tuple(_sentences(t, floor, pitch_b, debiased, self.limit)),
+            tally=t,
+            sample=self.sample.rows,
+            places=places,
+            normals=found.normal,
+        )
+
+    def _plane(self) -> Signed | None:
+        s = self.signed
+        if s.count == 0:
+            return None
+        return Signed(s.count, s.mean, s.std, s.rms, s.quantile(0.5), self.sizes.quantile(0.95))
+
+
+def _floor(found: Pattern, weights: Array) -> tuple[Floor | None, str | None]:
+    """The floor over all places, each for as many points as it stands for; what it rests on."""
+    known = found.known
+    if not known.any():
+        return None, None
+    weight = weights[known]
+    mean = float(np.average(found.mean[known], weights=weight))
+    square = float(np.average(found.square[known], weights=weight))
+    regular = float(np.average(found.lattice[known], weights=weight))
+    return Floor.from_moments(mean, square), "lattice" if regular > _MOSTLY else "measured"
+
+
+def _pitch(found: Pattern) -> Pitch | None:
+    """Medians over the lattices if most places are on one, else over all places."""
+    known = found.known
+    if not known.any():
+        return None
+    share = float(found.lattice[known].mean())
+    rows = found.lattice if share > _MOSTLY else known
+    across, up = np.median(found.pitch[rows], axis=0)
+    return Pitch(float(across), float(up), share)
+
+
+def _debiased(rms: float | None, floor: Floor | None) -> float | None:
+    """What is left of the RMS across the surface; None if nothing."""
+    if rms is None or floor is None or rms <= floor.rms:
+        return None
+    return float(np.sqrt(rms**2 - floor.rms**2))
+
+
+def _sentences(
+    tally: Tally, floor: Floor | None, pitch: Pitch | None, debiased: float | None, limit: float
+) -> list[str]:
+    """What to know before these figures are used."""
+    if tally.count == 0:
+        return ["no point of the compared cloud has a neighbour within the limit"]
+    said = []
+    if tally.count < _FEW:
+        said.append(f"only {tally.count} points have a neighbour within the limit")
+    if floor is None or pitch is None:
+        return [*said, "no surface was found around the points: the sampling floor is not known"]
+    if pitch.lattice <= _MOSTLY:
+        said.append("the reference is no lattice here: its floor was measured on its points")
+    if debiased is None:
+        said.append("the RMS is not above the sampling floor: nothing but sampling is left in it")
+    elif debiased > _COARSE * min(pitch.across, pitch.up):
+        said.append(
+            "the points scatter across the surface by more than a quarter of the pitch, so that "
+            "the nearest one is often nearer than the surface: the debiased RMS is too small"
+        )
+    if np.hypot(pitch.across, pitch.up) / 2 > limit:
+        said.append("the limit is less than half of a cell of the reference: it cuts the floor")
+    return said
