@@ -307,7 +307,8 @@ class Cloud:
         for scan in self.scans[1:]:
             names = set(scan.scan.names)
             shared = [f for f in shared if f.name in names]
-        extra, facts = [], {"frame": self.frame.kind}
+        extra: list[Field] = []
+        facts: dict[str, str] = {"frame": self.frame.kind}
         if len(self.scans) > 1:
             extra.append(Field("station", "uint16", description="number of the scan, from 0"))
             facts["stations"] = "; ".join(f"{k} {s.name}" for k, s in enumerate(self.scans))
