@@ -75,6 +75,24 @@ def test_the_most_planar_scale_is_taken() -> None:
         assert alone.planarity[0] <= found.planarity[0] + 1e-12
 
 
+def test_normals_and_scales_by_brute_force() -> None:
+    rng = np.random.default_rng(9)
+    cloud = plane(rng, (0.2, -0.9, 0.3), 0.0, 20_000, sigma=0.004, origin=UTM)
+    core, scales = cloud[:40], (0.2, 0.5)
+    found = core_normals(whole(cloud, most=7000), core, scales, direction=np.array([0, -1.0, 0]))
+    for k in range(40):
+        best = {}
+        for scale in scales:
+            near = cloud[np.linalg.norm(cloud - core[k], axis=1) <= scale / 2] - core[k]
+            values, axes = np.linalg.eigh(np.cov(near.T))
+            best[(values[1] - values[0]) / values[2]] = (scale, axes[:, 0], values[0], len(near))
+        scale, normal, least, count = best[max(best)]
+        assert (found.scale[k], found.count[k]) == (scale, count)
+        assert found.planarity[k] == pytest.approx(max(best))
+        assert found.roughness[k] == pytest.approx(np.sqrt(least))
+        assert found.vectors[k] == pytest.approx(-normal * np.sign(normal[1]), abs=1e-9)
+
+
 def test_no_normal_from_few_points_or_a_line() -> None:
     line = np.linspace(0, 1, 50)[:, None] * [1.0, 2.0, 0.5]
     assert np.isnan(core_normals(whole(line), line[:2], [3.0]).vectors).all()

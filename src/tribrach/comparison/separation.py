@@ -54,12 +54,13 @@ class Separation:
 
     reference (3,) : X_0, the middle of the patches; pose (6,) : q, shift [m] of the second cloud
     against the first and its turn [rad], zero along what is not seen; covariance (6, 6) of q from
-    the patches, as far as seen, times the variance factor where that is significant; predicted (6, 6) of q from the stations; seen (6, r), unseen
-    (6, 6 - r) : directions of q, turns in metres at the mean lever; lever : [m].
+    the patches, as far as seen, times the variance factor where that is significant; predicted
+    (6, 6) of q from the stations; seen (6, r), unseen (6, 6 - r) : directions of q, turns in metres
+    at the mean lever; lever : [m].
     residual (p,) : e; local : its RMS per degree of freedom [m]; excess : what of it the noise of
     the patches does not explain [m]; noise (2,) : RMS spread within the patches [m]; factor :
     ``e^T P e / (p - r)``; statistic, probability : of q against its prediction, chi-square with r
-    degrees of freedom, and of the patches' noise against the residuals (``fit_probability``).
+    degrees of freedom; fit_probability : of such residuals from the noise of the patches alone.
     """
 
     reference: Array

@@ -1,0 +1,97 @@
+"""What other programs take in of our uncertainty: py4dgeo's M3C2-EP, CloudCompare's precision maps.
+
+py4dgeo moves the second cloud by ``x' = A (x - x_0) + t + x_0`` and wants the covariance (12, 12)
+of the elements of A row by row, then of t, and the reference x_0. The errors of a rigid motion are
+``dA = [q_r]x A`` and ``dt = q_t + q_r x t``, with q the relative pose about x_0: rank six in twelve
+unknowns. It takes the noise of a scanner as one sigma of ranges and two of angles.
+
+CloudCompare's precision maps take three scalar fields of each cloud, the sigmas along x, y, z in
+any unit: `SIGMA_FIELDS` of the clouds that Tribrach delivers, scale 1 for metres. They hold the
+station's part too; correlations are not asked for, and both clouds count as independent.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.cloud.placement import Placement
+from tribrach.comparison.station_pair import StationPair
+from tribrach.errors import InputError
+from tribrach.geometry.pose import Pose
+from tribrach.geometry.rotation import skew
+
+__all__ = ["SIGMA_FIELDS", "Alignment", "alignment", "scan_position"]
+
+Array = NDArray[np.float64]
+
+#: fields of delivered clouds that precision maps are made of, along x, y, z [m]
+SIGMA_FIELDS = ("sigma_x", "sigma_y", "sigma_z")
+
+
+@dataclass(frozen=True)
+class Alignment:
+    """A transformation of the second cloud with its uncertainty, as py4dgeo's M3C2-EP takes it.
+
+    matrix (3, 4); covariance (12, 12) of its elements a11, a12, a13, a21 .. a33, then tx, ty, tz
+    [m]; reference (3,) : x_0 [m].
+    """
+
+    matrix: Array
+    covariance: Array
+    reference: Array
+
+    @property
+    def arguments(self) -> dict[str, Array]:
+        """Keyword arguments of ``py4dgeo.M3C2EP``."""
+        return {"tfM": self.matrix, "Cxx": self.covariance, "refPointMov": self.reference}
+
+    def json(self) -> str:
+        """The same as text, under the names of py4dgeo."""
+        return json.dumps({name: value.tolist() for name, value in self.arguments.items()}) + "\n"
+
+
+def alignment(stations: StationPair, reference: Array, motion: Pose | None = None) -> Alignment:
+    """The uncertainty of the second station against the first for py4dgeo.
+
+    reference (3,) : near the clouds, in their frame [m]; motion : what the second cloud still has
+    to be moved by, nothing if it is in the frame of the first, as clouds of one project are.
+    """
+    rotation = np.eye(3) if motion is None else motion.rotation
+    # x' = R x + s, written about the reference
+    shift = np.zeros(3) if motion is None else motion @ reference - reference
+    to_elements = np.zeros((12, 6))
+    for k in range(3):
+        turn = skew(np.eye(3)[k])
+        to_elements[:9, 3 + k] = (turn @ rotation).ravel()
+        to_elements[9:, 3 + k] = turn @ shift
+    to_elements[9:, :3] = np.eye(3)
+    covariance = to_elements @ stations.relative(reference) @ to_elements.T
+    return Alignment(np.column_stack([rotation, shift]), covariance, np.asarray(reference, float))
+
+
+def scan_position(placement: Placement, length: float) -> dict[str, Any]:
+    """One entry of py4dgeo's scan positions: origin [m], sigmas of range [m] and of angles [rad].
+
+    length : the typical range [m]; range-dependent noise and the place within the beam's footprint
+    are taken there, as the format has constants.
+
+    Raises
+    ------
+    InputError : the scan's origin is not known, or the range is not positive.
+    """
+    noise = placement.noise
+    if noise is None or not length > 0:
+        raise InputError(f"scan {placement.station} has no known origin, or no positive range")
+    at = np.array([length])
+    beam = float(noise.beam_angle(at)[0])
+    return {
+        "origin": placement.pose.translation.tolist(),
+        "sigma_range": float(noise.range_sigma(at)[0]),
+        "sigma_scan": float(np.hypot(noise.vertical, beam)),
+        "sigma_yaw": float(np.hypot(noise.horizontal, beam)),
+    }
