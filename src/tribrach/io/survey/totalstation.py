@@ -168,12 +168,12 @@ def reduce_file(raw: RawFile) -> ReducedFile:
 def corrected(raw: RawFile) -> Array:
     """Distances (n,) with prism constant and atmospheric correction [m].
 
-    Where the file has no parts per million but the air, they follow from the air.
+    ``D (1 + ppm) + c``; where the file has no parts per million but the air, they follow from it.
     """
     shots = raw.shots
     air = first_velocity_ppm(shots.temperature_c, shots.pressure_hpa, shots.humidity_percent)
     ppm = np.where(np.isnan(shots.ppm), air, shots.ppm)
-    full = (shots.distance + np.nan_to_num(shots.prism)) * (1 + 1e-6 * np.nan_to_num(ppm))
+    full = shots.distance * (1 + 1e-6 * np.nan_to_num(ppm)) + np.nan_to_num(shots.prism)
     result: Array = np.where(shots.applied, shots.distance, full)
     return result
 
