@@ -17,7 +17,7 @@ from numba import njit, prange
 from numpy.typing import NDArray
 from scipy.special import erf
 
-__all__ = ["EdgePoints", "locate_edge"]
+__all__ = ["ASTRAY", "BLURS", "BLUR_SHARE", "EdgePoints", "locate_edge", "messages"]
 
 Array = NDArray[np.float64]
 Kinds = NDArray[np.int8]
@@ -27,10 +27,10 @@ _NODES, _ROUNDS, _REACH = 17, 8, 4.0
 #: light nearer to plain white or black than this share of the swing says only the side
 _PLAIN = 0.06
 #: share of points that obey nothing of this (dirt, damaged print)
-_ASTRAY = 0.01
+ASTRAY = 0.01
 #: the blur is foretold to within this share of itself, and tried at these multiples
-_BLUR_SHARE = 0.3
-_BLURS = np.exp(_BLUR_SHARE * np.array([-1.2, 0.0, 1.2]))
+BLUR_SHARE = 0.3
+BLURS = np.exp(BLUR_SHARE * np.array([-1.2, 0.0, 1.2]))
 #: beams are between a Gaussian and a uniform disc of the same variance; in sigmas of the footprint,
 #: what they differ by at the same level of light is half of the difference, common to a row
 _PROFILE = 0.06
@@ -65,11 +65,12 @@ def locate_edge(points: EdgePoints, shift: float, turn: float) -> tuple[Array, A
     shift, turn : how far from the presumed place the edge is looked for.
     """
     mean, reach = np.zeros(2), np.array([shift, turn])
-    plain = max(_PLAIN, 3 * points.noise)
-    told = [_messages(points, plain, points.blur * share) for share in _BLURS]
+    told = [
+        messages(points.level, points.noise, points.blur * share, points.jitter) for share in BLURS
+    ]
     for _ in range(_ROUNDS):
         nodes = [m + np.linspace(-1, 1, _NODES) * r for m, r in zip(mean, reach, strict=True)]
-        score = np.empty((len(_BLURS), _NODES, _NODES))
+        score = np.empty((len(BLURS), _NODES, _NODES))
         for k, (place, sigma, kind) in enumerate(told):
             away = points.across - mean[0] - mean[1] * points.along
             margin = kind * (away - place) - reach[0] - reach[1] * np.abs(points.along)
@@ -77,8 +78,8 @@ def locate_edge(points: EdgePoints, shift: float, turn: float) -> tuple[Array, A
             lot = points.along[n], points.across[n], place[n], sigma[n], kind[n]
             _score(*lot, nodes[0], nodes[1], score[k])
             # a density of light is one of places times the blur
-            share = np.log(_BLURS[k])
-            score[k] += (kind == 0).sum() * share - 0.5 * (share / _BLUR_SHARE) ** 2
+            share = np.log(BLURS[k])
+            score[k] += (kind == 0).sum() * share - 0.5 * (share / BLUR_SHARE) ** 2
         weight = np.exp(score - score.max()).sum(axis=0)
         mean, covariance = _moments(weight / weight.sum(), nodes[0], nodes[1])
         step, before = 2 * reach / (_NODES - 1), reach
@@ -89,18 +90,21 @@ def locate_edge(points: EdgePoints, shift: float, turn: float) -> tuple[Array, A
     return mean, covariance
 
 
-def _messages(points: EdgePoints, plain: float, blur: float) -> tuple[Array, Array, Kinds]:
+def messages(
+    level: Array, noise: float, blur: Array | float, jitter: Array | float
+) -> tuple[Array, Array, Kinds]:
     """What each point says of its distance from the edge.
 
-    Place (n,) and sigma (n,) of that distance, kind (n,) : 0 where it is told, 1 or -1 where it is
-    only told to be more, or less, than the place.
+    level (n,), noise, blur, jitter [m] as of :class:`EdgePoints`, the last two also for each point.
+    Place (n,) and sigma (n,) of that distance [m], kind (n,) : 0 where it is told, 1 or -1 where it
+    is only told to be more, or less, than the place.
     """
-    width = float(np.hypot(points.jitter, _PROFILE * blur))
-    level = points.level
+    plain = max(_PLAIN, 3 * noise)
+    width = np.hypot(jitter, _PROFILE * blur)
     kind = np.where(level > 1 - plain, 1, np.where(level < plain - 1, -1, 0)).astype(np.int8)
     place = np.interp(np.clip(level, plain - 1, 1 - plain), _LEVELS, _PLACES)
     slope = np.interp(place, _PLACES, _SLOPES) / blur
-    sigma = np.where(kind == 0, np.hypot(width, points.noise / slope), width)
+    sigma = np.where(kind == 0, np.hypot(width, noise / slope), width)
     return place * blur, sigma, kind
 
 
@@ -114,9 +118,9 @@ def _score(along, across, place, sigma, kind, shifts, turns, out):  # type: igno
                 distance = across[n] - shifts[i] - turns[j] * along[n]
                 z = (distance - place[n]) / sigma[n]
                 if kind[n] == 0:
-                    total += log(exp(-0.5 * z * z) + _ASTRAY)
+                    total += log(exp(-0.5 * z * z) + ASTRAY)
                 else:
-                    total += log(0.5 * erfc(-kind[n] * z / sqrt(2.0)) + _ASTRAY)
+                    total += log(0.5 * erfc(-kind[n] * z / sqrt(2.0)) + ASTRAY)
             out[i, j] = total
 
 

@@ -1,4 +1,4 @@
-"""The edge of a printed disc in the light of points of its plane: least squares or posterior.
+"""The edge of a printed disc in the light of points of its plane, by least squares.
 
 ``I = I1 + g Phi((R - s^2/(2R) - |x - c|) / s)``: two levels of light and the circular edge between
 them, blurred by the footprint. Seen under the incidence angle i the footprint is longer by 1/cos i
@@ -9,14 +9,12 @@ Points near the edge are uncertain by their angles as well, by how much they tel
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import erf
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-__all__ = ["PATCH", "DiscShape", "EdgeFit", "departure", "light_of", "posterior", "solve"]
+__all__ = ["PATCH", "DiscShape", "EdgeFit", "departure", "light_of", "solve"]
 
 Array = NDArray[np.float64]
 
@@ -34,8 +32,6 @@ _MISFIT, _WIDENED = 0.03, 0.35
 _TRIM = 4.0
 #: jitters tried over the foretold one, and how well that is foretold (logarithm)
 _JITTERS, _JITTER_SHARE = np.exp(np.linspace(-3.0, 1.0, 13)), 0.7
-#: cells of the posterior along one axis, blurs tried over the likeliest, limit of a square
-_CELLS, _BLURS, _CAP = 27, np.exp([-0.6, -0.3, 0.0, 0.3, 0.6]), 16.0
 
 
 @dataclass(frozen=True)
@@ -192,81 +188,6 @@ def _jitter(v: Array, edge: Array, noise: Array, foretold: float) -> float:
     square = np.minimum(v[on] ** 2, (_TRIM**2) * variance)
     cost = (np.log(variance) + square / variance).sum(axis=1)
     return float(sizes[np.argmin(cost + (np.log(_JITTERS) / _JITTER_SHARE) ** 2)])
-
-
-def posterior(flat: Array, light: Array, fit: EdgeFit, shape: DiscShape) -> tuple[Array, Array]:
-    """Mean (2,) and covariance (2, 2) of the centre over all that points allow.
-
-    Where points are far apart light is a step between them and any edge that passes between the
-    same points fits as well: the likelihood is summed over a grid of centres around the fit, blurs
-    averaged, light levels solved for, and once more around what is left of it.
-    """
-    away = np.hypot(*(flat - fit.p[:2]).T)
-    inside = away < PATCH * shape.radius
-    take = inside.copy()
-    spread = np.sqrt(np.diag(fit.covariance)[:2])
-    reach = np.minimum(np.maximum(5 * spread, 0.7 * shape.pitch), 0.6 * shape.radius)
-    margin = 2 * float(reach.max()) + 5 * shape.blur
-    far = np.flatnonzero(inside & (np.abs(away - shape.radius) > margin))
-    # plain print tells levels only, and some of it will do
-    take[far[np.arange(len(far)) % max(1, len(far) // 200) > 0]] = False
-    x, i, mean, covariance = flat[take], light[take], fit.p[:2], np.diag(spread**2)
-    share = min(shape.blur_share, 0.5)
-    known = (float(fit.p[3]), fit.noise, fit.jitter, shape.radius, shape.slope, _CAP)
-    axis = np.linspace(-1, 1, _CELLS)
-    for _ in range(4):
-        grid = mean + np.stack(np.meshgrid(axis, axis), axis=2).reshape(-1, 2) * reach
-        table = np.empty((len(grid), len(_BLURS)))
-        _likelihood(x, i, grid, shape.blur * _BLURS, share, *known, table)
-        log = np.logaddexp.reduce(table, axis=1)
-        weight = np.exp(log - log.max())
-        weight /= weight.sum()
-        mean = weight @ grid
-        d = grid - mean
-        covariance = (d * weight[:, None]).T @ d
-        # a posterior narrower than a cell is looked at more closely, never taken for nothing
-        reach = np.maximum(4.5 * np.sqrt(np.diag(covariance)), 3 * reach / _CELLS)
-    return mean, covariance
-
-
-@njit(cache=True, nogil=True)
-def _likelihood(x, light, grid, blurs, share, gain, noise, jitter, radius, slope, cap, out):  # type: ignore[no-untyped-def]
-    """Logarithm (k, blurs) for centres (k, 2) and blurs [m], light levels solved for."""
-    n = len(x)
-    inside, weight = np.empty(n), np.empty(n)
-    plain, root = 1 / noise**2, np.log(noise**2)
-    for k in range(len(grid)):
-        for m in range(len(blurs)):
-            w0, w1, w2, r0, r1, total = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-            for i in range(n):
-                dx, dy = x[i, 0] - grid[k, 0], x[i, 1] - grid[k, 1]
-                away = max(np.sqrt(dx * dx + dy * dy), 1e-9)
-                fall = (dx * slope[0] + dy * slope[1]) / away
-                s = blurs[m] * np.sqrt(1 + fall * fall)
-                u = (radius - s * s / (2 * radius) - away) / s
-                if abs(u) > 5:
-                    inside[i], weight[i] = (1.0 if u > 0 else 0.0), plain
-                    total += root
-                else:
-                    inside[i] = 0.5 * (1 + erf(u * np.sqrt(0.5)))
-                    steep = gain * np.exp(-0.5 * u * u) / (np.sqrt(2 * np.pi) * s)
-                    variance = noise**2 + (jitter * steep) ** 2
-                    variance += 4 * (_MISFIT * gain) ** 2 * inside[i] * (1 - inside[i])
-                    weight[i] = 1 / variance
-                    total += np.log(variance)
-                w, f = weight[i], inside[i]
-                w0 += w
-                w1 += w * f
-                w2 += w * f * f
-                r0 += w * light[i]
-                r1 += w * f * light[i]
-            determinant = max(w0 * w2 - w1 * w1, 1e-12 * w0 * w0)
-            level, rise = (w2 * r0 - w1 * r1) / determinant, (w0 * r1 - w1 * r0) / determinant
-            for i in range(n):
-                total += min((light[i] - level - rise * inside[i]) ** 2 * weight[i], cap)
-            out[k, m] = (
-                -0.5 * total - 0.5 * (np.log(blurs[m] / blurs[len(blurs) // 2]) / share) ** 2
-            )
 
 
 def departure(flat: Array, light: Array, fit: EdgeFit, shape: DiscShape) -> tuple[float, float]:

@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from tribrach.targets.board_plane import BoardPlane, fit_board_plane
+from tribrach.targets.disc_center import posterior
 from tribrach.targets.disc_edge import (
     PATCH,
     DiscShape,
     EdgeFit,
     departure,
     light_of,
-    posterior,
     solve,
 )
 from tribrach.targets.disc_surface import bend, distance
@@ -48,8 +48,6 @@ _COVERAGE, _SHOWN = 0.6, 0.8
 _RETRO = 5e-3
 #: a print's radius is known to this share of it
 _RADIUS_SHARE = 0.005
-#: up to this many points the posterior is summed
-_FEW = 700
 
 
 @dataclass(frozen=True)
@@ -255,10 +253,7 @@ class _Patch:
         solved = solve(flat, light, free.p[:4], known)
         if solved is None:
             return NoDisc("the fit of its edge does not converge")
-        centre, spread = solved.p[:2], solved.covariance[:2, :2]
-        within = np.hypot(*(flat - centre).T) < PATCH * self.radius
-        if within.sum() < _FEW or known.coarse:
-            centre, spread = posterior(flat, light, solved, known)
+        centre, spread = posterior(flat, light, solved, known)
         return self._measured(solved, free, centre, spread, floor)
 
     def _doubt(self, flat: Array, light: Array, fit: EdgeFit) -> NoDisc | None:
