@@ -250,6 +250,9 @@ def _sentences(
             "the points scatter across the surface by more than a quarter of the pitch, so that "
             "the nearest one is often nearer than the surface: the debiased RMS is too small"
         )
-    if np.hypot(pitch.across, pitch.up) / 2 > limit:
-        said.append("the limit is less than half of a cell of the reference: it cuts the floor")
+    if floor.mean + 2 * floor.std > limit:
+        said.append(
+            f"the reference is too thin for the limit of {1e3 * limit:g} mm, which cuts distances "
+            f"off that the floor has: give {1e3 * (floor.mean + 3 * floor.std):.0f} mm or more"
+        )
     return said

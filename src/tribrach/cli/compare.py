@@ -1,0 +1,89 @@
+"""The command compare: two clouds against each other, with the floor beside every figure."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from tribrach.cli.shell import app, guarded, shown
+from tribrach.comparison.results import comparison_json
+from tribrach.io.outputs import write_texts
+from tribrach.io.site_table import read_sites
+from tribrach.report import tables
+from tribrach.report.comparison_page import (
+    comparison_page,
+    comparison_sentences,
+    comparison_tables,
+)
+from tribrach.stages.cloud_file import open_cloud
+from tribrach.stages.comparing import LIMIT, Method, compare_clouds
+
+__all__ = ["compare"]
+
+#: terminals with as many columns show all columns of the tables
+_WIDE = 118
+
+
+@app.command()
+def compare(
+    a: Annotated[Path, typer.Argument(metavar="A", help="The compared cloud.")],
+    b: Annotated[Path, typer.Argument(metavar="B", help="The reference.")],
+    sites_file: Annotated[
+        Path | None,
+        typer.Option("--sites", help="Test sites as CSV: name,x,y,z,radius or name,xmin,...,zmax."),
+    ] = None,
+    method: Annotated[
+        Method, typer.Option(help="Nearest points, along normals, or both.")
+    ] = "both",
+    poses: Annotated[
+        Path | None,
+        typer.Option(help="The poses.json of the clouds; else the one in their folder."),
+    ] = None,
+    limit: Annotated[
+        float, typer.Option(min=1e-4, max=100, help="Longest distance that is compared [m].")
+    ] = LIMIT,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write it as JSON.")] = None,
+    html_file: Annotated[
+        Path | None, typer.Option("--html", help="Write a page with map and histogram.")
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+) -> None:
+    """Compare two clouds, on test sites or as a whole, with the sampling floor beside."""
+
+    def work() -> None:
+        sites = [] if sites_file is None else read_sites(sites_file)
+        one, two = open_cloud(a, poses), open_cloud(b, poses)
+        with shown(quiet) as progress:
+            found = compare_clouds(one, two, sites, method=method, limit=limit, progress=progress)
+        texts = {}
+        if json_file is not None:
+            data = comparison_json(a.name, b.name, limit, found)
+            texts[json_file] = json.dumps(data, indent=1, allow_nan=False) + "\n"
+        if html_file is not None:
+            texts[html_file] = comparison_page(a.name, b.name, limit, found)
+        write_texts(texts)
+        if quiet:
+            return
+        console = Console()
+        for table in comparison_tables(found):
+            console.print(_printed(table if console.width >= _WIDE else table.narrow()))
+        for sentence in comparison_sentences(found):
+            console.print(f"! {sentence}", markup=False)
+
+    guarded(work)
+
+
+def _printed(table: tables.Table) -> Table:
+    """A table of the report as the terminal shows it."""
+    out = Table(title=table.title, title_justify="left")
+    for column in table.columns:
+        head = f"{column.head}\n{column.unit}" if column.unit else column.head
+        out.add_column(head, justify="right" if column.numeric else "left")
+    for row in table.rows:
+        out.add_row(*(cell.text for cell in row.cells))
+    return out

@@ -1,0 +1,170 @@
+"""Two clouds in files against each other, site by site or as a whole."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.comparison.c2c import C2C, cloud_to_cloud
+from tribrach.comparison.cloud_parts import plain
+from tribrach.comparison.core_points import core_points
+from tribrach.comparison.m3c2 import Settings, m3c2
+from tribrach.comparison.results import M3C2Figures, SiteResult
+from tribrach.comparison.sites import Site, cut, seen_from
+from tribrach.comparison.streams import Stream
+from tribrach.errors import InputError
+from tribrach.stages.cloud_file import CloudFile, refuse_other_frames
+
+__all__ = ["LIMIT", "Method", "compare_clouds"]
+
+Array = NDArray[np.float64]
+Method = Literal["c2c", "m3c2", "both"]
+
+#: distances beyond are no differences of one surface [m]
+LIMIT = 0.2
+#: the whole of both clouds, where no sites are given
+_ALL = "all"
+#: cylinders are this wide over the root of the area per point: 28 points, more than twenty
+_CYLINDER = 6.0
+#: neighbourhoods for normals over the width of cylinders, and over the roughness (Lague 2013)
+_WIDER, _ROUGH = 2.0, 25.0
+
+
+@dataclass(frozen=True)
+class _Pair:
+    """Streams of one site: A in it, A and B also within the limit around it."""
+
+    name: str
+    compared: Stream
+    around: Stream
+    reference: Stream
+
+
+def compare_clouds(
+    a: CloudFile,
+    b: CloudFile,
+    sites: Sequence[Site] = (),
+    *,
+    method: Method = "both",
+    limit: float = LIMIT,
+    progress: Callable[[str, int, int | None], None] = lambda what, done, total: None,
+) -> list[SiteResult]:
+    """Compare cloud A with B, the reference, on every site, or as a whole without sites.
+
+    limit [m] : up to which distance points and surfaces belong together; progress : called with
+    what is done, points so far, points in all.
+
+    Raises
+    ------
+    InputError : damaged files, frames that differ, nothing of A within the limit of B.
+    """
+    refuse_other_frames(a, b)
+    results = [
+        _compare(pair, a, b, method, limit, progress)
+        for pair in _pairs(a, b, sites, limit, progress)
+    ]
+    if not any(r.c2c is not None and r.c2c.count for r in results):
+        raise InputError(
+            f"no point of {a.path.name} is within {limit:g} m of {b.path.name}"
+            + (" on any site" if sites else ""),
+            file=a.path,
+            cure="check that both are in one frame, or give a larger limit",
+        )
+    return results if method != "m3c2" else [replace(r, c2c=None) for r in results]
+
+
+def _pairs(
+    a: CloudFile,
+    b: CloudFile,
+    sites: Sequence[Site],
+    limit: float,
+    progress: Callable[[str, int, int | None], None],
+) -> Iterator[_Pair]:
+    """The points of every site; each cloud is read once for all sites."""
+    if not sites:
+        yield _Pair(_ALL, a.stream, a.stream, b.stream)
+        return
+    with tempfile.TemporaryDirectory(prefix="tribrach-") as name:
+        spools = []
+        for side, cloud in (("a", a), ("b", b)):
+            folder = Path(name) / side
+            folder.mkdir()
+            told = partial(_tell, progress, f"sites of {cloud.path.name}", cloud.records)
+            spools.append(cut(cloud.stream, sites, folder, limit, told))
+        for number, site in enumerate(sites):
+            around, reference = (spool.stream(number) for spool in spools)
+            yield _Pair(site.name, _within(around, site), around, reference)
+
+
+def _tell(
+    progress: Callable[[str, int, int | None], None], what: str, total: int | None, done: int
+) -> None:
+    """Progress with the number of points last."""
+    progress(what, done, total)
+
+
+def _within(stream: Stream, site: Site) -> Stream:
+    """Only the points inside of a site."""
+    return lambda: (chunk[site.inside(chunk)] for chunk in stream())
+
+
+def _compare(
+    pair: _Pair,
+    a: CloudFile,
+    b: CloudFile,
+    method: Method,
+    limit: float,
+    progress: Callable[[str, int, int | None], None],
+) -> SiteResult:
+    """One site."""
+    total = a.records if pair.name == _ALL else None
+    c2c = cloud_to_cloud(
+        pair.compared,
+        pair.reference,
+        limit,
+        viewpoint=a.scanner if b.scanner is None else b.scanner,
+        progress=partial(_tell, progress, f"distances on {pair.name}", total),
+    )
+    seen = [
+        None if cloud.scanner is None else seen_from(cloud.scanner, c2c.places, c2c.normals)
+        for cloud in (a, b)
+    ]
+    along = _along_normals(pair, b.scanner, c2c, limit) if method != "c2c" else None
+    n = c2c.tally.count + c2c.tally.beyond
+    return SiteResult(pair.name, n, seen[0], seen[1], c2c, along)
+
+
+def _along_normals(
+    pair: _Pair, scanner: Array | None, c2c: C2C, limit: float
+) -> M3C2Figures | None:
+    """M3C2 from B to A with cylinders and normals fit for both pitches; None without a surface."""
+    if c2c.pitch_a is None or c2c.pitch_b is None:
+        return None
+    area = max(p.across * p.up for p in (c2c.pitch_a, c2c.pitch_b))
+    cylinder = _CYLINDER * float(np.sqrt(area))
+    rough = 0.0 if c2c.plane is None else c2c.plane.std / np.sqrt(2)
+    settings = Settings(
+        scales=(max(_WIDER * cylinder, _ROUGH * rough),),
+        diameter=cylinder,
+        depth=limit,
+        scanner=scanner,
+        direction=None if scanner is not None else _facing(c2c.normals),
+    )
+    first, second = plain(pair.reference), plain(pair.around)
+    core = core_points(plain(pair.compared), cylinder)
+    return M3C2Figures.of(m3c2(first, second, core, settings))
+
+
+def _facing(normals: Array) -> Array:
+    """The direction (3,) along which most of the normals (n, 3) lie, either way."""
+    known = normals[np.isfinite(normals[:, 0])]
+    direction = np.linalg.eigh(known.T @ known)[1][:, -1]
+    facing: Array = direction * np.sign(direction[np.argmax(np.abs(direction))])
+    return facing
