@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tribrach.errors import InputError
 from tribrach.instruments.faces import axis_errors, fold, half_difference
 from tribrach.instruments.reduction import Readings, reduce
 from tribrach.instruments.rounds import adjust_repeats, adjust_rounds
@@ -206,21 +207,24 @@ def test_complete_rounds_are_plain_means():
     np.testing.assert_allclose(found.sigma_mean, found.sigma / 2)
 
 
-def test_incomplete_rounds_against_a_plain_least_squares():
+@pytest.mark.parametrize(("sets", "targets"), [(5, 6), (9, 4)])
+def test_incomplete_rounds_against_a_plain_least_squares(sets, targets):
     rng = np.random.default_rng(5)
-    truth, turns = rng.uniform(0, 2 * np.pi, 6), rng.uniform(0, 2 * np.pi, 5)
-    table = (truth + turns[:, None] + rng.normal(0, 2 * SEC, (5, 6))) % (2 * np.pi)
-    table[[0, 1, 1, 3, 4], [5, 0, 2, 3, 1]] = np.nan
+    truth, turns = rng.uniform(0, 2 * np.pi, targets), rng.uniform(0, 2 * np.pi, sets)
+    noise = rng.normal(0, 2 * SEC, (sets, targets))
+    table = (truth + turns[:, None] + noise) % (2 * np.pi)
+    table[[0, 1, 1, 3, 4], [3, 0, 2, 3, 1]] = np.nan
     found = adjust_rounds(table)
+    assert found.orientation[0] == 0
     s, t = np.nonzero(np.isfinite(table))
-    design = np.zeros((len(s), 11))
+    design = np.zeros((len(s), sets + targets))
     design[np.arange(len(s)), t] = 1
-    design[np.arange(len(s)), 6 + s] = 1
+    design[np.arange(len(s)), targets + s] = 1
     small = np.angle(np.exp(1j * (table[s, t] - truth[t] - turns[s])))
     x = np.linalg.lstsq(design, small, rcond=None)[0]
     v = small - design @ x
     np.testing.assert_allclose(found.residual[s, t], v, atol=1e-12)
-    assert found.dof == len(s) - 10
+    assert found.dof == len(s) - (sets + targets - 1)
     assert found.sigma == pytest.approx(np.sqrt(v @ v / found.dof), rel=1e-9)
 
 
@@ -271,6 +275,26 @@ def test_an_unmoved_circle_has_one_orientation():
     assert np.abs(np.angle(np.exp(1j * (reduced.directions.value - direction)))).max() < 5 * SEC
     np.testing.assert_allclose(reduced.zeniths.value, zenith, atol=5 * SEC)
     assert reduced.distances.readings.tolist() == [6] * 4
+
+
+def test_monitoring_of_many_sets_stays_small():
+    """Thousands of sets of a few targets are quick."""
+    n = 6000
+    rng = np.random.default_rng(10)
+    target = np.tile([A, B, C], n // 3)
+    h = np.tile([0.0, 1.0, 2.0], n // 3) + rng.normal(0, SEC, n)
+    found = reduce(readings(target, np.ones(n), h % (2 * np.pi), np.full(n, 1.5)))
+    (setup,) = found.setups
+    assert len(setup.sets) == n // 3
+    assert setup.rounds.sigma == pytest.approx(SEC, rel=0.05)
+
+
+def test_too_many_sets_of_too_many_targets():
+    n = 8000
+    target = np.zeros(n, dtype=np.int64)
+    target[1::2] = np.arange(1, n // 2 + 1)
+    with pytest.raises(InputError, match="too many for one table"):
+        reduce(readings(target, np.ones(n), np.full(n, 1.0), np.full(n, 1.5)))
 
 
 def test_nothing_to_pair():

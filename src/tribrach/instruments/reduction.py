@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tribrach.errors import InputError
 from tribrach.instruments.faces import AxisErrors, axis_errors, fold, half_difference
 from tribrach.instruments.rounds import Repeats, Rounds, adjust_repeats, adjust_rounds, wrapped
 from tribrach.instruments.sets import find_sets
@@ -23,6 +24,8 @@ Index = NDArray[np.int64]
 
 #: sets whose common targets differ by less were read with the circle unmoved [rad]
 UNMOVED = 1e-3
+#: sets times targets of one set-up
+MOST_CELLS = 10_000_000
 
 
 @dataclass(frozen=True)
@@ -123,7 +126,12 @@ class Reduction:
 
 
 def reduce(readings: Readings) -> Reduction:
-    """Pair faces, adjust rounds, average."""
+    """Pair faces, adjust rounds, average.
+
+    Raises
+    ------
+    InputError : a set-up with more sets and targets than a table holds.
+    """
     number = np.zeros(len(readings.setup), dtype=np.int64)
     closing = np.zeros(len(readings.setup), dtype=bool)
     for setup in np.unique(readings.setup):
@@ -210,6 +218,11 @@ def _rounds(cells: Cells, rows: Index) -> tuple[SetupReduction, Array]:
     """Rounds of one set-up, and its table of directions (s, t)."""
     targets, column = np.unique(cells.target[rows], return_inverse=True)
     sets, row = np.unique(cells.set[rows], return_inverse=True)
+    if len(sets) * len(targets) > MOST_CELLS:
+        raise InputError(
+            f"a set-up has {len(sets)} sets of {len(targets)} targets, too many for one table",
+            cure="split the file at the time of the set-up, or name the sets",
+        )
     tables = []
     for values, far in (
         (cells.direction, cells.far_direction),

@@ -59,22 +59,34 @@ def adjust_rounds(directions: Array) -> Rounds:
     misclosure = np.where(
         known, wrapped(directions - direction[None, :] - orientation[:, None]), 0.0
     )
-    per_set, per_target = known.sum(axis=1), known.sum(axis=0)
-    weight = np.where(per_target > 0, 1 / np.maximum(per_target, 1), 0.0)
-    # targets eliminated: what is left are the orientations of the sets
-    normal = np.diag(per_set.astype(float)) - (known * weight) @ known.T
-    right = misclosure.sum(axis=1) - (known * weight) @ misclosure.sum(axis=0)
-    change = np.linalg.pinv(normal, hermitian=True) @ right
-    rank = int(np.linalg.matrix_rank(normal, hermitian=True))
-    shift = weight * (misclosure - known * change[:, None]).sum(axis=0)
+    # the longer side is eliminated, so that the equations stay as small as the shorter one
+    if len(known) <= known.shape[1]:
+        change, shift, rank = _solve(known, misclosure)
+    else:
+        shift, change, rank = _solve(known.T, misclosure.T)
     # the first set keeps its orientation
     base = change[0] if len(change) else 0.0
     direction, orientation = direction + shift + base, orientation + change - base
     residual = wrapped(directions - direction[None, :] - orientation[:, None])
-    dof = int(known.sum()) - int((per_target > 0).sum()) - rank
+    per_target = known.sum(axis=0)
+    dof = int(known.sum()) - rank
     sigma = _sigma(residual, known, dof)
+    weight = np.where(per_target > 0, 1 / np.maximum(per_target, 1), 0.0)
     direction = np.where(per_target > 0, direction % (2 * np.pi), np.nan)
     return Rounds(direction, orientation, residual, sigma, sigma * np.sqrt(weight), dof)
+
+
+def _solve(known: NDArray[np.bool_], misclosure: Array) -> tuple[Array, Array, int]:
+    """Unknowns of rows and of columns of ``l = row + column``, and the rank of the whole."""
+    per_row, per_column = known.sum(axis=1), known.sum(axis=0)
+    weight = np.where(per_column > 0, 1 / np.maximum(per_column, 1), 0.0)
+    # columns eliminated: what is left are the rows
+    normal = np.diag(per_row.astype(float)) - (known * weight) @ known.T
+    right = misclosure.sum(axis=1) - (known * weight) @ misclosure.sum(axis=0)
+    rows = np.linalg.pinv(normal, hermitian=True) @ right
+    columns = weight * (misclosure - known * rows[:, None]).sum(axis=0)
+    rank = int(np.linalg.matrix_rank(normal, hermitian=True)) + int((per_column > 0).sum())
+    return rows, columns, rank
 
 
 def adjust_repeats(values: Array) -> Repeats:
