@@ -112,13 +112,19 @@ def _approximate(directions: Array, known: NDArray[np.bool_]) -> tuple[Array, Ar
     placed = np.zeros(t, dtype=bool)
     waiting = list(range(s))
     while waiting:
-        shared = [int((known[k] & placed).sum()) for k in waiting]
-        k = waiting.pop(int(np.argmax(shared)))
-        both = known[k] & placed
-        if both.any():
-            turn = np.exp(1j * (directions[k, both] - direction[both]))
-            orientation[k] = np.angle(turn.mean())
-        new = known[k] & ~placed
-        direction[new] = directions[k, new] - orientation[k]
-        placed |= known[k]
+        # the first one that is left begins a part of its own
+        linked = [waiting[0]]
+        while linked:
+            for k in linked:
+                both = known[k] & placed
+                if both.any():
+                    turn = np.exp(1j * (directions[k, both] - direction[both]))
+                    orientation[k] = np.angle(turn.mean())
+                new = known[k] & ~placed
+                direction[new] = directions[k, new] - orientation[k]
+                placed |= known[k]
+            done = set(linked)
+            waiting = [k for k in waiting if k not in done]
+            reached = (known[waiting] & placed).any(axis=1)
+            linked = [k for k, shares in zip(waiting, reached, strict=True) if shares]
     return orientation, direction
