@@ -149,7 +149,7 @@ class _Work:
         """Patterns and planes at some of the points that have a neighbour."""
         some = min(len(settled), max(_PLACES, len(settled) * _PLACES // 1_000_000))
         places = settled[np.linspace(0, len(settled) - 1, some).astype(np.int64)]
-        self.patterns.append(pattern(tree, places))
+        self.patterns.append(pattern(tree, places, self.limit))
         self.places.append(places)
         self.weights.append(np.full(some, len(settled) / some))
         left = _PLANES - self.signed.count

@@ -63,8 +63,11 @@ class Pattern:
         )
 
 
-def pattern(cloud: Neighbours, places: Array) -> Pattern:
-    """How the points of a cloud lie around places (n, 3) on or near its surface."""
+def pattern(cloud: Neighbours, places: Array, limit: float = np.inf) -> Pattern:
+    """How the points of a cloud lie around places (n, 3) on or near its surface.
+
+    limit [m] : distances beyond it have no part in the floor.
+    """
     count = len(places)
     figures = np.full((count, 9), np.nan)
     rest = np.arange(count)
@@ -74,13 +77,15 @@ def pattern(cloud: Neighbours, places: Array) -> Pattern:
             break
         rest = rest[:: -(-len(rest) * k // _MOST)]
         _, found = cloud.local_query(places[rest], k=k)
-        figures[rest] = _places(cloud.points, centred[rest], found, _disc(_DRAWS))
+        figures[rest] = _places(cloud.points, centred[rest], found, _disc(_DRAWS), limit)
         rest = rest[np.isnan(figures[rest, 0])]
     known = np.isfinite(figures[:, 0])
     pitch, lattice = figures[:, :2], figures[:, 2] > 0
     mean, square = figures[:, 3].copy(), figures[:, 4].copy()
-    mean[lattice] = lattice_mean(*pitch[lattice].T)
-    square[lattice] = lattice_square(*pitch[lattice].T)
+    # the closed form is that of whole cells
+    whole = lattice & (np.hypot(*pitch.T) / 2 <= limit)
+    mean[whole] = lattice_mean(*pitch[whole].T)
+    square[whole] = lattice_square(*pitch[whole].T)
     return Pattern(known, pitch, lattice, mean, square, figures[:, 5:8])
 
 
@@ -92,7 +97,7 @@ def _disc(count: int) -> Array:
 
 
 @njit(cache=True, parallel=True, nogil=True)
-def _places(points, places, found, disc):  # type: ignore[no-untyped-def]
+def _places(points, places, found, disc, limit):  # type: ignore[no-untyped-def]
     """Pitches, lattice or not, mean and square of the measured floor, normal; NaN if no plane."""
     out = np.full((len(places), 9), np.nan)
     for n in prange(len(places)):
@@ -106,7 +111,9 @@ def _places(points, places, found, disc):  # type: ignore[no-untyped-def]
         uv = _inner(near, axes, _INNER * radius)
         if len(uv) < _FEWEST or _lopsided(uv, _INNER * radius):
             continue
-        mean, square = _measured(uv, disc * (_DISC * radius))
+        mean, square = _measured(uv, disc * (_DISC * radius), limit)
+        if np.isnan(mean):
+            continue
         basis, good = _lattice(uv, _INNER * radius)
         if good:
             across, up = _pitches(basis, axes)
@@ -163,17 +170,19 @@ def _lopsided(uv, radius):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _measured(uv, disc):  # type: ignore[no-untyped-def]
-    """Mean and mean square of distances from the places (d, 2) to the nearest of the points."""
-    mean, square = 0.0, 0.0
+def _measured(uv, disc, limit):  # type: ignore[no-untyped-def]
+    """Mean and mean square of distances from places (d, 2) to the nearest point; NaN for none."""
+    mean, square, used = 0.0, 0.0, 0
     for d in range(len(disc)):
         best = np.inf
         for k in range(len(uv)):
             here = (uv[k, 0] - disc[d, 0]) ** 2 + (uv[k, 1] - disc[d, 1]) ** 2
             best = min(best, here)
-        mean += np.sqrt(best)
-        square += best
-    return mean / len(disc), square / len(disc)
+        if best <= limit * limit:
+            mean += np.sqrt(best)
+            square += best
+            used += 1
+    return (mean / used, square / used) if used > 0 else (np.nan, np.nan)
 
 
 @njit(cache=True, nogil=True)

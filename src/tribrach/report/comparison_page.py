@@ -28,8 +28,8 @@ _C2C_NOTE = (
 )
 _M3C2_NOTE = (
     "Distances from B to A along the normals of B, means over cylinders, positive towards the "
-    "scanner of B where it is known. The level of detection holds with 95 %; published: a mean difference and the "
-    "registration added; quadratic: variances added."
+    "scanner of B where it is known. The level of detection holds with 95 %; published: a mean "
+    "difference and the registration added; quadratic: variances added."
 )
 _SITE_NOTE = (
     "Range and incidence are means over the site as each scanner saw it. Pitch is the spacing of "
@@ -78,7 +78,7 @@ def _sites(sites: Sequence[SiteResult], unit: str) -> Table:
         _metres("range B", _at("seen_b.range")),
         _degrees("incidence A", unit, _at("seen_a.incidence")),
         _degrees("incidence B", unit, _at("seen_b.incidence")),
-        (Column("pitch A", "mm"), lambda s: _pitch(s, "pitch_a")),
+        (Column("pitch A", "mm", wide=True), lambda s: _pitch(s, "pitch_a")),
         (Column("pitch B", "mm"), lambda s: _pitch(s, "pitch_b")),
         _mm("predicted σ", _at("predicted_sigma")),
     ]
@@ -114,8 +114,8 @@ def _m3c2(sites: Sequence[SiteResult]) -> Table:
         (Column("core points"), lambda s: _count(_at("m3c2.count")(s))),
         _mm("mean", _at("m3c2.mean")),
         _mm("std", _at("m3c2.std")),
-        _mm("LoD 95 %", _at("m3c2.lod95")),
-        _mm("LoD quadratic", _at("m3c2.lod95_quadratic")),
+        _mm("LoD", _at("m3c2.lod95")),
+        _mm("quadratic", _at("m3c2.lod95_quadratic")),
         _percent("beyond it", "m3c2.changed"),
         _mm("cylinder", _at("m3c2.cylinder"), wide=True),
         _mm("normals over", _at("m3c2.scale"), wide=True),
@@ -161,7 +161,7 @@ def _pitch(site: SiteResult, name: str) -> Cell:
     pitch = getattr(site.c2c, name, None)
     if pitch is None:
         return text_cell("")
-    return number_cell(pitch.across, f"{1e3 * pitch.across:.1f} × {1e3 * pitch.up:.1f}")
+    return number_cell(pitch.across, f"{1e3 * pitch.across:.1f}×{1e3 * pitch.up:.1f}")
 
 
 def _percent(head: str, path: str, *, wide: bool = False) -> tuple[Column, Make]:
