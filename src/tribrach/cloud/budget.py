@@ -114,7 +114,7 @@ def _check_sum(shares: Mapping[str, Array], covariance: Array) -> None:
     """Shares that do not add up would be a budget of something else."""
     rest = np.sum(list(shares.values()), axis=0) - covariance
     size = np.sqrt(np.maximum(np.diag(covariance), 1e-30))
-    if np.abs(rest / size[:, None] / size).max() > 1e-5:
+    if np.abs(rest / size[:, None] / size).max() > 1e-4:
         raise ValueError("the shares of the station do not add up to its covariance")
 
 

@@ -66,7 +66,7 @@ class KnownSetup:
             "control": np.zeros((6, 6)),
             "centring": np.diag([self.centring**2, self.centring**2, 0.0, 0.0, 0.0, 0.0]),
             "height of instrument": np.diag([0.0, 0.0, self.height**2, 0.0, 0.0, 0.0]),
-            "levelling of the scanner": np.diag([0.0, 0.0, 0.0, self.tilt**2, self.tilt**2, 0.0]),
+            "levelling": np.diag([0.0, 0.0, 0.0, self.tilt**2, self.tilt**2, 0.0]),
         }
         out["control"][:3, :3] = self.mark
         for name, sigma in self.heading.items():

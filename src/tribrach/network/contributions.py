@@ -35,17 +35,18 @@ _TOTAL_STATION = (
     "distance",
 )
 _LINES = ("height_difference",)
-#: what surveyors call the groups, in the order of a budget
+#: what surveyors call the groups, in the order of a budget; a backsight is every sight from the
+#: scanner itself, own targets are those in scans of the station, levelling is that of the scanner
 CATEGORIES = (
     "control",
     "GNSS",
     "levelling lines",
     "total station",
-    "backsight and sights from the scanner",
-    "targets in scans of this station",
-    "targets in other scans",
-    "levelling of the scanner",
-    "other observations",
+    "backsight",
+    "own targets",
+    "targets of others",
+    "levelling",
+    "other",
 )
 
 
@@ -71,12 +72,12 @@ class Contribution:
         if kinds <= {*_GNSS, *_CONTROL}:
             return "GNSS"
         if kinds <= set(_TARGETS):
-            return "targets in scans of this station" if self.own else "targets in other scans"
+            return "own targets" if self.own else "targets of others"
         if kinds == {"inclination"}:
-            return "levelling of the scanner" if self.own else "other observations"
+            return "levelling" if self.own else "other"
         if kinds <= set(_TOTAL_STATION):
             return CATEGORIES[4] if self.own else "total station"
-        return "levelling lines" if kinds <= set(_LINES) else "other observations"
+        return "levelling lines" if kinds <= set(_LINES) else "other"
 
 
 def contributions(adjustment: Adjustment, station: str) -> list[Contribution]:

@@ -62,6 +62,7 @@ def _scans(chapter: ScanChapter) -> dict[str, Any]:
         "placement": list(chapter.placement),
         "precision_budget": list(chapter.budget),
         "truth": [asdict(row) for row in chapter.truth],
+        "error_budget": [asdict(row) for row in chapter.error_budget],
     }
 
 

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from tribrach.report.budget_content import BudgetRow
+
 __all__ = ["Cloud", "Picture", "Rejection", "ScanChapter", "Target", "TruthRow"]
 
 Triple = tuple[float, float, float]
@@ -103,4 +105,5 @@ class ScanChapter:
     placement: tuple[str, ...]
     budget: tuple[str, ...]
     truth: tuple[TruthRow, ...] = ()
+    error_budget: tuple[BudgetRow, ...] = ()
     warnings: tuple[str, ...] = ()

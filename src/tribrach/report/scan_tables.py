@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from tribrach.report.budget_tables import budget_table
 from tribrach.report.columns import Columns, Spec
 from tribrach.report.scan_content import Cloud, ScanChapter
 from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
@@ -20,6 +21,7 @@ def scan_tables(chapter: ScanChapter, columns: Columns, most: int | None) -> lis
         _rejections(chapter, columns, most),
         _clouds(chapter, columns, most),
         _classes(chapter, columns),
+        budget_table(chapter.error_budget, columns),
     ]
 
 

@@ -14,7 +14,9 @@ from tribrach.errors import InputError
 from tribrach.geodesy.output_frame import FrameKind, OutputFrame
 from tribrach.io.outputs import write_texts
 from tribrach.network.adjustment import Adjustment
+from tribrach.report.budget_tables import budget_charts
 from tribrach.report.scan_content import ScanChapter
+from tribrach.stages.budget import error_budget
 from tribrach.stages.chapter import scan_chapter
 from tribrach.stages.clouds import Product, place, write_clouds
 from tribrach.stages.extraction import Findings, extract
@@ -90,6 +92,9 @@ def georeference(
     chapter = scan_chapter(work.findings, work.named, products, placements, frame)
     odd = (f"{s.scan.source}: {warning}." for s in work.scans for warning in s.scan.warnings)
     chapter = replace(chapter, warnings=(*odd, *chapter.warnings))
+    budget = error_budget(work.scans, placements, adjustment, work.state, factor)
+    charts = budget_charts(budget)
+    chapter = replace(chapter, error_budget=tuple(budget), pictures=(*chapter.pictures, *charts))
     if project.truth is None:
         return chapter
     file = project.folder / project.truth

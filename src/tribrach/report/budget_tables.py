@@ -1,0 +1,116 @@
+"""The error budget as a table and as stacked bars."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from tribrach.report.budget_content import BudgetRow
+from tribrach.report.columns import Columns, Spec
+from tribrach.report.page import picture
+from tribrach.report.scan_content import Picture
+from tribrach.report.tables import Column, Table, build_table, number_cell
+
+__all__ = ["budget_charts", "budget_table"]
+
+_ANGLES = ("horizontal angle", "vertical angle")
+_NOTE = (
+    "Sigmas of points by what they come from; their squares add up to the square of "
+    "the 3D σ. Regions are by range and incidence angle. What the station has in common (control, "
+    "targets, levelling and so on) moves all of its points together and does not average out; "
+    "range, incidence, angles and beam width are of every point alone. Control that is held fixed "
+    "adds nothing. Along the normal is what a comparison of surfaces sees. Sigmas in the files of "
+    "clouds contain incidence only where the project asks for it."
+)
+
+
+def budget_table(rows: Sequence[BudgetRow], columns: Columns) -> Table:
+    """One row per region, one column per part."""
+    names = list(dict.fromkeys(part.name for row in rows for part in row.parts))
+    groups = {name: (name,) for name in names if name not in _ANGLES}
+    if any(name in names for name in _ANGLES):
+        groups["angles"] = _ANGLES
+    specs: list[Spec] = [
+        columns.word("Station", "station"),
+        columns.word("Region", "region"),
+        (Column("points", "%"), lambda r: number_cell(r.share, f"{100 * r.share:.0f}")),
+        *(columns.mm(name, _part(members)) for name, members in groups.items()),
+        columns.mm("3D σ", lambda r: _root(r.variance)),
+        columns.mm("σ along the normal", lambda r: _root(r.normal)),
+        columns.mm("σ in the surface", lambda r: _root(r.tangential)),
+    ]
+    return build_table("error-budget", "Error budget", _NOTE, rows, specs)
+
+
+def _part(names: tuple[str, ...]) -> Callable[[BudgetRow], float | None]:
+    return lambda row: _root(row.part(*names))
+
+
+def _root(variance: float | None) -> float | None:
+    return None if variance is None else float(np.sqrt(max(variance, 0.0)))
+
+
+def budget_charts(rows: Sequence[BudgetRow]) -> list[Picture]:
+    """One chart for each station."""
+    stations = dict.fromkeys(row.station for row in rows)
+    return [_chart(name, [row for row in rows if row.station == name]) for name in stations]
+
+
+def _chart(station: str, rows: Sequence[BudgetRow]) -> Picture:
+    """Stacked variances of the regions of a station, along the normal and in the surface.
+
+    Regions without normals are in the chart only if there are no others.
+    """
+    rows = [row for row in rows if row.normal is not None] or rows
+    names = [part.name for part in rows[0].parts]
+    known = rows[0].normal is not None
+    wide = max(7.0, 2.5 + 0.9 * len(rows) * (2 if known else 1))
+    figure = Figure(figsize=(min(wide, 13.0), 4.4), dpi=100, layout="constrained")
+    if known:
+        panels = figure.subplots(1, 2)
+        _stack(panels[0], rows, names, lambda r, k: r.parts[k].normal, "along the normal")
+        _stack(panels[1], rows, names, lambda r, k: r.parts[k].tangential, "in the surface")
+    else:
+        panels = [figure.subplots()]
+        _stack(panels[0], rows, names, lambda r, k: r.parts[k].variance, "all directions")
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=8, frameon=False)
+    caption = f"Variances add up, so the bars do. {_largest(rows, known)}"
+    return picture(f"budget-{station}", f"Error budget of {station}", figure, caption)
+
+
+def _stack(
+    panel: Axes,
+    rows: Sequence[BudgetRow],
+    names: Sequence[str],
+    value: Callable[[BudgetRow, int], float | None],
+    title: str,
+) -> None:
+    """One bar per region."""
+    colours = colormaps["tab20"](np.linspace(0, 1, 20))
+    bottom = np.zeros(len(rows))
+    for k, name in enumerate(names):
+        height = 1e6 * np.array([value(row, k) or 0.0 for row in rows])
+        colour = colours[(2 * k) % 20 + k // 10]
+        panel.bar(np.arange(len(rows)), height, bottom=bottom, color=colour, label=name)
+        bottom += height
+    panel.set_xticks(np.arange(len(rows)), [row.region for row in rows], rotation=40, ha="right")
+    panel.tick_params(labelsize=8)
+    panel.set(title=title, ylabel="variance [mm²]")
+
+
+def _largest(rows: Sequence[BudgetRow], known: bool) -> str:
+    """Which parts matter most where most points are."""
+    row = max(rows, key=lambda r: r.points)
+    values = [(part.normal if known else part.variance) or 0.0 for part in row.parts]
+    total = sum(values)
+    if total <= 0:
+        return ""
+    order = np.argsort(values)[::-1][:3]
+    words = [f"{row.parts[k].name} {values[k] / total:.0%}" for k in order if values[k] > 0]
+    where = "along the normal" if known else "in all directions"
+    return f"Largest parts {where} at {row.region}: {', '.join(words)}."

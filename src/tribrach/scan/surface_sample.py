@@ -1,0 +1,82 @@
+"""A few hundred points of a scan and how the surface lies there, without reading it all.
+
+Blocks of consecutive records, spread over the scan; in each some points with the normal of their
+neighbours in the block. Scanner frame, metres.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from pykdtree.kdtree import KDTree
+
+from tribrach.scan.scan import Scan
+
+__all__ = ["SurfaceSample", "surface_sample"]
+
+Array = NDArray[np.float64]
+
+_BLOCKS, _RECORDS, _POINTS = 5, 100_000, 300
+#: neighbours that a normal is taken from
+_NEIGHBOURS = 32
+#: a neighbourhood that is thicker than this share of its width has no normal
+_THICK = 0.3
+
+
+@dataclass(frozen=True)
+class SurfaceSample:
+    """Points (n, 3) [m] and unit normals (n, 3) towards the scanner, NaN where unknown."""
+
+    xyz: Array
+    normals: Array
+
+
+def surface_sample(scan: Scan) -> SurfaceSample:
+    """About 1500 points with normals.
+
+    Of a scan whose header does not state the number of its points the first 500,000 are looked at.
+
+    Raises
+    ------
+    InputError : as the chunks of the scan.
+    """
+    xyz, normals = [np.zeros((0, 3))], [np.zeros((0, 3))]
+    for block in _blocks(scan):
+        chosen = np.unique(np.linspace(0, len(block) - 1, _POINTS).astype(np.int64))
+        far = chosen[np.linalg.norm(block[chosen], axis=1) > 0]
+        xyz.append(block[far])
+        normals.append(_normals(block, far))
+    return SurfaceSample(np.concatenate(xyz), np.concatenate(normals))
+
+
+def _blocks(scan: Scan) -> Iterator[Array]:
+    """Blocks (n, 3) of consecutive points, those without points left out."""
+    if scan.records is None or scan.records <= _BLOCKS * _RECORDS:
+        for number, chunk in enumerate(scan.chunks(_RECORDS)):
+            if number == _BLOCKS:
+                return
+            if len(chunk):
+                yield chunk.xyz
+        return
+    for start in np.linspace(0, scan.records - _RECORDS, _BLOCKS).astype(int):
+        chunk = next(scan.chunks(_RECORDS, start=int(start)))
+        if len(chunk):
+            yield chunk.xyz
+
+
+def _normals(block: Array, chosen: NDArray[np.int64]) -> Array:
+    """Direction of least spread of the neighbours of chosen points (k,), towards the scanner."""
+    if len(block) <= _NEIGHBOURS:
+        return np.full((len(chosen), 3), np.nan)
+    points = block[chosen]
+    _, found = KDTree(np.ascontiguousarray(block)).query(points, k=_NEIGHBOURS)
+    around = block[found.astype(np.int64)]
+    around = around - around.mean(axis=1, keepdims=True)
+    values, vectors = np.linalg.eigh(np.einsum("nki,nkj->nij", around, around))
+    normal: Array = vectors[:, :, 0]
+    normal = np.where((np.einsum("ni,ni->n", normal, points) > 0)[:, None], -normal, normal)
+    normal[values[:, 0] > _THICK * values[:, 1]] = np.nan
+    return normal

@@ -1,0 +1,133 @@
+"""The error budget of every station: samples of its scans, regions, parts (method 5.1 and 5.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.cloud.budget import PointBudget, point_budget
+from tribrach.cloud.placement import Placement
+from tribrach.network.adjustment import Adjustment
+from tribrach.network.contributions import by_category, contributions
+from tribrach.report.budget_content import BudgetPart, BudgetRow
+from tribrach.scan.surface_sample import SurfaceSample, surface_sample
+from tribrach.stages.scans import StationScan
+from tribrach.stages.state import State, digest
+
+__all__ = ["RANGES", "error_budget"]
+
+Array = NDArray[np.float64]
+
+#: limits of the regions: ranges [m], incidence angles [degrees]
+RANGES = (0.0, 10.0, 20.0, 30.0, 50.0, 100.0, np.inf)
+_INCIDENCES = (0.0, 30.0, 45.0, 60.0, 90.0)
+#: regions with fewer sampled points are not worth a row
+_FEW = 20
+#: changes of how samples are taken make remembered ones void
+_METHOD = 1
+
+
+@dataclass(frozen=True)
+class _Sampled:
+    """Ranges, incidence angles (n,) [degrees], NaN where unknown, and the budget of the points."""
+
+    range: Array
+    incidence: Array
+    budget: PointBudget
+
+
+def error_budget(
+    scans: Sequence[StationScan],
+    placements: Mapping[str, Placement],
+    adjustment: Adjustment,
+    state: State,
+    factor: float = 1.0,
+) -> list[BudgetRow]:
+    """Regions of every station whose points have a covariance; placements by scan name.
+
+    factor : on a-priori covariances, as in the placements (a posteriori variance).
+    """
+    rows: list[BudgetRow] = []
+    for station in dict.fromkeys(scan.station for scan in scans):
+        shares = by_category(contributions(adjustment, station), factor)
+        sampled = [
+            _sampled(scan, placements[scan.name], shares, state)
+            for scan in scans
+            if scan.station == station and placements[scan.name].noise is not None
+        ]
+        if sampled:
+            rows += _regions(station, sampled)
+    return rows
+
+
+def _sampled(
+    scan: StationScan, where: Placement, shares: Mapping[str, Array], state: State
+) -> _Sampled:
+    """Budget of a sample of one scan."""
+    sample = _remembered(scan, state)
+    length = np.linalg.norm(sample.xyz, axis=1)
+    cosine = np.abs(np.einsum("ni,ni->n", sample.xyz, sample.normals)) / length
+    incidence = np.degrees(np.arccos(np.clip(cosine, 0.0, 1.0)))
+    return _Sampled(length, incidence, point_budget(sample.xyz, where, shares, sample.normals))
+
+
+def _remembered(scan: StationScan, state: State) -> SurfaceSample:
+    """The sample of a scan, taken once."""
+    key = digest("surface", _METHOD, state.file_digest(scan.scan.path), scan.scan.index)
+    known = state.recall(f"surface-{scan.name}", key)
+    if known is None:
+        fresh = surface_sample(scan.scan)
+        normals = np.nan_to_num(fresh.normals)
+        known = {"xyz": fresh.xyz.tolist(), "normals": normals.tolist()}
+        state.remember(f"surface-{scan.name}", key, known)
+    normals = np.array(known["normals"]).reshape(-1, 3)
+    normals[(normals == 0).all(axis=1)] = np.nan
+    return SurfaceSample(np.array(known["xyz"]).reshape(-1, 3), normals)
+
+
+def _regions(station: str, sampled: Sequence[_Sampled]) -> list[BudgetRow]:
+    """Rows of a station, from near and straight to far and slanted, then those without normals."""
+    length = np.concatenate([s.range for s in sampled])
+    incidence = np.concatenate([s.incidence for s in sampled])
+    names = sampled[0].budget.names
+    variance = np.concatenate([s.budget.variances for s in sampled], axis=1)
+    normal = np.concatenate([s.budget.along_normal for s in sampled], axis=1)
+    at = np.digitize(length, RANGES) - 1
+    slant = np.where(np.isnan(incidence), -1, np.digitize(incidence, _INCIDENCES[1:-1]))
+    rows = []
+    for i in range(len(RANGES) - 1):
+        for j in (*range(len(_INCIDENCES) - 1), -1):
+            mine = (at == i) & (slant == j)
+            if np.count_nonzero(mine) < _FEW:
+                continue
+            mean = variance[:, mine].mean(axis=1)
+            across = normal[:, mine].mean(axis=1) if j >= 0 else None
+            rows.append(
+                BudgetRow(
+                    station=station,
+                    region=_words(i, j),
+                    points=int(np.count_nonzero(mine)),
+                    share=float(mine.mean()),
+                    parts=tuple(_part(name, k, mean, across) for k, name in enumerate(names)),
+                )
+            )
+    return rows
+
+
+def _part(name: str, k: int, mean: Array, across: Array | None) -> BudgetPart:
+    """One part of a region."""
+    total = float(mean[k])
+    along = None if across is None else float(across[k])
+    return BudgetPart(name, total, along, None if along is None else total - along)
+
+
+def _words(i: int, j: int) -> str:
+    """A region in words."""
+    low, high = RANGES[i], RANGES[i + 1]
+    distance = f"over {low:g} m" if np.isinf(high) else f"{low:g} to {high:g} m"
+    if j < 0:
+        return f"{distance}, surface unknown"
+    return f"{distance}, {_INCIDENCES[j]:g} to {_INCIDENCES[j + 1]:g}°"
