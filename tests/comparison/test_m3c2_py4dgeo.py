@@ -9,8 +9,10 @@ UTM = np.array([584_123.4, 2_326_011.7, 12.3])
 
 
 @pytest.mark.parametrize("median", [False, True])
-def test_distances_and_levels_of_py4dgeo(median) -> None:
+def test_distances_and_levels_of_py4dgeo(median, tmp_path) -> None:
     py4dgeo = pytest.importorskip("py4dgeo", reason="py4dgeo is not installed")
+    # else it writes a log into the working directory
+    py4dgeo.set_py4dgeo_logfile(str(tmp_path / "py4dgeo.log"))
     rng = np.random.default_rng(1)
     normal = np.array([0.2, -0.9, 0.3])
     a, b = (plane(rng, normal, o, 20_000, sigma=0.004, origin=UTM) for o in (0.0, 0.01))

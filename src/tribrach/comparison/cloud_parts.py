@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from tribrach.cloud.covariance import covariances
@@ -90,11 +91,25 @@ def centred(source: Source, origin: Array, low: Array, high: Array) -> Iterator[
     InputError : a coordinate is not finite.
     """
     for part in source():
-        xyz = part.xyz - origin
-        if not np.isfinite(xyz).all():
+        kept, xyz = np.empty(len(part.xyz), dtype=np.int64), np.empty(part.xyz.shape)
+        count = _inside(np.ascontiguousarray(part.xyz), origin, low, high, kept, xyz)
+        if count < 0:
             raise InputError("a point has a coordinate that is not a number")
-        inside = ((xyz >= low) & (xyz <= high)).all(axis=1)
-        if not inside.any():
-            continue
-        random = None if part.random is None else part.random[inside]
-        yield Chunk(xyz[inside], random)
+        if count > 0:
+            random = None if part.random is None else part.random[kept[:count]]
+            yield Chunk(xyz[:count], random)
+
+
+@njit(cache=True, nogil=True)
+def _inside(xyz, origin, low, high, kept, out):  # type: ignore[no-untyped-def]
+    """Points within the box and their numbers, how many; -1 where one is not finite."""
+    count = 0
+    for k in range(len(xyz)):
+        x, y, z = xyz[k, 0] - origin[0], xyz[k, 1] - origin[1], xyz[k, 2] - origin[2]
+        if not np.isfinite(x + y + z):
+            return -1
+        if low[0] <= x <= high[0] and low[1] <= y <= high[1] and low[2] <= z <= high[2]:
+            out[count, 0], out[count, 1], out[count, 2] = x, y, z
+            kept[count] = k
+            count += 1
+    return count

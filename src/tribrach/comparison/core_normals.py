@@ -68,7 +68,7 @@ def core_normals(
     reach = radii[-1]
     moments = np.zeros((len(core), len(radii), 10))
     for part in centred(cloud, origin, here.min(axis=0) - reach, here.max(axis=0) + reach):
-        _moments(here, radii, Cells.of(part.xyz, radii[0]).arrays, moments)
+        _moments(here, radii, Cells.of(part.xyz, radii[0] / 2).arrays, moments)
     towards = _towards(core, scanner, direction)
     vectors, figures = np.empty((len(core), 3)), np.empty((len(core), 4))
     _axes(moments, 2 * radii, towards, vectors, figures)
@@ -87,27 +87,34 @@ def _towards(core: Array, scanner: Array | None, direction: Array | None) -> Arr
 @njit(cache=True, parallel=True, nogil=True)
 def _moments(core, radii, cells, moments):  # type: ignore[no-untyped-def]
     """Add count, sums and products of the points within each radius, relative to the core point."""
-    xyz, most = cells[0], radii[-1]
+    xyz = cells[0]
     for c in prange(len(core)):
-        for begin, end in ball_ranges(core[c], most, cells):
-            for k in range(begin, end):
-                x, y, z = xyz[k, 0] - core[c, 0], xyz[k, 1] - core[c, 1], xyz[k, 2] - core[c, 2]
-                far = x * x + y * y + z * z
-                # each point counts at the smallest scale that holds it; larger ones add it later
-                for s in range(len(radii)):
-                    if far <= radii[s] * radii[s]:
-                        m = moments[c, s]
-                        m[0] += 1
-                        m[1] += x
-                        m[2] += y
-                        m[3] += z
-                        m[4] += x * x
-                        m[5] += y * y
-                        m[6] += z * z
-                        m[7] += x * y
-                        m[8] += x * z
-                        m[9] += y * z
-                        break
+        for s in range(len(radii)):
+            n, reach = 0, radii[s] * radii[s]
+            # single numbers stay in registers, a row of the table would not
+            sx, sy, sz = 0.0, 0.0, 0.0
+            xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            for begin, end in ball_ranges(core[c], radii[s], cells):
+                for k in range(begin, end):
+                    x = xyz[k, 0] - core[c, 0]
+                    y = xyz[k, 1] - core[c, 1]
+                    z = xyz[k, 2] - core[c, 2]
+                    if x * x + y * y + z * z <= reach:
+                        n += 1
+                        sx += x
+                        sy += y
+                        sz += z
+                        xx += x * x
+                        yy += y * y
+                        zz += z * z
+                        xy += x * y
+                        xz += x * z
+                        yz += y * z
+            m = moments[c, s]
+            m[0] += n
+            m[1], m[2], m[3] = m[1] + sx, m[2] + sy, m[3] + sz
+            m[4], m[5], m[6] = m[4] + xx, m[5] + yy, m[6] + zz
+            m[7], m[8], m[9] = m[7] + xy, m[8] + xz, m[9] + yz
 
 
 @njit(cache=True, parallel=True, nogil=True)
@@ -115,9 +122,9 @@ def _axes(moments, scales, towards, vectors, figures):  # type: ignore[no-untype
     """Normal, and scale, roughness, planarity and count, of the most planar scale."""
     for c in prange(len(moments)):
         vectors[c], figures[c] = np.nan, np.nan
-        total, best = np.zeros(10), -1.0
+        best = -1.0
         for s in range(len(scales)):
-            total += moments[c, s]
+            total = moments[c, s]
             if total[0] < FEWEST:
                 continue
             m = total / total[0]
@@ -143,4 +150,4 @@ def _axes(moments, scales, towards, vectors, figures):  # type: ignore[no-untype
                 figures[c, 0], figures[c, 2], figures[c, 3] = scales[s], planarity, total[0]
                 figures[c, 1] = np.sqrt(max(values[0], 0.0) * total[0] / (total[0] - 1))
         if best < 0.0:
-            figures[c, 3] = total[0]
+            figures[c, 3] = moments[c, -1, 0]

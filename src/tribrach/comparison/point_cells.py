@@ -1,9 +1,8 @@
-"""Which points lie in a ball or a cylinder? Points sorted into upright columns, then by height.
+"""Which points lie in a ball or a cylinder? Points sorted into upright columns of cubic cells.
 
-A counting sort, height first and column second, leaves every column of square cells in layers of
-the same size; a search visits the columns that the body's shadow touches and finds its layers by
-bisection. Building costs two passes over the points, empty space costs nothing. Metres, in a frame
-whose origin is near the points.
+Every column has its own table of layers, from its lowest point to its highest, so that empty space
+costs little and a search reads where the cells of a column begin and end without looking at points.
+One counting sort builds it. Metres, in a frame whose origin is near the points.
 """
 
 from __future__ import annotations
@@ -18,81 +17,93 @@ __all__ = ["Cells", "ball_ranges", "cylinder_ranges"]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+Short = NDArray[np.int32]
 
-#: most columns and most layers of one set of cells; beyond it the cells become larger
-_MOST_COLUMNS, _MOST_LAYERS = 1 << 24, 1 << 20
+#: most columns; beyond it, or with more than eight cells a point, the cells become larger
+_MOST_COLUMNS = 1 << 24
+_CELLS_PER_POINT, _FREE_CELLS = 8, 1 << 20
+#: layers are numbered in 32 bits
+_MOST_LAYERS = 1 << 30
 #: bounds of heights are wider by this, so that rounding hides no point [m]
 _ROUNDING = 1e-9
 
 
 class Cells(NamedTuple):
-    """Points (n, 3) in the order of their columns and layers.
+    """Points (n, 3) in the order of their cells.
 
-    order (n,) : where each point was before; start (columns + 1,) : first point of each column,
-    x-major; corner (3,) : of the first cell; size : of a cell [m]; shape : columns along x and y.
+    order (n,) : where each point was before; corner (3,) : of the first cell; size : of a cell [m];
+    shape : columns along x and y. base (columns + 1,) : where the table of each column, x-major,
+    begins; lowest (columns,) : its first layer; start (cells + 1,) : first point of each cell.
     """
 
     xyz: Array
     order: Index
-    start: Index
     corner: Array
     size: float
     shape: tuple[int, int]
+    base: Index
+    lowest: Short
+    start: Index
 
     @classmethod
     def of(cls, xyz: Array, size: float) -> Cells:
         """Sort points (n, 3), all finite, into cells of about this size [m], larger if too many."""
-        if len(xyz) == 0:
-            return cls(
-                np.empty((0, 3)),
-                np.zeros(0, np.int64),
-                np.zeros(2, np.int64),
-                np.zeros(3),
-                size,
-                (1, 1),
-            )
-        corner = xyz.min(axis=0)
-        top = xyz.max(axis=0)
+        corner = xyz.min(axis=0) if len(xyz) else np.zeros(3)
+        top = xyz.max(axis=0) if len(xyz) else corner
         while True:
             # the same arithmetic as in the sort, so that the topmost point has the last cell
             nx, ny, nz = (float(np.floor(x)) + 1 for x in (top - corner) / size)
             if nx * ny <= _MOST_COLUMNS and nz <= _MOST_LAYERS:
-                break
+                found = _columns(xyz, corner, size, int(nx), int(ny))
+                base = found[2]
+                if base[-1] <= _CELLS_PER_POINT * len(xyz) + _FREE_CELLS:
+                    break
             size *= 2
-        order, start = _sort(xyz, corner, size, int(nx), int(ny), int(nz))
-        return cls(xyz[order], order, start, corner, size, (int(nx), int(ny)))
+        column, layer, base, lowest = found
+        order, start = _sort(column, layer, base, lowest)
+        return cls(xyz[order], order, corner, size, (int(nx), int(ny)), base, lowest, start)
 
     @property
-    def arrays(self) -> tuple[Array, Index, Array, float, int, int]:
-        """What compiled searches take: points, starts, corner, size, columns along x and y."""
-        return self.xyz, self.start, self.corner, self.size, self.shape[0], self.shape[1]
+    def arrays(self) -> tuple[Array, Array, float, int, int, Index, Short, Index]:
+        """What compiled searches take."""
+        nx, ny = self.shape
+        return self.xyz, self.corner, self.size, nx, ny, self.base, self.lowest, self.start
 
 
 @njit(cache=True)
-def _sort(xyz, corner, size, nx, ny, nz):  # type: ignore[no-untyped-def]
-    """Order of the points and first point of each column: two stable counting sorts."""
+def _columns(xyz, corner, size, nx, ny):  # type: ignore[no-untyped-def]
+    """Column and layer of every point; where the table of each column begins; lowest layers."""
     n = len(xyz)
-    layer, column = np.empty(n, np.int32), np.empty(n, np.int32)
-    layers, start = np.zeros(nz + 1, np.int64), np.zeros(nx * ny + 1, np.int64)
+    column, layer = np.empty(n, np.int32), np.empty(n, np.int32)
+    lowest = np.full(nx * ny, 2**31 - 1, np.int32)
+    highest = np.full(nx * ny, -1, np.int32)
     for k in range(n):
         i, j = int((xyz[k, 0] - corner[0]) / size), int((xyz[k, 1] - corner[1]) / size)
-        layer[k] = int((xyz[k, 2] - corner[2]) / size)
-        column[k] = i * ny + j
-        layers[layer[k] + 1] += 1
-        start[column[k] + 1] += 1
-    for k in range(nz):
-        layers[k + 1] += layers[k]
-    for k in range(nx * ny):
-        start[k + 1] += start[k]
-    raised = np.empty(n, np.int64)
+        c, z = i * ny + j, np.int32((xyz[k, 2] - corner[2]) / size)
+        column[k], layer[k] = c, z
+        lowest[c], highest[c] = min(lowest[c], z), max(highest[c], z)
+    base = np.zeros(nx * ny + 1, np.int64)
+    for c in range(nx * ny):
+        base[c + 1] = base[c]
+        if highest[c] >= 0:
+            base[c + 1] += np.int64(highest[c]) - lowest[c] + 1
+    return column, layer, base, lowest
+
+
+@njit(cache=True)
+def _sort(column, layer, base, lowest):  # type: ignore[no-untyped-def]
+    """Order of the points by their cells, and the first point of each cell."""
+    n = len(column)
+    start = np.zeros(base[-1] + 1, np.int64)
     for k in range(n):
-        raised[layers[layer[k]]] = k
-        layers[layer[k]] += 1
+        start[base[column[k]] + layer[k] - lowest[column[k]] + 1] += 1
+    for c in range(base[-1]):
+        start[c + 1] += start[c]
     order, free = np.empty(n, np.int64), start[:-1].copy()
-    for place in range(n):
-        k = raised[place]
-        order[free[column[k]]] = k
-        free[column[k]] += 1
+    for k in range(n):
+        c = base[column[k]] + layer[k] - lowest[column[k]]
+        order[free[c]] = k
+        free[c] += 1
     return order, start
 
 
@@ -102,7 +113,7 @@ def cylinder_ranges(centre, normal, radius, depth, cells):  # type: ignore[no-un
 
     Every point of the cylinder is in one of them, many others are not.
     """
-    xyz, start, corner, size, nx, ny = cells
+    _, corner, size, nx, ny, base, lowest, start = cells
     ex = depth * abs(normal[0]) + radius * np.sqrt(max(1 - normal[0] * normal[0], 0.0))
     ey = depth * abs(normal[1]) + radius * np.sqrt(max(1 - normal[1] * normal[1], 0.0))
     i0, i1 = _window(centre[0] - ex, centre[0] + ex, corner[0], size, nx)
@@ -111,14 +122,13 @@ def cylinder_ranges(centre, normal, radius, depth, cells):  # type: ignore[no-un
     for i in range(i0, i1):
         dx = corner[0] + (i + 0.5) * size - centre[0]
         for j in range(j0, j1):
-            if start[i * ny + j] == start[i * ny + j + 1]:
+            if base[i * ny + j] == base[i * ny + j + 1]:
                 continue
             dy = corner[1] + (j + 0.5) * size - centre[1]
             low, high = _heights(dx, dy, normal, radius, depth, size)
             if low <= high:
-                first, last = _layers(
-                    centre[2] + low, centre[2] + high, i * ny + j, xyz, start, corner[2], size
-                )
+                low, high = centre[2] - corner[2] + low, centre[2] - corner[2] + high
+                first, last = _layers(low, high, i * ny + j, size, base, lowest, start)
                 if first < last:
                     out[count, 0], out[count, 1] = first, last
                     count += 1
@@ -128,7 +138,7 @@ def cylinder_ranges(centre, normal, radius, depth, cells):  # type: ignore[no-un
 @njit(cache=True)
 def ball_ranges(centre, radius, cells):  # type: ignore[no-untyped-def]
     """Ranges (k, 2) of points that may lie in a ball: all of its points and some others."""
-    xyz, start, corner, size, nx, ny = cells
+    _, corner, size, nx, ny, base, lowest, start = cells
     i0, i1 = _window(centre[0] - radius, centre[0] + radius, corner[0], size, nx)
     j0, j1 = _window(centre[1] - radius, centre[1] + radius, corner[1], size, ny)
     out, count = np.empty((max(i1 - i0, 0) * max(j1 - j0, 0), 2), np.int64), 0
@@ -137,12 +147,11 @@ def ball_ranges(centre, radius, cells):  # type: ignore[no-untyped-def]
         for j in range(j0, j1):
             dy = max(abs(corner[1] + (j + 0.5) * size - centre[1]) - 0.5 * size, 0.0)
             left = radius * radius - dx * dx - dy * dy
-            if left < 0.0 or start[i * ny + j] == start[i * ny + j + 1]:
+            if left < 0.0 or base[i * ny + j] == base[i * ny + j + 1]:
                 continue
             high = np.sqrt(left) + _ROUNDING
-            first, last = _layers(
-                centre[2] - high, centre[2] + high, i * ny + j, xyz, start, corner[2], size
-            )
+            low, high = centre[2] - corner[2] - high, centre[2] - corner[2] + high
+            first, last = _layers(low, high, i * ny + j, size, base, lowest, start)
             if first < last:
                 out[count, 0], out[count, 1] = first, last
                 count += 1
@@ -158,28 +167,14 @@ def _window(low, high, corner, size, count):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, inline="always")
-def _first_not_below(xyz, begin, end, layer, bottom, size):  # type: ignore[no-untyped-def]
-    """First point of ``begin .. end`` of one column whose layer is at least this one."""
-    while begin < end:
-        middle = (begin + end) // 2
-        if int((xyz[middle, 2] - bottom) / size) < layer:
-            begin = middle + 1
-        else:
-            end = middle
-    return begin
-
-
-@njit(cache=True, inline="always")
-def _layers(low, high, column, xyz, start, bottom, size):  # type: ignore[no-untyped-def]
-    """Range of points of a column in the layers between two heights."""
-    begin, end = start[column], start[column + 1]
-    if begin == end:
-        return begin, begin
-    # layers are cut off towards zero in the sort: nothing is below the corner
-    lowest = int(np.floor((low - bottom) / size))
-    highest = int(np.floor((high - bottom) / size))
-    first = _first_not_below(xyz, begin, end, lowest, bottom, size)
-    return first, _first_not_below(xyz, first, end, highest + 1, bottom, size)
+def _layers(low, high, column, size, base, lowest, start):  # type: ignore[no-untyped-def]
+    """Range of points of a column that is not empty, between two heights above the corner."""
+    begin, count = base[column], base[column + 1] - base[column]
+    first = max(np.floor(low / size) - lowest[column], 0.0)
+    last = min(np.floor(high / size) - lowest[column], count - 1.0)
+    if first > last:
+        return np.int64(0), np.int64(0)
+    return start[begin + int(first)], start[begin + int(last) + 1]
 
 
 @njit(cache=True, inline="always")
