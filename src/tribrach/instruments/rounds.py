@@ -125,6 +125,5 @@ def _approximate(directions: Array, known: NDArray[np.bool_]) -> tuple[Array, Ar
                 placed |= known[k]
             done = set(linked)
             waiting = [k for k in waiting if k not in done]
-            reached = (known[waiting] & placed).any(axis=1)
-            linked = [k for k, shares in zip(waiting, reached, strict=True) if shares]
+            linked = [k for k in waiting if (known[k] & placed).any()]
     return orientation, direction
