@@ -80,24 +80,49 @@ def from_station(
     return carried
 
 
-def centred(source: Source, origin: Array, low: Array, high: Array) -> Iterator[Chunk]:
-    """Parts relative to an origin (3,), without points outside a box ``low`` to ``high`` (3,).
+def centred(
+    source: Source, origin: Array, low: Array, high: Array, most: int = CHUNK
+) -> Iterator[Chunk]:
+    """Chunks relative to an origin (3,), without points outside a box ``low`` to ``high`` (3,).
 
     The box [m] is relative to the origin. Coordinates of the size of UTM lose their large part here
-    before anything is multiplied.
+    before anything is multiplied. Small chunks are joined up to ``most`` points, as every chunk is
+    searched from all core points.
 
     Raises
     ------
     InputError : a coordinate is not finite.
     """
+    waiting: list[Chunk] = []
     for part in source():
-        kept, xyz = np.empty(len(part.xyz), dtype=np.int64), np.empty(part.xyz.shape)
-        count = _inside(np.ascontiguousarray(part.xyz), origin, low, high, kept, xyz)
-        if count < 0:
-            raise InputError("a point has a coordinate that is not a number")
-        if count > 0:
-            random = None if part.random is None else part.random[kept[:count]]
-            yield Chunk(xyz[:count], random)
+        some = _cut(part, origin, low, high)
+        if waiting and len(some.xyz) + sum(len(w.xyz) for w in waiting) > most:
+            yield _joined(waiting)
+            waiting = []
+        if len(some.xyz):
+            waiting.append(some)
+    if waiting:
+        yield _joined(waiting)
+
+
+def _cut(part: Chunk, origin: Array, low: Array, high: Array) -> Chunk:
+    """The points of a chunk within the box, relative to the origin."""
+    kept, xyz = np.empty(len(part.xyz), dtype=np.int64), np.empty(part.xyz.shape)
+    count = _inside(np.ascontiguousarray(part.xyz), origin, low, high, kept, xyz)
+    if count < 0:
+        raise InputError("a point has a coordinate that is not a number")
+    random = None if part.random is None else part.random[kept[:count]]
+    # a copy, so that a chunk that is nearly empty does not hold the memory of a full one
+    return Chunk(xyz[:count] if 2 * count > len(xyz) else xyz[:count].copy(), random)
+
+
+def _joined(chunks: list[Chunk]) -> Chunk:
+    """All points of some chunks; covariances only where all have them."""
+    if len(chunks) == 1:
+        return chunks[0]
+    random = [c.random for c in chunks if c.random is not None]
+    whole = np.concatenate(random) if len(random) == len(chunks) else None
+    return Chunk(np.concatenate([c.xyz for c in chunks]), whole)
 
 
 @njit(cache=True, nogil=True)

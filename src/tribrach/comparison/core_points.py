@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 #: most core points that are kept
-MOST = 20_000_000
+MOST = 5_000_000
 #: cells along an axis stay whole numbers in 21 bits
 _CELLS = 1 << 21
 

@@ -19,9 +19,9 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Short = NDArray[np.int32]
 
-#: most columns; beyond it, or with more than eight cells a point, the cells become larger
+#: most columns; beyond it, or with more than four cells a point, the cells become larger
 _MOST_COLUMNS = 1 << 24
-_CELLS_PER_POINT, _FREE_CELLS = 8, 1 << 20
+_CELLS_PER_POINT, _FREE_CELLS = 4, 1 << 20
 #: layers are numbered in 32 bits
 _MOST_LAYERS = 1 << 30
 #: bounds of heights are wider by this, so that rounding hides no point [m]
