@@ -21,6 +21,7 @@ from tribrach.network.separability import confusable
 from tribrach.network.snooping import SnoopingLog, snoop
 from tribrach.network.variance_components import VarianceComponents, estimate_components
 from tribrach.project import Project
+from tribrach.registration.geometry_warnings import geometry_sentences
 from tribrach.report import html, json_result, text
 from tribrach.report.build import build
 from tribrach.report.content import Content
@@ -69,6 +70,7 @@ def solve(
     warnings += constraint_reactions(adjustment).sentences()
     warnings += confusable(adjustment, quality)[:10]
     warnings += placement_sentences(adjustment)
+    warnings += geometry_sentences(adjustment)[:20]
     content = build(
         adjustment,
         quality,

@@ -17,7 +17,7 @@ from tribrach.scan.surface_sample import SurfaceSample, surface_sample
 from tribrach.stages.scans import StationScan
 from tribrach.stages.state import State, digest
 
-__all__ = ["RANGES", "error_budget"]
+__all__ = ["RANGES", "error_budget", "sample_of"]
 
 Array = NDArray[np.float64]
 
@@ -67,15 +67,15 @@ def _sampled(
     scan: StationScan, where: Placement, shares: Mapping[str, Array], state: State
 ) -> _Sampled:
     """Budget of a sample of one scan."""
-    sample = _remembered(scan, state)
+    sample = sample_of(scan, state)
     length = np.linalg.norm(sample.xyz, axis=1)
     cosine = np.abs(np.einsum("ni,ni->n", sample.xyz, sample.normals)) / length
     incidence = np.degrees(np.arccos(np.clip(cosine, 0.0, 1.0)))
     return _Sampled(length, incidence, point_budget(sample.xyz, where, shares, sample.normals))
 
 
-def _remembered(scan: StationScan, state: State) -> SurfaceSample:
-    """The sample of a scan, taken once."""
+def sample_of(scan: StationScan, state: State) -> SurfaceSample:
+    """Some points of a scan with their normals, taken once and remembered."""
     key = digest("surface", _METHOD, state.file_digest(scan.scan.path), scan.scan.index)
     known = state.recall(f"surface-{scan.name}", key)
     if known is None:

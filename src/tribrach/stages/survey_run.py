@@ -23,6 +23,7 @@ from tribrach.stages.extraction import Findings, extract
 from tribrach.stages.grouping import refuse_impossible
 from tribrach.stages.naming import Named, name_targets
 from tribrach.stages.poses import pose_texts
+from tribrach.stages.reach import reach_sentences
 from tribrach.stages.scans import StationScan, open_scans
 from tribrach.stages.state import State
 from tribrach.stages.truth import against_truth, read_truth
@@ -94,7 +95,13 @@ def georeference(
     chapter = replace(chapter, warnings=(*odd, *chapter.warnings))
     budget = error_budget(work.scans, placements, adjustment, work.state, factor)
     charts = budget_charts(budget)
-    chapter = replace(chapter, error_budget=tuple(budget), pictures=(*chapter.pictures, *charts))
+    reach = reach_sentences(work.scans, placements, adjustment, work.state)
+    chapter = replace(
+        chapter,
+        error_budget=tuple(budget),
+        pictures=(*chapter.pictures, *charts),
+        warnings=(*chapter.warnings, *(f"{text[:1].upper()}{text[1:]}." for text in reach)),
+    )
     if project.truth is None:
         return chapter
     file = project.folder / project.truth

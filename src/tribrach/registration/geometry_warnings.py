@@ -1,0 +1,164 @@
+"""Do the targets of a scanner station stand well, and does its scan stay among them?
+
+Angles at the station between 20 and 160 degrees, targets on more than one side, not all on one
+line where no compensator levels the axis, one more than it takes (method section 5.3); and how
+far the points reach beyond the hull of the targets, where errors of the station are extrapolated
+(11.3). Metres and radians of the work frame.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, QhullError
+
+from tribrach.network.adjustment import Adjustment
+from tribrach.network.observations.base import Use
+
+__all__ = ["Surroundings", "extrapolation_factor", "geometry_sentences", "surroundings"]
+
+Array = NDArray[np.float64]
+
+#: targets within a smaller sector are as good as one, within the second on one side only
+_NARROW, _ONE_SIDED = np.radians(20.0), np.radians(90.0)
+_FLAT = np.radians(160.0)
+#: spread across a line over that along it
+_COLLINEAR = 0.1
+#: a target counts as wide as this in the hull of all [m]
+_BREADTH = 0.5
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """A scanner station at a place (3,), the names and places (k, 3) of what it was tied to.
+
+    levelled : does an observed inclination hold its axis?
+    """
+
+    station: str
+    place: Array
+    names: tuple[str, ...]
+    targets: Array
+    levelled: bool
+
+    @property
+    def sector(self) -> float:
+        """The smallest horizontal sector at the station that holds all targets [rad]."""
+        if len(self.targets) < 2:
+            return 0.0
+        plan = (self.targets - self.place)[:, :2]
+        azimuth = np.sort(np.arctan2(plan[:, 0], plan[:, 1]))
+        gaps = np.diff(np.append(azimuth, azimuth[0] + 2 * np.pi))
+        return float(2 * np.pi - gaps.max())
+
+    @property
+    def slenderness(self) -> float:
+        """Spread of the targets across their best line over that along it; 0 on a line."""
+        if len(self.targets) < 3:
+            return 0.0
+        values = np.linalg.svd(self.targets - self.targets.mean(axis=0), compute_uv=False)
+        return float(values[1] / max(values[0], 1e-12))
+
+    def sentences(self) -> list[str]:
+        """What is weak about the geometry, each with what it does."""
+        count, needed = len(self.targets), 2 if self.levelled else 3
+        if count == 0:
+            return []
+        said = []
+        if count <= needed:
+            said.append(
+                f"station {self.station} is tied to {count} "
+                f"target{'s' if count > 1 else ''} ({', '.join(self.names)}), no more than it "
+                "takes: an error in one of them stays unseen"
+            )
+        degrees = np.degrees(self.sector)
+        if count > 1 and self.sector < _NARROW:
+            said.append(
+                f"the targets of station {self.station} lie within {degrees:.0f}° as seen from it: "
+                "its heading and its place across that direction are weak; 20 to 160° are better"
+            )
+        elif count == 2 and self.sector > _FLAT:
+            said.append(
+                f"station {self.station} stands almost on the line between its two targets "
+                f"({degrees:.0f}°): its place rests on distances along that line; 20 to 160° are "
+                "better"
+            )
+        elif count > 2 and self.sector < _ONE_SIDED:
+            said.append(
+                f"the targets of station {self.station} are on one side of it, within "
+                f"{degrees:.0f}°: what was scanned on the other sides is extrapolated"
+            )
+        if not self.levelled and count > 2 and self.slenderness < _COLLINEAR:
+            said.append(
+                f"the targets of station {self.station} lie almost on one line and its axis is "
+                "not levelled: its turn about that line is weak"
+            )
+        return said
+
+
+def geometry_sentences(adjustment: Adjustment) -> list[str]:
+    """The sentences of all scanner stations that are tied to targets only."""
+    return [text for one in surroundings(adjustment) for text in one.sentences()]
+
+
+def surroundings(adjustment: Adjustment) -> list[Surroundings]:
+    """Every scanner station with its targets.
+
+    Stations that planes, other stations or antennas hold as well are left out.
+    """
+    layout, positions = adjustment.layout, adjustment.state.positions
+    points = layout.count("point")
+    seen: list[set[int]] = [set() for _ in layout.names["pose"]]
+    levelled, otherwise = set(), set()
+    for o in adjustment.network.observations:
+        active = np.flatnonzero(o.use == Use.ACTIVE)
+        if hasattr(o, "station") and hasattr(o, "target"):
+            for k in active:
+                seen[int(o.station[k])].add(int(o.target[k]))
+        elif o.kind == "inclination" and hasattr(o, "station"):
+            levelled |= {int(o.station[k]) for k in active}
+        elif hasattr(o, "station"):
+            otherwise |= {int(o.station[k]) for k in active}
+        elif o.kind == "relative_pose":
+            ends = np.concatenate([np.asarray(o.start)[active], np.asarray(o.end)[active]])
+            otherwise |= set(ends.tolist())
+        elif hasattr(o, "start") and hasattr(o, "end"):
+            for k in active:
+                if o.start[k] >= points:
+                    seen[int(o.start[k]) - points].add(int(o.end[k]))
+    names = [*layout.names["point"], *layout.names["pose"]]
+    return [
+        Surroundings(
+            station,
+            positions[points + k],
+            tuple(names[p] for p in sorted(seen[k])),
+            positions[sorted(seen[k])].reshape(-1, 3),
+            k in levelled,
+        )
+        for k, station in enumerate(layout.names["pose"])
+        if k not in otherwise
+    ]
+
+
+def extrapolation_factor(
+    targets: Array, station: Array, points: Array, share: float = 0.95
+) -> float:
+    """By how much the hull of targets and station must grow to hold a share of the points.
+
+    In plan, about the hull's centre; 1 and less lie inside. targets (k, 3), points (n, 3).
+    """
+    corners = np.concatenate([targets[:, :2], station[None, :2]])
+    # targets have a breadth, so that those on one line have a hull too
+    around = _BREADTH * np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
+    corners = (corners[:, None, :] + around).reshape(-1, 2)
+    try:
+        hull = ConvexHull(corners)
+    except QhullError:
+        return float("inf")
+    centre = corners[hull.vertices].mean(axis=0)
+    normal, offset = hull.equations[:, :2], hull.equations[:, 2]
+    inside = -(normal @ centre + offset)
+    reach = ((points[:, :2] - centre) @ normal.T / inside).max(axis=1)
+    return float(np.quantile(reach, share))
