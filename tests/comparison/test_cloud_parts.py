@@ -85,6 +85,6 @@ def test_distances_do_not_depend_on_the_chunks() -> None:
     core = a[np.abs(a[:, :2]).max(axis=1) < 0.8][:60]
     settings = Settings([0.2], 0.15, 0.05)
     one = m3c2(whole(a), whole(b), core, settings)
-    many = m3c2(whole(a, most=333), whole(b, most=1), core, settings)
+    many = m3c2(whole(a, most=333), whole(b, most=97), core, settings)
     assert many.distance == pytest.approx(one.distance, abs=1e-12)
     assert np.array_equal(many.first.count, one.first.count)
