@@ -77,6 +77,19 @@ def test_lost_grid_is_found_from_the_points():
     assert_looks_where_it_says(image, xyz[order])
 
 
+def test_lost_grid_between_the_pixels_is_met_in_their_centres():
+    """Columns that lie half a step beside -pi would fall into either of two pixels by chance."""
+    columns = 301
+    column, row = np.meshgrid(np.arange(columns), np.arange(ROWS))
+    polar = np.stack([np.full(column.size, 5.0), column.ravel(), row.ravel()], axis=1)
+    polar[:, 1:] *= 2 * np.pi / columns
+    polar[:, 2] += 0.2
+    polar[:, 2] += np.random.default_rng(4).normal(0, 2e-3, column.size)
+    polar = polar[polar[:, 2] < 2.6]
+    image = organise(xyz_from_polar(polar))
+    assert (image.index >= 0).sum() > 0.95 * len(polar)
+
+
 def test_thinned_cloud_gets_pixels_of_its_own_spacing():
     xyz, _, _ = room()
     keep = np.random.default_rng(2).permutation(len(xyz))[: len(xyz) // 10]

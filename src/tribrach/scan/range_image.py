@@ -27,6 +27,8 @@ Ranges = NDArray[np.float32]
 
 #: an image has at most this many pixels for every point, and never fewer than the second number
 _PIXELS_PER_POINT, _PIXELS = 4, 4_000_000
+#: directions that tell where a grid lies between the pixels
+_SOME = 50_000
 #: an image that covers this share of the circle is closed to the full circle
 _FULL_CIRCLE = 0.98
 
@@ -120,13 +122,26 @@ def _binned(xyz: Array, step: tuple[float, float]) -> RangeImage:
     while not _affordable(int((v_high - v_low) / step_v) + 1, int(h_span / step_h) + 1, len(xyz)):
         step_h, step_v = 1.25 * step_h, 1.25 * step_v
     wraps = h_span > _FULL_CIRCLE * 2 * np.pi
-    columns = round(2 * np.pi / step_h) if wraps else int(h_span / step_h + 0.5) + 1
+    columns, h_high = round(2 * np.pi / step_h), h_low + h_span
     if wraps:
         step_h = 2 * np.pi / columns
+    h_low, v_low = h_low + _phase(hv[:, 0], h_low, step_h), v_low + _phase(hv[:, 1], v_low, step_v)
+    columns = columns if wraps else int((h_high - h_low) / step_h + 0.5) + 1
     rows = int((v_high - v_low) / step_v + 0.5) + 1
     pixel = _pixels(hv, (h_low, v_low, step_h, step_v), rows, columns)
     index, ranges = _scatter(xyz, pixel, rows, columns)
     return RangeImage(index, ranges, h_low, v_low, step_h, step_v, wraps, False)
+
+
+def _phase(angle: NDArray[np.float32], low: float, step: float) -> float:
+    """By how much [rad] pixels start before ``low`` so that a scanner's grid meets their centres.
+
+    Points between two pixels fall into either by chance, and leave holes. Between -step and 0.
+    """
+    some = angle[:: max(1, len(angle) // _SOME)].astype(float)
+    turn = (some[np.isfinite(some)] - low) * (2 * np.pi / step)
+    ahead = float(np.arctan2(np.sin(turn).mean(), np.cos(turn).mean())) / (2 * np.pi)
+    return step * (ahead - 1 if ahead > 0 else ahead)
 
 
 def _arc(h: NDArray[np.float32]) -> tuple[float, float]:
