@@ -8,7 +8,7 @@ taken as they come, scattered ones along a curve that fills space (Morton order)
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+from numba import njit, prange
 from numpy.typing import NDArray
 from pykdtree.kdtree import KDTree
 
@@ -17,6 +17,8 @@ __all__ = ["Neighbours", "nearest"]
 Array = NDArray[np.float64]
 Indices = NDArray[np.uint32]
 
+#: points in a leaf of the tree: the fastest for scans
+_LEAF = 24
 #: queries at a time
 _BLOCK = 1_000_000
 #: consecutive points further apart than this share of the cloud's diagonal are in no order
@@ -42,15 +44,15 @@ class Neighbours:
         self._order: Indices | None = None
         if self.count == 0:
             return
-        _refuse_infinite(reference)
-        self.origin = (reference.min(axis=0) + reference.max(axis=0)) / 2
+        bounds = _checked_bounds(reference)
+        self.origin = bounds.mean(axis=0)
         self.points = np.ascontiguousarray(reference - self.origin)
-        order = _order(self.points)
+        order = _order(self.points, bounds - self.origin)
         if order is not None:
             self.points = self.points[order]
             # what no point was found for has the number m, before and after
             self._order = np.append(order, self.count).astype(np.uint32)
-        self._tree = KDTree(self.points)
+        self._tree = KDTree(self.points, leafsize=_LEAF)
 
     def query(self, points: Array, limit: float = np.inf, k: int = 1) -> tuple[Array, Indices]:
         """Distances [m] to the nearest points (n, 3) and their indices; (n,), or (n, k) if k > 1.
@@ -68,13 +70,12 @@ class Neighbours:
         self, points: Array, limit: float = np.inf, k: int = 1
     ) -> tuple[Array, Indices]:
         """The same with indices into :attr:`points`, which is centred and may be reordered."""
-        _refuse_infinite(points)
         shape = (len(points),) if k == 1 else (len(points), k)
         distances = np.full(shape, np.inf)
         found = np.full(shape, self.count, dtype=np.uint32)
         if self.count == 0 or len(points) == 0:
             return distances, found
-        order = _order(points)
+        order = _order(points, _checked_bounds(points))
         bound = None if np.isinf(limit) else limit
         for first in range(0, len(points), _BLOCK):
             here = slice(first, first + _BLOCK) if order is None else order[first : first + _BLOCK]
@@ -102,24 +103,53 @@ def nearest(query: Array, reference: Array, limit: float = np.inf) -> tuple[Arra
     return Neighbours(reference).query(query, limit)
 
 
-def _refuse_infinite(points: Array) -> None:
-    """A tree searched at NaN does not come back."""
-    if not np.isfinite(points).all():
+def _checked_bounds(points: Array) -> Array:
+    """Smallest and largest coordinates (2, 3); a tree searched at NaN does not come back."""
+    bounds = _bounds(np.asarray(points, dtype=np.float64))
+    if not np.isfinite(bounds).all():
         raise ValueError("coordinates must be finite")
+    return np.asarray(bounds, dtype=np.float64)
 
 
-def _order(points: Array) -> NDArray[np.int64] | None:
+def _order(points: Array, bounds: Array) -> NDArray[np.int64] | None:
     """The order along the curve (n,), None for points that already follow each other."""
     if len(points) < _FEW:
         return None
-    low, high = points.min(axis=0), points.max(axis=0)
+    extent = bounds[1] - bounds[0]
     step = max(1, len(points) // 4096)
     first = points[:-1:step]
     steps = np.linalg.norm(points[1::step][: len(first)] - first, axis=1)
-    if np.median(steps) <= _SCATTERED * np.linalg.norm(high - low):
+    if np.median(steps) <= _SCATTERED * np.linalg.norm(extent):
         return None
-    scale = (2**_BITS - 1) / max(float((high - low).max()), 1e-9)
-    return np.argsort(_morton(points, low, scale), kind="stable")
+    scale = (2**_BITS - 1) / max(float(extent.max()), 1e-9)
+    return np.argsort(_morton(points, bounds[0], scale), kind="stable")
+
+
+@njit(cache=True, nogil=True, parallel=True)
+def _bounds(points):  # type: ignore[no-untyped-def]
+    """Smallest and largest coordinates (2, 3), NaN if there is one among them."""
+    blocks = (len(points) + 99_999) // 100_000
+    found = np.empty((blocks, 2, 3))
+    for block in prange(blocks):
+        low, high = np.full(3, np.inf), np.full(3, -np.inf)
+        for n in range(block * 100_000, min((block + 1) * 100_000, len(points))):
+            for axis in range(3):
+                value = points[n, axis]
+                if not np.isfinite(value):
+                    low[axis], high[axis] = np.nan, np.nan
+                elif not np.isnan(low[axis]):
+                    low[axis], high[axis] = min(low[axis], value), max(high[axis], value)
+        found[block, 0], found[block, 1] = low, high
+    out = found[0]
+    for block in range(1, blocks):
+        for axis in range(3):
+            # NaN stays: it is neither below nor above
+            if np.isnan(found[block, 0, axis]):
+                out[0, axis] = np.nan
+            elif not np.isnan(out[0, axis]):
+                out[0, axis] = min(out[0, axis], found[block, 0, axis])
+                out[1, axis] = max(out[1, axis], found[block, 1, axis])
+    return out
 
 
 @njit(cache=True, nogil=True)
