@@ -1,12 +1,15 @@
 import numpy as np
 import pytest
+from scipy import stats
 
 from tests.comparison.two_stations import ORIGIN, PLACES, joint_covariance, pair
+from tests.network.facade import SIGMA, STATIONS, facade
 from tribrach.cloud.placement import Placement
 from tribrach.comparison.station_pair import StationPair, along_normals
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import exp, skew
+from tribrach.network.adjustment import adjust
 
 POINTS = ORIGIN + np.random.default_rng(3).uniform(-8, 8, (7, 3))
 
@@ -58,3 +61,34 @@ def test_matrices_that_are_no_covariance() -> None:
     with pytest.raises(InputError, match="negative"):
         StationPair(*PLACES, np.diag([1.0] * 11 + [-1.0]))
     StationPair(*PLACES, np.zeros((12, 12)))
+
+
+def test_adjusted_stations_miss_each_other_as_their_joint_covariance_says() -> None:
+    # a point of the facade, in the frames of both scanners
+    point = np.array([20.0, 30.5, 12.0])
+    names = list(STATIONS)
+    seen = [
+        (point - np.array(place)) @ exp(np.array([0.0, 0.0, heading]))
+        for place, heading in STATIONS.values()
+    ]
+    squares, alone = [], []
+    for seed in range(120):
+        found = adjust(facade(dict.fromkeys(SIGMA, 1.0), seed).network())
+        state = found.state
+        poses = [
+            Pose(state.pose_r[k], state.pose_t[k])
+            for k in (state.layout.index("pose", name) for name in names)
+        ]
+        miss = poses[1] @ seen[1] - poses[0] @ seen[0]
+        pair_of = StationPair.from_adjustment(found, *names)
+        squares.append(miss @ np.linalg.solve(pair_of.registration(point[None])[0], miss))
+        halves = [
+            Placement(name, pose, found.covariance(name), None)
+            for name, pose in zip(names, poses, strict=True)
+        ]
+        apart = StationPair.independent(*halves).registration(point[None])[0]
+        alone.append(miss @ np.linalg.solve(apart, miss))
+    assert stats.kstest(squares, stats.chi2(3).cdf).pvalue > 0.01
+    # without the correlation through control and targets the stations would seem worse
+    assert stats.kstest(alone, stats.chi2(3).cdf).pvalue < 1e-6
+    assert np.mean(alone) < 0.7 * 3

@@ -1,7 +1,7 @@
 """Along which direction is the change measured? Normals of core points at a scale D.
 
 The normal is the direction of least spread of the points within D / 2 (principal components;
-Lague, Brodu and Leroux 2013, section 3.1). Where several scales are given, that one is taken where
+Lague, Brodu and Leroux 2013). Where several scales are given, that one is taken where
 the surface is most planar: the largest ``(l2 - l3) / l1`` of the sorted variances. Metres.
 """
 

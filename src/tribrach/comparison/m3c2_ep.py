@@ -7,7 +7,7 @@ divided. Three levels of detection at 95 %:
 
 - quadratic : ``1.96 s_L``, five false alarms in a hundred;
 - additive : ``1.96 (s_noise + s_reg)``, in the manner of plain M3C2, too wide;
-- spatial : ``sqrt(chi2_3 / (n^T C^-1 n))``, as published for M3C2-EP: the displacement ``L n``
+- spatial : ``sqrt(chi2_3 / (n^T C^-1 n))``, as py4dgeo has it: the displacement ``L n``
   tested in three dimensions with ``C = S_1 + S_2 + C_reg``. For round covariances that is 2.80 s_L.
 
 Metres.

@@ -1,7 +1,7 @@
 """What of a cloud lies in the projection cylinders: counts, sums, sorted distances.
 
 A cylinder of diameter d about the normal through each core point reaches the depth to both sides
-(Lague, Brodu and Leroux 2013, section 3.2). Distances along the normal are relative to the core
+(Lague, Brodu and Leroux 2013). Distances along the normal are relative to the core
 point. Sums add up over the parts of a cloud; medians take the distances themselves, in blocks of
 core points that fit into memory. Metres.
 """

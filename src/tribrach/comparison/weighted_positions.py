@@ -2,7 +2,7 @@
 
 Each point weighs ``w = 1 / (n^T C n)`` by its own random covariance C, so that the mean along the
 normal has ``Sigma w d / Sigma w`` and the covariance ``S = Sigma w^2 C / (Sigma w)^2`` (Winiwarter,
-Anders and Höfle 2021, section 3; method section 9.3). What the station contributes is not in C: it
+Anders and Höfle 2021; method section 9.3). What the station contributes is not in C: it
 is common to all points and never averages out. Metres.
 """
 
