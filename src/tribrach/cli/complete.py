@@ -1,0 +1,51 @@
+"""The command complete: what no station saw, or only one, or none well enough."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tribrach.cli.shell import app, guarded, shown
+from tribrach.io.outputs import write_texts
+from tribrach.report.completeness_page import completeness_page, completeness_text
+from tribrach.stages.completing import complete_clouds
+
+__all__ = ["complete"]
+
+
+@app.command()
+def complete(
+    clouds: Annotated[list[Path], typer.Argument(help="Clouds in one frame, one per station.")],
+    model: Annotated[
+        Path | None, typer.Option(help="What should be there: a cloud, or a mesh (.stl, .obj).")
+    ] = None,
+    cell_m: Annotated[float, typer.Option(min=1e-3, max=100, help="Size of cells.")] = 0.1,
+    sigma_mm: Annotated[
+        float | None, typer.Option(min=1e-3, max=1e5, help="Required sigma of points (3D).")
+    ] = None,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write it as JSON.")] = None,
+    html_file: Annotated[
+        Path | None, typer.Option("--html", help="Write a page with maps.")
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+) -> None:
+    """Say which surfaces no station, one or several saw, and where the sigma is not reached."""
+
+    def work() -> None:
+        required = None if sigma_mm is None else sigma_mm / 1e3
+        with shown(quiet) as progress:
+            found = complete_clouds(clouds, model, cell_m, required, progress)
+        texts = {}
+        if json_file is not None:
+            texts[json_file] = json.dumps(found.to_json(), indent=1, allow_nan=False) + "\n"
+        if html_file is not None:
+            title = ", ".join(path.name for path in clouds[:4])
+            texts[html_file] = completeness_page(title, found)
+        write_texts(texts)
+        if not quiet:
+            typer.echo(completeness_text(found))
+
+    guarded(work)

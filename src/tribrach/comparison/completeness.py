@@ -1,0 +1,222 @@
+"""Which surfaces did no station see, or one, or several, and where is the sigma not good enough?
+
+Surfaces are the cells of a grid that hold points: of a model, or of all clouds together. A station
+sees a cell if it has points in it or in one that shares a face with it, so that noise across the
+border of cells does not hide a surface. The sigma of a cell is the root mean square of the
+three-dimensional sigmas of its points from the station that is best there: errors of a station do
+not average out. Metres.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from tribrach.comparison.patches import Patches, PatchGrid, found_in
+
+__all__ = ["Completeness", "Gap", "assess_completeness"]
+
+Array = NDArray[np.float64]
+Keys = NDArray[np.int64]
+
+_FACES = ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1))
+#: half of the 26 neighbours: each pair once
+_FORWARD = tuple(
+    (i, j, k) for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1) if (i, j, k) > (0, 0, 0)
+)
+#: a cell of the union with fewer points in all is stray
+_STRAY = 3
+
+
+@dataclass(frozen=True)
+class Gap:
+    """Cells that hang together and lack something: its middle (3,), extents (3,) [m], cells."""
+
+    middle: tuple[float, float, float]
+    extent: tuple[float, float, float]
+    cells: int
+
+
+@dataclass(frozen=True)
+class Completeness:
+    """Cells of the surface and what the stations know of them.
+
+    size : of a cell [m]; modelled : is the surface that of a model, else of all clouds; centres
+    (n, 3) [m]; seen (n,) : by how many stations; sigma (n,) [m] of the best, NaN where none is
+    known; required : the sigma asked for [m]; shares : of the cells that each station sees.
+    """
+
+    size: float
+    modelled: bool
+    centres: Array
+    seen: NDArray[np.int64]
+    sigma: Array
+    required: float | None
+    shares: dict[str, float]
+    unseen_gaps: tuple[Gap, ...]
+    single_gaps: tuple[Gap, ...]
+    weak_gaps: tuple[Gap, ...]
+
+    @property
+    def classes(self) -> dict[str, int]:
+        """Cells by the number of stations that see them."""
+        return {
+            "no station": int(np.count_nonzero(self.seen == 0)),
+            "one station": int(np.count_nonzero(self.seen == 1)),
+            "two stations": int(np.count_nonzero(self.seen == 2)),
+            "three and more": int(np.count_nonzero(self.seen > 2)),
+        }
+
+    @property
+    def sigmas(self) -> dict[str, int]:
+        """Cells that are seen by whether the required sigma is reached; empty if none is asked."""
+        if self.required is None:
+            return {}
+        there, known = self.seen > 0, np.isfinite(self.sigma)
+        reached = known & (np.where(known, self.sigma, np.inf) <= self.required)
+        return {
+            "reached": int(np.count_nonzero(there & reached)),
+            "not reached": int(np.count_nonzero(there & known & ~reached)),
+            "unknown": int(np.count_nonzero(there & ~known)),
+        }
+
+    def sentences(self) -> list[str]:
+        """What a reader should take from it."""
+        n = max(1, len(self.seen))
+        what = "the model" if self.modelled else "all that was scanned"
+        words = [f"{count / n:.1%} by {name}" for name, count in self.classes.items()]
+        if not self.modelled:
+            words = words[1:]
+        said = [f"Of {what}, {n:,} cells of {self.size:g} m, seen: {', '.join(words)}."]
+        if not self.modelled:
+            said.append(
+                "What no station saw cannot be told from the clouds alone: give a model for that."
+            )
+        if self.required is not None:
+            found = self.sigmas
+            there = max(1, sum(found.values()))
+            said.append(
+                f"The required sigma of {1e3 * self.required:g} mm (3D, best station) is reached "
+                f"on {found['reached'] / there:.1%} of what is seen, not on "
+                f"{found['not reached'] / there:.1%}, unknown on {found['unknown'] / there:.1%}."
+            )
+        return said
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain numbers, names as keys."""
+        return {
+            "cell": self.size,
+            "surface": "model" if self.modelled else "union of the clouds",
+            "cells": len(self.seen),
+            "seen_by": self.classes,
+            "stations": self.shares,
+            "required_sigma": self.required,
+            "sigma": self.sigmas or None,
+            "gaps": {
+                name: [{"middle": g.middle, "extent": g.extent, "cells": g.cells} for g in gaps]
+                for name, gaps in (
+                    ("no_station", self.unseen_gaps),
+                    ("one_station", self.single_gaps),
+                    ("sigma_not_reached", self.weak_gaps),
+                )
+            },
+            "sentences": self.sentences(),
+        }
+
+
+def assess_completeness(
+    grid: PatchGrid,
+    stations: Mapping[str, Patches],
+    *,
+    model: Keys | None = None,
+    required: float | None = None,
+    gaps: int = 10,
+) -> Completeness:
+    """Assess merged patches of stations by name.
+
+    model : cells (n,) of the surface, the union of the stations if not given; required : sigma
+    [m]; gaps : how many of the largest to name of each sort.
+    """
+    cells = _union(stations) if model is None else np.unique(model)
+    seen = np.zeros(len(cells), dtype=np.int64)
+    best = np.full(len(cells), np.inf)
+    shares = {}
+    for name, patches in stations.items():
+        count, total = _around(patches, cells)
+        there = count > 0
+        seen += there
+        variance = np.divide(total, count, out=np.full(len(cells), np.inf), where=there)
+        known = there & (total > 0)
+        best[known] = np.minimum(best[known], variance[known])
+        shares[name] = float(there.mean()) if len(cells) else 0.0
+    sigma = np.sqrt(np.where(np.isfinite(best), best, np.nan))
+    weak = np.zeros(len(cells), dtype=bool)
+    if required is not None:
+        weak = (seen > 0) & (np.nan_to_num(sigma, nan=0.0) > required)
+    return Completeness(
+        size=grid.size,
+        modelled=model is not None,
+        centres=grid.centres(cells),
+        seen=seen,
+        sigma=sigma,
+        required=required,
+        shares=shares,
+        unseen_gaps=_gaps(grid, cells[seen == 0], gaps),
+        single_gaps=_gaps(grid, cells[seen == 1], gaps),
+        weak_gaps=_gaps(grid, cells[weak], gaps),
+    )
+
+
+def _union(stations: Mapping[str, Patches]) -> Keys:
+    """Cells with enough points of all stations together."""
+    empty = np.zeros(0, dtype=np.int64)
+    keys = np.concatenate([empty, *(p.keys for p in stations.values())])
+    counts = np.concatenate([empty, *(p.counts for p in stations.values())])
+    cells, where = np.unique(keys, return_inverse=True)
+    chosen: Keys = cells[np.bincount(where, weights=counts, minlength=len(cells)) >= _STRAY]
+    return chosen
+
+
+def _around(patches: Patches, cells: Keys) -> tuple[NDArray[np.int64], Array]:
+    """Points (n,) and variances (n,) of a station in cells and those that share a face."""
+    count, total = np.zeros(len(cells), dtype=np.int64), np.zeros(len(cells))
+    for step in ((0, 0, 0), *_FACES):
+        place = found_in(patches.keys, PatchGrid.shifted(cells, step))
+        hit = place >= 0
+        count[hit] += patches.counts[place[hit]]
+        total[hit] += patches.sums[place[hit]]
+    return count, total
+
+
+def _gaps(grid: PatchGrid, cells: Keys, most: int) -> tuple[Gap, ...]:
+    """The largest groups of neighbouring cells (n,), sorted."""
+    if len(cells) == 0:
+        return ()
+    rows, columns = [], []
+    for step in _FORWARD:
+        place = found_in(cells, PatchGrid.shifted(cells, step))
+        hit = np.flatnonzero(place >= 0)
+        rows.append(hit)
+        columns.append(place[hit])
+    row, column = np.concatenate(rows), np.concatenate(columns)
+    graph = coo_array((np.ones(len(row), dtype=np.int8), (row, column)), shape=(len(cells),) * 2)
+    _, label = connected_components(graph, directed=False)
+    size = np.bincount(label)
+    centres = grid.centres(cells)
+    out = []
+    for group in np.argsort(-size, kind="stable")[:most]:
+        mine = centres[label == group]
+        low, high = mine.min(axis=0), mine.max(axis=0)
+        extent = high - low + grid.size
+        out.append(Gap(_triple((low + high) / 2), _triple(extent), int(size[group])))
+    return tuple(out)
+
+
+def _triple(x: Array) -> tuple[float, float, float]:
+    return float(x[0]), float(x[1]), float(x[2])

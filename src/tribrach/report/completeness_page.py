@@ -1,0 +1,166 @@
+"""Completeness of a survey as text and as a page with a map."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from tribrach.comparison.completeness import Completeness, Gap
+from tribrach.report.page import page, picture
+from tribrach.report.scan_content import Picture
+from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
+
+__all__ = ["completeness_page", "completeness_text"]
+
+Array = NDArray[np.float64]
+
+#: cells shown in a map, drawn at random from more
+_SHOWN = 60_000
+_COLOURS = ("#a3231c", "#e0a030", "#8fbc5a", "#1d6b3a")
+_LABELS = ("no station", "one station", "two stations", "three and more")
+
+
+def completeness_text(found: Completeness) -> str:
+    """What a terminal shows: the findings, the stations, the largest gaps."""
+    lines = found.sentences()
+    lines += [f"{name} sees {share:.1%}" for name, share in found.shares.items()]
+    for title, gaps in _sorts(found):
+        lines += [f"{title}: {_words(gap)}" for gap in gaps[:3]]
+    return "\n".join(lines)
+
+
+def completeness_page(title: str, found: Completeness) -> str:
+    """The whole of it as one HTML file."""
+    pictures = [_map(found)]
+    if found.required is not None:
+        pictures.append(_sigma_map(found))
+    return page(
+        "Completeness",
+        title,
+        found.sentences(),
+        pictures,
+        [_classes(found), _stations(found), *_gap_tables(found)],
+        f"Cells of {found.size:g} m; a station sees a cell if it has points in it or in one that "
+        "shares a face with it.",
+    )
+
+
+def _sorts(found: Completeness) -> list[tuple[str, Sequence[Gap]]]:
+    return [
+        ("Seen by no station", found.unseen_gaps),
+        ("Seen by one station only", found.single_gaps),
+        ("Sigma not reached", found.weak_gaps),
+    ]
+
+
+def _words(gap: Gap) -> str:
+    x, y, z = gap.middle
+    size = " x ".join(f"{e:.1f}" for e in gap.extent)
+    return f"{gap.cells} cells around {x:.1f}, {y:.1f}, {z:.1f} ({size} m)"
+
+
+def _chosen(count: int) -> NDArray[np.int64]:
+    """Cells of a map: all, or some at random, the same ones each time."""
+    if count <= _SHOWN:
+        return np.arange(count)
+    return np.sort(np.random.default_rng(0).choice(count, _SHOWN, replace=False))
+
+
+def _axes_of(found: Completeness, which: NDArray[np.int64]) -> tuple[Array, Array, str]:
+    """Plan (n, 2) and the view from the side (n, 2) along the longer way; words for its axis."""
+    xyz = found.centres[which]
+    plan = xyz[:, :2] - xyz[:, :2].mean(axis=0)
+    _, _, axes = np.linalg.svd(plan[:: max(1, len(plan) // 5000)], full_matrices=False)
+    along = plan @ axes[0]
+    azimuth = np.degrees(np.arctan2(axes[0, 0], axes[0, 1])) % 180
+    return xyz[:, :2], np.stack([along, xyz[:, 2]], axis=1), f"along {azimuth:.0f}° [m]"
+
+
+def _panels(found: Completeness) -> tuple[Figure, Axes, Axes, NDArray[np.int64], Array, Array]:
+    which = _chosen(len(found.seen))
+    plan, side, words = _axes_of(found, which)
+    figure = Figure(figsize=(11, 5), dpi=110, layout="constrained")
+    left, right = figure.subplots(1, 2)
+    origin = np.round(plan.mean(axis=0), -1)
+    left.set(aspect="equal", xlabel=f"x - {origin[0]:.0f} m", ylabel=f"y - {origin[1]:.0f} m")
+    right.set(aspect="equal", xlabel=words, ylabel="height [m]")
+    return figure, left, right, which, plan - origin, side
+
+
+def _map(found: Completeness) -> Picture:
+    """Cells by the number of stations, those that lack most on top."""
+    figure, left, right, which, plan, side = _panels(found)
+    level = np.minimum(found.seen[which], 3)
+    for k in (3, 2, 1, 0):
+        mine = level == k
+        if mine.any():
+            style = {"s": 1.5, "color": _COLOURS[k], "linewidths": 0}
+            left.scatter(*plan[mine].T, label=_LABELS[k], **style)
+            right.scatter(*side[mine].T, **style)
+    figure.legend(loc="outside lower center", ncols=4, frameon=False, markerscale=6)
+    caption = (
+        f"{len(which):,} of {len(found.seen):,} cells in plan and from the side; what fewer "
+        "stations see lies on top."
+    )
+    return picture("seen", "Seen by how many stations", figure, caption)
+
+
+def _sigma_map(found: Completeness) -> Picture:
+    """Sigma of the best station, the worst on top."""
+    figure, left, right, which, plan, side = _panels(found)
+    sigma = 1e3 * found.sigma[which]
+    order = np.argsort(np.nan_to_num(sigma, nan=-1.0))
+    order = order[np.isfinite(sigma[order])]
+    limit = 2e3 * (found.required or 0.0)
+    style = {"c": sigma[order], "s": 1.5, "linewidths": 0, "cmap": "RdYlGn_r", "vmax": limit}
+    shown = left.scatter(*plan[order].T, vmin=0.0, **style)
+    right.scatter(*side[order].T, vmin=0.0, **style)
+    figure.colorbar(shown, ax=[left, right], label="3D sigma [mm]", shrink=0.8)
+    caption = "Sigma of the best station in every cell; yellow is what is required."
+    return picture("sigma", "Required sigma", figure, caption)
+
+
+def _classes(found: Completeness) -> Table:
+    n = max(1, len(found.seen))
+    rows = [*found.classes.items(), *((f"sigma {k}", v) for k, v in found.sigmas.items())]
+    columns = [
+        (Column("Seen by", numeric=False), lambda row: text_cell(row[0])),
+        (Column("cells"), lambda row: number_cell(row[1], f"{row[1]:,}")),
+        (Column("share", "%"), lambda row: number_cell(row[1] / n, f"{100 * row[1] / n:.1f}")),
+    ]
+    note = "Shares of all cells of the surface. The sigma is that of the best station in a cell."
+    return build_table("classes", "Cells", note, rows, columns)
+
+
+def _stations(found: Completeness) -> Table:
+    columns = [
+        (Column("Station", numeric=False), lambda row: text_cell(row[0])),
+        (Column("sees", "%"), lambda row: number_cell(row[1], f"{100 * row[1]:.1f}")),
+    ]
+    return build_table("stations", "Stations", "", list(found.shares.items()), columns)
+
+
+def _gap_tables(found: Completeness) -> list[Table]:
+    """The largest gaps of every sort."""
+    columns = [
+        *((Column(axis, "m"), _middle(k)) for k, axis in enumerate("xyz")),
+        *((Column(f"along {axis}", "m"), _extent(k)) for k, axis in enumerate("xyz")),
+        (Column("cells"), lambda gap: number_cell(gap.cells, f"{gap.cells:,}")),
+    ]
+    names = ("unseen", "single", "weak")
+    return [
+        build_table(name, f"Largest places: {title.lower()}", "", gaps, columns)
+        for name, (title, gaps) in zip(names, _sorts(found), strict=True)
+    ]
+
+
+def _middle(k: int) -> Callable[[Gap], Cell]:
+    return lambda gap: number_cell(gap.middle[k], f"{gap.middle[k]:.2f}")
+
+
+def _extent(k: int) -> Callable[[Gap], Cell]:
+    return lambda gap: number_cell(gap.extent[k], f"{gap.extent[k]:.2f}")

@@ -1,0 +1,140 @@
+"""Completeness: cells counted once, seen by whom, sigma of the best station, gaps, memory."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tribrach.comparison import patches as module
+from tribrach.comparison.completeness import assess_completeness
+from tribrach.comparison.patches import Patches, PatchGrid, found_in
+from tribrach.errors import InputError
+
+GRID = PatchGrid(np.zeros(3), 0.1)
+
+
+def wall(low: float, high: float, pitch: float = 0.02) -> np.ndarray:
+    """Points of a wall in the middle of cells in y, from low to high along x, 2 m high."""
+    x, z = np.meshgrid(np.arange(low, high, pitch) + pitch / 2, np.arange(0, 2, pitch) + pitch / 2)
+    return np.stack([x.ravel(), np.full(x.size, 0.05), z.ravel()], axis=1)
+
+
+def patches(xyz: np.ndarray, sigma: float | np.ndarray | None = None) -> Patches:
+    out = Patches()
+    variance = None if sigma is None else np.broadcast_to(np.square(sigma), len(xyz)).copy()
+    out.add(GRID.keys(xyz), variance)
+    out.merge()
+    return out
+
+
+@settings(deadline=None)
+@given(st.lists(st.tuples(*[st.integers(-(10**5), 10**5)] * 3), min_size=1, max_size=40))
+def test_cells_are_numbered_both_ways(cells: list[tuple[int, int, int]]) -> None:
+    grid = PatchGrid(np.array([2.3e6, 5.5e5, 12.0]), 0.05)
+    index = np.array(cells)
+    centres = grid.origin + (index + 0.5) * grid.size
+    keys = grid.keys(centres)
+    assert (grid.indices(keys) == index).all()
+    assert grid.centres(keys) == pytest.approx(centres, abs=1e-6)
+    moved = grid.keys(centres + grid.size * np.array([1, -1, 0]))
+    assert (PatchGrid.shifted(keys, (1, -1, 0)) == moved).all()
+
+
+def test_chunks_give_what_one_gives(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "_WAITING", 50)
+    rng = np.random.default_rng(1)
+    xyz, sigma = rng.uniform(-2, 2, (5000, 3)), rng.uniform(1e-3, 5e-3, 5000)
+    once = patches(xyz, sigma)
+    parts = Patches()
+    for k in range(0, 5000, 137):
+        parts.add(GRID.keys(xyz[k : k + 137]), sigma[k : k + 137] ** 2)
+    parts.merge()
+    assert (parts.keys == once.keys).all()
+    assert (parts.counts == once.counts).all()
+    assert parts.sums == pytest.approx(once.sums)
+    assert once.counts.sum() == 5000
+
+
+def test_too_many_cells_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "MOST", 100)
+    with pytest.raises(InputError, match="take larger ones"):
+        patches(np.random.default_rng(1).uniform(-5, 5, (500, 3)))
+
+
+def test_points_far_apart_are_refused() -> None:
+    with pytest.raises(InputError, match="105 km apart"):
+        GRID.keys(np.array([[2e5, 0.0, 0.0]]))
+
+
+def test_found_in() -> None:
+    keys = np.array([2, 5, 9])
+    assert found_in(keys, np.array([5, 4, 10, 2, 1])).tolist() == [1, -1, -1, 0, -1]
+    assert found_in(np.zeros(0, dtype=np.int64), keys).tolist() == [-1, -1, -1]
+
+
+def test_shares_of_a_wall() -> None:
+    """10 m of wall: the first six metres from A, the last six from B, of which two from both."""
+    both = {"A": patches(wall(0, 6)), "B": patches(wall(4, 10))}
+    found = assess_completeness(GRID, both)
+    assert len(found.seen) == 100 * 20
+    # a station also sees the cell beside its last one
+    assert found.classes == {
+        "no station": 0,
+        "one station": (39 + 39) * 20,
+        "two stations": 22 * 20,
+        "three and more": 0,
+    }
+    assert found.shares["A"] == pytest.approx(0.61)
+    assert [gap.cells for gap in found.single_gaps] == [39 * 20, 39 * 20]
+    assert found.single_gaps[0].extent == pytest.approx((3.9, 0.1, 2.0))
+    assert found.single_gaps[0].middle == pytest.approx((1.95, 0.05, 1.0))
+    assert "cannot be told" in " ".join(found.sentences())
+
+
+def test_a_model_shows_what_nobody_saw() -> None:
+    stations = {"A": patches(wall(0, 6)), "B": patches(wall(4, 8))}
+    found = assess_completeness(GRID, stations, model=patches(wall(0, 10)).keys)
+    assert found.classes["no station"] == 19 * 20
+    (gap,) = found.unseen_gaps
+    assert gap.middle[0] == pytest.approx((8.1 + 10) / 2)
+    assert "19.0% by no station" in found.sentences()[0]
+    assert found.to_json()["surface"] == "model"
+
+
+def test_noise_across_a_border_of_cells_hides_nothing() -> None:
+    rng = np.random.default_rng(3)
+    stations = {}
+    for name, side in (("A", 1), ("B", -1)):
+        xyz = wall(0, 5)
+        # A sees the wall just in front of the border of two layers, B just behind
+        xyz[:, 1] = 0.1 + side * np.abs(rng.normal(0, 0.002, len(xyz)))
+        stations[name] = patches(xyz)
+    found = assess_completeness(GRID, stations)
+    assert found.classes["one station"] == 0
+
+
+def test_stray_points_are_no_surface() -> None:
+    stations = {"A": patches(np.vstack([wall(0, 1), [[50.0, 50.0, 50.0]]]))}
+    assert len(assess_completeness(GRID, stations).seen) == 10 * 20
+
+
+def test_sigma_is_that_of_the_best_station() -> None:
+    stations = {
+        "A": patches(wall(0, 6), 0.004),
+        "B": patches(wall(4, 10), 0.008),
+        "C": patches(wall(0, 1)),
+    }
+    found = assess_completeness(GRID, stations, required=0.005)
+    assert np.unique(np.round(found.sigma, 9)).tolist() == [0.004, 0.008]
+    assert found.sigmas == {"reached": 61 * 20, "not reached": 39 * 20, "unknown": 0}
+    assert found.weak_gaps[0].cells == 39 * 20
+    assert "61.0%" in found.sentences()[-1]
+    nothing = assess_completeness(GRID, {"C": patches(wall(0, 1))}, required=0.005)
+    assert nothing.sigmas == {"reached": 0, "not reached": 0, "unknown": 200}
+
+
+def test_many_points_do_not_make_a_sigma_small() -> None:
+    few, many = patches(wall(0, 1, 0.05), 0.003), patches(wall(0, 1, 0.01), 0.003)
+    for one in (few, many):
+        sigma = assess_completeness(GRID, {"A": one}).sigma
+        assert sigma == pytest.approx(0.003)
