@@ -12,6 +12,7 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from tribrach.scan.range_image import RangeImage
+from tribrach.targets.surface_circle import on_circle, shortening, slope
 
 __all__ = ["blobs"]
 
@@ -85,27 +86,9 @@ def _score(light, ranges, steps, wave, radius, least, wraps, out):  # type: igno
             # large discs need not be tried at every pixel
             if i % max(1, int(_STRIDE * ry)) or j % max(1, int(_STRIDE * rx)):
                 continue
-            p, q = _slope(ranges, i, j, rx, ry, steps, wraps)
+            p, q = slope(ranges, i, j, rx, ry, steps, wraps)
             if p * p + q * q < _STEEPEST:
                 out[i, j] = _spot(light, ranges, i, j, p, q, steps[i], wave, radius, least, wraps)
-
-
-@njit(cache=True, nogil=True, inline="always")
-def _slope(ranges, i, j, rx, ry, steps, wraps):  # type: ignore[no-untyped-def]
-    """Change of range per metre across the beam, along rows and along columns; infinite if open."""
-    rows, columns = ranges.shape
-    a, b = max(1, int(0.5 * ry + 0.5)), max(1, int(0.5 * rx + 0.5))
-    left, right = j - b, j + b
-    if wraps:
-        left, right = left % columns, right % columns
-    if i < a or i + a >= rows or left < 0 or right >= columns:
-        return np.inf, np.inf
-    r = ranges[i, j]
-    p = (ranges[i, right] - ranges[i, left]) / (2 * b * r * steps[i, 1])
-    q = (ranges[i + a, j] - ranges[i - a, j]) / (2 * a * r * steps[i, 0])
-    if np.isnan(p + q):
-        return np.inf, np.inf
-    return p, q
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -113,17 +96,14 @@ def _spot(light, ranges, i, j, p, q, step, wave, radius, least, wraps):  # type:
     """Difference of the light on both circles over the sum of its spreads along them."""
     rows, columns = light.shape
     r = ranges[i, j]
-    square = p * p + q * q
-    # a vector across the beam is shortened along the slope by the cosine of incidence
-    short = (1 - 1 / np.sqrt(1 + square)) / square if square > 1e-12 else 0.0
+    short = shortening(p, q)
     mean, spread = np.zeros(2), np.zeros(2)
     for circle in range(2):
         size = radius * (_OUTER if circle else _INNER)
         count, total, squares = 0, 0.0, 0.0
         stride = 1 if circle else 2
         for k in range(0, len(wave), stride):
-            along = short * (p * wave[k, 0] + q * wave[k, 1])
-            x, y = size * (wave[k, 0] - along * p), size * (wave[k, 1] - along * q)
+            x, y = on_circle(wave[k, 0], wave[k, 1], size, p, q, short)
             a = int(np.rint(i + y / (r * step[0])))
             b = int(np.rint(j + x / (r * step[1])))
             if wraps:

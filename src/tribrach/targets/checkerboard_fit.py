@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy.special import erf
 
@@ -37,6 +38,8 @@ _TRIM = 3.5
 _WIDTHS = (0.5, 0.4, 0.3, 0.24, 0.2, 0.16, 0.12, 0.1, 0.08, 0.06, 0.05, 0.04)
 #: points that tell where an edge is, about; more than these say no more than its profile allows
 _PLENTY = 400
+#: points, turns and shifts over the side that the first guess is made with
+_SOME, _TURNS, _SHIFTS = 1500, np.arange(0, np.pi / 2, np.pi / 24), np.linspace(-0.36, 0.36, 9)
 #: a blur below this share of the pitch has no slope
 _COARSE = 0.35
 
@@ -156,31 +159,51 @@ def _moved(p: Array) -> Array:
 
 def _guess(flat: Array, light: Array, side: float) -> Array | None:
     """x0, y0, t1, t2, I0, dI, s from a search over turns and shifts."""
-    keep = slice(None, None, max(1, len(flat) // 1500))
-    x, i = flat[keep], light[keep] - np.median(light[keep])
-    shifts = np.linspace(-0.36, 0.36, 9) * side
-    best, found = 0.0, None  # type: float, tuple[float, ...] | None
-    for turn in np.arange(0, np.pi / 2, np.pi / 24):
+    keep = slice(None, None, max(1, len(flat) // _SOME))
+    middle = float(np.median(light[keep]))
+    found = _patterns(flat[keep], light[keep] - middle, side, _TURNS, _SHIFTS * side)
+    score, turn, u, v, level = found
+    if score < 0.25:
+        return None
+    centre = u * np.array([np.cos(turn), np.sin(turn)]) + v * np.array(
+        [-np.sin(turn), np.cos(turn)]
+    )
+    return np.array([*centre, turn, turn + np.pi / 2, middle, level, 0.0])
+
+
+@njit(cache=True, nogil=True)
+def _patterns(x, light, side, turns, shifts):  # type: ignore[no-untyped-def]
+    """Score of the best pattern of four quadrants, its turn, shifts along its axes, half swing.
+
+    The score is the correlation of light and pattern within the board, times the root of its share
+    of the points.
+    """
+    best, found = 0.0, (0.0, 0.0, 0.0, 0.0)
+    a, b = np.empty(len(x)), np.empty(len(x))
+    for turn in turns:
         c, s = np.cos(turn), np.sin(turn)
-        a, b = x @ [c, s], x @ [-s, c]
+        for k in range(len(x)):
+            a[k], b[k] = x[k, 0] * c + x[k, 1] * s, x[k, 1] * c - x[k, 0] * s
         for u in shifts:
             for v in shifts:
-                inside = (np.abs(a - u) < 0.45 * side) & (np.abs(b - v) < 0.45 * side)
-                n = int(inside.sum())
+                n, total, square, own, odd = 0, 0.0, 0.0, 0.0, 0
+                for k in range(len(x)):
+                    du, dv = a[k] - u, b[k] - v
+                    if abs(du) < 0.45 * side and abs(dv) < 0.45 * side:
+                        sign = 1 if (du > 0) == (dv > 0) else -1
+                        n += 1
+                        total += light[k]
+                        square += light[k] ** 2
+                        own += sign * light[k]
+                        odd += sign
                 if n < 12:
                     continue
-                sign = np.sign((a[inside] - u) * (b[inside] - v))
-                here = i[inside] - i[inside].mean()
-                score = abs(sign @ here) / (np.sqrt(n) * np.linalg.norm(here) + 1e-12)
-                score *= np.sqrt(n / len(x))
+                own -= odd * total / n
+                spread = np.sqrt(max(square - total**2 / n, 0.0))
+                score = abs(own) / (np.sqrt(n) * spread + 1e-12) * np.sqrt(n / len(x))
                 if score > best:
-                    level = float(sign @ here) / n
-                    centre = u * np.array([c, s]) + v * np.array([-s, c])
-                    best, found = score, (*centre, turn, turn + np.pi / 2, level)
-    if found is None or best < 0.25:
-        return None
-    x0, y0, t1, t2, level = found
-    return np.array([x0, y0, t1, t2, float(np.median(light)), level, 0.0])
+                    best, found = score, (turn, u, v, own / n)
+    return (best, *found)
 
 
 def _model(flat: Array, p: Array) -> tuple[Array, Array]:

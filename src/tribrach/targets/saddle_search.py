@@ -1,8 +1,9 @@
 """Where in a scan does light alternate four times around a point, at the size of a board?
 
 Around the centre of a 2x2 checkerboard intensity changes sign at every quarter turn: the second
-harmonic along a circle is strong, opposite samples are alike. The circle's size in pixels follows
-from range, angular steps and the board's side, so that one size in metres is looked for everywhere.
+harmonic along a circle is strong, opposite samples are alike. The circle has a size in metres on
+the surface that the neighbours of a pixel tell, and is an ellipse of pixels where that is seen
+obliquely.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from tribrach.scan.range_image import RangeImage
+from tribrach.targets.surface_circle import on_circle, shortening, slope
 
 __all__ = ["candidates"]
 
@@ -26,6 +28,12 @@ _SAMPLES = 16
 _SMALLEST = 1.3
 #: least strength of the second harmonic over the amplitude (2/pi for an ideal board)
 _STRENGTH = 0.30
+#: share of a side between pixels that are looked at
+_STRIDE = 0.06
+#: mean distance of a circle from the surface, over the side
+_DEPTH = 0.25
+#: squared tangent of the steepest incidence
+_STEEPEST = float(np.tan(np.radians(70.0)) ** 2)
 #: candidates that are followed up, the strongest first
 _MOST = 400
 
@@ -77,24 +85,27 @@ def _score(light, ranges, steps, wave, radii, side, wraps, out):  # type: ignore
             if radii[0] * min(rx, ry) < _SMALLEST:
                 continue
             # large boards need not be tried at every pixel
-            stride = max(1, int(0.06 * min(rx, ry)))
-            if i % stride or j % stride:
+            if i % max(1, int(_STRIDE * ry)) or j % max(1, int(_STRIDE * rx)):
                 continue
-            out[i, j] = _saddle(light, ranges, i, j, rx, ry, wave, radii, side, wraps)
+            p, q = slope(ranges, i, j, 0.5 * rx, 0.5 * ry, steps, wraps)
+            if p * p + q * q < _STEEPEST:
+                step = steps[i] * r
+                out[i, j] = _saddle(light, ranges, i, j, p, q, step, wave, radii, side, wraps)
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _saddle(light, ranges, i, j, rx, ry, wave, radii, side, wraps):  # type: ignore[no-untyped-def]
+def _saddle(light, ranges, i, j, p, q, step, wave, radii, side, wraps):  # type: ignore[no-untyped-def]
     """Strength of one pixel: mean second harmonic of the circles over the amplitude of light."""
     rows, columns = light.shape
     count = wave.shape[1]
+    short = shortening(p, q)
     re, im, odd, low, high, mean = 0.0, 0.0, 0.0, np.inf, -np.inf, 0.0
     values = np.empty(count)
     for radius in radii:
         bend = 0.0
         for k in range(count):
-            a = int(np.rint(i + radius * ry * wave[0, k]))
-            b = int(np.rint(j + radius * rx * wave[1, k]))
+            x, y = on_circle(wave[1, k], wave[0, k], radius * side, p, q, short)
+            a, b = int(np.rint(i + y / step[0])), int(np.rint(j + x / step[1]))
             if wraps:
                 b %= columns
             if a < 0 or a >= rows or b < 0 or b >= columns:
@@ -103,13 +114,13 @@ def _saddle(light, ranges, i, j, rx, ry, wave, radii, side, wraps):  # type: ign
             if np.isnan(value) or np.isnan(depth):
                 return 0.0
             values[k] = value
-            bend += depth
+            bend += abs(depth - ranges[i, j] - p * x - q * y)
             re += value * wave[3, k]
             im += value * wave[2, k]
             mean += value
             low, high = min(low, value), max(high, value)
-        # surfaces are flat: the mean of the circle is the range of its middle
-        if abs(bend / count - ranges[i, j]) > 0.25 * side:
+        # the print is flat
+        if bend / count > _DEPTH * side:
             return 0.0
         for k in range(count // 2):
             odd += abs(values[k] - values[k + count // 2])
