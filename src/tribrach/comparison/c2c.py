@@ -24,8 +24,8 @@ __all__ = ["C2C", "Pitch", "Signed", "cloud_to_cloud"]
 
 Array = NDArray[np.float64]
 
-#: places per million points at which the pattern is looked at, at least this many in a chunk
-_PLACES = 400
+#: places at which the pattern is looked at: per million points, and at least so many in a chunk
+_PLACES, _FEWEST = 400, 50
 #: points for local planes, over all; points on the map; places of the compared cloud
 _PLANES, _MAP, _OWN = 1_000_000, 20_000, 2_000
 #: a lattice is named as the model of the floor where more of the places than this are on one
@@ -147,7 +147,8 @@ class _Work:
 
     def _look(self, tree: Neighbours, settled: Array) -> None:
         """Patterns and planes at some of the points that have a neighbour."""
-        some = min(len(settled), max(_PLACES, len(settled) * _PLACES // 1_000_000))
+        first = _PLACES - sum(len(places) for places in self.places)
+        some = min(len(settled), max(first, _FEWEST, len(settled) * _PLACES // 1_000_000))
         places = settled[np.linspace(0, len(settled) - 1, some).astype(np.int64)]
         self.patterns.append(pattern(tree, places, self.limit))
         self.places.append(places)

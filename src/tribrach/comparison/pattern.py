@@ -78,7 +78,7 @@ def pattern(cloud: Neighbours, places: Array, limit: float = np.inf) -> Pattern:
         rest = rest[:: -(-len(rest) * k // _MOST)]
         _, found = cloud.local_query(places[rest], k=k)
         figures[rest] = _places(cloud.points, centred[rest], found, _disc(_DRAWS), limit)
-        rest = rest[np.isnan(figures[rest, 0])]
+        rest = rest[np.isnan(figures[rest, 8])]
     known = np.isfinite(figures[:, 0])
     pitch, lattice = figures[:, :2], figures[:, 2] > 0
     mean, square = figures[:, 3].copy(), figures[:, 4].copy()
@@ -98,7 +98,10 @@ def _disc(count: int) -> Array:
 
 @njit(cache=True, parallel=True, nogil=True)
 def _places(points, places, found, disc, limit):  # type: ignore[no-untyped-def]
-    """Pitches, lattice or not, mean and square of the measured floor, normal; NaN if no plane."""
+    """Pitches, lattice or not, mean and square of the measured floor, normal; NaN if not known.
+
+    The last column is set where more neighbours would not help.
+    """
     out = np.full((len(places), 9), np.nan)
     for n in prange(len(places)):
         near = np.empty((found.shape[1], 3))
@@ -108,6 +111,7 @@ def _places(points, places, found, disc, limit):  # type: ignore[no-untyped-def]
         axes, thin = _plane(near)
         if thin > _THIN:
             continue
+        out[n, 8] = 1.0
         uv = _inner(near, axes, _INNER * radius)
         if len(uv) < _FEWEST or _lopsided(uv, _INNER * radius):
             continue
