@@ -101,7 +101,7 @@ def chunked(points: np.ndarray, size: int):
     return chunks
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(
     seed=st.integers(0, 10**6),
     size=st.sampled_from([40, 150, 600, 5000]),

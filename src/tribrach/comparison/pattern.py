@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
 from tribrach.comparison.floor import lattice_mean, lattice_square
@@ -96,14 +96,14 @@ def _disc(count: int) -> Array:
     return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
 
 
-@njit(cache=True, parallel=True, nogil=True)
+@njit(cache=True, nogil=True)
 def _places(points, places, found, disc, limit):  # type: ignore[no-untyped-def]
     """Pitches, lattice or not, mean and square of the measured floor, normal; NaN if not known.
 
     The last column is set where more neighbours would not help.
     """
     out = np.full((len(places), 9), np.nan)
-    for n in prange(len(places)):
+    for n in range(len(places)):
         near = np.empty((found.shape[1], 3))
         for k in range(found.shape[1]):
             near[k] = points[found[n, k]] - places[n]
