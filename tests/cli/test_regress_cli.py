@@ -1,8 +1,10 @@
 """The command regress: figures, findings, files, sentences for what is wrong."""
 
 import json
+import math
 from pathlib import Path
 
+import pytest
 from typer.testing import CliRunner
 
 from tribrach.cli import app
@@ -50,3 +52,56 @@ def test_wrong_calls_end_in_a_sentence(tmp_path: Path) -> None:
         assert result.exit_code == 2
         assert words in result.output
         assert "Traceback" not in result.output
+
+
+def compared(table: Path) -> Path:
+    """The rows of the table as the JSON of a comparison, in metres and radians."""
+    rows = [line.split(",") for line in ROWS.read_text().splitlines() if line[:1].isdigit()]
+    sites = [
+        {
+            "name": f"site {name}",
+            "range": float(length),
+            "incidence": math.radians(float(angle)),
+            "c2c": {"mean": float(mean) / 1e3, "std": float(std) / 1e3},
+            "m3c2": {"mean": 0.5e-3 * k, "std": None},
+        }
+        for k, (name, length, angle, mean, std) in enumerate(rows)
+    ]
+    table.write_text(json.dumps({"schema": 1, "sites": sites}))
+    return table
+
+
+def test_sites_of_a_comparison(tmp_path: Path) -> None:
+    path = compared(tmp_path / "compare.json")
+    result = RUN.invoke(app, ["regress", str(path), "--json", str(tmp_path / "r.json")])
+    assert result.exit_code == 0, result.output
+    assert "Only mean against incidence (t = 4.51) is significantly curved" in result.output
+    table = RUN.invoke(app, ["regress", str(ROWS), "--json", str(tmp_path / "t.json")])
+    assert table.exit_code == 0
+    one, two = (json.loads((tmp_path / name).read_text()) for name in ("r.json", "t.json"))
+    for a, b in zip(one["relations"], two["relations"], strict=True):
+        assert a["quadratic"]["r2"] == pytest.approx(b["quadratic"]["r2"], rel=1e-9)
+        values = [[t["value"] for t in r["quadratic"]["terms"]] for r in (a, b)]
+        assert values[0] == pytest.approx(values[1], rel=1e-6)
+    other = RUN.invoke(app, ["regress", str(path), "--y", "m3c2.mean"])
+    assert "m3c2.mean against range" in other.output
+
+
+def test_sites_without_a_figure_are_named(tmp_path: Path) -> None:
+    path = compared(tmp_path / "compare.json")
+    data = json.loads(path.read_text())
+    data["sites"][3]["incidence"] = None
+    path.write_text(json.dumps(data))
+    result = RUN.invoke(app, ["regress", str(path)])
+    assert "Left out for want of a figure: site 4." in result.output
+    for text, words in (
+        ("{", "no JSON of a comparison"),
+        ('{"sites": [1]}', "no JSON of a comparison"),
+        ('{"sites": []}', "no site has range"),
+        ('{"sites": [{"name": "a", "range": 1, "c2c": 3}]}', "no site has range"),
+        ("[" * 100_000, "no JSON of a comparison"),
+    ):
+        path.write_text(text)
+        result = RUN.invoke(app, ["regress", str(path)])
+        assert result.exit_code == 2
+        assert words in result.output

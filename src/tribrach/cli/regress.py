@@ -11,6 +11,7 @@ import typer
 from tribrach.cli.shell import app, guarded
 from tribrach.comparison.regression import regress as fit
 from tribrach.errors import InputError
+from tribrach.io.comparison_table import read_comparison
 from tribrach.io.number_table import read_numbers
 from tribrach.io.outputs import write_texts
 from tribrach.report.regression_page import regression_page, regression_text
@@ -20,7 +21,7 @@ __all__ = ["regress"]
 
 @app.command()
 def regress(
-    table: Annotated[Path, typer.Argument(help="A CSV table, one row per test site.")],
+    table: Annotated[Path, typer.Argument(help="Test sites: CSV, or the JSON of a comparison.")],
     x: Annotated[
         str, typer.Option("--x", help="Columns of the causes, with commas between.")
     ] = "range,incidence",
@@ -36,7 +37,8 @@ def regress(
 
     def work() -> None:
         causes, effects = _names(x, "--x"), _names(y, "--y")
-        rows = read_numbers(table, [*causes, *effects])
+        read = read_comparison if table.suffix.lower() == ".json" else read_numbers
+        rows = read(table, [*causes, *effects])
         found = fit(rows.values, causes, effects, rows.units, confidence)
         texts = {}
         if json_file is not None:
@@ -45,7 +47,7 @@ def regress(
             texts[html_file] = regression_page(table.name, rows.values, rows.units, found)
         write_texts(texts)
         if not quiet:
-            typer.echo(regression_text(found))
+            typer.echo("\n".join([regression_text(found), *(f"! {r}" for r in rows.remarks)]))
 
     guarded(work)
 

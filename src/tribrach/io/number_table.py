@@ -29,11 +29,16 @@ _UNIT = r"(?:_| ?[\[(])\s*([\w/°\"″%]+)\s*[\])]?$"
 
 @dataclass(frozen=True)
 class NumberTable:
-    """values : (n,) by column in the units of the file; units : by column, "" where not given."""
+    """Columns by name.
+
+    values : (n,) in the units of the file; units : "" where not given; remarks : sentences about
+    what was left out.
+    """
 
     path: Path
     values: dict[str, Array]
     units: dict[str, str]
+    remarks: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(next(iter(self.values.values())))

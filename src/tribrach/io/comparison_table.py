@@ -1,0 +1,69 @@
+"""Columns of numbers from the JSON of a comparison: one row per test site.
+
+``range`` [m] and ``incidence`` [deg] of the site; figures by their place, such as ``c2c.mean`` or
+``m3c2.std`` [mm]; a name without a place is one of ``c2c``.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tribrach.errors import InputError
+from tribrach.io.number_table import NumberTable
+from tribrach.io.xml_file import read_bytes
+
+__all__ = ["read_comparison"]
+
+_CURE = "give what tribrach compare wrote with --json and --sites"
+_UNITS = {"range": ("m", 1.0), "incidence": ("deg", 180 / math.pi)}
+_LENGTHS = ("mm", 1e3)
+
+
+def read_comparison(path: Path, names: Sequence[str]) -> NumberTable:
+    """Named figures of all sites that have all of them; the others are named in the remarks.
+
+    Raises
+    ------
+    InputError : unreadable, no comparison, no site that has all figures.
+    """
+    try:
+        sites = json.loads(read_bytes(path))["sites"]
+        rows = [(str(site["name"]), [_figure(site, name) for name in names]) for site in sites]
+    except (ValueError, TypeError, KeyError, RecursionError) as error:
+        raise InputError("this is no JSON of a comparison", file=path, cure=_CURE) from error
+    whole = [row for row in rows if None not in row[1]]
+    if not whole:
+        raise InputError(
+            f"no site has {', '.join(names)}",
+            file=path,
+            cure="compare with the poses of both clouds, and look at the names of the figures",
+        )
+    values = np.array([row[1] for row in whole], dtype=np.float64)
+    units = {name: _UNITS.get(name, _LENGTHS) for name in names}
+    lost = [name for name, row in rows if None in row]
+    remarks = (f"Left out for want of a figure: {', '.join(lost)}.",) if lost else ()
+    return NumberTable(
+        path,
+        {name: units[name][1] * values[:, k] for k, name in enumerate(names)},
+        {name: units[name][0] for name in names},
+        remarks,
+    )
+
+
+def _figure(site: dict[str, Any], name: str) -> float | None:
+    """A figure of a site, None where there is none."""
+    places = name.split(".") if "." in name or name in site else ["c2c", name]
+    found: Any = site
+    for place in places:
+        if not isinstance(found, dict):
+            return None
+        found = found.get(place)
+    if isinstance(found, bool) or not isinstance(found, int | float) or not math.isfinite(found):
+        return None
+    return float(found)
