@@ -106,8 +106,9 @@ def _places(points, places, found, disc, limit):  # type: ignore[no-untyped-def]
     for n in range(len(places)):
         near = np.empty((found.shape[1], 3))
         for k in range(found.shape[1]):
-            near[k] = points[found[n, k]] - places[n]
-        radius = np.sqrt((near[-1] ** 2).sum())
+            for i in range(3):
+                near[k, i] = points[found[n, k], i] - places[n, i]
+        radius = np.sqrt(near[-1, 0] ** 2 + near[-1, 1] ** 2 + near[-1, 2] ** 2)
         axes, thin = _plane(near)
         if thin > _THIN:
             continue
@@ -115,7 +116,7 @@ def _places(points, places, found, disc, limit):  # type: ignore[no-untyped-def]
         uv = _inner(near, axes, _INNER * radius)
         if len(uv) < _FEWEST or _lopsided(uv, _INNER * radius):
             continue
-        mean, square = _measured(uv, disc * (_DISC * radius), limit)
+        mean, square = _measured(uv, disc, _DISC * radius, limit)
         if np.isnan(mean):
             continue
         basis, good = _lattice(uv, _INNER * radius)
@@ -125,7 +126,8 @@ def _places(points, places, found, disc, limit):  # type: ignore[no-untyped-def]
             across = up = np.sqrt(np.pi * (_INNER * radius) ** 2 / len(uv))
         out[n, 0], out[n, 1], out[n, 2] = across, up, 1.0 if good else 0.0
         out[n, 3], out[n, 4] = mean, square
-        out[n, 5:8] = axes[:, 0]
+        for i in range(3):
+            out[n, 5 + i] = axes[i, 0]
     return out
 
 
@@ -134,14 +136,13 @@ def _plane(near):  # type: ignore[no-untyped-def]
     """Principal axes as columns, the normal first, and thickness over the lesser width."""
     mean = np.zeros(3)
     for k in range(len(near)):
-        mean += near[k]
-    mean /= len(near)
+        for i in range(3):
+            mean[i] += near[k, i] / len(near)
     spread = np.zeros((3, 3))
     for k in range(len(near)):
-        d = near[k] - mean
         for i in range(3):
             for j in range(3):
-                spread[i, j] += d[i] * d[j]
+                spread[i, j] += (near[k, i] - mean[i]) * (near[k, j] - mean[j])
     values, axes = np.linalg.eigh(spread)
     thin = np.sqrt(max(values[0], 0.0) / values[1]) if values[1] > 0 else np.inf
     return axes, thin
@@ -174,13 +175,14 @@ def _lopsided(uv, radius):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _measured(uv, disc, limit):  # type: ignore[no-untyped-def]
-    """Mean and mean square of distances from places (d, 2) to the nearest point; NaN for none."""
+def _measured(uv, disc, radius, limit):  # type: ignore[no-untyped-def]
+    """Mean and mean square of distances from a disc of places to the nearest points, or NaN."""
     mean, square, used = 0.0, 0.0, 0
     for d in range(len(disc)):
         best = np.inf
         for k in range(len(uv)):
-            here = (uv[k, 0] - disc[d, 0]) ** 2 + (uv[k, 1] - disc[d, 1]) ** 2
+            u, v = uv[k, 0] - radius * disc[d, 0], uv[k, 1] - radius * disc[d, 1]
+            here = u * u + v * v
             best = min(best, here)
         if best <= limit * limit:
             mean += np.sqrt(best)
@@ -192,12 +194,13 @@ def _measured(uv, disc, limit):  # type: ignore[no-untyped-def]
 @njit(cache=True, nogil=True)
 def _lattice(uv, radius):  # type: ignore[no-untyped-def]
     """Two shortest vectors as columns (2, 2) of the lattice that fits; False if none does."""
-    length = np.sqrt(uv[:, 0] ** 2 + uv[:, 1] ** 2)
-    start = uv[np.argmin(length)].copy()
-    basis = _shortest(uv - start)
-    reach = 0.0
-    for k in range(2):
-        reach = max(reach, np.sqrt(basis[0, k] ** 2 + basis[1, k] ** 2))
+    first, best = 0, np.inf
+    for k in range(len(uv)):
+        if uv[k, 0] ** 2 + uv[k, 1] ** 2 < best:
+            first, best = k, uv[k, 0] ** 2 + uv[k, 1] ** 2
+    start = uv[first].copy()
+    basis = _shortest(uv, first)
+    reach = max(_length(basis, 0), _length(basis, 1))
     shift, misfit, used = start, np.inf, 0
     # the nearest points fix the whole numbers of those further out
     for growth in (1.5, 2.5, 4.0, np.inf, np.inf):
@@ -208,29 +211,31 @@ def _lattice(uv, radius):  # type: ignore[no-untyped-def]
         if used < 4:
             return basis, False
     det = abs(basis[0, 0] * basis[1, 1] - basis[0, 1] * basis[1, 0])
-    short = min(np.hypot(basis[0, 0], basis[1, 0]), np.hypot(basis[0, 1], basis[1, 1]))
+    short = min(_length(basis, 0), _length(basis, 1))
     filling = len(uv) * det / (np.pi * radius**2)
     return basis, misfit < _MISFIT * short and abs(filling - 1) < _FILLING
 
 
 @njit(cache=True, nogil=True)
-def _shortest(offsets):  # type: ignore[no-untyped-def]
-    """The shortest offset, and the shortest at 30 degrees to it or more, as columns."""
+def _length(basis, k):  # type: ignore[no-untyped-def]
+    """Length of a column."""
+    return np.sqrt(basis[0, k] ** 2 + basis[1, k] ** 2)
+
+
+@njit(cache=True, nogil=True)
+def _shortest(uv, origin):  # type: ignore[no-untyped-def]
+    """From one point the shortest way to another, and the shortest at 30 degrees to it or more."""
     basis = np.zeros((2, 2))
-    length = np.sqrt(offsets[:, 0] ** 2 + offsets[:, 1] ** 2)
-    first, best = -1, np.inf
-    for k in range(len(offsets)):
-        if 0.0 < length[k] < best:
-            first, best = k, length[k]
-    if first < 0:
-        return basis
-    basis[:, 0] = offsets[first]
-    best = np.inf
-    for k in range(len(offsets)):
-        cross = basis[0, 0] * offsets[k, 1] - basis[1, 0] * offsets[k, 0]
-        if abs(cross) > 0.5 * length[first] * length[k] and length[k] < best:
-            basis[:, 1] = offsets[k]
-            best = length[k]
+    for column in range(2):
+        best = np.inf
+        for k in range(len(uv)):
+            u, v = uv[k, 0] - uv[origin, 0], uv[k, 1] - uv[origin, 1]
+            length = np.sqrt(u * u + v * v)
+            cross = abs(basis[0, 0] * v - basis[1, 0] * u)
+            aside = column == 0 or cross > 0.5 * _length(basis, 0) * length
+            if 0.0 < length < best and aside:
+                best = length
+                basis[0, column], basis[1, column] = u, v
     return basis
 
 
@@ -250,7 +255,8 @@ def _refined(uv, basis, shift, reach, det):  # type: ignore[no-untyped-def]
         return basis, shift, np.inf, 0
     mean = np.zeros(4)
     for k in range(used):
-        mean += whole[k] / used
+        for a in range(4):
+            mean[a] += whole[k, a] / used
     # moments of whole numbers i, j and places u, v
     m = np.zeros((4, 4))
     for k in range(used):
@@ -272,14 +278,13 @@ def _refined(uv, basis, shift, reach, det):  # type: ignore[no-untyped-def]
 @njit(cache=True, nogil=True)
 def _pitches(basis, axes):  # type: ignore[no-untyped-def]
     """Sides of the rectangle of a cell's area along its shorter vector: across, upwards."""
-    length = np.sqrt(basis[0] ** 2 + basis[1] ** 2)
     det = abs(basis[0, 0] * basis[1, 1] - basis[0, 1] * basis[1, 0])
-    k = 0 if length[0] <= length[1] else 1
-    side, other = length[k], det / length[k]
-    along = axes[:, 1] * basis[0, k] + axes[:, 2] * basis[1, k]
-    # the direction in the plane that rises most; the second axis of the plan where none does
-    up = np.zeros(3)
-    up[2 if abs(axes[2, 0]) < 0.9 else 1] = 1.0
-    up -= axes[:, 0] * (up * axes[:, 0]).sum()
-    rises = abs((along * up).sum()) > np.sqrt(0.5) * side * np.sqrt((up**2).sum())
-    return (other, side) if rises else (side, other)
+    k = 0 if _length(basis, 0) <= _length(basis, 1) else 1
+    side = _length(basis, k)
+    # up: the direction in the plane that rises most; the second of the plan where none does
+    axis = 2 if abs(axes[2, 0]) < 0.9 else 1
+    rise = axes[axis, 1] * basis[0, k] + axes[axis, 2] * basis[1, k]
+    steepest = np.sqrt(axes[axis, 1] ** 2 + axes[axis, 2] ** 2)
+    if abs(rise) > np.sqrt(0.5) * side * steepest:
+        return det / side, side
+    return side, det / side
