@@ -26,7 +26,7 @@ _SAMPLES = 16
 #: discs of a smaller radius [pixels] are not sought; seen obliquely they may be smaller by half
 _SMALLEST = 1.2
 #: share of a radius between pixels that are looked at
-_STRIDE = 0.15
+_STRIDE = 0.2
 #: least difference of both circles over the sum of the spreads along them
 _STRENGTH = 1.6
 #: share of the samples that must lie on the surface, tolerance of that over the radius

@@ -40,6 +40,8 @@ _WIDTHS = (0.5, 0.4, 0.3, 0.24, 0.2, 0.16, 0.12, 0.1, 0.08, 0.06, 0.05, 0.04)
 _PLENTY = 400
 #: points, turns and shifts over the side that the first guess is made with
 _SOME, _TURNS, _SHIFTS = 1500, np.arange(0, np.pi / 2, np.pi / 24), np.linspace(-0.36, 0.36, 9)
+#: steps of the first round and of the second; what the first plane may add to the skew [rad]
+_FIRST, _STEPS, _FIRST_SKEW = 18, 40, np.radians(10.0)
 #: a blur below this share of the pitch has no slope
 _COARSE = 0.35
 
@@ -101,25 +103,51 @@ def fit_checkerboard(
     spread = sigma_angle * float(np.linalg.norm(start))
     scale = side / 2, max(float(np.hypot(footprint / 4, spread)), 1e-4), spread
     use = np.linalg.norm(xyz - start, axis=1) < 0.5 * side
-    near = start
-    solved: _Solved | None = None
-    # the first plane is that of what lies around the start, the second that of the board alone
-    for _ in range(2):
-        found = _plane(xyz, light, use, near, footprint)
-        if isinstance(found, Refused):
-            return found
-        plane, reach = found, _reach(xyz, found, side)
-        flat = plane.project(xyz)
-        guess = _guess(flat[reach], light[reach], side) if solved is None else _moved(solved.p)
-        if guess is None:
-            return Refused("light and dark do not alternate around it")
-        solved = _solve(flat[reach], light[reach], guess, scale)
-        if solved is None:
-            return Refused("the pattern of its quadrants does not converge")
-        near = plane.at(solved.p[:2])
-        use = _inside(flat, solved.p, side / 2) & _reach(xyz, plane, side)
-    assert solved is not None  # the loop has returned otherwise
-    return _judged(flat[reach], light[reach], plane, solved, scale, floor)
+    # the first plane is that of what lies around the start, and some of its points tell enough;
+    # the second is that of the board alone
+    some = slice(None, None, max(1, len(xyz) // _SOME))
+    first = _round(xyz[some], light[some], use[some], start, None, scale, footprint)
+    if isinstance(first, Refused):
+        return first
+    plane, solved = first
+    if abs(_skew(solved.p)) > max(_SQUARE, _row_turn(solved.use.sum())) + _FIRST_SKEW:
+        return _not_square(_skew(solved.p))
+    flat = plane.project(xyz)
+    use = _inside(flat, solved.p, side / 2) & _reach(xyz, plane, side)
+    near = plane.at(solved.p[:2])
+    second = _round(xyz, light, use, near, solved.p, scale, footprint)
+    if isinstance(second, Refused):
+        return second
+    plane, solved = second
+    reach = _reach(xyz, plane, side)
+    return _judged(plane.project(xyz)[reach], light[reach], plane, solved, scale, floor)
+
+
+def _round(
+    xyz: Array,
+    light: Array,
+    use: NDArray[np.bool_],
+    near: Array,
+    before: Array | None,
+    scale: tuple[float, float, float],
+    footprint: float,
+) -> tuple[BoardPlane, _Solved] | Refused:
+    """Plane of the points ``use`` around a place (3,) and the pattern in it.
+
+    before (7,) : the pattern in the plane of the first round, None in the first round.
+    """
+    plane = _plane(xyz, light, use, near, footprint)
+    if isinstance(plane, Refused):
+        return plane
+    reach = _reach(xyz, plane, 2 * scale[0])
+    flat, light = plane.project(xyz[reach]), light[reach]
+    guess = _guess(flat, light, 2 * scale[0]) if before is None else _moved(before)
+    if guess is None:
+        return Refused("light and dark do not alternate around it")
+    solved = _solve(flat, light, guess, scale, _FIRST if before is None else _STEPS)
+    if solved is None:
+        return Refused("the pattern of its quadrants does not converge")
+    return plane, solved
 
 
 def _plane(
@@ -240,7 +268,7 @@ class _Solved:
 
 
 def _solve(
-    flat: Array, light: Array, guess: Array, scale: tuple[float, float, float]
+    flat: Array, light: Array, guess: Array, scale: tuple[float, float, float], steps: int
 ) -> _Solved | None:
     """Damped Gauss-Newton with trimming, the blur from wide to narrow, then free."""
     half, blur, jitter = scale
@@ -249,7 +277,7 @@ def _solve(
     if use.sum() < FEWEST // 2:
         return None
     narrow = max(blur, _COARSE * _pitch(use, half))
-    for step in range(40):
+    for step in range(steps):
         fixed = step < len(_WIDTHS)
         if fixed:
             p[6] = np.log(max(narrow, _WIDTHS[step] * half))
@@ -276,7 +304,7 @@ def _solve(
             return None
         limit = np.array([half / 4, half / 4, 0.15, 0.15, np.inf, np.inf, 0.5])
         p = p + np.clip(move, -limit, limit)
-        if not fixed and np.abs(move[:4] / [half, half, 1, 1]).max() < 1e-6:
+        if not fixed and np.abs(move[:4] / [half, half, 1, 1]).max() < 1e-5:
             break
     chi = float(np.mean(v[use] ** 2 * w))
     try:
@@ -288,6 +316,20 @@ def _solve(
 def _pitch(use: NDArray[np.bool_], half: float) -> float:
     """Mean distance of points within the board [m]."""
     return 2 * half / float(np.sqrt(max(1, int(use.sum()))))
+
+
+def _row_turn(points: int) -> float:
+    """By how much [rad] so many points within a board let an edge between their rows turn."""
+    return 1.4 / float(np.sqrt(max(1, points)))
+
+
+def _skew(p: Array) -> float:
+    """Deviation of the edges from a right angle [rad]."""
+    return float((p[3] - p[2]) % np.pi - np.pi / 2)
+
+
+def _not_square(skew: float) -> Refused:
+    return Refused(f"its edges meet at {90 + np.degrees(skew):.0f} degrees")
 
 
 def _refined(
@@ -385,7 +427,7 @@ def _judged(
 ) -> CheckerboardFit | Refused:
     """The fit, if it passes every test."""
     p, half = solved.p, scale[0]
-    skew = float((p[3] - p[2] - np.pi / 2 + np.pi / 2) % np.pi - np.pi / 2)
+    skew = _skew(p)
     inside = _inside(flat, p, half)
     value, _ = _model(flat, p)
     left = light[inside] - value[inside]
@@ -428,9 +470,8 @@ def _doubt(
     explained: float,
 ) -> str:
     """Why a converged fit is no board of this size; "" if it is one."""
-    rows = 0.7 * _pitch(_inside(flat, p, half), half) / half
-    if abs(skew) > max(_SQUARE, rows):
-        return f"its edges meet at {90 + np.degrees(skew):.0f} degrees"
+    if abs(skew) > max(_SQUARE, _row_turn(_inside(flat, p, half).sum())):
+        return _not_square(skew).reason
     if contrast < _CONTRAST:
         return f"its contrast is {contrast:.1f} times the noise, {_CONTRAST:g} are needed"
     if explained < _EXPLAINED:

@@ -28,8 +28,10 @@ _SAMPLES = 16
 _SMALLEST = 1.3
 #: least strength of the second harmonic over the amplitude (2/pi for an ideal board)
 _STRENGTH = 0.30
-#: share of a side between pixels that are looked at
-_STRIDE = 0.06
+#: share of a side between pixels that are looked at, and that where every second pixel is
+_STRIDE, _SECOND = 0.06, 0.11
+#: least amplitude of light over its mean, in all and in a few places
+_CHANGE, _PLAIN = 0.08, 0.05
 #: mean distance of a circle from the surface, over the side
 _DEPTH = 0.25
 #: squared tangent of the steepest incidence
@@ -84,8 +86,7 @@ def _score(light, ranges, steps, wave, radii, side, wraps, out):  # type: ignore
             ry, rx = side / (r * steps[i, 0]), side / (r * steps[i, 1])
             if radii[0] * min(rx, ry) < _SMALLEST:
                 continue
-            # large boards need not be tried at every pixel
-            if i % max(1, int(_STRIDE * ry)) or j % max(1, int(_STRIDE * rx)):
+            if i % _stride(ry) or j % _stride(rx):
                 continue
             p, q = slope(ranges, i, j, 0.5 * rx, 0.5 * ry, steps, wraps)
             if p * p + q * q < _STEEPEST:
@@ -94,11 +95,19 @@ def _score(light, ranges, steps, wave, radii, side, wraps, out):  # type: ignore
 
 
 @njit(cache=True, nogil=True, inline="always")
+def _stride(size):  # type: ignore[no-untyped-def]
+    """Pixels from one that is looked at to the next for boards of this side [pixels]."""
+    return max(1, int(_STRIDE * size), min(2, int(_SECOND * size)))
+
+
+@njit(cache=True, nogil=True, inline="always")
 def _saddle(light, ranges, i, j, p, q, step, wave, radii, side, wraps):  # type: ignore[no-untyped-def]
     """Strength of one pixel: mean second harmonic of the circles over the amplitude of light."""
     rows, columns = light.shape
     count = wave.shape[1]
     short = shortening(p, q)
+    if _plain(light, i, j, p, q, short, step, wave, radii[0] * side, wraps):
+        return 0.0
     re, im, odd, low, high, mean = 0.0, 0.0, 0.0, np.inf, -np.inf, 0.0
     values = np.empty(count)
     for radius in radii:
@@ -126,11 +135,27 @@ def _saddle(light, ranges, i, j, p, q, step, wave, radii, side, wraps):  # type:
             odd += abs(values[k] - values[k + count // 2])
     n = count * len(radii)
     half = 0.5 * (high - low)
-    if half < 0.08 * abs(mean / n) or half <= 0:
+    if half < _CHANGE * abs(mean / n) or half <= 0:
         return 0.0
     strength = np.sqrt(re * re + im * im) / n / half
     unlike = odd / (n / 2) / (2 * half)
     return strength - 0.5 * max(0.0, unlike - 0.25)
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _plain(light, i, j, p, q, short, step, wave, size, wraps):  # type: ignore[no-untyped-def]
+    """Does light hardly change between some places of a circle? Most of a scan is like that."""
+    rows, columns = light.shape
+    low, high = np.inf, -np.inf
+    for k in range(0, wave.shape[1], 2):
+        x, y = on_circle(wave[1, k], wave[0, k], size, p, q, short)
+        a, b = int(np.rint(i + y / step[0])), int(np.rint(j + x / step[1]))
+        if wraps:
+            b %= columns
+        if a < 0 or a >= rows or b < 0 or b >= columns or np.isnan(light[a, b]):
+            return True
+        low, high = min(low, light[a, b]), max(high, light[a, b])
+    return high - low < _PLAIN * abs(high + low)
 
 
 @njit(cache=True, nogil=True)
