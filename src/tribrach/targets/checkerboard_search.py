@@ -11,6 +11,7 @@ from tribrach.errors import InputError
 from tribrach.scan.range_image import RangeImage
 from tribrach.targets.checkerboard_fit import CheckerboardFit, fit_checkerboard
 from tribrach.targets.detection import Detection, Rejected
+from tribrach.targets.pixel_window import points_around
 from tribrach.targets.saddle_search import candidates
 
 __all__ = ["find_checkerboards"]
@@ -24,8 +25,6 @@ _TEXTURE = (
     "the points around it",
     "only ",
 )
-#: points that a fit is given at most
-_ENOUGH = 20_000
 
 
 def find_checkerboards(
@@ -57,10 +56,9 @@ def find_checkerboards(
     rejected: list[Rejected] = []
     for side in sides:
         for row, column in candidates(image, intensity, side):
-            start = xyz[image.index[row, column]] if image.index[row, column] >= 0 else None
+            window, start = points_around(image, int(row), int(column), side)
             if start is None or any(np.linalg.norm(f.center - start) < 0.4 * s for f, s in found):
                 continue
-            window = _window(image, int(row), int(column), start, side)
             fit = fit_checkerboard(
                 xyz[window],
                 intensity[window],
@@ -76,26 +74,6 @@ def find_checkerboards(
                 rejected.append(Rejected("checkerboard", np.asarray(start), fit.reason))
     kept = [_detection(fit, side, image, scan) for fit, side in found]
     return kept, [r for r in rejected if not _inside(r.center, kept)]
-
-
-def _window(
-    image: RangeImage, row: int, column: int, start: Array, side: float
-) -> NDArray[np.int32]:
-    """Points (k,) of the pixels around a candidate, thinned if there are very many."""
-    away = float(np.linalg.norm(start))
-    sine = max(abs(float(np.sin(image.first_v + row * image.step_v))), 0.05)
-    high = int(np.ceil(side / away / image.step_v)) + 1
-    wide = min(int(np.ceil(side / away / image.step_h / sine)) + 1, image.shape[1] // 2)
-    rows = np.arange(max(0, row - high), min(image.shape[0], row + high + 1))
-    columns = np.arange(column - wide, column + wide + 1)
-    columns = (
-        columns % image.shape[1]
-        if image.wraps
-        else columns[(columns >= 0) & (columns < image.shape[1])]
-    )
-    index = image.index[np.ix_(rows, columns)].ravel()
-    index = index[index >= 0]
-    return index[:: max(1, len(index) // _ENOUGH)]
 
 
 def _keep(found: list[tuple[CheckerboardFit, float]], fit: CheckerboardFit, side: float) -> None:

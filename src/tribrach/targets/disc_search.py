@@ -12,13 +12,12 @@ from tribrach.scan.range_image import RangeImage
 from tribrach.targets.blob_search import blobs
 from tribrach.targets.detection import Detection, Rejected
 from tribrach.targets.disc_fit import DiscFit, fit_disc
+from tribrach.targets.pixel_window import points_around
 
 __all__ = ["find_discs"]
 
 Array = NDArray[np.float64]
 
-#: points that a fit is given at most
-_ENOUGH = 20_000
 #: refusals of spots at least this strong are worth a line in any case
 _STRONG = 4.0
 
@@ -53,7 +52,7 @@ def find_discs(
     rejected: list[Rejected] = []
     for radius in radii:
         for (row, column), strength in zip(*blobs(image, intensity, radius), strict=True):
-            window, start = _window(xyz, image, int(row), int(column), radius)
+            window, start = points_around(image, int(row), int(column), 2 * radius)
             if start is None:
                 continue
             if any(np.linalg.norm(f.center - start) < 0.5 * r for f, r in found if r == radius):
@@ -81,42 +80,6 @@ def _width(footprint: tuple[float, float] | None, place: Array) -> float | None:
     if footprint is None:
         return None
     return float(np.hypot(footprint[0], footprint[1] * np.linalg.norm(place)))
-
-
-def _window(
-    xyz: Array, image: RangeImage, row: int, column: int, radius: float
-) -> tuple[NDArray[np.int32], Array | None]:
-    """Points (k,) of the pixels around a candidate, thinned if there are many, and its place."""
-    reach = 2 * radius
-    near = _range(image, row, column)
-    if not near > reach:
-        return np.empty(0, dtype=np.int32), None
-    sine = max(abs(float(np.sin(image.first_v + row * image.step_v))), 0.05)
-    high = int(np.ceil(reach / near / image.step_v)) + 1
-    wide = min(int(np.ceil(reach / near / image.step_h / sine)) + 1, image.shape[1] // 2)
-    rows = np.arange(max(0, row - high), min(image.shape[0], row + high + 1))
-    columns = np.arange(column - wide, column + wide + 1)
-    if image.wraps:
-        columns = np.unique(columns % image.shape[1])
-    else:
-        columns = columns[(columns >= 0) & (columns < image.shape[1])]
-    index = image.index[np.ix_(rows, columns)].ravel()
-    index = index[index >= 0]
-    h, v = image.first_h + column * image.step_h, image.first_v + row * image.step_v
-    start = near * np.array([np.sin(v) * np.cos(h), np.sin(v) * np.sin(h), np.cos(v)])
-    return index[:: max(1, len(index) // _ENOUGH)], start
-
-
-def _range(image: RangeImage, row: int, column: int) -> float:
-    """Range [m] of a pixel, of a hole the median of those next to it, 0 if they are holes too."""
-    if image.index[row, column] >= 0:
-        return float(image.range[row, column])
-    rows = np.clip(np.arange(row - 1, row + 2), 0, image.shape[0] - 1)
-    columns = np.arange(column - 1, column + 2)
-    columns = columns % image.shape[1] if image.wraps else columns.clip(0, image.shape[1] - 1)
-    ranges = image.range[np.ix_(rows, columns)]
-    seen = ranges[np.isfinite(ranges)]
-    return float(np.median(seen)) if len(seen) else 0.0
 
 
 def _keep(found: list[tuple[DiscFit, float]], fit: DiscFit, radius: float) -> None:
