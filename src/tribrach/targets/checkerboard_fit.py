@@ -18,6 +18,7 @@ from scipy.special import erf
 
 from tribrach.targets.board_edges import EdgePoints, locate_edge
 from tribrach.targets.board_plane import BoardPlane, fit_board_plane
+from tribrach.targets.checkerboard_doubt import doubt, not_square, skew_of
 
 __all__ = ["CheckerboardFit", "Refused", "fit_checkerboard"]
 
@@ -25,12 +26,8 @@ Array = NDArray[np.float64]
 
 #: fewest points within the board
 FEWEST = 40
-#: edge lines are at right angles within this [rad], or what one row of points turns them
-_SQUARE = np.radians(5.0)
 #: the board is not looked at more obliquely than this [rad]
 _STEEPEST = np.radians(65.0)
-#: least contrast over noise, least share of the variance of intensity that the pattern explains
-_CONTRAST, _EXPLAINED = 4.0, 0.72
 #: the blur is foretold to within this share of itself
 _BLUR_SHARE = 0.5
 _TRIM = 3.5
@@ -110,8 +107,9 @@ def fit_checkerboard(
     if isinstance(first, Refused):
         return first
     plane, solved = first
-    if abs(_skew(solved.p)) > max(_SQUARE, _row_turn(solved.use.sum())) + _FIRST_SKEW:
-        return _not_square(_skew(solved.p))
+    reason = not_square(skew_of(solved.p), int(solved.use.sum()), _FIRST_SKEW)
+    if reason:
+        return Refused(reason)
     flat = plane.project(xyz)
     use = _inside(flat, solved.p, side / 2) & _reach(xyz, plane, side)
     near = plane.at(solved.p[:2])
@@ -318,20 +316,6 @@ def _pitch(use: NDArray[np.bool_], half: float) -> float:
     return 2 * half / float(np.sqrt(max(1, int(use.sum()))))
 
 
-def _row_turn(points: int) -> float:
-    """By how much [rad] so many points within a board let an edge between their rows turn."""
-    return 1.4 / float(np.sqrt(max(1, points)))
-
-
-def _skew(p: Array) -> float:
-    """Deviation of the edges from a right angle [rad]."""
-    return float((p[3] - p[2]) % np.pi - np.pi / 2)
-
-
-def _not_square(skew: float) -> Refused:
-    return Refused(f"its edges meet at {90 + np.degrees(skew):.0f} degrees")
-
-
 def _refined(
     flat: Array, light: Array, solved: _Solved, scale: tuple[float, float, float], plane: BoardPlane
 ) -> _Solved:
@@ -427,13 +411,12 @@ def _judged(
 ) -> CheckerboardFit | Refused:
     """The fit, if it passes every test."""
     p, half = solved.p, scale[0]
-    skew = _skew(p)
     inside = _inside(flat, p, half)
     value, _ = _model(flat, p)
     left = light[inside] - value[inside]
     explained = 1 - float(left.var()) / max(float(light[inside].var()), 1e-12)
     contrast = 2 * abs(p[5]) / max(solved.noise, 1e-12)
-    reason = _doubt(flat, light, p, half, skew, contrast, explained)
+    reason = doubt(flat, light, p, half, int(inside.sum()), contrast, explained)
     if reason:
         return Refused(reason)
     solved = _refined(flat, light, solved, scale, plane)
@@ -454,45 +437,7 @@ def _judged(
         explained=explained,
         incidence=_incidence(center, plane),
         turn=float(p[2]),
-        skew=skew,
+        skew=skew_of(p),
         blur=float(np.exp(p[6])),
         points=int(solved.use.sum()),
     )
-
-
-def _doubt(
-    flat: Array,
-    light: Array,
-    p: Array,
-    half: float,
-    skew: float,
-    contrast: float,
-    explained: float,
-) -> str:
-    """Why a converged fit is no board of this size; "" if it is one."""
-    if abs(skew) > max(_SQUARE, _row_turn(_inside(flat, p, half).sum())):
-        return _not_square(skew).reason
-    if contrast < _CONTRAST:
-        return f"its contrast is {contrast:.1f} times the noise, {_CONTRAST:g} are needed"
-    if explained < _EXPLAINED:
-        return f"the pattern explains {100 * explained:.0f} % of the light, 72 are needed"
-    d = flat - p[:2]
-    a, b = d @ [np.cos(p[2]), np.sin(p[2])], d @ [np.cos(p[3]), np.sin(p[3])]
-    inside = (np.abs(a) < half) & (np.abs(b) < half)
-    counts = [
-        int((inside & (np.sign(a) == i) & (np.sign(b) == j)).sum())
-        for i in (-1, 1)
-        for j in (-1, 1)
-    ]
-    if min(counts) < 0.4 * np.mean(counts) or min(counts) < 6:
-        return f"its quadrants hold {counts} points"
-    outside = (np.maximum(np.abs(a), np.abs(b)) > 1.5 * half) & (
-        np.maximum(np.abs(a), np.abs(b)) < 1.9 * half
-    )
-    if outside.sum() >= 20:
-        sign = np.sign(a[outside] * b[outside])
-        here = light[outside] - light[outside].mean()
-        similar = float(np.sign(p[5]) * (sign @ here)) / (outside.sum() * abs(p[5]))
-        if similar > 0.6:
-            return "its pattern goes on beyond the side of the board"
-    return ""

@@ -38,6 +38,8 @@ FEWEST, _ON_DISC = 16, 8
 _STEEPEST = np.radians(66.0)
 #: least contrast over noise, least share of the variance of light that the disc explains
 _CONTRAST, _EXPLAINED = 5.0, 0.75
+#: the same share where points are nearer than this share of the radius and light has little noise
+_CLEAR, _CLOSE = 0.86, 0.1
 #: radius and roundness are right within this share of the radius, or within so many sigmas
 _SHARE, _SIGMAS = 0.05, 4.0
 #: the print is flat within this share of the radius, and least share of points on its plane
@@ -280,8 +282,12 @@ class _Patch:
             return NoDisc(f"only {on_disc} points on it, {_ON_DISC} are needed")
         if shown < _SHOWN:
             return NoDisc(f"light changes on {100 * shown:.0f} % of its edge only", shown < 0.5)
-        if explained < _EXPLAINED:
-            text = f"a disc explains {100 * explained:.0f} % of its light, 75 are needed"
+        needed = self._needed(contrast)
+        if explained < needed:
+            text = (
+                f"a disc explains {100 * explained:.0f} % of its light, "
+                f"{100 * needed:.0f} are needed"
+            )
             return NoDisc(text, explained < 0.6)
         if wrong > limit or limit > 0.25 * self.radius:
             radii = f"{1e3 * fit.p[5]:.1f} mm, not {1e3 * self.radius:g} mm"
@@ -294,6 +300,14 @@ class _Patch:
         if sag > max(_FLAT * self.radius, _SIGMAS * sigma):
             return NoDisc(f"it is not flat: it bends by {1e3 * sag:.1f} mm over its radius")
         return None
+
+    def _needed(self, contrast: float) -> float:
+        """Least share of the variance of light that a disc of this contrast explains."""
+        if self.shape.pitch > _CLOSE * self.radius:
+            return _EXPLAINED
+        inside = 1 / PATCH**2
+        noise = 1 / (contrast**2 * inside * (1 - inside))
+        return max(_EXPLAINED, _CLEAR - 2 * noise)
 
     def _edge_seen(self, flat: Array, light: Array, fit: EdgeFit) -> tuple[float, float]:
         """Share of the edge that is seen, and the share of that where light changes."""
