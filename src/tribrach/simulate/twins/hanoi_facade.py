@@ -110,6 +110,8 @@ instrument = "level"
 
 [targets]
 checkerboard_side_m = [0.3]
+# simulated prints and spheres are perfect
+floor_mm = 0.0
 """
 
 

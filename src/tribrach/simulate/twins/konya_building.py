@@ -91,6 +91,8 @@ instrument = "gnss"
 [targets]
 sphere_radius_m = [0.145]
 checkerboard_side_m = [0.3]
+# simulated prints and spheres are perfect
+floor_mm = 0.0
 """
 
 

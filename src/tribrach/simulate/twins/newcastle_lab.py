@@ -77,6 +77,8 @@ role = "check"
 
 [targets]
 checkerboard_side_m = [0.2]
+# simulated prints and spheres are perfect
+floor_mm = 0.0
 """
 
 

@@ -90,6 +90,8 @@ instrument = "rtk"
 
 [targets]
 sphere_radius_m = [0.115]
+# simulated prints and spheres are perfect
+floor_mm = 0.0
 """
 
 
