@@ -89,9 +89,9 @@ class Patches:
         InputError : more cells than fit.
         """
         found, where, counts = np.unique(keys, return_inverse=True, return_counts=True)
-        sums = np.zeros(len(found))
+        sums: Array = np.zeros(len(found))
         if variance is not None:
-            sums = np.bincount(where, weights=variance, minlength=len(found))
+            sums = np.bincount(where, weights=variance, minlength=len(found)).astype(np.float64)
         self._waiting.append((found, counts.astype(np.int64), sums))
         self._size += len(found)
         # merging only what is as large as what is there keeps the work in proportion
@@ -116,7 +116,8 @@ class Patches:
             )
         total = np.bincount(where, weights=counts, minlength=len(self.keys))
         self.counts = np.round(total).astype(np.int64)
-        self.sums = np.bincount(where, weights=sums, minlength=len(self.keys))
+        merged = np.bincount(where, weights=sums, minlength=len(self.keys))
+        self.sums = merged.astype(np.float64)
         self._waiting, self._size = [], 0
 
 

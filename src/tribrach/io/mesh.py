@@ -75,8 +75,8 @@ def _obj(path: Path, data: bytes) -> Array:
                 x, y, z = (float(word) for word in words[1:4])
                 vertices.append([x, y, z])
             else:
-                corners = [_corner(word, len(vertices)) for word in words[1:]]
-                faces += [(corners[0], b, c) for b, c in pairwise(corners[1:])]
+                around = [_corner(word, len(vertices)) for word in words[1:]]
+                faces += [(around[0], b, c) for b, c in pairwise(around[1:])]
         except ValueError as error:
             raise InputError(
                 "the line is no vertex and no face", file=path, line=number, cure="export again"

@@ -12,6 +12,7 @@ import hashlib
 import json
 import zipfile
 from collections.abc import Callable, Iterator
+from importlib.metadata import version
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-import tribrach
 from tribrach.errors import InputError
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader
@@ -100,7 +100,7 @@ def _clear(folder: Path, path: Path) -> None:
 def _recipe(twin: Twin, number: int, truth: int) -> str:
     """Digest of everything that a scan and the tables of its project are made from."""
     one, scanner, scene = twin.scans[number], twin.scanner, twin.scene
-    words = [tribrach.__version__, twin.name, twin.seed, number, truth, STEP, one.name, one.grid]
+    words = [version("tribrach"), twin.name, twin.seed, number, truth, STEP, one.name, one.grid]
     words += [scanner.noise.parameters, sorted(scanner.parameters.items())]
     words += [sorted(twin.files.items()), project_text(twin)]
     state = hashlib.blake2b(repr(words).encode(), digest_size=20)

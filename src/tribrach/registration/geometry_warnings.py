@@ -121,7 +121,7 @@ def surroundings(adjustment: Adjustment) -> list[Surroundings]:
             levelled |= {int(o.station[k]) for k in active}
         elif hasattr(o, "station"):
             otherwise |= {int(o.station[k]) for k in active}
-        elif o.kind == "relative_pose":
+        elif o.kind == "relative_pose" and hasattr(o, "start") and hasattr(o, "end"):
             ends = np.concatenate([np.asarray(o.start)[active], np.asarray(o.end)[active]])
             otherwise |= set(ends.tolist())
         elif hasattr(o, "start") and hasattr(o, "end"):

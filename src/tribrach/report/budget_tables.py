@@ -31,7 +31,7 @@ _NOTE = (
 def budget_table(rows: Sequence[BudgetRow], columns: Columns) -> Table:
     """One row per region, one column per part."""
     names = list(dict.fromkeys(part.name for row in rows for part in row.parts))
-    groups = {name: (name,) for name in names if name not in _ANGLES}
+    groups: dict[str, tuple[str, ...]] = {name: (name,) for name in names if name not in _ANGLES}
     if any(name in names for name in _ANGLES):
         groups["angles"] = _ANGLES
     specs: list[Spec] = [

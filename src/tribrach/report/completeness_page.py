@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -98,7 +99,7 @@ def _map(found: Completeness) -> Picture:
     for k in (3, 2, 1, 0):
         mine = level == k
         if mine.any():
-            style = {"s": 1.5, "color": _COLOURS[k], "linewidths": 0}
+            style: dict[str, Any] = {"s": 1.5, "color": _COLOURS[k], "linewidths": 0}
             left.scatter(*plan[mine].T, label=_LABELS[k], **style)
             right.scatter(*side[mine].T, **style)
     figure.legend(loc="outside lower center", ncols=4, frameon=False, markerscale=6)
@@ -116,7 +117,13 @@ def _sigma_map(found: Completeness) -> Picture:
     order = np.argsort(np.nan_to_num(sigma, nan=-1.0))
     order = order[np.isfinite(sigma[order])]
     limit = 2e3 * (found.required or 0.0)
-    style = {"c": sigma[order], "s": 1.5, "linewidths": 0, "cmap": "RdYlGn_r", "vmax": limit}
+    style: dict[str, Any] = {
+        "c": sigma[order],
+        "s": 1.5,
+        "linewidths": 0,
+        "cmap": "RdYlGn_r",
+        "vmax": limit,
+    }
     shown = left.scatter(*plan[order].T, vmin=0.0, **style)
     right.scatter(*side[order].T, vmin=0.0, **style)
     figure.colorbar(shown, ax=[left, right], label="3D sigma [mm]", shrink=0.8)
