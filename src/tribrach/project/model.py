@@ -22,6 +22,7 @@ from tribrach.project.sections import (
     ObservationFile,
     OutputSection,
     PointFile,
+    RegistrationSection,
     ScaleBar,
     ScanFile,
     Section,
@@ -53,6 +54,7 @@ class Project(Section):
     observations: tuple[ObservationFile, ...] = ()
     scans: tuple[ScanFile, ...] = ()
     targets: TargetSection = TargetSection()
+    registration: RegistrationSection = RegistrationSection()
     cloud: CloudSection = CloudSection()
     stations: dict[str, Station] = Field(default_factory=dict)
     lever_arms: dict[str, LeverArm] = Field(default_factory=dict)

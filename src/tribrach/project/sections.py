@@ -31,6 +31,7 @@ __all__ = [
     "ObservationFile",
     "OutputSection",
     "PointFile",
+    "RegistrationSection",
     "ScaleBar",
     "ScanFile",
     "Section",
@@ -337,6 +338,25 @@ class TargetSection(Section):
     def wanted(self) -> bool:
         """True if there is anything to look for."""
         return bool(self.sphere_radius_m or self.checkerboard_side_m or self.disc_radius_m)
+
+
+class RegistrationSection(Section):
+    """What ties the stations to each other: any of targets, planes and clouds, all in one network.
+
+    plane_area : planes of a scan smaller than this are not used; plane_floor : standard deviation
+    that no plane falls below, for what a fit does not see of a surface.
+    """
+
+    by: tuple[Literal["targets", "planes", "clouds"], ...] = ("targets",)
+    plane_area_m2: PositiveFloat = 0.5
+    plane_floor_mm: NonNegativeFloat = 0.3
+
+    @field_validator("by")
+    @classmethod
+    def _each_once(cls, by: tuple[str, ...]) -> tuple[str, ...]:
+        if not by or len(set(by)) != len(by):
+            raise ValueError("by names one or more of targets, planes, clouds, each once")
+        return by
 
 
 class CloudSection(Section):
