@@ -61,7 +61,7 @@ def _scans(chapter: ScanChapter) -> dict[str, Any]:
         "clouds": [asdict(cloud) | {"shares": dict(cloud.shares)} for cloud in chapter.clouds],
         "placement": list(chapter.placement),
         "precision_budget": list(chapter.budget),
-        "truth": [asdict(row) for row in chapter.truth],
+        "truth": [asdict(row) | {"agrees": row.agrees} for row in chapter.truth],
         "error_budget": [asdict(row) for row in chapter.error_budget],
     }
 

@@ -6,12 +6,14 @@ Metres and radians; pictures are PNG files in base64.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 from tribrach.report.budget_content import BudgetRow
 
-__all__ = ["Cloud", "Picture", "Rejection", "ScanChapter", "Target", "TruthRow"]
+__all__ = ["Cloud", "Picture", "Rejection", "ScanChapter", "Side", "Target", "TruthRow"]
 
 Triple = tuple[float, float, float]
+Side = Literal["within", "above", "below", "wrong"]
 
 
 @dataclass(frozen=True)
@@ -80,14 +82,35 @@ class Cloud:
 
 @dataclass(frozen=True)
 class TruthRow:
-    """A comparison of a simulated project with its truth: error, test, limit, verdict."""
+    """A comparison of a simulated project with its truth: error, test, limits, verdict.
+
+    statistic against least (None where only large ones are wrong) and limit; dof : of chi-square, 0
+    where it is none; side : of the limits that the statistic is on, "wrong" of what is counted.
+    """
 
     what: str
     name: str
     words: str
-    statistic: float | None
-    limit: float | None
-    agrees: bool
+    statistic: float | None = None
+    least: float | None = None
+    limit: float | None = None
+    dof: int = 0
+    side: Side = "within"
+
+    @property
+    def agrees(self) -> bool:
+        """True if the errors are as large as stated, and the counts right."""
+        return self.side == "within"
+
+    @property
+    def verdict(self) -> str:
+        """The same in words."""
+        return {
+            "within": "as stated",
+            "above": "not so: larger than stated",
+            "below": "not so: smaller than stated",
+            "wrong": "not so",
+        }[self.side]
 
 
 @dataclass(frozen=True)
