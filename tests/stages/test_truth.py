@@ -10,8 +10,8 @@ from tribrach.errors import InputError
 from tribrach.network.adjustment import adjust
 from tribrach.project import Project
 from tribrach.report.scan_content import TruthRow
-from tribrach.stages.truth import against_truth, read_truth
 from tribrach.simulate.twins import build
+from tribrach.stages.truth import against_truth, read_truth
 
 POINTS = 10_000
 SIGMA = re.compile(r"^((?:direction|zenith|distance|centring|height|levelling)_[\w]+ = )([\d.]+)")
