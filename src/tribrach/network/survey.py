@@ -250,6 +250,20 @@ class Survey:
         if other.datum.kind != "control":
             self.datum = other.datum
 
+    def tables(self) -> tuple[Table, ...]:
+        """What was added, call by call."""
+        return tuple(self._tables)
+
+    def joint_tables(self) -> set[int]:
+        """Numbers of the tables that share a covariance with others."""
+        return {int(t) for tables, *_ in self._joint for t in tables}
+
+    def replace_tables(self, parts: Sequence[Sequence[Table]]) -> None:
+        """Put others in the place of each table; those that share a covariance stay single."""
+        first = np.cumsum([0, *(len(part) for part in parts)])
+        self._tables = [table for part in parts for table in part]
+        self._joint = [(first[t], i, r, c) for t, i, r, c in self._joint]
+
     def of_marks(self) -> Survey:
         """What was measured of marks alone: without scanner stations and without check values.
 

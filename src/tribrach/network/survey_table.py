@@ -42,7 +42,10 @@ class Table:
         use = self.columns.get("use")
         if use is None:
             return self
-        keep = as_column(use, self.n).astype(int) == Use.ACTIVE
+        return self.part(as_column(use, self.n).astype(int) == Use.ACTIVE)
+
+    def part(self, keep: NDArray[np.bool_]) -> Table:
+        """Some of the observations, by a mask (n,)."""
         shared = {f.name for f in fields(self.kind) if "shared" in f.metadata}
         columns = {
             name: column if name in shared else _chosen(column, keep)

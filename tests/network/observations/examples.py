@@ -235,6 +235,13 @@ BUILDERS: dict[str, Build] = {
         "axis": units(g),
         "reference": rotations(g),
     },
+    "relative_translation": lambda k, g, s: {**common(k, g), **pairs(g, 3), "axis": units(g)},
+    "relative_rotation": lambda k, g, s: {
+        **common(k, g),
+        **pairs(g, 3),
+        "axis": units(g),
+        "reference": rotations(g),
+    },
     "axis_radius": axis,
     "axis_plane": axis,
     "axis_foot": axis,
