@@ -168,8 +168,14 @@ def pins_of(basis: Array) -> Index:
 
 
 def point_numbers(layout: Layout, free_columns: Index) -> Index:
-    """Number of the point each free column belongs to, -1 for other families."""
-    return np.where(free_columns < 3 * layout.count("point"), free_columns // 3, -1)
+    """Number of the point or plane each free column belongs to, -1 for other families.
+
+    Both are seen from some stations and tied to nothing else, so both are eliminated as blocks.
+    """
+    points, first = layout.count("point"), layout.offset["plane"]
+    plane = (free_columns >= first) & (free_columns < first + 3 * layout.count("plane"))
+    number = np.where(plane, points + (free_columns - first) // 3, -1)
+    return np.where(free_columns < 3 * points, free_columns // 3, number)
 
 
 class Cofactor:

@@ -39,6 +39,10 @@ FLOOR = 3e-4
 _ANGLE, _OFFSET, _GROWTH = float(np.radians(0.3)), 5e-3, 1.5
 #: points that the outline is made of, at most
 _OUTLINE = 20_000
+#: parts that residuals are summed over to see how they hang together, along either side
+_PARTS = 8
+#: cells that stand for the patch where it is compared with others, about; least width [m]
+_CELLS, _WIDTH = 400, 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,8 +52,9 @@ class Plane:
     normal (3,) : towards the scanner; center (3,) : on the plane, at the centroid [m]; tangents
     (2, 3) : in-plane unit vectors; covariance (3, 3) : of the tilt of the normal along both
     tangents [rad] and of the offset along the normal at the centre [m], floor included; area :
-    [m^2] that the scan sees; outline (k, 3) : convex outline [m]; detection : the same for lists
-    of targets.
+    [m^2] that the scan sees; outline (k, 3) : convex outline [m]; sample (s, 3) : one place on the
+    plane for every occupied cell of width ``spacing`` [m]; detection : the same for lists of
+    targets.
     """
 
     normal: Array
@@ -58,6 +63,8 @@ class Plane:
     covariance: Array
     area: float
     outline: Array
+    sample: Array
+    spacing: float
     detection: Detection
 
     def to_dict(self) -> dict[str, Any]:
@@ -100,9 +107,11 @@ def find_planes(
     rejected: list[Rejected] = []
     order = np.argsort(-np.nan_to_num(fits.area), kind="stable")
     wanted = [k for k in order if fits.area[k] > 0.5 * least_area and np.isfinite(fits.m[k, 0])]
-    outlines = _members(xyz, image, labels, np.array(wanted, dtype=np.int64), len(fits.m))
-    for k, points in zip(wanted, outlines, strict=True):
-        reason = _reason(fits, k, sigma, least_area) or _curved(fits.m[k], points)
+    members = _members(image, labels, np.array(wanted, dtype=np.int64), len(fits.m))
+    for k, member in zip(wanted, members, strict=True):
+        points = xyz[member]
+        some = points[:: max(1, len(points) // _OUTLINE)]
+        reason = _reason(fits, k, sigma, least_area) or _curved(fits.m[k], some)
         if reason:
             rejected.append(Rejected("plane", fits.center[k], reason))
         else:
@@ -174,9 +183,9 @@ def _groups(fits: PlaneFits) -> NDArray[np.int64]:
 
 
 def _members(
-    xyz: Array, image: RangeImage, labels: Labels, wanted: NDArray[np.int64], count: int
-) -> list[Array]:
-    """Some points (n, 3) of every wanted region, for its outline."""
+    image: RangeImage, labels: Labels, wanted: NDArray[np.int64], count: int
+) -> list[NDArray[np.int32]]:
+    """Numbers (n,) of the points of every wanted region."""
     rank = np.full(count + 1, -1, dtype=np.int64)
     rank[wanted] = np.arange(len(wanted))
     flat = rank[labels.ravel()]
@@ -184,12 +193,11 @@ def _members(
     chosen = chosen[np.argsort(flat[chosen], kind="stable")]
     ends = np.searchsorted(flat[chosen], np.arange(len(wanted) + 1))
     index = image.index.ravel()
-    parts = [chosen[a:b] for a, b in pairwise(ends)]
-    return [xyz[index[p[:: max(1, len(p) // _OUTLINE)]]] for p in parts]
+    return [index[chosen[a:b]] for a, b in pairwise(ends)]
 
 
 def _plane(fits: PlaneFits, k: int, points: Array, floor: float, scan: str) -> Plane:
-    """The patch of one fitted region.
+    """The patch of one fitted region with its points (n, 3).
 
     Looking back at the scanner reverses tilts and offset alike and leaves their covariance.
     """
@@ -199,14 +207,45 @@ def _plane(fits: PlaneFits, k: int, points: Array, floor: float, scan: str) -> P
     tangents = _tangents(outward)
     # m + dm: the normal tilts by its tangential part, the plane at the centre moves by -dm . c
     rows = np.vstack([tangents, -center]) / size
-    independent = max(min(fits.points[k], fits.area[k] / _CELL**2), 4.0)
+    flat, away = (points - center) @ tangents.T, (points - center) @ outward
+    shared = max(fits.points[k] * _CELL**2 / fits.area[k], _correlation(flat, away))
+    independent = max(fits.points[k] / shared, 4.0)
     enlarged = max(1.0, fits.s0[k] ** 2) * fits.points[k] / independent
     covariance = rows @ np.linalg.inv(fits.normal[k]) @ rows.T * enlarged
     spread = floor / np.sqrt(fits.area[k] / np.pi)
     covariance = covariance + np.diag([spread, spread, floor]) ** 2
-    outline, hull = _outline(points, center, tangents)
-    detection = _detection(fits, k, center, outward, covariance[2, 2], hull, scan)
-    return Plane(-outward, center, tangents, covariance, float(fits.area[k]), outline, detection)
+    hull = ConvexHull(flat[:: max(1, len(flat) // _OUTLINE)])
+    outline = center + hull.points[hull.vertices] @ tangents
+    spacing = max(float(np.sqrt(fits.area[k] / _CELLS)), _WIDTH)
+    cells = np.unique(np.floor(flat / spacing).astype(np.int64), axis=0)
+    sample = center + spacing * (cells + 0.5) @ tangents
+    facts = {"effective_points": float(independent)}
+    detection = _detection(fits, k, center, outward, covariance[2, 2], hull, facts, scan)
+    area = float(fits.area[k])
+    return Plane(-outward, center, tangents, covariance, area, outline, sample, spacing, detection)
+
+
+def _correlation(flat: Array, away: Array) -> float:
+    """How many points count as one, at least 1: places (n, 2) and residuals (n,) [m].
+
+    Sums of the residuals' pulls on the plane over parts of the patch vary as the sums of so many
+    points do if the points are independent, and more if waves of the surface or the scanner's
+    errors run through neighbours (the sandwich estimator of White 1980, in clusters).
+    """
+    low, size = flat.min(axis=0), np.ptp(flat, axis=0)
+    part = np.minimum((flat - low) / np.maximum(size, 1e-9) * _PARTS, _PARTS - 1).astype(np.int64)
+    number = part[:, 0] * _PARTS + part[:, 1]
+    middle = flat.mean(axis=0)
+    pull = np.column_stack([np.ones(len(flat)), flat - middle])
+    q, _ = np.linalg.qr(pull)
+    pull *= (away - q @ (q.T @ away))[:, None]
+    used = np.bincount(number, minlength=_PARTS**2) > 0
+    sums = np.stack([np.bincount(number, c, minlength=_PARTS**2) for c in pull.T], axis=1)[used]
+    alone = pull.T @ pull
+    if len(sums) < 8 or np.linalg.cond(alone) > 1e15:
+        return 1.0
+    together = sums.T @ sums * len(sums) / (len(sums) - 3)
+    return max(1.0, float(np.trace(np.linalg.solve(alone, together))) / 3)
 
 
 def _tangents(normal: Array) -> Array:
@@ -218,15 +257,15 @@ def _tangents(normal: Array) -> Array:
     return np.stack([across, np.cross(normal, across)])
 
 
-def _outline(points: Array, center: Array, tangents: Array) -> tuple[Array, float]:
-    """Convex outline (k, 3) on the plane and its area [m^2]."""
-    flat = (points - center) @ tangents.T
-    hull = ConvexHull(flat)
-    return np.asarray(center + flat[hull.vertices] @ tangents), float(hull.volume)
-
-
 def _detection(
-    fits: PlaneFits, k: int, center: Array, normal: Array, variance: float, hull: float, scan: str
+    fits: PlaneFits,
+    k: int,
+    center: Array,
+    normal: Array,
+    variance: float,
+    hull: ConvexHull,
+    facts: dict[str, float],
+    scan: str,
 ) -> Detection:
     """The patch as a target; along the surface its centre is only known to the patch's size."""
     radius = float(np.sqrt(fits.area[k] / np.pi))
@@ -243,6 +282,6 @@ def _detection(
         int(fits.points[k]),
         float(np.linalg.norm(center)),
         float(fits.incidence[k]),
-        float(min(fits.area[k] / max(hull, 1e-12), 1.0)),
-        {"s0": float(fits.s0[k]), "area_m2": float(fits.area[k])},
+        float(min(fits.area[k] / max(hull.volume, 1e-12), 1.0)),
+        {"s0": float(fits.s0[k]), "area_m2": float(fits.area[k]), **facts},
     )
