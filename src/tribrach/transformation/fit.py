@@ -1,0 +1,274 @@
+"""Which transformation fits common points best, with the weights of both systems?
+
+Conditions ``b + v_b = T(a + v_a)`` with ``v_a^T C_a^-1 v_a + v_b^T C_b^-1 v_b`` smallest (Gauss-
+Helmert model; Ghilani, Adjustment Computations, ch. 18). T is affine in the points, so with
+``w = b - T(a)`` and ``C = C_b + M C_a M^T`` the residuals are ``v_b = -C_b C^-1 w`` and
+``v_a = C_a M^T C^-1 w``; derivatives at ``a + v_a`` make the iteration end at the exact minimum.
+A system without covariances is free of errors; if both are, all differences have one unknown sigma.
+Metres and radians; (n, d) points with d = 3 or 2.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.errors import InputError, NotConverged, RankDefect
+from tribrach.geometry import rotation as turns
+from tribrach.transformation.models import Model, Transformation, find_model, start
+from tribrach.transformation.weights import Metric, Spread, given_spread
+
+__all__ = ["CommonPoints", "Fit", "fit_points", "fit_transformation"]
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+_STEPS = 100
+#: ratio of singular values of the scaled design below which a parameter is open
+_RANK = 1e-8
+
+
+@dataclass(frozen=True, eq=False)
+class CommonPoints:
+    """Points by name in both systems.
+
+    a, b (n, d) [m]; their covariances; used (n,) : False for check points and what is off;
+    check (n,) : held out to be compared; reasons (n,) : why a point is off.
+    """
+
+    names: tuple[str, ...]
+    a: Array
+    b: Array
+    spread_a: Spread
+    spread_b: Spread
+    used: Mask
+    check: Mask
+    reasons: tuple[str, ...] = field(default=())
+
+    @property
+    def weighted(self) -> bool:
+        """True if a covariance is given in any system."""
+        spreads = (self.spread_a, self.spread_b)
+        return any(s.blocks is not None or s.joint is not None for s in spreads)
+
+    @property
+    def dimension(self) -> int:
+        """2 or 3."""
+        return int(self.a.shape[1])
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A fitted transformation.
+
+    cofactor (k, k) of the parameters in the order of ``transformation.model.parameters``, from the
+    given covariances (from unit weights if none are given); difference (n, d) : b - T(a) of all
+    points, also of those held out; residual_a, residual_b (n, d) : zero where a point is not used;
+    lever (n, d, k) : derivatives; weight (m, d, d) and solved (m, d, k) : blocks of C^-1 and C^-1 A
+    of the m used points.
+    """
+
+    points: CommonPoints
+    transformation: Transformation
+    cofactor: Array
+    difference: Array
+    residual_a: Array
+    residual_b: Array
+    vtpv: float
+    dof: int
+    iterations: int
+    force: Array
+    weight: Array
+    solved: Array
+
+    @property
+    def model(self) -> Model:
+        """The model."""
+        return self.transformation.model
+
+    @property
+    def sigma0(self) -> float | None:
+        """A posteriori; None without redundancy. In metres if no covariance was given."""
+        return float(np.sqrt(self.vtpv / self.dof)) if self.dof > 0 else None
+
+    @property
+    def factor(self) -> float:
+        """On the cofactor: 1 with given covariances, else sigma0 squared (NaN if unknown)."""
+        if self.points.weighted:
+            return 1.0
+        return float("nan") if self.sigma0 is None else self.sigma0**2
+
+    @property
+    def covariance(self) -> Array:
+        """Of the parameters (k, k): a priori with given covariances, else a posteriori."""
+        return self.factor * self.cofactor
+
+    @property
+    def origin_covariance(self) -> Array:
+        """Of the translation at the origin of A (d, d): with everything that turns and scales."""
+        at = self.transformation.jacobian(np.zeros((1, self.points.dimension)))[0]
+        out: Array = at @ self.covariance @ at.T
+        return out
+
+    def predicted(self, a: Array, spread: Array | None = None) -> Array:
+        """Covariances (n, d, d) of points a (n, d) carried over; spread (n, d, d) their own."""
+        lever = self.transformation.jacobian(a)
+        out: Array = lever @ self.covariance @ lever.transpose(0, 2, 1)
+        m = self.transformation.matrix
+        return out if spread is None else out + m @ spread @ m.T
+
+    @property
+    def rms(self) -> float:
+        """Root mean square [m] of the lengths of the used differences; no accuracy."""
+        used = self.difference[self.points.used]
+        return float(np.sqrt((used**2).sum(axis=1).mean()))
+
+
+def fit_transformation(
+    a: Array,
+    b: Array,
+    model: int | Model,
+    *,
+    names: list[str] | tuple[str, ...] | None = None,
+    covariance_a: Array | None = None,
+    covariance_b: Array | None = None,
+    check: Mask | None = None,
+) -> Fit:
+    """The transformation of points a (n, d) to b (n, d).
+
+    model : its number of parameters; covariance_a, covariance_b : (n, d, d) or (n d, n d) [m^2];
+    check (n,) : points held out.
+
+    Raises
+    ------
+    InputError : other shapes, not finite, too few points; RankDefect : parameters left open.
+    """
+    a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
+    if a.shape != b.shape or a.ndim != 2 or a.shape[1] not in (2, 3):
+        raise InputError(
+            f"the points have shapes {a.shape} and {b.shape}", cure="give both as (n, 3) or (n, 2)"
+        )
+    if not (np.isfinite(a).all() and np.isfinite(b).all()):
+        raise InputError("a coordinate is not a number", cure="leave such points out")
+    n, d = a.shape
+    held = np.zeros(n, dtype=bool) if check is None else np.asarray(check, dtype=bool)
+    points = CommonPoints(
+        tuple(names) if names is not None else tuple(str(i + 1) for i in range(n)),
+        a,
+        b,
+        given_spread(covariance_a, n, d, "A"),
+        given_spread(covariance_b, n, d, "B"),
+        ~held,
+        held,
+        ("",) * n,
+    )
+    return fit_points(points, model if isinstance(model, Model) else find_model(model, d))
+
+
+def fit_points(points: CommonPoints, model: Model) -> Fit:
+    """The transformation of the used common points.
+
+    Raises
+    ------
+    InputError : too few points; RankDefect : parameters left open; NotConverged.
+    """
+    used, d = points.used, points.dimension
+    a, b = points.a[used], points.b[used]
+    spread_a, spread_b = points.spread_a.part(used, d), points.spread_b.part(used, d)
+    found = start(model, a, b)
+    for step_number in range(1, _STEPS + 1):
+        metric = Metric(spread_a, spread_b, found.matrix, len(a))
+        w = b - found(a)
+        force = metric.solve(w)
+        cost = float((w * force).sum())
+        adjusted = a + spread_a.times(force @ found.matrix)
+        design = found.jacobian(adjusted)
+        solved = metric.solve(design)
+        cofactor = _inverse(model, design, solved)
+        step = cofactor @ np.einsum("nik,ni->k", design, force)
+        found, moved = _descend(found, step, cost, a, b, spread_a, spread_b)
+        if np.abs(np.einsum("nik,k->ni", design, step)).max() * moved < _small(a - found.centre):
+            return _finished(points, found, (spread_a, spread_b), step_number)
+    raise NotConverged(
+        f"the transformation did not converge in {_STEPS} steps",
+        ["look at the points with the largest differences, or take fewer parameters"],
+    )
+
+
+def _small(local: Array) -> float:
+    """Steps below this [m] no longer matter: rounding of the coordinates."""
+    return 1e-12 + 1e-12 * float(np.abs(local).max())
+
+
+def _descend(
+    found: Transformation, step: Array, cost: float, a: Array, b: Array, sa: Spread, sb: Spread
+) -> tuple[Transformation, float]:
+    """The transformation moved by as much of a step as does not raise the cost; how much."""
+    share = 1.0
+    while share > 1e-6:
+        trial = found.moved(share * step)
+        w = b - trial(a)
+        now = float((w * Metric(sa, sb, trial.matrix, len(a)).solve(w)).sum())
+        if now <= cost * (1 + 1e-9) + 1e-18:
+            return trial, share
+        share /= 2
+    # rounding: the cost cannot fall any more
+    return found, 0.0
+
+
+def _inverse(model: Model, design: Array, solved: Array) -> Array:
+    """Inverse normal matrix (k, k), columns scaled; parameters that are left open are named."""
+    normal = np.einsum("nik,nil->kl", design, solved)
+    scale = np.sqrt(np.diag(normal))
+    scale = np.where(scale > 0, scale, 1.0)
+    values, vectors = np.linalg.eigh(normal / scale[:, None] / scale)
+    if values[0] <= _RANK**2 * 1e4 * values[-1]:
+        weak = np.abs(vectors[:, 0] / scale)
+        weak /= weak.max()
+        names = [n for (n, _), size in zip(model.parameters, weak, strict=True) if size > 0.05]
+        raise RankDefect(
+            f"the common points leave the transformation with {model.count} parameters open",
+            [f"they do not determine {', '.join(names)}", f"it needs {model.least}"],
+        )
+    inverse: Array = (vectors / values) @ vectors.T / scale[:, None] / scale
+    return inverse
+
+
+def _finished(
+    points: CommonPoints, found: Transformation, spreads: tuple[Spread, Spread], iterations: int
+) -> Fit:
+    """Residuals and cofactors at the solution."""
+    used, a, b = points.used, points.a[points.used], points.b[points.used]
+    metric = Metric(*spreads, found.matrix, len(a))
+    w = b - found(a)
+    force = metric.solve(w)
+    va, vb = np.zeros_like(points.a), np.zeros_like(points.b)
+    va[used] = spreads[0].times(force @ found.matrix)
+    vb[used] = -spreads[1].times(force) if points.weighted else -w
+    design = found.jacobian(points.a[used] + va[used])
+    solved = metric.solve(design)
+    return Fit(
+        points=points,
+        transformation=found,
+        cofactor=_inverse(found.model, design, solved),
+        difference=points.b - found(points.a),
+        residual_a=va,
+        residual_b=vb,
+        vtpv=float((w * force).sum()),
+        dof=w.size - found.model.count,
+        iterations=iterations,
+        force=force,
+        weight=metric.inverse_blocks(),
+        solved=solved,
+    )
+
+
+def rotation_angles(fit: Fit) -> tuple[Array, Array]:
+    """Rotation vector (3,) or angle (1,) [rad] and its standard deviations."""
+    t = fit.transformation
+    d = t.model.dimension
+    k = 3 if t.model.turn == "free" else 1
+    angles = turns.log(t.rotation) if k == 3 else t.values[d : d + 1]
+    return angles, np.sqrt(np.diag(fit.covariance)[d : d + k])

@@ -1,0 +1,320 @@
+"""Which common points do not fit, is the scale real, and which model is enough?
+
+Point test: the force ``C^-1 w`` of a point against its covariance, chi-square with d values where
+the covariances are given and the global test does not fail, else F against the fit without the
+point. Whether A or B is wrong in a point cannot be told. Method section 3.4.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2, f, norm, t
+
+from tribrach.errors import AdjustmentError, InputError
+from tribrach.transformation.fit import CommonPoints, Fit, fit_points
+from tribrach.transformation.models import MODELS
+
+__all__ = [
+    "CheckResult",
+    "PointTests",
+    "Rung",
+    "ScaleTest",
+    "Snooped",
+    "check_points",
+    "ladder",
+    "point_tests",
+    "scale_test",
+    "snoop_points",
+]
+
+Array = NDArray[np.float64]
+
+ALPHA0 = 0.001
+
+
+@dataclass(frozen=True)
+class PointTests:
+    """Tests of the m used points, in their order.
+
+    statistic, limit (m,) : NaN where nothing controls a point; redundancy (m,) : sum of its
+    redundancy numbers, 0 to d; error (m, d) [m] : estimated blunder in B's axes; left (m,) :
+    ``v^T P v`` of the fit without the point.
+    """
+
+    statistic: Array
+    limit: Array
+    redundancy: Array
+    error: Array
+    left: Array
+
+    @property
+    def suspicious(self) -> NDArray[np.bool_]:
+        """Points (m,) beyond their limit."""
+        return np.nan_to_num(self.statistic) > np.where(np.isnan(self.limit), np.inf, self.limit)
+
+
+def trusted(fit: Fit) -> bool:
+    """True if the given covariances may judge single points: there are some and they hold."""
+    if not fit.points.weighted or fit.dof <= 0:
+        return fit.points.weighted
+    return fit.vtpv <= float(chi2.ppf(0.95, fit.dof))
+
+
+def point_tests(fit: Fit, alpha0: float = ALPHA0, *, prior: bool | None = None) -> PointTests:
+    """Tests of all used points.
+
+    prior : judge by the given covariances; if None, where there are some.
+    """
+    d, m = fit.points.dimension, len(fit.force)
+    own = fit.weight - fit.solved @ fit.cofactor @ fit.solved.transpose(0, 2, 1)
+    share = np.einsum("mij,mji->m", own, np.linalg.inv(fit.weight))
+    values, vectors = np.linalg.eigh(own)
+    largest = np.einsum("mii->m", fit.weight)[:, None]
+    good = values > 1e-9 * largest
+    along = np.einsum("mji,mj->mi", vectors, fit.force)
+    safe = np.where(good, values, 1.0)
+    square = np.where(good, along**2 / safe, 0.0).sum(axis=1)
+    error = np.einsum("mij,mj->mi", vectors, np.where(good, along / safe, 0.0))
+    rows = good.sum(axis=1)
+    left = np.maximum(fit.vtpv - square, 0.0)
+    statistic, limit = np.full(m, np.nan), np.full(m, np.nan)
+    known = rows > 0
+    by_prior = fit.points.weighted if prior is None else prior
+    if by_prior:
+        statistic[known] = square[known]
+        limit[known] = chi2.ppf(1 - alpha0, rows[known])
+    else:
+        rest = fit.dof - rows
+        known &= rest > 0
+        noise = left[known] / rest[known]
+        # an exact rest is rounding: whatever does not fit it is wrong
+        tiny = 1e-24 * float(np.square(fit.points.b).max(initial=1.0))
+        statistic[known] = square[known] / rows[known] / np.maximum(noise, tiny)
+        limit[known] = f.ppf(1 - alpha0, rows[known], rest[known])
+    return PointTests(statistic, limit, np.clip(share, 0, d), error, left)
+
+
+@dataclass(frozen=True)
+class Snooped:
+    """A fit without what does not fit; steps say what was done, in words."""
+
+    fit: Fit
+    steps: tuple[str, ...]
+    removed: tuple[str, ...]
+
+
+def snoop_points(fit: Fit, alpha0: float = ALPHA0) -> Snooped:
+    """Switch the worst point off, fit again, and so on; those that fit after all come back.
+
+    The redundancy never falls below one.
+    """
+    steps: list[str] = []
+    removed: list[int] = []
+    while True:
+        tests = point_tests(fit, alpha0)
+        if not tests.suspicious.any():
+            break
+        places = np.flatnonzero(fit.points.used)
+        ratio = np.nan_to_num(tests.statistic / tests.limit)
+        worst = int(np.argmax(ratio))
+        k = int(places[worst])
+        words = _words(fit, tests, worst, k)
+        try:
+            trial = _without(fit, k, f"does not fit: {words}")
+        except (AdjustmentError, InputError):
+            trial = None
+        if trial is None or trial.dof < 1:
+            steps.append(f"{words}; kept, since without it nothing would check the others")
+            break
+        others = _alternatives(fit, tests, worst, places)
+        doubt = f"; it could as well be {' or '.join(others)}" if others else ""
+        steps.append(f"{words}; switched off{doubt}")
+        removed.append(k)
+        fit = trial
+    fit, kept = _recalled(fit, removed, steps, alpha0)
+    return Snooped(fit, tuple(steps), tuple(fit.points.names[k] for k in kept))
+
+
+def _words(fit: Fit, tests: PointTests, row: int, k: int) -> str:
+    size = 1e3 * tests.error[row]
+    parts = ", ".join(f"{axis} {value:+.1f}" for axis, value in zip("xyz", size, strict=False))
+    return (
+        f"point {fit.points.names[k]} is off by about ({parts}) mm in B (test "
+        f"{tests.statistic[row]:.1f} against {tests.limit[row]:.1f}); A or B may be wrong"
+    )
+
+
+def _without(fit: Fit, k: int, reason: str) -> Fit:
+    used, reasons = fit.points.used.copy(), list(fit.points.reasons)
+    used[k], reasons[k] = False, reason
+    return fit_points(replace(fit.points, used=used, reasons=tuple(reasons)), fit.model)
+
+
+def _alternatives(fit: Fit, tests: PointTests, worst: int, places: NDArray[np.int64]) -> list[str]:
+    """Other points whose removal would leave about as good a fit."""
+    best = max(float(tests.left[worst]), 1e-12 * fit.vtpv)
+    d = fit.points.dimension
+    level = 1.0 if fit.points.weighted else best / max(fit.dof - d, 1)
+    # twice the logarithm of the likelihood, as far as chance moves it
+    near = tests.left - best <= chi2.ppf(0.95, 1) * level
+    near[worst] = False
+    return [fit.points.names[int(k)] for k in places[near & tests.suspicious]][:3]
+
+
+def _recalled(
+    fit: Fit, removed: list[int], steps: list[str], alpha0: float
+) -> tuple[Fit, list[int]]:
+    """Removed points that agree with the final fit take part again."""
+    kept: list[int] = []
+    for k in removed:
+        result = _compare(fit, np.array([k]))
+        if result.statistic[0] > result.limit(1 - alpha0)[0]:
+            kept.append(k)
+            continue
+        used, reasons = fit.points.used.copy(), list(fit.points.reasons)
+        used[k], reasons[k] = True, ""
+        fit = fit_points(replace(fit.points, used=used, reasons=tuple(reasons)), fit.model)
+        steps.append(f"point {fit.points.names[k]} fits the others after all and is back")
+    return fit, kept
+
+
+@dataclass(frozen=True)
+class CheckResult:
+    """Points held out against the transformation.
+
+    place (c,) : numbers among all points; difference (c, d) : b - T(a) [m] with its predicted
+    covariance (c, d, d); statistic (c,) : squared in that metric; dof : of the variance factor,
+    None where it is not estimated.
+    """
+
+    place: NDArray[np.int64]
+    difference: Array
+    covariance: Array
+    statistic: Array
+    dof: int | None
+
+    def limit(self, probability: float = 0.99) -> Array:
+        """Limits (c,) of the statistics."""
+        d = self.difference.shape[1]
+        n = len(self.statistic)
+        if self.dof is None:
+            return np.full(n, float(chi2.ppf(probability, d)))
+        return np.full(n, d * float(f.ppf(probability, d, self.dof)))
+
+    @property
+    def rmse(self) -> Array:
+        """Root mean square (d,) [m] along each axis."""
+        out: Array = np.sqrt((self.difference**2).mean(axis=0))
+        return out
+
+
+def check_points(fit: Fit) -> CheckResult | None:
+    """Check points against the fit; None if there are none."""
+    place = np.flatnonzero(fit.points.check)
+    return _compare(fit, place) if len(place) else None
+
+
+def _compare(fit: Fit, place: NDArray[np.int64]) -> CheckResult:
+    points = fit.points
+    n, d = points.a.shape
+    own_a, own_b = (s.of_points(n, d)[place] for s in (points.spread_a, points.spread_b))
+    if not points.weighted:
+        own_b = np.broadcast_to(np.eye(d) * fit.factor, own_b.shape)
+    c = fit.predicted(points.a[place], own_a) + own_b
+    w = fit.difference[place]
+    solved = np.linalg.solve(c, w[:, :, None])[:, :, 0] if np.isfinite(c).all() else np.nan * w
+    dof = None if points.weighted else fit.dof
+    return CheckResult(place, w, c, np.einsum("ni,ni->n", w, solved), dof)
+
+
+@dataclass(frozen=True)
+class ScaleTest:
+    """Does the scale differ from one? scale - 1 with its sigma, t and its limit at 95 %."""
+
+    excess: float
+    sigma: float
+    t: float
+    limit: float
+    posterior: bool
+
+    @property
+    def needed(self) -> bool:
+        """True if the scale is significant."""
+        return abs(self.t) > self.limit
+
+    def sentence(self, rigid: int, scaled: int) -> str:
+        """The verdict in words, with the numbers of parameters of both models."""
+        origin = "a posteriori" if self.posterior else "a priori"
+        end = (
+            f"the scale is significant: {scaled} parameters are needed, or a length is wrong"
+            if self.needed
+            else f"{rigid} parameters are enough"
+        )
+        return (
+            f"scale - 1 = {1e6 * self.excess:+.1f} ppm with sigma {1e6 * self.sigma:.1f} ppm "
+            f"{origin}, t = {self.t:.2f} against {self.limit:.2f}: {end}"
+        )
+
+
+def scale_test(points: CommonPoints) -> ScaleTest | None:
+    """Test by Student's t of the scale of the similarity; None where the points do not determine it.
+
+    The given covariances decide unless the global test of the similarity fails at 95 %; then, and
+    without covariances, sigma0 a posteriori.
+    """
+    count = 7 if points.dimension == 3 else 4
+    model = next(m for m in MODELS if (m.count, m.dimension) == (count, points.dimension))
+    try:
+        fit = fit_points(points, model)
+    except (InputError, AdjustmentError):
+        return None
+    if fit.dof < 1:
+        return None
+    posterior = not trusted(fit)
+    factor = fit.vtpv / fit.dof if posterior else 1.0
+    sigma = float(np.sqrt(factor * fit.cofactor[-1, -1]))
+    excess = float(fit.transformation.factors[0] - 1)
+    limit = float(t.ppf(0.975, fit.dof) if posterior else norm.ppf(0.975))
+    value = excess / sigma if sigma > 0 else float(np.sign(excess)) * np.inf
+    return ScaleTest(excess, sigma, float(value), limit, posterior)
+
+
+@dataclass(frozen=True)
+class Rung:
+    """A model on the ladder: its fit, and the test of what it gains over the one before it.
+
+    statistic against limit at 95 %: chi-square with given covariances that hold, else F; None on
+    the first rung and where nothing is left to compare with.
+    """
+
+    count: int
+    words: str
+    vtpv: float
+    dof: int
+    rms: float
+    statistic: float | None
+    limit: float | None
+
+
+def ladder(points: CommonPoints) -> list[Rung]:
+    """All models of the dimension that the points determine, from the stiffest on."""
+    rungs: list[Rung] = []
+    for model in (m for m in MODELS if m.dimension == points.dimension):
+        try:
+            fit = fit_points(points, model)
+        except (InputError, AdjustmentError):
+            continue
+        statistic = limit = None
+        if rungs and fit.dof > 0:
+            more = model.count - rungs[-1].count
+            gain = max(rungs[-1].vtpv - fit.vtpv, 0.0)
+            if trusted(fit):
+                statistic, limit = gain, float(chi2.ppf(0.95, more))
+            elif fit.vtpv > 0:
+                statistic = gain / more / (fit.vtpv / fit.dof)
+                limit = float(f.ppf(0.95, more, fit.dof))
+        rungs.append(Rung(model.count, model.words, fit.vtpv, fit.dof, fit.rms, statistic, limit))
+    return rungs
