@@ -48,6 +48,15 @@ class CalibrationModel:
         chosen = tuple(self.functions[self.parameters.index(p)] for p in parameters)
         return CalibrationModel(self.name, tuple(parameters), chosen)
 
+    def joined(self, other: CalibrationModel) -> CalibrationModel:
+        """Both parameter lists, each parameter once."""
+        new = [k for k, name in enumerate(other.parameters) if name not in self.parameters]
+        return CalibrationModel(
+            self.name,
+            (*self.parameters, *(other.parameters[k] for k in new)),
+            (*self.functions, *(other.functions[k] for k in new)),
+        )
+
     def columns(self, r: Any, h: Any, v: Any, face: Any) -> NDArray[Any]:
         """``B`` (n, 3, k) at ranges, horizontal and zenith angles (n,) and faces (n,) of +-1."""
         kind = np.result_type(r, h, v, float)

@@ -1,9 +1,9 @@
 """Calibration models by name, the units of their parameters, and which are taken first.
 
-``nist`` has all 18 parameters of the panoramic model, ``high-end`` the ten that two stations and two
-faces can part (Medic et al. 2019; method section 4.1), ``paper`` and ``paper-elevation`` the eight
-of Sabzali & Pilgrim (2023), ``lichti`` the additive set. A *panoramic* scanner has a mirror that
-looks on over the zenith and a back face; a *hybrid* one turns full circle with one face only.
+``nist`` has all 18 parameters of the panoramic model, ``high-end`` the ten that two stations and
+two faces can part (Medic et al. 2019; method section 4.1), ``paper`` and ``paper-elevation`` the
+eight of Sabzali & Pilgrim (2023), ``lichti`` the additive set. A *panoramic* scanner has a mirror
+that looks on over the zenith and a back face; a *hybrid* one turns full circle with one face only.
 """
 
 from __future__ import annotations

@@ -85,7 +85,8 @@ class Network:
 
         ``free`` and ``fixed`` switch given control off: coordinates that were observed are kept
         as inactive observations with the reason, coordinates that were held become free (or, for
-        ``fixed``, stay held at the named points only).
+        ``fixed``, stay held at the named points only). A station that is fixed keeps its given
+        pose; without one its frame is the work frame.
 
         Raises
         ------
@@ -105,17 +106,21 @@ class Network:
         # an axis free nowhere and zero or unknown everywhere is not in use (levelling, plan)
         used = points.any(axis=0) | (np.nan_to_num(self.start.points) != 0).any(axis=0)
         points[:, used] = True
+        start = self.start
         if datum.kind == "fixed":
-            for name in datum.names:
-                index = layout.index("point", name) if layout.has("point", name) else -1
-                if index < 0 or np.isnan(self.start.points[index][used]).any():
+            poses = [layout.index("pose", n) for n in datum.names if layout.has("pose", n)]
+            start = _posed(start, poses)
+            free[layout.columns("pose", np.array(poses, dtype=np.int64)).ravel()] = False
+            for name in (n for n in datum.names if not layout.has("pose", n)):
+                index = layout.index("point", name)
+                if np.isnan(self.start.points[index][used]).any():
                     raise InputError(
                         f"the datum fixes {name}, which has no given coordinates",
                         cure="give its coordinates or fix another point",
                     )
                 points[index] = False
         off = [_switched_off(o, "the datum does not use it") for o in self.observations]
-        return replace(self, datum=datum, free=free, observations=tuple(off))
+        return replace(self, datum=datum, free=free, observations=tuple(off), start=start)
 
     def with_start(self, state: State) -> Network:
         """The same network with other start values."""
@@ -132,6 +137,15 @@ class Network:
         source = observations.source[item]
         arrow = f" {start} -> {end}" if end else f" {start}"
         return f"{observations.kind}{arrow}" + (f" ({source})" if source else "")
+
+
+def _posed(state: State, poses: list[int]) -> State:
+    """The state with stations that have no pose at the origin, along the axes."""
+    t, r = state.pose_t.copy(), state.pose_r.copy()
+    for k in poses:
+        if np.isnan(t[k]).any() or np.isnan(r[k]).any():
+            t[k], r[k] = 0.0, np.eye(3)
+    return replace(state, pose_t=t, pose_r=r)
 
 
 def _switched_off(observations: Observations, reason: str) -> Observations:

@@ -25,6 +25,7 @@ from tribrach.network.observations.distance import Distances
 from tribrach.network.observations.inclination import Inclinations
 from tribrach.network.observations.parameter import VectorPriors
 from tribrach.network.survey import Survey
+from tribrach.project.calibrations import Calibrations
 from tribrach.project.sections import MM, ObservationFile
 
 if TYPE_CHECKING:
@@ -45,15 +46,20 @@ class Assembly:
         self.project, self.folder, self.error = project, folder, locate
         self.context = Context(frame=self._frame(), lever_arms=self._lever_arms())
         self.survey = Survey(site=self.context.frame.site)
+        self.calibrations = Calibrations(project, folder, locate)
 
     def read(self, further: Survey | None = None) -> Survey:
         """The survey of all sections, and of scans where there are any."""
         self._points()
         for k, entry in enumerate(self.project.observations):
-            self._merge(self._observations(k, entry))
+            part = self._observations(k, entry)
+            self.calibrations.apply(part, lambda _, name=entry.instrument: name)  # type: ignore[misc]
+            self._merge(part)
         if further is not None:
+            self.calibrations.apply(further, self._scanner_of)
             self._merge(further)
         self._scale_bars()
+        self.calibrations.finish(self.survey)
         if further is not None or not self.project.scans:
             self._stations()
         self._antennas()
@@ -143,12 +149,18 @@ class Assembly:
         """Add a survey; its warnings and datum come along."""
         self.survey.merge(other)
 
+    def _scanner_of(self, station: str) -> str | None:
+        """Instrument named for the scans of a station."""
+        named = (s.instrument for s in self.project.scans if s.station in (station, None))
+        return next((name for name in named if name is not None), None)
+
     def _scale_bars(self) -> None:
         for k, bar in enumerate(self.project.scale_bars):
             self.survey.add(
                 Distances,
                 values=[bar.length_m],
-                sigma=bar.sigma_mm * MM,
+                sigma=bar.sigma_mm * MM if bar.sigma_mm > 0 else None,
+                hard=bar.sigma_mm == 0,
                 start=[bar.start],
                 end=[bar.end],
                 source=[f"scale bar {k + 1}"],

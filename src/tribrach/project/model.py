@@ -13,6 +13,7 @@ from tribrach.network.network import Network
 from tribrach.network.survey import Survey
 from tribrach.project import toml_file
 from tribrach.project.assembly import Assembly
+from tribrach.project.calibration_section import CalibrationSection
 from tribrach.project.sections import (
     AdjustmentSection,
     CloudSection,
@@ -59,6 +60,7 @@ class Project(Section):
     stations: dict[str, Station] = Field(default_factory=dict)
     lever_arms: dict[str, LeverArm] = Field(default_factory=dict)
     scale_bars: tuple[ScaleBar, ...] = ()
+    calibration: CalibrationSection | None = None
     adjustment: AdjustmentSection = AdjustmentSection()
     output: OutputSection = OutputSection()
     _folder: Path = PrivateAttr(default=Path())

@@ -139,10 +139,13 @@ class Instrument(Section):
 
     centring and height are of either end of a sight; target_floor is added to target centres;
     beam_exit and beam_divergence (full angle) give the footprint of a scanner. sheet names a model
-    whose data sheet gives all figures that are not given here.
+    whose data sheet gives all figures that are not given here. calibration : a calibration file,
+    whose parameters correct what the scanner measures.
     """
 
     sheet: str | None = None
+    serial: str = ""
+    calibration: str | None = None
     direction_arcsec: PositiveFloat | None = None
     zenith_arcsec: PositiveFloat | None = None
     distance_mm: PositiveFloat | None = None
@@ -290,12 +293,12 @@ class LeverArm(Section):
 
 
 class ScaleBar(Section):
-    """A known length between two points or stations."""
+    """A known length between two points or stations, held exactly with ``sigma_mm = 0``."""
 
     start: str = Field(alias="from")
     end: str = Field(alias="to")
     length_m: PositiveFloat
-    sigma_mm: PositiveFloat
+    sigma_mm: NonNegativeFloat
 
 
 class AdjustmentSection(Section):
