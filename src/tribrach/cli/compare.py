@@ -20,8 +20,8 @@ from tribrach.report.comparison_page import (
     comparison_sentences,
     comparison_tables,
 )
-from tribrach.stages.cloud_file import open_cloud
-from tribrach.stages.comparing import LIMIT, Method, compare_clouds
+from tribrach.stages.cloud_file import open_cloud, station_pair
+from tribrach.stages.comparing import LIMIT, Method, compare_clouds, offset_test
 
 __all__ = ["compare"]
 
@@ -58,21 +58,25 @@ def compare(
     def work() -> None:
         sites = [] if sites_file is None else read_sites(sites_file)
         one, two = open_cloud(a, poses), open_cloud(b, poses)
+        pair = station_pair(two, one)
         with shown(quiet) as progress:
-            found = compare_clouds(one, two, sites, method=method, limit=limit, progress=progress)
+            found = compare_clouds(
+                one, two, sites, method=method, limit=limit, stations=pair, progress=progress
+            )
+        offsets = offset_test(found, pair)
         texts = {}
         if json_file is not None:
-            data = comparison_json(a.name, b.name, limit, found)
+            data = comparison_json(a.name, b.name, limit, found, offsets)
             texts[json_file] = json.dumps(data, indent=1, allow_nan=False) + "\n"
         if html_file is not None:
-            texts[html_file] = comparison_page(a.name, b.name, limit, found)
+            texts[html_file] = comparison_page(a.name, b.name, limit, found, offsets)
         write_texts(texts)
         if quiet:
             return
         console = Console()
         for table in comparison_tables(found):
             console.print(_printed(table if console.width >= _WIDE else table.narrow()))
-        for sentence in comparison_sentences(found):
+        for sentence in comparison_sentences(found, offsets):
             console.print(f"! {sentence}", markup=False)
 
     guarded(work)

@@ -13,6 +13,7 @@ import numpy as np
 
 from tribrach.comparison.c2c import C2C, Pitch
 from tribrach.comparison.m3c2 import M3C2
+from tribrach.comparison.predicted import OffsetTest, Prediction
 from tribrach.comparison.sites import Geometry
 
 __all__ = ["M3C2Figures", "SiteResult", "comparison_json"]
@@ -62,8 +63,8 @@ class M3C2Figures:
 class SiteResult:
     """A site: points n of the compared cloud in it, how both scanners saw it, its figures.
 
-    seen_a, seen_b : None where the scanner's place is not known; predicted_sigma [m] : of the
-    distance along the normal, None where no prediction was made.
+    seen_a, seen_b : None where the scanner's place is not known; prediction : of the distance
+    along the normal and what was observed of it, None where the stations are not known.
     """
 
     name: str
@@ -72,7 +73,12 @@ class SiteResult:
     seen_b: Geometry | None = None
     c2c: C2C | None = None
     m3c2: M3C2Figures | None = None
-    predicted_sigma: float | None = None
+    prediction: Prediction | None = None
+
+    @property
+    def predicted_sigma(self) -> float | None:
+        """Of the distance between single points along the normal [m], None if not predicted."""
+        return None if self.prediction is None else self.prediction.sigma
 
     @property
     def range(self) -> float | None:
@@ -99,6 +105,7 @@ class SiteResult:
             "c2c": None if self.c2c is None else _c2c_json(self.c2c),
             "m3c2": None if self.m3c2 is None else _m3c2_json(self.m3c2),
             "predicted_sigma": self.predicted_sigma,
+            "prediction": None if self.prediction is None else _prediction_json(self.prediction),
             "stations": {
                 side: None if seen is None else asdict(seen)
                 for side, seen in (("a", self.seen_a), ("b", self.seen_b))
@@ -106,8 +113,10 @@ class SiteResult:
         }
 
 
-def comparison_json(a: str, b: str, limit: float, sites: Sequence[SiteResult]) -> dict[str, Any]:
-    """A whole comparison; a, b : names of the clouds; limit [m]."""
+def comparison_json(
+    a: str, b: str, limit: float, sites: Sequence[SiteResult], offsets: OffsetTest | None = None
+) -> dict[str, Any]:
+    """A whole comparison; a, b : names of the clouds; limit [m]; offsets : all sites together."""
     return {
         "schema": SCHEMA,
         "units": {"length": "m", "angle": "rad"},
@@ -115,6 +124,31 @@ def comparison_json(a: str, b: str, limit: float, sites: Sequence[SiteResult]) -
         "b": b,
         "limit": limit,
         "sites": [site.to_json() for site in sites],
+        "offsets": None if offsets is None else asdict(offsets) | {"agrees": offsets.agrees},
+    }
+
+
+def _prediction_json(p: Prediction) -> dict[str, Any]:
+    return {
+        "sigma": p.sigma,
+        "observed": p.observed,
+        "ratio": p.ratio,
+        "noise_b": p.noise[0],
+        "noise_a": p.noise[1],
+        "scatter_b": p.scatter[0],
+        "scatter_a": p.scatter[1],
+        "noise_ratio": p.noise_ratio,
+        "noise_ratio_error": p.noise_ratio_error,
+        "enough": p.enough,
+        "registration": p.registration,
+        "offset": p.offset,
+        "offset_sigma": p.offset_sigma,
+        "offset_agrees": p.offset_agrees,
+        "lod95": p.lod95,
+        "lod95_additive": p.lod95_additive,
+        "lod95_spatial": p.lod95_spatial,
+        "changed": p.changed,
+        "verdict": p.verdict,
     }
 
 

@@ -10,13 +10,20 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from tribrach.comparison.c2c import C2C
+from tribrach.comparison.predicted import BAND, OffsetTest
 from tribrach.comparison.results import SiteResult
 from tribrach.report.page import page, picture
 from tribrach.report.scan_content import Picture
 from tribrach.report.style import Style
 from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
 
-__all__ = ["comparison_page", "comparison_sentences", "comparison_tables"]
+__all__ = [
+    "comparison_page",
+    "comparison_pictures",
+    "comparison_sentences",
+    "comparison_tables",
+    "prediction_sentences",
+]
 
 Array = NDArray[np.float64]
 Make = Callable[[SiteResult], Cell]
@@ -31,6 +38,12 @@ _M3C2_NOTE = (
     "scanner of B where it is known. The level of detection holds with 95 %; published: a mean "
     "difference and the registration added; quadratic: variances added."
 )
+_PREDICTED_NOTE = (
+    "Along the normal. Predicted: noise of single points of both clouds (range, angles, beam, "
+    "incidence) and the joint covariance of both stations, in which what they share cancels. "
+    "Observed: scatter of both clouds about their surfaces and the mean distance between them, "
+    "free of sampling. Level of detection: 1.96 times the propagated sigma of single distances."
+)
 _SITE_NOTE = (
     "Range and incidence are means over the site as each scanner saw it. Pitch is the spacing of "
     "points on the surface, across by upwards."
@@ -40,14 +53,16 @@ _BINS = 100
 
 
 def comparison_tables(sites: Sequence[SiteResult], angle_unit: str = "deg") -> list[Table]:
-    """Sites, distances from point to point, distances along normals; those that have rows."""
-    tables = [_sites(sites, angle_unit), _c2c(sites), _m3c2(sites)]
+    """Sites, distances from point to point and along normals, predictions; those with rows."""
+    tables = [_sites(sites, angle_unit), _c2c(sites), _m3c2(sites), _predicted(sites)]
     return [table for table in tables if table.rows]
 
 
-def comparison_sentences(sites: Sequence[SiteResult]) -> list[str]:
-    """What is to be known of single sites before their figures are used."""
-    said = []
+def comparison_sentences(
+    sites: Sequence[SiteResult], offsets: OffsetTest | None = None
+) -> list[str]:
+    """What predictions came to, and what is to be known of single sites."""
+    said = prediction_sentences(sites, offsets)
     for site in sites:
         notes = () if site.c2c is None else site.c2c.sentences
         notes += () if site.m3c2 is None else site.m3c2.sentences
@@ -55,19 +70,57 @@ def comparison_sentences(sites: Sequence[SiteResult]) -> list[str]:
     return said
 
 
-def comparison_page(a: str, b: str, limit: float, sites: Sequence[SiteResult]) -> str:
+def prediction_sentences(
+    sites: Sequence[SiteResult], offsets: OffsetTest | None = None
+) -> list[str]:
+    """Predicted against observed in words: scatter of the points, offsets of the sites."""
+    known = [(s.name, s.prediction) for s in sites if s.prediction is not None]
+    if not known:
+        return []
+    enough = [(name, p) for name, p in known if p.enough]
+    said = []
+    if enough:
+        good = sum(p.noise_agrees for _, p in enough)
+        ratios = [p.noise_ratio for _, p in enough]
+        said.append(
+            f"The scatter of single points is as predicted within 10 % on {good} of {len(enough)} "
+            f"sites with enough points (observed over predicted {min(ratios):.2f} to "
+            f"{max(ratios):.2f})."
+        )
+    few = [name for name, p in known if not p.enough]
+    if few:
+        said.append(f"Too few points to tell 10 % on {', '.join(few)}.")
+    if offsets is not None:
+        said.append(f"{offsets.sentence()}.")
+    said += [f"{name}: {p.verdict}." for name, p in enough if p.verdict != "as predicted"]
+    return said
+
+
+def comparison_page(
+    a: str,
+    b: str,
+    limit: float,
+    sites: Sequence[SiteResult],
+    offsets: OffsetTest | None = None,
+) -> str:
     """The whole comparison as one HTML file."""
-    figures = [_map(sites), _histogram(sites, limit)]
-    sentences = comparison_sentences(sites)
+    figures = comparison_pictures(sites, limit)
+    sentences = comparison_sentences(sites, offsets)
     return page(
         "Comparison of clouds",
         f"{a} against {b}",
         sentences or ["Every site has enough points, and its figures are above sampling."],
-        [one for one in figures if one is not None],
+        figures,
         comparison_tables(sites),
         f"A: {a}; B, the reference: {b}; limit {1e3 * limit:g} mm. Nearest-neighbour distances "
         "are no accuracy: read them beside their floor.",
     )
+
+
+def comparison_pictures(sites: Sequence[SiteResult], limit: float) -> list[Picture]:
+    """Map, histogram, and predicted against observed, those that there is anything for."""
+    figures = [_map(sites), _histogram(sites, limit), _ratios(sites)]
+    return [one for one in figures if one is not None]
 
 
 def _sites(sites: Sequence[SiteResult], unit: str) -> Table:
@@ -121,6 +174,67 @@ def _m3c2(sites: Sequence[SiteResult]) -> Table:
         _mm("normals over", _at("m3c2.scale"), wide=True),
     ]
     return build_table("m3c2", "Along normals (M3C2)", _M3C2_NOTE, rows, columns)
+
+
+def _predicted(sites: Sequence[SiteResult]) -> Table:
+    rows = [s for s in sites if s.prediction is not None]
+
+    def verdict(site: SiteResult) -> Cell:
+        assert site.prediction is not None
+        words = site.prediction.verdict
+        mark = {"as predicted": "good", "too few points to tell 10 %": ""}.get(words, "bad")
+        return text_cell(words, mark)
+
+    columns = [
+        (Column("Site", numeric=False), lambda s: text_cell(s.name)),
+        _mm("noise A", _pair("noise", 1), wide=True),
+        _mm("noise B", _pair("noise", 0), wide=True),
+        _mm("scatter A", _pair("scatter", 1), wide=True),
+        _mm("scatter B", _pair("scatter", 0), wide=True),
+        (Column("scatter/noise"), lambda s: _ratio(s.prediction.noise_ratio)),
+        _mm("offset", _at("prediction.offset")),
+        _mm("its σ", _at("prediction.offset_sigma")),
+        _mm("stations σ", _at("prediction.registration"), wide=True),
+        _mm("predicted", _at("prediction.sigma")),
+        _mm("observed", _at("prediction.observed")),
+        (Column("ratio"), lambda s: _ratio(s.prediction.ratio)),
+        _mm("LoD", _at("prediction.lod95"), wide=True),
+        _percent("beyond it", "prediction.changed", wide=True),
+        (Column("Verdict", numeric=False), verdict),
+    ]
+    return build_table("predicted", "Predicted against observed", _PREDICTED_NOTE, rows, columns)
+
+
+def _pair(name: str, k: int) -> Callable[[SiteResult], float | None]:
+    """One of both clouds' figures of a prediction."""
+
+    def get(site: SiteResult) -> float | None:
+        both = getattr(site.prediction, name, None)
+        return None if both is None else float(both[k])
+
+    return get
+
+
+def _ratio(value: float) -> Cell:
+    return number_cell(value, f"{value:.2f}")
+
+
+def _ratios(sites: Sequence[SiteResult]) -> Picture | None:
+    """Observed against predicted sigma of every site with enough points."""
+    known = [s.prediction for s in sites if s.prediction is not None and s.prediction.enough]
+    if not known:
+        return None
+    predicted = 1e3 * np.array([p.sigma for p in known])
+    observed = 1e3 * np.array([p.observed for p in known])
+    figure = Figure(figsize=(4.6, 4.2), dpi=100, layout="constrained")
+    panel = figure.subplots()
+    ends = np.array([0.0, 1.1 * max(predicted.max(), observed.max())])
+    panel.plot(ends, ends, "-", color="#4878a8")
+    panel.fill_between(ends, BAND[0] * ends, BAND[1] * ends, color="#4878a8", alpha=0.2, lw=0)
+    panel.plot(predicted, observed, "o", color="#1d2327", markersize=4)
+    panel.set(xlabel="predicted [mm]", ylabel="observed [mm]", xlim=ends, ylim=ends)
+    caption = "Along the normal, single points of both clouds; the band is 10 % to both sides."
+    return picture("predicted-observed", "Predicted against observed", figure, caption)
 
 
 def _at(path: str) -> Callable[[SiteResult], float | None]:

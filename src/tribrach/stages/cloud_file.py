@@ -2,40 +2,43 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from pyproj import CRS
 from pyproj.exceptions import CRSError
 
+from tribrach.cloud.placement import Placement
+from tribrach.comparison.station_pair import StationPair
 from tribrach.errors import InputError
+from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.io.scans.formats import read_scans
-from tribrach.io.xml_file import read_bytes
 from tribrach.scan.scan import Scan
+from tribrach.stages.pose_file import POSES, PoseFile, read_poses
 
-__all__ = ["CloudFile", "open_cloud", "refuse_other_frames"]
+__all__ = ["CloudFile", "open_cloud", "refuse_other_frames", "station_pair"]
 
 Array = NDArray[np.float64]
-
-#: beside the clouds that they belong to
-_POSES = "poses.json"
 
 
 @dataclass(frozen=True)
 class CloudFile:
     """All scans of a file in its world: placed by their poses where the file has them.
 
-    scanner (3,) [m] : None where it is not known or there are several.
+    scanner (3,) [m] : None where it is not known or there are several; placement : of the scan with
+    covariance and noise, in the same frame, where a run left them; poses : the file that says so;
+    frame : what points are carried into after their poses.
     """
 
     path: Path
     scans: tuple[Scan, ...]
     scanner: Array | None
+    placement: Placement | None = None
+    poses: PoseFile | None = None
+    frame: OutputFrame | None = None
 
     @property
     def records(self) -> int | None:
@@ -53,7 +56,8 @@ class CloudFile:
         for scan in self.scans:
             for chunk in scan.chunks():
                 if len(chunk):
-                    yield chunk.xyz if scan.pose is None else scan.pose @ chunk.xyz
+                    placed = chunk.xyz if scan.pose is None else scan.pose @ chunk.xyz
+                    yield placed if self.frame is None else self.frame.from_work(placed)
 
 
 def open_cloud(path: Path, poses: Path | None = None) -> CloudFile:
@@ -70,37 +74,30 @@ def open_cloud(path: Path, poses: Path | None = None) -> CloudFile:
     scanner = None
     if len(scans) == 1 and scans[0].pose is not None and scans[0].origin != "unknown":
         scanner = scans[0].pose.translation
-    beside = path.parent / _POSES
-    if scanner is None and (poses is not None or beside.is_file()):
-        scanner = _scanner(beside if poses is None else poses, path)
-    return CloudFile(path, scans, scanner)
+    beside = path.parent / POSES if poses is None else poses
+    if poses is None and not beside.is_file():
+        return CloudFile(path, scans, scanner)
+    known = read_poses(beside)
+    at = known.of_cloud(path)
+    if at is None:
+        return CloudFile(path, scans, scanner)
+    if scanner is None:
+        scanner = at.placement.pose.translation
+    whole = at.certain and at.placement.noise is not None
+    return CloudFile(path, scans, scanner, at.placement if whole else None, known)
 
 
-def _scanner(poses: Path, cloud: Path) -> Array | None:
-    """Where the scan of a cloud was taken from; None if the file does not name it."""
-    cure = "give the poses.json that was written beside the clouds"
-    try:
-        data: dict[str, Any] = json.loads(read_bytes(poses))
-        rows = [(str(r["scan"]), str(r["file"]), r["world_from_scanner"]) for r in data["scans"]]
-    except (ValueError, TypeError, KeyError, RecursionError) as error:
-        raise InputError("this is no file of poses", file=poses, cure=cure) from error
-    stem = cloud.stem.removesuffix(".copc")
-    named = [m for scan, _, m in rows if stem in (scan, _plain(scan))]
-    named = named or [m for _, file, m in rows if file == cloud.name]
-    if len(named) != 1:
+def station_pair(first: CloudFile, second: CloudFile) -> StationPair | None:
+    """The stations of two clouds with their joint covariance; None where one is not known.
+
+    Clouds of two runs share no covariance: they are taken as independent.
+    """
+    if first.placement is None or second.placement is None:
         return None
-    try:
-        matrix = np.array(named[0], dtype=np.float64)
-    except (ValueError, TypeError) as error:
-        raise InputError("a pose is no matrix of numbers", file=poses, cure=cure) from error
-    if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
-        raise InputError("a pose is no 4x4 matrix of numbers", file=poses, cure=cure)
-    return np.asarray(matrix[:3, 3], dtype=np.float64)
-
-
-def _plain(name: str) -> str:
-    """The name of a scan as files are named after it."""
-    return "".join(c if c.isalnum() or c in "-_." else "_" for c in name).strip(".")
+    one, two = first.poses, second.poses
+    if one is not None and two is not None and one.path.resolve() == two.path.resolve():
+        return one.pair(first.placement, second.placement)
+    return StationPair.independent(first.placement, second.placement)
 
 
 def refuse_other_frames(a: CloudFile, b: CloudFile) -> None:

@@ -12,17 +12,28 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from tribrach.comparison.beam_areas import beam_areas
 from tribrach.comparison.c2c import C2C, cloud_to_cloud
 from tribrach.comparison.cloud_parts import plain
+from tribrach.comparison.core_normals import core_normals
 from tribrach.comparison.core_points import core_points
 from tribrach.comparison.m3c2 import Settings, m3c2
+from tribrach.comparison.m3c2_ep import m3c2_ep
+from tribrach.comparison.predicted import (
+    OffsetTest,
+    Prediction,
+    compare_offsets,
+    predict,
+    with_random,
+)
 from tribrach.comparison.results import M3C2Figures, SiteResult
 from tribrach.comparison.sites import Site, cut, seen_from
+from tribrach.comparison.station_pair import StationPair
 from tribrach.comparison.streams import Stream
 from tribrach.errors import InputError
 from tribrach.stages.cloud_file import CloudFile, refuse_other_frames
 
-__all__ = ["LIMIT", "Method", "compare_clouds"]
+__all__ = ["LIMIT", "Method", "compare_clouds", "offset_test"]
 
 Array = NDArray[np.float64]
 Method = Literal["c2c", "m3c2", "both"]
@@ -54,22 +65,24 @@ def compare_clouds(
     *,
     method: Method = "both",
     limit: float = LIMIT,
+    stations: StationPair | None = None,
+    incidence: bool = True,
     progress: Callable[[str, int, int | None], None] = lambda what, done, total: None,
 ) -> list[SiteResult]:
     """Compare cloud A with B, the reference, on every site, or as a whole without sites.
 
-    limit [m] : up to which distance points and surfaces belong together; progress : called with
-    what is done, points so far, points in all.
+    limit [m] : up to which distance points and surfaces belong together; stations : of B, then of
+    A, with their joint covariance, for predictions where both clouds have placements with noise;
+    incidence : does the predicted noise of ranges grow with the incidence angle?; progress : called
+    with what is done, points so far, points in all.
 
     Raises
     ------
     InputError : damaged files, frames that differ, nothing of A within the limit of B.
     """
     refuse_other_frames(a, b)
-    results = [
-        _compare(pair, a, b, method, limit, progress)
-        for pair in _pairs(a, b, sites, limit, progress)
-    ]
+    work = _Work(a, b, method, limit, stations, incidence, progress)
+    results = [work.compare(pair) for pair in _pairs(a, b, sites, limit, progress)]
     if not any(r.c2c is not None and r.c2c.count for r in results):
         raise InputError(
             f"no point of {a.path.name} is within {limit:g} m of {b.path.name}"
@@ -78,6 +91,12 @@ def compare_clouds(
             cure="check that both are in one frame, or give a larger limit",
         )
     return results if method != "m3c2" else [replace(r, c2c=None) for r in results]
+
+
+def offset_test(found: Sequence[SiteResult], stations: StationPair | None) -> OffsetTest | None:
+    """The offsets of all sites against the joint covariance; None without any prediction."""
+    known = [site.prediction for site in found if site.prediction is not None]
+    return None if stations is None else compare_offsets(known, stations)
 
 
 def _pairs(
@@ -115,51 +134,83 @@ def _within(stream: Stream, site: Site) -> Stream:
     return lambda: (chunk[site.inside(chunk)] for chunk in stream())
 
 
-def _compare(
-    pair: _Pair,
-    a: CloudFile,
-    b: CloudFile,
-    method: Method,
-    limit: float,
-    progress: Callable[[str, int, int | None], None],
-) -> SiteResult:
-    """One site."""
-    total = a.records if pair.name == _ALL else None
-    c2c = cloud_to_cloud(
-        pair.compared,
-        pair.reference,
-        limit,
-        viewpoint=a.scanner if b.scanner is None else b.scanner,
-        progress=partial(_tell, progress, f"distances on {pair.name}", total),
-    )
-    seen = [
-        None if cloud.scanner is None else seen_from(cloud.scanner, c2c.places, c2c.normals)
-        for cloud in (a, b)
-    ]
-    along = _along_normals(pair, b.scanner, c2c, limit) if method != "c2c" else None
-    n = c2c.tally.count + c2c.tally.beyond
-    return SiteResult(pair.name, n, seen[0], seen[1], c2c, along)
+@dataclass(frozen=True)
+class _Work:
+    """What is the same for all sites."""
 
+    a: CloudFile
+    b: CloudFile
+    method: Method
+    limit: float
+    stations: StationPair | None
+    incidence: bool
+    progress: Callable[[str, int, int | None], None]
 
-def _along_normals(
-    pair: _Pair, scanner: Array | None, c2c: C2C, limit: float
-) -> M3C2Figures | None:
-    """M3C2 from B to A with cylinders and normals fit for both pitches; None without a surface."""
-    if c2c.pitch_a is None or c2c.pitch_b is None:
-        return None
-    area = max(p.across * p.up for p in (c2c.pitch_a, c2c.pitch_b))
-    cylinder = _CYLINDER * float(np.sqrt(area))
-    rough = 0.0 if c2c.plane is None else c2c.plane.std / np.sqrt(2)
-    settings = Settings(
-        scales=(max(_WIDER * cylinder, _ROUGH * rough),),
-        diameter=cylinder,
-        depth=limit,
-        scanner=scanner,
-        direction=None if scanner is not None else _facing(c2c.normals),
-    )
-    first, second = plain(pair.reference), plain(pair.around)
-    core = core_points(plain(pair.compared), cylinder)
-    return M3C2Figures.of(m3c2(first, second, core, settings))
+    def compare(self, pair: _Pair) -> SiteResult:
+        """One site."""
+        a, b = self.a, self.b
+        total = a.records if pair.name == _ALL else None
+        c2c = cloud_to_cloud(
+            pair.compared,
+            pair.reference,
+            self.limit,
+            viewpoint=a.scanner if b.scanner is None else b.scanner,
+            progress=partial(_tell, self.progress, f"distances on {pair.name}", total),
+        )
+        seen = [
+            None if cloud.scanner is None else seen_from(cloud.scanner, c2c.places, c2c.normals)
+            for cloud in (a, b)
+        ]
+        n = c2c.tally.count + c2c.tally.beyond
+        result = SiteResult(pair.name, n, seen[0], seen[1], c2c)
+        if self.method == "c2c" or c2c.pitch_a is None or c2c.pitch_b is None:
+            return result
+        along, prediction = self._along_normals(pair, c2c)
+        return replace(result, m3c2=along, prediction=prediction)
+
+    def _along_normals(self, pair: _Pair, c2c: C2C) -> tuple[M3C2Figures, Prediction | None]:
+        """M3C2 from B to A, and the same with propagated uncertainty where the stations are known.
+
+        Cylinders and normals fit both pitches.
+        """
+        settings = self._settings(c2c)
+        first, second = plain(pair.reference), plain(pair.around)
+        core = core_points(plain(pair.compared), settings.diameter)
+        normals = core_normals(
+            first, core, settings.scales, scanner=settings.scanner, direction=settings.direction
+        )
+        one, two, stations = self.b.placement, self.a.placement, self.stations
+        if one is None or two is None or stations is None:
+            return M3C2Figures.of(m3c2(first, second, core, settings, normals=normals)), None
+        beams = (
+            beam_areas(core, normals.vectors, one),
+            beam_areas(core, normals.vectors, two),
+        )
+        plainly = m3c2(first, second, core, settings, normals=normals, footprints=beams)
+        one_with, two_with = (
+            with_random(stream, where, core, normals.vectors, incidence=self.incidence)
+            for stream, where in ((pair.reference, one), (pair.around, two))
+        )
+        found = m3c2_ep(
+            one_with, two_with, core, settings, stations, normals=normals, footprints=beams
+        )
+        return M3C2Figures.of(plainly), predict(found, stations)
+
+    def _settings(self, c2c: C2C) -> Settings:
+        """Cylinders for the coarser pitch, normals for it and for the roughness."""
+        assert c2c.pitch_a is not None
+        assert c2c.pitch_b is not None
+        area = max(p.across * p.up for p in (c2c.pitch_a, c2c.pitch_b))
+        cylinder = _CYLINDER * float(np.sqrt(area))
+        rough = 0.0 if c2c.plane is None else c2c.plane.std / np.sqrt(2)
+        scanner = self.b.scanner
+        return Settings(
+            scales=(max(_WIDER * cylinder, _ROUGH * rough),),
+            diameter=cylinder,
+            depth=self.limit,
+            scanner=scanner,
+            direction=None if scanner is not None else _facing(c2c.normals),
+        )
 
 
 def _facing(normals: Array) -> Array:

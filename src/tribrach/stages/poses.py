@@ -2,7 +2,9 @@
 
 One row per scan, in the order of the project, names stable; matrices are row-major and carry
 points of the scanner frame into the frame of the clouds; covariances (6, 6) are of translation [m]
-and left rotation increments [rad] about the axes of that frame.
+and left rotation increments [rad] about the axes of that frame. poses_covariance.npy holds the
+joint covariance (6n, 6n) of the n stations, in the order of ``stations`` in poses.json: what two
+stations share cancels only with it.
 """
 
 from __future__ import annotations
@@ -11,17 +13,36 @@ import csv
 import io
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tribrach.cloud.placement import Placement
 from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.geometry.pose import Pose
+from tribrach.network.adjustment import Adjustment
 from tribrach.stages.scans import StationScan
 
-__all__ = ["delivered", "pose_texts", "poses_csv", "poses_json"]
+__all__ = [
+    "JOINT",
+    "MOST_STATIONS",
+    "delivered",
+    "joint_covariance",
+    "pose_texts",
+    "poses_csv",
+    "poses_json",
+    "station_order",
+]
+
+Array = NDArray[np.float64]
+
+#: file of the joint covariance, beside the poses
+JOINT = "poses_covariance.npy"
+#: with more stations the joint covariance is left out: it would have more than 46 MB
+MOST_STATIONS = 400
 
 _ELEMENTS = [f"m{i}{j}" for i in range(4) for j in range(4)]
 _UNKNOWNS = ("tx", "ty", "tz", "rx", "ry", "rz")
@@ -33,6 +54,32 @@ def delivered(where: Placement, frame: OutputFrame) -> Placement:
     turned = where.turned(frame.rotation(at))
     pose = Pose(turned.pose.rotation, frame.from_work(at[None])[0])
     return Placement(where.station, pose, turned.covariance, where.noise)
+
+
+def station_order(scans: Sequence[StationScan]) -> list[str]:
+    """Names of the stations in the order of their first scans."""
+    return list(dict.fromkeys(scan.station for scan in scans))
+
+
+def joint_covariance(
+    adjustment: Adjustment,
+    stations: Sequence[str],
+    frame: OutputFrame,
+    factor: float = 1.0,
+) -> Array:
+    """Covariance (6n, 6n) of n stations [m, rad] about the axes of the clouds' frame.
+
+    factor : on a-priori covariances (a posteriori variance).
+    """
+    columns = np.concatenate([adjustment.columns(name) for name in stations])
+    state = adjustment.state
+    turn = np.zeros((len(columns), len(columns)))
+    for k, name in enumerate(stations):
+        at = state.pose_t[state.layout.index("pose", name)]
+        for part in (6 * k, 6 * k + 3):
+            turn[part : part + 3, part : part + 3] = frame.rotation(at)
+    joint: Array = factor * turn @ adjustment.covariance_columns(columns, columns) @ turn.T
+    return 0.5 * (joint + joint.T)
 
 
 def poses_csv(
@@ -60,8 +107,12 @@ def poses_json(
     placements: Mapping[str, Placement],
     frame: OutputFrame,
     sigma_origin: str,
+    joint: bool = True,
 ) -> dict[str, Any]:
-    """The same as one JSON object, with the inverse matrices."""
+    """The same as one JSON object, with the inverse matrices and the noise of single points.
+
+    joint : is the joint covariance written beside it?
+    """
     rows = []
     for scan in scans:
         where = delivered(placements[scan.name], frame)
@@ -73,13 +124,18 @@ def poses_json(
                 "world_from_scanner": where.pose.matrix.tolist(),
                 "scanner_from_world": where.pose.inverse.matrix.tolist(),
                 "covariance": np.asarray(where.covariance).tolist(),
+                "noise": None if where.noise is None else asdict(where.noise),
             }
         )
     return {
         "schema": 1,
         "frame": {"kind": frame.kind, "crs": frame.crs, "epoch": frame.epoch, "axes": frame.axes},
         "covariance_of": "translation [m], left rotation increments [rad]",
+        "noise_of": "single points: range [m], range_scale [m/m], horizontal and vertical [rad], "
+        "beam_exit [m], beam_divergence [rad]",
         "sigma_origin": sigma_origin,
+        "stations": station_order(scans),
+        "joint_covariance": JOINT if joint else None,
         "scans": rows,
     }
 
@@ -90,10 +146,16 @@ def pose_texts(
     placements: Mapping[str, Placement],
     frame: OutputFrame,
     sigma_origin: str,
-) -> dict[Path, str]:
-    """Texts of poses.csv and poses.json by their paths."""
-    data = poses_json(scans, placements, frame, sigma_origin)
-    return {
+    joint: Array | None,
+) -> dict[Path, str | bytes]:
+    """Contents of poses.csv, poses.json and the joint covariance (6n, 6n) by their paths."""
+    data = poses_json(scans, placements, frame, sigma_origin, joint is not None)
+    texts: dict[Path, str | bytes] = {
         folder / "poses.csv": poses_csv(scans, placements, frame),
         folder / "poses.json": json.dumps(data, indent=1) + "\n",
     }
+    if joint is not None:
+        packed = io.BytesIO()
+        np.save(packed, joint, allow_pickle=False)
+        texts[folder / JOINT] = packed.getvalue()
+    return texts

@@ -22,7 +22,7 @@ from tribrach.stages.clouds import Product, place, write_clouds
 from tribrach.stages.extraction import Findings, extract
 from tribrach.stages.grouping import refuse_impossible
 from tribrach.stages.naming import Named, name_targets
-from tribrach.stages.poses import pose_texts
+from tribrach.stages.poses import MOST_STATIONS, joint_covariance, pose_texts, station_order
 from tribrach.stages.reach import reach_sentences
 from tribrach.stages.scans import StationScan, open_scans
 from tribrach.stages.state import State
@@ -84,7 +84,10 @@ def georeference(
         )
     placements = {scan.name: place(scan, adjustment, factor) for scan in work.scans}
     clouds = folder / "clouds"
-    write_texts(pose_texts(clouds, work.scans, placements, frame, sigma_origin))
+    names = station_order(work.scans)
+    few = len(names) <= MOST_STATIONS
+    joint = joint_covariance(adjustment, names, frame, factor) if few else None
+    write_texts(pose_texts(clouds, work.scans, placements, frame, sigma_origin, joint))
     products: list[Product] = []
     if project.cloud.write:
         products = write_clouds(

@@ -1,0 +1,236 @@
+"""Are two clouds as far apart as their uncertainty says? Predicted against observed, site by site.
+
+Predicted along the normal of the surface, from the joint covariance of both stations and the noise
+of single points of each scan (method sections 5.1, 5.2, 9.3):
+``s^2 = n^T (C_1 + C_2 + C_reg) n``. Observed without any sampling in it: the scatter of each
+cloud about its own mean in projection cylinders, and the mean distance of one from the other,
+``o^2 = s_1^2 + s_2^2 + L^2``. The scatter is new with every point, the distance is one draw that
+all points of a site share, and neighbouring sites too. Metres and radians.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from pykdtree.kdtree import KDTree
+from scipy.stats import chi2
+
+from tribrach.cloud.covariance import covariances
+from tribrach.cloud.placement import Placement
+from tribrach.comparison.cloud_parts import Chunk, Source
+from tribrach.comparison.m3c2_ep import M3C2EP
+from tribrach.comparison.station_pair import StationPair, along_normals
+from tribrach.scan.normals import FLATTEST
+
+__all__ = ["BAND", "OffsetTest", "Prediction", "compare_offsets", "predict", "with_random"]
+
+Array = NDArray[np.float64]
+
+#: observed over predicted is as predicted within these limits
+BAND = (0.9, 1.1)
+#: a ratio is worth a verdict if its own standard error is at most this
+_ERROR = 0.03
+_LEVEL = 0.95
+
+
+def with_random(
+    stream: Callable[[], Iterable[Array]],
+    placement: Placement,
+    core: Array,
+    normals: Array,
+    *,
+    incidence: bool = True,
+) -> Source:
+    """A cloud with the random covariance of its points, ``C_int`` carried into its frame.
+
+    stream : points (n, 3) in the frame of the placement; core (m, 3), normals (m, 3) : where the
+    surface is known; a point takes the normal of the nearest. incidence : are sigmas of ranges
+    divided by the cosine of the incidence angle?
+
+    Raises
+    ------
+    ValueError : the placement has no noise of single points.
+    """
+    alone = Placement(placement.station, placement.pose, np.zeros((6, 6)), placement.noise)
+    known = np.isfinite(normals[:, 0])
+    origin = core.mean(axis=0)
+    tree = KDTree(core[known] - origin) if known.any() else None
+
+    def chunks() -> Iterable[Chunk]:
+        for xyz in stream():
+            cosine = None
+            if incidence and tree is not None and len(xyz):
+                nearest = normals[known][tree.query(xyz - origin)[1]]
+                beam = xyz - placement.pose.translation
+                along = np.abs(np.einsum("ni,ni->n", beam, nearest))
+                cosine = np.clip(along / np.linalg.norm(beam, axis=1), FLATTEST, 1.0)
+            yield Chunk(xyz, covariances(placement.pose.inverse @ xyz, alone, cosine))
+
+    return chunks
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """A site: what was predicted along its normal and what was observed, all in metres.
+
+    noise, scatter : of single points of the first and the second cloud, predicted and observed;
+    dof : degrees of freedom of each scatter; registration : predicted sigma between the stations at
+    the site; offset : mean distance of the second cloud from the first; offset_noise : sigma of
+    it from the points alone; row (6,) : what a relative pose about the middle of both stations
+    does to it; lod95, lod95_additive, lod95_spatial : mean levels of detection with propagated
+    uncertainty; changed : share of the distances beyond the first.
+    """
+
+    noise: tuple[float, float]
+    scatter: tuple[float, float]
+    dof: tuple[int, int]
+    registration: float
+    offset: float
+    offset_noise: float
+    row: tuple[float, float, float, float, float, float]
+    lod95: float
+    lod95_additive: float
+    lod95_spatial: float | None
+    changed: float
+
+    @property
+    def sigma(self) -> float:
+        """Predicted sigma of the distance between single points of both clouds."""
+        return float(np.hypot(np.hypot(*self.noise), self.registration))
+
+    @property
+    def observed(self) -> float:
+        """The same as observed: scatter of both clouds and distance between them."""
+        return float(np.hypot(np.hypot(*self.scatter), self.offset))
+
+    @property
+    def ratio(self) -> float:
+        """Observed over predicted."""
+        return self.observed / self.sigma
+
+    @property
+    def noise_ratio(self) -> float:
+        """Observed scatter of single points over the predicted noise of both clouds."""
+        return float(np.hypot(*self.scatter) / np.hypot(*self.noise))
+
+    @property
+    def noise_ratio_error(self) -> float:
+        """Standard error of that ratio, if the noise is as predicted."""
+        shares = [s**4 / (2 * max(n, 1)) for s, n in zip(self.noise, self.dof, strict=True)]
+        return float(np.sqrt(sum(shares)) / np.hypot(*self.noise) ** 2)
+
+    @property
+    def enough(self) -> bool:
+        """True if there are points enough to tell ten per cent."""
+        return self.noise_ratio_error <= _ERROR
+
+    @property
+    def offset_sigma(self) -> float:
+        """Predicted sigma of the offset, with stations and points."""
+        return float(np.hypot(self.registration, self.offset_noise))
+
+    @property
+    def offset_agrees(self) -> bool:
+        """True if ``offset^2 / sigma^2`` is below chi-square of one at 95 %."""
+        return self.offset**2 <= float(chi2.ppf(_LEVEL, 1)) * self.offset_sigma**2
+
+    @property
+    def noise_agrees(self) -> bool:
+        """True if the scatter is within ten per cent, or chance explains what it is beyond it."""
+        reach = 1.96 * self.noise_ratio_error
+        return BAND[0] - reach <= self.noise_ratio <= BAND[1] + reach
+
+    @property
+    def verdict(self) -> str:
+        """In words."""
+        said = []
+        if not self.enough:
+            said.append("too few points to tell 10 %")
+        elif not self.noise_agrees:
+            more = "more" if self.noise_ratio > 1 else "less"
+            said.append(f"scatter {more} than predicted")
+        if not self.offset_agrees:
+            said.append("farther apart than predicted")
+        return ", ".join(said) or "as predicted"
+
+
+def predict(found: M3C2EP, stations: StationPair) -> Prediction | None:
+    """What distances with propagated uncertainty say of a site; None without any distance."""
+    used = found.usable & np.isfinite(found.distance) & np.isfinite(found.sigma)
+    if not used.any():
+        return None
+    one, two = found.first, found.second
+    dof = [np.maximum(cloud.count[used] - 1, 0) for cloud in (one, two)]
+    middle = (stations.first + stations.second) / 2
+    row = along_normals(found.core[used], found.normals.vectors[used], middle).mean(axis=0)
+    spatial = found.lod95_spatial[used]
+    distance, level = found.distance[used], found.lod95_quadratic[used]
+    return Prediction(
+        noise=(_pooled(one.expected[used], dof[0]), _pooled(two.expected[used], dof[1])),
+        scatter=(_pooled(one.spread[used], dof[0]), _pooled(two.spread[used], dof[1])),
+        dof=(int(dof[0].sum()), int(dof[1].sum())),
+        registration=float(np.sqrt(max(row @ stations.relative(middle) @ row, 0.0))),
+        offset=float(distance.mean()),
+        offset_noise=float(np.sqrt((found.sigma_random[used] ** 2).mean() / used.sum())),
+        row=tuple(row.tolist()),
+        lod95=float(level.mean()),
+        lod95_additive=float(found.lod95_additive[used].mean()),
+        lod95_spatial=float(np.nanmean(spatial)) if np.isfinite(spatial).any() else None,
+        changed=float((np.abs(distance) > level).mean()),
+    )
+
+
+def _pooled(sigma: Array, dof: NDArray[np.int64]) -> float:
+    """Standard deviations (m,) over all cylinders, each for its degrees of freedom."""
+    return float(np.sqrt(np.average(np.nan_to_num(sigma) ** 2, weights=dof)))
+
+
+@dataclass(frozen=True)
+class OffsetTest:
+    """Offsets of k sites against the joint covariance of both stations.
+
+    statistic : ``L^T C^-1 L`` with ``C = A C_q A^T + D``, what the sites share included; least,
+    limit : 2.5 and 97.5 % of chi-square of k.
+    """
+
+    count: int
+    statistic: float
+    least: float
+    limit: float
+
+    @cached_property
+    def agrees(self) -> bool:
+        """True if the offsets are as large as predicted, and not smaller either."""
+        return self.least <= self.statistic <= self.limit
+
+    def sentence(self) -> str:
+        """The test in words."""
+        how = "as large as"
+        if self.statistic > self.limit:
+            how = "larger than"
+        elif self.statistic < self.least:
+            how = "smaller than"
+        return (
+            f"Taken together the offsets of {self.count} sites are {how} the joint covariance of "
+            f"the stations says: chi-square {self.statistic:.1f}, {self.least:.1f} to "
+            f"{self.limit:.1f} with 95 %"
+        )
+
+
+def compare_offsets(found: Sequence[Prediction], stations: StationPair) -> OffsetTest | None:
+    """All sites of one pair of stations at once; None without any."""
+    if not found:
+        return None
+    middle = (stations.first + stations.second) / 2
+    rows = np.array([one.row for one in found])
+    offsets = np.array([one.offset for one in found])
+    noise = np.array([one.offset_noise for one in found])
+    covariance = rows @ stations.relative(middle) @ rows.T + np.diag(noise**2)
+    statistic = float(offsets @ np.linalg.solve(covariance, offsets))
+    k = len(found)
+    tail = (1 - _LEVEL) / 2
+    return OffsetTest(k, statistic, float(chi2.ppf(tail, k)), float(chi2.ppf(1 - tail, k)))

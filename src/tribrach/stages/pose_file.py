@@ -1,0 +1,156 @@
+"""The poses that a run left beside its clouds, read again: where, how certain, with what noise.
+
+``poses.json`` names scans and stations; ``poses_covariance.npy`` beside it holds their joint
+covariance. Neither file is trusted: sizes are bounded, shapes and numbers are checked, nothing is
+unpickled.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.cloud.placement import Placement
+from tribrach.comparison.station_pair import StationPair
+from tribrach.errors import InputError
+from tribrach.geometry.pose import Pose
+from tribrach.instruments.scan_noise import ScanNoise
+from tribrach.io.xml_file import read_bytes
+from tribrach.stages.poses import JOINT, MOST_STATIONS
+
+__all__ = ["POSES", "PoseFile", "ScanPose", "read_poses"]
+
+Array = NDArray[np.float64]
+
+#: beside the clouds that they belong to
+POSES = "poses.json"
+_CURE = "give the poses.json that was written beside the clouds"
+
+
+@dataclass(frozen=True)
+class ScanPose:
+    """A scan with its placement in the frame of the clouds; certain : is a covariance given?"""
+
+    scan: str
+    file: str
+    placement: Placement
+    certain: bool
+
+
+@dataclass(frozen=True)
+class PoseFile:
+    """All scans of a run; joint (6n, 6n) : covariance of the n stations [m, rad], if known."""
+
+    path: Path
+    scans: tuple[ScanPose, ...]
+    stations: tuple[str, ...]
+    joint: Array | None
+
+    def of_cloud(self, cloud: Path) -> ScanPose | None:
+        """The scan that a cloud was made of, by its name; None if none or several are."""
+        stem = cloud.stem.removesuffix(".copc")
+        named = [s for s in self.scans if stem in (s.scan, _plain(s.scan))]
+        named = named or [s for s in self.scans if s.file == cloud.name]
+        return named[0] if len(named) == 1 else None
+
+    def pair(self, first: Placement, second: Placement) -> StationPair | None:
+        """Two stations with their joint covariance; None where that is not known."""
+        names = (first.station, second.station)
+        if self.joint is None or not set(names) <= set(self.stations):
+            return None
+        rows = np.concatenate([6 * self.stations.index(n) + np.arange(6) for n in names])
+        places = first.pose.translation, second.pose.translation
+        return StationPair(*places, self.joint[np.ix_(rows, rows)])
+
+
+def read_poses(path: Path) -> PoseFile:
+    """Poses, covariances and noise; what older files do not have is unknown.
+
+    Raises
+    ------
+    InputError : no file of poses, numbers that are none, a joint covariance of another size.
+    """
+    try:
+        data: dict[str, Any] = json.loads(read_bytes(path))
+        scans = tuple(_scan(path, row) for row in data["scans"])
+        stations = tuple(str(name) for name in data.get("stations", ()))
+        joint = data.get("joint_covariance") is not None
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+        raise InputError("this is no file of poses", file=path, cure=_CURE) from error
+    known = joint and 0 < len(stations) <= MOST_STATIONS
+    return PoseFile(path, scans, stations, _joint(path.parent / JOINT, stations) if known else None)
+
+
+def _scan(path: Path, row: Mapping[str, Any]) -> ScanPose:
+    name = str(row["scan"])
+    matrix = _numbers(path, row["world_from_scanner"], (4, 4), f"the pose of {name}")
+    given = row.get("covariance")
+    covariance = np.zeros((6, 6))
+    if given is not None:
+        covariance = _numbers(path, given, (6, 6), f"the covariance of {name}")
+    pose = Pose(matrix[:3, :3], matrix[:3, 3])
+    where = Placement(str(row.get("station", name)), pose, covariance, _noise(path, name, row))
+    return ScanPose(name, str(row["file"]), where, given is not None)
+
+
+def _noise(path: Path, name: str, row: Mapping[str, Any]) -> ScanNoise | None:
+    """Noise of single points, None where the run knew none."""
+    given = row.get("noise")
+    if given is None:
+        return None
+    keys = [item.name for item in fields(ScanNoise)]
+    values = _numbers(path, [given[key] for key in keys], (len(keys),), f"the noise of {name}")
+    if (values < 0).any():
+        raise InputError(f"the noise of {name} is negative", file=path, cure=_CURE)
+    return ScanNoise(*values.tolist())
+
+
+def _numbers(path: Path, given: Any, shape: tuple[int, ...], what: str) -> Array:
+    """Finite numbers of a shape."""
+    try:
+        values = np.array(given, dtype=np.float64)
+    except (ValueError, TypeError) as error:
+        raise InputError(f"{what} is not made of numbers", file=path, cure=_CURE) from error
+    if values.shape != shape or not np.isfinite(values).all():
+        size = "x".join(str(n) for n in shape)
+        raise InputError(f"{what} is not made of {size} numbers", file=path, cure=_CURE)
+    return values
+
+
+def _joint(path: Path, stations: tuple[str, ...]) -> Array:
+    """The joint covariance; its header is read before anything is allocated."""
+    n = 6 * len(stations)
+    cure = "run the project again"
+    try:
+        with path.open("rb") as file:
+            version = np.lib.format.read_magic(file)
+            if version != (1, 0):
+                raise ValueError("version")
+            shape, fortran, kind = np.lib.format.read_array_header_1_0(file, max_header_size=1000)
+            if shape != (n, n) or fortran or kind != np.dtype("<f8"):
+                raise ValueError("shape")
+            values = np.frombuffer(file.read(8 * n * n), "<f8").reshape(n, n)
+    except OSError as error:
+        raise InputError(
+            f"the joint covariance of the poses cannot be read ({error.strerror})",
+            file=path,
+            cure=cure,
+        ) from error
+    except (ValueError, SyntaxError, EOFError) as error:
+        what = f"the file is no joint covariance of {len(stations)} stations"
+        raise InputError(what, file=path, cure=cure) from error
+    if not np.isfinite(values).all():
+        raise InputError("the joint covariance has a value that is no number", file=path, cure=cure)
+    return np.array(values, dtype=np.float64)
+
+
+def _plain(name: str) -> str:
+    """The name of a scan as files are named after it."""
+    return re.sub(r"[^\w.-]", "_", name).strip(".")
