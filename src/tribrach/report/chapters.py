@@ -36,6 +36,7 @@ class Chapters:
         tables = [
             *self.scans(),
             *self.reductions(),
+            *(t.first(self.most) for chapter in self.content.chapters for t in chapter.tables),
             self.kinds(),
             self.components(),
             self.snooping(),

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
+from tribrach.report.chapter import Chapter
 from tribrach.report.reductions import ReductionChapter
 from tribrach.report.scan_content import ScanChapter
 
@@ -331,4 +332,5 @@ class Content:
     scans: ScanChapter | None = None
     reductions: ReductionChapter | None = None
     instruments: tuple[InstrumentFigure, ...] = ()
+    chapters: tuple[Chapter, ...] = ()
     sights: tuple[tuple[str, str], ...] = field(default=(), repr=False)

@@ -50,7 +50,7 @@ def _chapters(content: Content) -> dict[str, Any]:
         found["scans"] = _scans(content.scans)
     if content.reductions is not None:
         found["reductions"] = asdict(content.reductions)
-    return found
+    return found | {chapter.name: dict(chapter.data) for chapter in content.chapters}
 
 
 def _scans(chapter: ScanChapter) -> dict[str, Any]:

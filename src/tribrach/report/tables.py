@@ -59,6 +59,13 @@ class Table:
         used = [any(r.cells[k].text for r in self.rows) for k in range(len(self.columns))]
         return self._keep(used) if self.rows else self
 
+    def first(self, most: int | None) -> Table:
+        """The first ``most`` rows (all if None), the others counted as left out."""
+        if most is None or len(self.rows) <= most:
+            return self
+        left_out = self.left_out + len(self.rows) - most
+        return replace(self, rows=self.rows[:most], left_out=left_out)
+
     def _keep(self, chosen: Sequence[bool]) -> Table:
         rows = tuple(replace(r, cells=tuple(compress(r.cells, chosen))) for r in self.rows)
         return replace(self, columns=tuple(compress(self.columns, chosen)), rows=rows)

@@ -1,0 +1,46 @@
+"""Chapters that only some jobs have, in every rendering."""
+
+from dataclasses import replace
+
+from tests.report.cases import EVIL, levelling
+from tribrach.report import html, json_result, text
+from tribrach.report.chapter import Chapter
+from tribrach.report.scan_content import Picture
+from tribrach.report.tables import Column, build_table, text_cell
+
+TABLE = build_table(
+    "loops",
+    "Loops",
+    "",
+    ["first loop", "second loop"],
+    [(Column("Loop", numeric=False), text_cell)],
+)
+CHAPTER = Chapter(
+    "gnss",
+    "Baselines",
+    (f"the largest closure is 3 mm {EVIL}",),
+    (Picture("map", "Map", "QUJD", "where"),),
+    (TABLE,),
+    {"closure": 0.003},
+)
+
+
+def test_a_chapter_is_in_every_rendering() -> None:
+    content = replace(levelling(), chapters=(CHAPTER,))
+    page = html.render(content)
+    assert 'id="chapter-gnss"' in page
+    assert EVIL not in page
+    assert "second loop" in page
+    assert "QUJD" in page
+    words = text.render(content)
+    assert "Baselines\n---------\nthe largest closure" in words
+    assert "second loop" in words
+    assert json_result.result(content)["gnss"] == {"closure": 0.003}
+
+
+def test_tables_of_chapters_end_like_others() -> None:
+    assert TABLE.first(None) is TABLE
+    short = TABLE.first(1)
+    assert (len(short.rows), short.left_out) == (1, 1)
+    page = html.render(replace(levelling(), chapters=(CHAPTER,)), row_limit=1)
+    assert "second loop" not in page
