@@ -23,7 +23,13 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 _CONTROL = ("coordinates", "coordinate", "height")
-_GNSS = ("gnss_position", "gnss_baseline", "antenna", "vector_prior")
+_GNSS = (
+    "gnss_position",
+    "gnss_baseline",
+    "antenna",
+    "vector_prior",
+    "vector_component_prior",
+)
 _TARGETS = ("target_centre", "scanner_polar", "plane", "point_on_plane", "relative_pose")
 _TOTAL_STATION = (
     "direction",

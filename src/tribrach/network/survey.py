@@ -60,7 +60,7 @@ class Survey:
     points: dict[str, GivenPoint] = field(default_factory=dict)
     stations: dict[str, GivenStation] = field(default_factory=dict)
     planes: dict[str, tuple[Array, float]] = field(default_factory=dict)
-    vectors: dict[str, tuple[Array, bool]] = field(default_factory=dict)
+    vectors: dict[str, tuple[Array, bool | NDArray[np.bool_]]] = field(default_factory=dict)
     scalars: dict[str, tuple[float, bool]] = field(default_factory=dict)
     datum: Datum = field(default_factory=Datum)
     sigma0: float = 1.0

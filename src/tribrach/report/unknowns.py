@@ -33,6 +33,8 @@ _ROLES = {
     "radius": ("m", "radius"),
     "offset_x": ("rad", "inclination offset"),
     "offset_y": ("rad", "inclination offset"),
+    "xi_error": ("rad", "deflection of the vertical"),
+    "eta_error": ("rad", "deflection of the vertical"),
 }
 _VECTORS = {"lever_arm": "lever arm", "common": "common shift"}
 

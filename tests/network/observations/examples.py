@@ -213,6 +213,8 @@ BUILDERS: dict[str, Build] = {
         "eta": -2e-4,
         "offset_x": mixed(g, 18),
         "offset_y": mixed(g, 18),
+        "xi_error": mixed(g, 18),
+        "eta_error": mixed(g, 18),
         "site": s,
     },
     "plane": lambda k, g, s: {
@@ -258,6 +260,11 @@ BUILDERS: dict[str, Build] = {
     "frame_distance": lambda k, g, s: frame(k, g, s),
     "scalar_prior": lambda k, g, s: {**common(k, g), "scalar": g.integers(0, 18, N)},
     "vector_prior": lambda k, g, s: {**common(k, g), "vector": g.integers(0, 2, N)},
+    "vector_component_prior": lambda k, g, s: {
+        **common(k, g),
+        "vector": g.integers(0, 2, N),
+        "axis": g.integers(0, 3, N),
+    },
 }
 
 

@@ -2,7 +2,8 @@
 
 ``q = R^T g`` with the plumb line ``g = (eta, xi, 1)`` in the local axes of the station (deflection
 of the vertical, zero if unknown); observed are ``(q_x/q_z, q_y/q_z)``, zero for a compensated
-instrument, plus an optional constant offset of the inclinometer (method section 2.9).
+instrument, plus an optional constant offset of the inclinometer (method section 2.9). Where the
+deflection itself is known with a sigma only, its error is an unknown that the stations share (7.5).
 """
 
 from __future__ import annotations
@@ -25,7 +26,8 @@ class Inclinations(Observations):
     """Inclinations (n, 2) [rad] of the scanner's z axis at ``station`` (pose indices).
 
     xi, eta : deflection of the vertical towards north and east [rad], (n,); offset_x, offset_y :
-    indices (n,) of the inclinometer's constant offsets, -1 for none.
+    indices (n,) of the inclinometer's constant offsets, -1 for none; xi_error, eta_error : indices
+    (n,) of what has to be added to xi and eta [rad], -1 for none.
     """
 
     station: Index = refers("pose")
@@ -33,6 +35,8 @@ class Inclinations(Observations):
     eta: Array = per_item(0.0)
     offset_x: Index = refers("scalar", optional=True)
     offset_y: Index = refers("scalar", optional=True)
+    xi_error: Index = refers("scalar", optional=True)
+    eta_error: Index = refers("scalar", optional=True)
     site: Site = field(default_factory=FlatSite)
     kind: ClassVar[str] = "inclination"
     units: ClassVar[tuple[str, ...]] = ("rad", "rad")
@@ -44,7 +48,9 @@ class Inclinations(Observations):
 
     def _plumb(self, state: State) -> tuple[Array, Array]:
         """Plumb line in W and in the scanner frame, (n, 3) each."""
-        local = np.stack([self.eta, self.xi, np.ones(len(self))], axis=1)
+        eta = self.eta + state.scalar(self.eta_error)
+        xi = self.xi + state.scalar(self.xi_error)
+        local = np.stack([eta, xi, np.ones(len(self))], axis=1)
         axes = self.site.axes(state.pose_t[self.station])
         g = np.einsum("nij,ni->nj", axes, local)
         return g, np.einsum("nji,nj->ni", state.pose_r[self.station], g)
@@ -73,4 +79,9 @@ class Inclinations(Observations):
                 unit = np.zeros((len(self), 2, 1))
                 unit[:, row] = 1.0
                 blocks.append(Block(layout.columns("scalar", index), unit))
+        by_local = by_g @ self.site.axes(state.pose_t[self.station]).transpose(0, 2, 1)
+        for axis, index in enumerate((self.eta_error, self.xi_error)):
+            if (index >= 0).any():
+                part = by_local[:, :, axis, None]
+                blocks.append(Block(layout.columns("scalar", index), part))
         return blocks

@@ -2,7 +2,8 @@
 
 A prior for an EDM zero, a refraction coefficient, a calibration parameter, a height of
 instrument (:class:`ScalarPriors`), or for a lever arm or a session's common shift
-(:class:`VectorPriors`). Method section 2.13.
+(:class:`VectorPriors`), or for one component of it where others are held
+(:class:`VectorComponentPriors`). Method section 2.13.
 """
 
 from __future__ import annotations
@@ -12,10 +13,17 @@ from typing import ClassVar
 
 import numpy as np
 
-from tribrach.network.observations.base import Array, Block, Index, Observations, refers
+from tribrach.network.observations.base import (
+    Array,
+    Block,
+    Index,
+    Observations,
+    per_item,
+    refers,
+)
 from tribrach.network.unknowns import Layout, State
 
-__all__ = ["ScalarPriors", "VectorPriors"]
+__all__ = ["ScalarPriors", "VectorComponentPriors", "VectorPriors"]
 
 
 @dataclass(kw_only=True)
@@ -61,3 +69,34 @@ class VectorPriors(Observations):
         """Identity by the vector."""
         columns = state.layout.columns("vector", self.vector)
         return [Block(columns, np.broadcast_to(np.eye(3), (len(self), 3, 3)))]
+
+
+@dataclass(kw_only=True)
+class VectorComponentPriors(Observations):
+    """Values (n, 1) [m] of the component ``axis`` (0, 1, 2) of ``vector`` (vector indices)."""
+
+    vector: Index = refers("vector")
+    axis: Array = per_item(0.0)
+    kind: ClassVar[str] = "vector_component_prior"
+    units: ClassVar[tuple[str, ...]] = ("m",)
+
+    def ends(self, layout: Layout) -> list[tuple[str, str]]:
+        """The vector and its component."""
+        names = layout.names["vector"]
+        pairs = zip(self.vector, self._axis, strict=True)
+        return [(names[i], "xyz"[k]) for i, k in pairs]
+
+    @property
+    def _axis(self) -> Index:
+        return self.axis.astype(np.int64)
+
+    def predict(self, state: State) -> Array:
+        """Values (n, 1)."""
+        return state.vectors[self.vector, self._axis][:, None]
+
+    def jacobian(self, state: State) -> list[Block]:
+        """1 by the component."""
+        columns = state.layout.columns("vector", self.vector)
+        values = np.zeros((len(self), 1, 3))
+        values[np.arange(len(self)), 0, self._axis] = 1.0
+        return [Block(columns, values)]
