@@ -41,6 +41,10 @@ _SOME, _TURNS, _SHIFTS = 1500, np.arange(0, np.pi / 2, np.pi / 24), np.linspace(
 _FIRST, _STEPS, _FIRST_SKEW = 18, 40, np.radians(10.0)
 #: a blur below this share of the pitch has no slope
 _COARSE = 0.35
+#: light that is off by more than this share of the half swing is a stray while the blur narrows
+_STRAY = 0.8
+#: a fit that leaves more light unexplained than this times what it began with went astray
+_WORSE = 1.2
 
 
 @dataclass(frozen=True)
@@ -268,14 +272,46 @@ class _Solved:
 def _solve(
     flat: Array, light: Array, guess: Array, scale: tuple[float, float, float], steps: int
 ) -> _Solved | None:
-    """Damped Gauss-Newton with trimming, the blur from wide to narrow, then free."""
-    half, blur, jitter = scale
-    p, noise = guess.copy(), 0.0
-    use = _inside(flat, p, half)
-    if use.sum() < FEWEST // 2:
+    """The pattern with its blur going from wide to narrow, then with a free blur.
+
+    Where points lie far apart the second may lead an edge over a row of points, which are then
+    trimmed and hold it no more; what explains less light than before is not taken.
+    """
+    narrow = max(scale[1], _COARSE * _pitch(_inside(flat, guess, scale[0]), scale[0]))
+    led = _descend(flat, light, guess, scale, narrow, range(len(_WIDTHS)))
+    if led is None:
         return None
-    narrow = max(blur, _COARSE * _pitch(use, half))
-    for step in range(steps):
+    free = _descend(flat, light, led.p, scale, narrow, range(len(_WIDTHS), steps))
+    if free is None:
+        return None
+    before, after = (_unexplained(flat, light, s.p, scale[0]) for s in (led, free))
+    return free if after < _WORSE * before else led
+
+
+def _unexplained(flat: Array, light: Array, p: Array, half: float) -> float:
+    """Mean squared residual of light within the board over its half swing, strays cut."""
+    inside = _inside(flat, p, half)
+    v = (light[inside] - _model(flat[inside], p)[0]) / p[5]
+    return float(np.mean(np.minimum(v**2, _STRAY**2))) if inside.any() else np.inf
+
+
+def _descend(
+    flat: Array,
+    light: Array,
+    start: Array,
+    scale: tuple[float, float, float],
+    narrow: float,
+    steps: range,
+) -> _Solved | None:
+    """Damped Gauss-Newton with trimming; steps : those of ``_WIDTHS`` have a blur given there.
+
+    narrow : the blur that is foretold [m].
+    """
+    half, _, jitter = scale
+    p, noise = start.copy(), 0.0
+    if _inside(flat, p, half).sum() < FEWEST // 2:
+        return None
+    for step in steps:
         fixed = step < len(_WIDTHS)
         if fixed:
             p[6] = np.log(max(narrow, _WIDTHS[step] * half))
@@ -287,7 +323,7 @@ def _solve(
             max(1.4826 * float(np.median(np.abs(v[use]))), 0.005 * abs(p[5])) if use.any() else 0
         )
         use &= np.abs(v) < np.maximum(
-            _TRIM * np.hypot(noise, drift), 0.8 * abs(p[5]) if fixed else 0
+            _TRIM * np.hypot(noise, drift), _STRAY * abs(p[5]) if fixed else 0
         )
         if use.sum() < FEWEST // 2 or noise <= 0:
             return None
