@@ -1,6 +1,7 @@
 """From a survey to signed figures: the page to read first.
 
-Every verb is a module: find, name, adjust, clean, weigh, assess, report, georeference, write.
+Every verb is a module: find, name, adjust, clean, weigh, assess, report, georeference, compare,
+write.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from tribrach.report import html, json_result, text
 from tribrach.report.build import build
 from tribrach.report.content import Content
 from tribrach.stages.instruments import instrument_figures
-from tribrach.stages.survey_run import Progress, find_and_name, georeference
+from tribrach.stages.survey_run import Progress, compare, find_and_name, georeference
 
 __all__ = ["Settings", "adjust_network", "run", "solve", "write"]
 
@@ -113,6 +114,7 @@ def run(
     if work is not None:
         chapter = georeference(project, work, adjustment, folder, content.sigma_origin, progress)
         warnings = (*content.warnings, *chapter.warnings)
-        content = replace(content, scans=chapter, warnings=warnings)
+        compared = compare(project, work, adjustment, progress)
+        content = replace(content, scans=chapter, warnings=warnings, comparisons=compared)
     write(content, folder)
     return content

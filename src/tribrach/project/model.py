@@ -17,6 +17,7 @@ from tribrach.project.calibration_section import CalibrationSection
 from tribrach.project.sections import (
     AdjustmentSection,
     CloudSection,
+    ComparisonSection,
     DatumSection,
     Instrument,
     LeverArm,
@@ -57,6 +58,7 @@ class Project(Section):
     targets: TargetSection = TargetSection()
     registration: RegistrationSection = RegistrationSection()
     cloud: CloudSection = CloudSection()
+    comparison: tuple[ComparisonSection, ...] = ()
     stations: dict[str, Station] = Field(default_factory=dict)
     lever_arms: dict[str, LeverArm] = Field(default_factory=dict)
     scale_bars: tuple[ScaleBar, ...] = ()

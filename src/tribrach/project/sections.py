@@ -25,6 +25,7 @@ from tribrach.units import SEC
 __all__ = [
     "AdjustmentSection",
     "CloudSection",
+    "ComparisonSection",
     "DatumSection",
     "Instrument",
     "LeverArm",
@@ -376,6 +377,26 @@ class CloudSection(Section):
     correlations: bool = False
     incidence: bool = False
     epoch: float | None = Field(default=None, gt=1900, lt=2200)
+
+
+class ComparisonSection(Section):
+    """Two scans, or the scans of two stations, against each other on test sites.
+
+    b is the reference; sites : CSV file of balls or boxes in the frame of the clouds, chosen from
+    the scans if not given; limit : longest distance that is compared.
+    """
+
+    a: str
+    b: str
+    sites: str | None = None
+    limit_mm: PositiveFloat = 200.0
+    method: Literal["c2c", "m3c2", "both"] = "both"
+
+    @model_validator(mode="after")
+    def _two(self) -> Self:
+        if self.a == self.b:
+            raise ValueError(f"{self.a} is compared with itself; name two scans or stations")
+        return self
 
 
 class OutputSection(Section):

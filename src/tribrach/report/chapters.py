@@ -35,6 +35,7 @@ class Chapters:
         """Every table that has rows, in the order of the report."""
         tables = [
             *self.scans(),
+            *self.comparisons(),
             *self.reductions(),
             *(t.first(self.most) for chapter in self.content.chapters for t in chapter.tables),
             self.kinds(),
@@ -56,6 +57,11 @@ class Chapters:
         """Targets, clouds and classes, where there are scans."""
         chapter = self.content.scans
         return [] if chapter is None else scan_tables(chapter, self.columns, self.most)
+
+    def comparisons(self) -> list[Table]:
+        """Sites, predictions and regressions, where stations were compared."""
+        angle = self.content.settings.angle
+        return [table for one in self.content.comparisons for table in one.tables(angle)]
 
     def reductions(self) -> list[Table]:
         """Axis errors and rounds, where there are raw files of total stations."""

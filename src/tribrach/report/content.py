@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from tribrach.report.chapter import Chapter
+from tribrach.report.comparison_chapter import ComparisonChapter
 from tribrach.report.reductions import ReductionChapter
 from tribrach.report.scan_content import ScanChapter
 
@@ -331,6 +332,7 @@ class Content:
     correlations: tuple[Correlation, ...] = ()
     scans: ScanChapter | None = None
     reductions: ReductionChapter | None = None
+    comparisons: tuple[ComparisonChapter, ...] = ()
     instruments: tuple[InstrumentFigure, ...] = ()
     chapters: tuple[Chapter, ...] = ()
     sights: tuple[tuple[str, str], ...] = field(default=(), repr=False)

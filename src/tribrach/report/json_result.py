@@ -44,12 +44,14 @@ def result(content: Content) -> dict[str, Any]:
 
 
 def _chapters(content: Content) -> dict[str, Any]:
-    """What only some jobs have: scans, and raw files of total stations."""
+    """What only some jobs have: scans, comparisons, raw files of total stations."""
     found: dict[str, Any] = {}
     if content.scans is not None:
         found["scans"] = _scans(content.scans)
     if content.reductions is not None:
         found["reductions"] = asdict(content.reductions)
+    if content.comparisons:
+        found["comparisons"] = [one.to_json() for one in content.comparisons]
     return found | {chapter.name: dict(chapter.data) for chapter in content.chapters}
 
 

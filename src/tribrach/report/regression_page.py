@@ -15,7 +15,7 @@ from tribrach.report.page import page, picture
 from tribrach.report.scan_content import Picture
 from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
 
-__all__ = ["regression_page", "regression_text"]
+__all__ = ["regression_page", "regression_pictures", "regression_tables", "regression_text"]
 
 Array = NDArray[np.float64]
 Values = Mapping[str, Array]
@@ -46,10 +46,22 @@ def regression_page(title: str, values: Values, units: Mapping[str, str], found:
         "Regression on range and incidence",
         title,
         found.sentences(),
-        [_curves(values, units, found), *_physical(values, units, found)],
-        [_fits(found), _terms(found), _correlations(found)],
+        regression_pictures(values, units, found),
+        regression_tables(found),
         "Ordinary least squares; all rows have the same weight.",
     )
+
+
+def regression_pictures(
+    values: Values, units: Mapping[str, str], found: Regression
+) -> list[Picture]:
+    """Fits of every pair, and the physical model where there is one."""
+    return [_curves(values, units, found), *_physical(values, units, found)]
+
+
+def regression_tables(found: Regression) -> list[Table]:
+    """Fits, coefficients, causes that go together."""
+    return [_fits(found), _terms(found), _correlations(found)]
 
 
 def _formula(fit: Fit) -> str:

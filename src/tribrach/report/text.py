@@ -23,6 +23,10 @@ def render(content: Content) -> str:
         _section("Datum and standard deviations", [content.datum.sentence, content.sigma_origin]),
         _section("Adjustment", _facts(content)),
         *_scans(content),
+        *(
+            _section(f"Comparison between stations: {one.title}", one.sentences() or ["nothing"])
+            for one in content.comparisons
+        ),
         *(_section(c.title, list(c.sentences)) for c in content.chapters if c.sentences),
         *(_table(table) for table in Chapters(content).all()),
     ]

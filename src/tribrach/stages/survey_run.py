@@ -15,6 +15,7 @@ from tribrach.geodesy.output_frame import FrameKind, OutputFrame
 from tribrach.io.outputs import write_texts
 from tribrach.network.adjustment import Adjustment
 from tribrach.report.budget_tables import budget_charts
+from tribrach.report.comparison_chapter import ComparisonChapter
 from tribrach.report.scan_content import ScanChapter
 from tribrach.stages.budget import error_budget
 from tribrach.stages.chapter import scan_chapter
@@ -26,12 +27,13 @@ from tribrach.stages.poses import MOST_STATIONS, joint_covariance, pose_texts, s
 from tribrach.stages.reach import reach_sentences
 from tribrach.stages.scans import StationScan, open_scans
 from tribrach.stages.state import State
+from tribrach.stages.station_comparison import Wish, compare_stations, wishes
 from tribrach.stages.truth import against_truth, read_truth
 
 if TYPE_CHECKING:
     from tribrach.project import Project
 
-__all__ = ["Progress", "ScanWork", "find_and_name", "georeference"]
+__all__ = ["Progress", "ScanWork", "compare", "find_and_name", "georeference"]
 
 #: called with what is being done, how much of it is done, and of how much (None if unknown)
 Progress = Callable[[str, int, int | None], None]
@@ -45,6 +47,7 @@ class ScanWork:
     findings: Sequence[Findings]
     named: Named | None
     state: State
+    comparisons: Sequence[Wish] = ()
 
 
 def find_and_name(project: Project, folder: Path, progress: Progress) -> ScanWork:
@@ -57,10 +60,11 @@ def find_and_name(project: Project, folder: Path, progress: Progress) -> ScanWor
     state = State(folder)
     scans = open_scans(project)
     refuse_impossible(project, scans)
+    wished = wishes(project, scans)
     if not project.targets.wanted:
-        return ScanWork(scans, (), None, state)
+        return ScanWork(scans, (), None, state, wished)
     findings = extract(scans, project.targets, state, lambda what: progress(what, 0, None))
-    return ScanWork(scans, findings, name_targets(project, scans, findings), state)
+    return ScanWork(scans, findings, name_targets(project, scans, findings), state, wished)
 
 
 def georeference(
@@ -112,6 +116,16 @@ def georeference(
         read_truth(file), file.parent, adjustment, work.scans, placements, work.named
     )
     return replace(chapter, truth=tuple(rows))
+
+
+def compare(
+    project: Project, work: ScanWork, adjustment: Adjustment, progress: Progress
+) -> tuple[ComparisonChapter, ...]:
+    """The comparisons between stations that the project asks for."""
+    factor = adjustment.posterior_factor if project.adjustment.posterior else 1.0
+    return tuple(
+        compare_stations(work.comparisons, adjustment, output_frame(project), factor, progress)
+    )
 
 
 def output_frame(project: Project) -> OutputFrame:

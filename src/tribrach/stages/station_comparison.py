@@ -1,0 +1,181 @@
+"""Two stations of a run against each other, site by site, through the adjusted poses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.comparison.site_choice import choose_sites
+from tribrach.comparison.sites import Site
+from tribrach.comparison.station_pair import StationPair
+from tribrach.geodesy.output_frame import OutputFrame
+from tribrach.io.site_table import read_sites
+from tribrach.network.adjustment import Adjustment
+from tribrach.report.comparison_chapter import ComparisonChapter, comparison_chapter
+from tribrach.scan.normals import normals
+from tribrach.stages.cloud_file import CloudFile
+from tribrach.stages.clouds import place
+from tribrach.stages.comparing import compare_clouds, offset_test
+from tribrach.stages.poses import delivered, joint_covariance
+from tribrach.stages.scans import StationScan
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from tribrach.project import Project
+    from tribrach.project.sections import ComparisonSection
+
+__all__ = ["Wish", "compare_stations", "wishes"]
+
+Array = NDArray[np.float64]
+
+#: points of a cloud among which flat sites are looked for, at most
+_SAMPLE = 200_000
+
+
+@dataclass(frozen=True)
+class Wish:
+    """A comparison that the project asks for; sites None where they are to be chosen."""
+
+    section: ComparisonSection
+    a: tuple[StationScan, ...]
+    b: tuple[StationScan, ...]
+    sites: tuple[Site, ...] | None
+
+
+def wishes(project: Project, scans: Sequence[StationScan]) -> list[Wish]:
+    """The comparisons of a project with their scans and sites, before anything is computed.
+
+    Raises
+    ------
+    InputError : no scan or station of a name, two scans of one station, a table of sites that
+        cannot be read.
+    """
+    found = []
+    for k, section in enumerate(project.comparison):
+        a, b = (
+            _named(project, scans, k, key, name)
+            for key, name in (("a", section.a), ("b", section.b))
+        )
+        if a[0].station == b[0].station:
+            raise project.error(
+                ("comparison", k),
+                f"{section.a} and {section.b} are scans of one station, {a[0].station}",
+                "name scans of two stations",
+            )
+        sites = None
+        if section.sites is not None:
+            sites = tuple(read_sites(project.folder / section.sites))
+        found.append(Wish(section, a, b, sites))
+    return found
+
+
+def _named(
+    project: Project, scans: Sequence[StationScan], k: int, key: str, name: str
+) -> tuple[StationScan, ...]:
+    """The scan of a name, else all scans of the station of that name."""
+    mine = tuple(scan for scan in scans if scan.name == name)
+    mine = mine or tuple(scan for scan in scans if scan.station == name)
+    if not mine:
+        known = ", ".join(dict.fromkeys(scan.name for scan in scans))
+        raise project.error(
+            ("comparison", k, key), f"there is no scan or station {name}", f"the scans are {known}"
+        )
+    return mine
+
+
+def compare_stations(
+    wished: Sequence[Wish],
+    adjustment: Adjustment,
+    frame: OutputFrame,
+    factor: float,
+    progress: Callable[[str, int, int | None], None],
+) -> list[ComparisonChapter]:
+    """A chapter for each comparison; factor : on a-priori covariances (a posteriori variance)."""
+    return [_chapter(wish, adjustment, frame, factor, progress) for wish in wished]
+
+
+def _chapter(
+    wish: Wish,
+    adjustment: Adjustment,
+    frame: OutputFrame,
+    factor: float,
+    progress: Callable[[str, int, int | None], None],
+) -> ComparisonChapter:
+    """One comparison."""
+    a, b = (_cloud(scans, adjustment, frame, factor) for scans in (wish.a, wish.b))
+    assert a.scanner is not None
+    assert b.scanner is not None
+    names = (wish.b[0].station, wish.a[0].station)
+    pair = StationPair(b.scanner, a.scanner, joint_covariance(adjustment, names, frame, factor))
+    remarks: list[str] = []
+    sites = wish.sites
+    if sites is None:
+        sites, remarks = _chosen((a, b))
+    section = wish.section
+    found = compare_clouds(
+        a,
+        b,
+        sites,
+        method=section.method,
+        limit=section.limit_mm * 1e-3,
+        stations=pair,
+        progress=partial(_tell, progress, f"{section.a} against {section.b}"),
+    )
+    tested = offset_test(found, pair)
+    return comparison_chapter(section.a, section.b, section.limit_mm * 1e-3, found, tested, remarks)
+
+
+def _tell(
+    progress: Callable[[str, int, int | None], None],
+    which: str,
+    what: str,
+    done: int,
+    total: int | None,
+) -> None:
+    """Progress with the stations before what is done."""
+    progress(f"{which}: {what}", done, total)
+
+
+def _cloud(
+    scans: Sequence[StationScan], adjustment: Adjustment, frame: OutputFrame, factor: float
+) -> CloudFile:
+    """Scans of one station as they are delivered, point by point in the frame of the clouds."""
+    where = place(scans[0], adjustment, factor)
+    placed = tuple(replace(scan.scan, pose=where.pose) for scan in scans)
+    there = delivered(where, frame)
+    return CloudFile(
+        scans[0].scan.path,
+        placed,
+        there.pose.translation,
+        None if there.noise is None else there,
+        frame=frame,
+    )
+
+
+def _chosen(clouds: Sequence[CloudFile]) -> tuple[tuple[Site, ...], list[str]]:
+    """Sites on surfaces that both stations saw; without any the whole clouds are compared."""
+    scanners = [cloud.scanner for cloud in clouds if cloud.scanner is not None]
+    sites = choose_sites([_sample(cloud) for cloud in clouds], scanners)
+    if not sites:
+        return (), ["No flat surface is in both clouds: they are compared as a whole."]
+    return tuple(sites), [
+        f"The {len(sites)} sites were chosen on flat surfaces that both stations saw."
+    ]
+
+
+def _sample(cloud: CloudFile) -> tuple[Array, Array]:
+    """Points (n, 3) spread evenly over the records of a cloud, and normals (n, 3) among them."""
+    kept, step, seen = [np.zeros((0, 3))], 1, 0
+    for chunk in cloud.stream():
+        kept.append(chunk[-seen % step :: step])
+        seen += len(chunk)
+        while sum(map(len, kept)) > _SAMPLE:
+            kept, step = [np.concatenate(kept)[::2]], 2 * step
+    points = np.concatenate(kept)
+    return points, normals(points - points.mean(axis=0) if len(points) else points)
