@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import sys
 
-from tribrach.cli import compare, complete, network, regress, scans
+from tribrach.cli import compare, complete, gnss, network, regress, scans, transform
 from tribrach.cli.shell import app
 
-__all__ = ["app", "compare", "complete", "main", "network", "regress", "scans"]
+__all__ = ["app", "compare", "complete", "gnss", "main", "network", "regress", "scans", "transform"]
 
 
 def main() -> None:

@@ -1,0 +1,91 @@
+"""The command baseline: two receivers' RINEX files to a vector with its covariance."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from tribrach.cli.shell import app, guarded, shown
+from tribrach.errors import InputError
+from tribrach.gnss.antennas import AntennaSetup
+from tribrach.gnss.baseline import Baseline, Processing, compute_baseline
+from tribrach.gnss.engine import EngineName
+from tribrach.gnss.observation_file import read_observations
+from tribrach.io.outputs import write_text
+from tribrach.report.gnss_result import baseline_facts, baseline_lines
+
+__all__ = ["baseline"]
+
+
+@app.command()
+def baseline(
+    base: Annotated[Path, typer.Argument(help="Observations of the base (RINEX 2 or 3).")],
+    rover: Annotated[Path, typer.Argument(help="Observations of the rover.")],
+    navigation: Annotated[list[Path], typer.Argument(help="Broadcast orbits of the day.")],
+    base_xyz: Annotated[str, typer.Option(help="X,Y,Z of the base mark, geocentric, metres.")],
+    mask: Annotated[float, typer.Option(min=0, max=60, help="Elevation mask [deg].")] = 15.0,
+    frequencies: Annotated[int, typer.Option(min=1, max=3)] = 2,
+    systems: Annotated[str, typer.Option(help="G GPS, R GLONASS, E Galileo, C BDS, J.")] = "GEJC",
+    atmosphere: Annotated[
+        bool, typer.Option(help="Models of troposphere and ionosphere; off for simulated data.")
+    ] = True,
+    base_height: Annotated[
+        float | None, typer.Option(help="Antenna over the base mark [m]; else as in the file.")
+    ] = None,
+    rover_height: Annotated[
+        float | None, typer.Option(help="Antenna over the rover mark [m]; else as in the file.")
+    ] = None,
+    sigma_factor: Annotated[
+        float | None, typer.Option(min=0.01, max=1000, help="Factor on formal sigmas.")
+    ] = None,
+    antex: Annotated[Path | None, typer.Option(help="ANTEX file of phase centres.")] = None,
+    engine: Annotated[EngineName, typer.Option(help="RTKLIB as wheel or program.")] = "auto",
+    seconds: Annotated[float, typer.Option(min=1, help="Time limit of the engine [s].")] = 600.0,
+    json_file: Annotated[
+        Path | None, typer.Option("--json", help="Write the result as JSON.")
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+) -> None:
+    """Compute a static baseline from RINEX files."""
+
+    def work() -> None:
+        wish = Processing(
+            mask, frequencies, systems, atmosphere, 3.0, sigma_factor, antex, engine, seconds
+        )
+        place = _numbers(base_xyz)
+        with shown(quiet) as progress:
+            result: Baseline = compute_baseline(
+                base,
+                rover,
+                navigation,
+                place,
+                wish,
+                base_antenna=_antenna(base, base_height),
+                rover_antenna=_antenna(rover, rover_height),
+                progress=progress,
+            )
+        if json_file is not None:
+            write_text(json_file, json.dumps(baseline_facts(result), indent=1) + "\n")
+        if not quiet:
+            typer.echo("\n".join(baseline_lines(result)))
+
+    guarded(work)
+
+
+def _numbers(text: str) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    try:
+        x, y, z = (float(word) for word in text.split(","))
+    except ValueError:
+        raise InputError(
+            f"--base-xyz {text!r} is not three numbers", cure="write X,Y,Z in metres"
+        ) from None
+    return np.array([x, y, z])
+
+
+def _antenna(path: Path, height: float | None) -> AntennaSetup | None:
+    """The antenna of a file with a height of the user's; None if he gives none."""
+    return None if height is None else AntennaSetup.of(read_observations(path), height=height)

@@ -1,0 +1,1 @@
+"""GNSS before the adjustment: RINEX files, baselines of an engine, sessions, loops."""

@@ -1,0 +1,257 @@
+"""A static baseline from the RINEX files of two receivers.
+
+Files are checked first, so that what cannot work is said in a sentence; then the engine runs, and
+its solution becomes a vector from mark to mark with a covariance that is scaled as
+:mod:`~tribrach.gnss.precision` says. ECEF in the frame of the base coordinates and the broadcast
+orbits, metres. Method section 2.7.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tribrach.errors import InputError
+from tribrach.gnss.antennas import AntennaSetup, antenna_options, antenna_warnings
+from tribrach.gnss.engine import EngineName, run_engine
+from tribrach.gnss.matching_files import check_together, usable_systems
+from tribrach.gnss.navigation_file import NavigationFile, read_navigation
+from tribrach.gnss.observation_file import ObservationFile, read_observations
+from tribrach.gnss.precision import SOURCE, sigma_factor
+from tribrach.gnss.solution_file import FIXED, FLOAT, Solution, read_solution
+
+__all__ = ["Baseline", "Processing", "compute_baseline"]
+
+Array = NDArray[np.float64]
+Progress = Callable[[str, int, int | None], None]
+
+#: bits of RTKLIB's satellite systems
+_SYSTEM_BITS = {"G": 1, "S": 2, "R": 4, "E": 8, "J": 16, "C": 32, "I": 64}
+
+
+@dataclass(frozen=True)
+class Processing:
+    """How baselines are computed.
+
+    mask : elevation mask [deg]; frequencies : 1, 2 or 3; systems : letters, those that files have
+    in common are used; atmosphere False switches troposphere and ionosphere models off (simulated
+    data, or receivers side by side); ratio : threshold of the ambiguity test; factor : on formal
+    sigmas, None for the default; antex : file of antenna phase centres; seconds : time limit.
+    """
+
+    mask: float = 15.0
+    frequencies: int = 2
+    systems: str = "GEJC"
+    atmosphere: bool = True
+    ratio: float = 3.0
+    factor: float | None = None
+    antex: Path | None = None
+    engine: EngineName = "auto"
+    seconds: float = 600.0
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """A baseline from mark to mark.
+
+    base, rover : ECEF (3,) [m] of the marks; covariance (3, 3) [m^2], formal times ``factor``
+    squared; ambiguities of the chosen epoch; epochs with a solution and those both files have;
+    fixed_share of the solved epochs; ratio median of them; satellites mean; start, end [s] since
+    1980-01-06, interval [s]; formal (3, 3).
+    """
+
+    base: Array
+    rover: Array
+    covariance: Array
+    formal: Array
+    factor: float
+    factor_source: str
+    ambiguities: Literal["fixed", "float"]
+    fixed_share: float
+    epochs: int
+    epochs_common: int
+    ratio: float
+    satellites: float
+    start: float
+    end: float
+    interval: float
+    systems: str
+    engine: str
+    names: tuple[str, str] = ("", "")
+    files: tuple[str, str] = ("", "")
+    warnings: tuple[str, ...] = field(default=())
+
+    @property
+    def vector(self) -> Array:
+        """Rover minus base (3,) [m]."""
+        return self.rover - self.base
+
+    @property
+    def length(self) -> float:
+        """Slope length [m]."""
+        return float(np.linalg.norm(self.vector))
+
+
+def compute_baseline(
+    base: Path,
+    rover: Path,
+    navigation: Sequence[Path],
+    base_xyz: ArrayLike,
+    processing: Processing | None = None,
+    *,
+    base_antenna: AntennaSetup | None = None,
+    rover_antenna: AntennaSetup | None = None,
+    progress: Progress = lambda what, done, total: None,
+) -> Baseline:
+    """The baseline from base to rover.
+
+    base_xyz : ECEF (3,) [m] of the base mark; antennas : None takes height and type of the file.
+
+    Raises
+    ------
+    InputError : files damaged, truncated, empty, of other days, without common satellites, no
+        solution, engine missing or too slow.
+    """
+    wish = processing or Processing()
+    reference = np.asarray(base_xyz, dtype=float)
+    if reference.shape != (3,) or not 6e6 < np.linalg.norm(reference) < 7e6:
+        raise InputError(
+            "the coordinates of the base are not on the Earth",
+            cure="give geocentric X, Y, Z in metres",
+        )
+    progress("reading RINEX", 0, 2 + len(navigation))
+    first, second = read_observations(base), read_observations(rover)
+    orbits = [read_navigation(path) for path in navigation]
+    check_together(first, second, orbits)
+    systems = usable_systems(first, second, orbits, wish.systems)
+    setups = (
+        base_antenna or AntennaSetup.of(first),
+        rover_antenna or AntennaSetup.of(second),
+    )
+    progress("computing baseline", 0, 1)
+    with tempfile.TemporaryDirectory(prefix="tribrach-") as name:
+        folder = Path(name)
+        options = _options(wish, reference, systems) | antenna_options(*setups, wish.antex)
+        files = _staged(folder, [second, first, *orbits])
+        out, engine = run_engine(options, files, folder, engine=wish.engine, seconds=wish.seconds)
+        solution = read_solution(out)
+    progress("computing baseline", 1, 1)
+    warnings = [*_file_warnings(first, second), *antenna_warnings(*setups, wish.antex)]
+    return _baseline(first, second, reference, solution, wish, (systems, engine), warnings)
+
+
+def _options(wish: Processing, base: Array, systems: str) -> dict[str, object]:
+    """Options of RTKLIB as numbers, which all its versions read alike."""
+    return {
+        "pos1-posmode": 3,  # static
+        "pos1-frequency": wish.frequencies,
+        "pos1-soltype": 0,  # forward
+        "pos1-elmask": wish.mask,
+        "pos1-ionoopt": 1 if wish.atmosphere else 0,  # broadcast
+        "pos1-tropopt": 1 if wish.atmosphere else 0,  # Saastamoinen
+        "pos1-sateph": 0,  # broadcast
+        "pos1-navsys": sum(_SYSTEM_BITS[letter] for letter in systems),
+        "pos2-armode": 1,  # continuous
+        "pos2-gloarmode": 0,
+        "pos2-arthres": wish.ratio,
+        "out-solformat": 1,  # x/y/z
+        "out-outhead": 1,
+        "out-outopt": 1,
+        "out-timesys": 0,
+        "out-timeform": 0,  # GPS week and seconds
+        "out-timendec": 6,
+        "out-solstatic": 0,  # every epoch
+        "ant1-postype": 0,
+        "ant2-postype": 1,  # x/y/z
+        "ant2-pos1": f"{base[0]:.6f}",
+        "ant2-pos2": f"{base[1]:.6f}",
+        "ant2-pos3": f"{base[2]:.6f}",
+    }
+
+
+def _staged(folder: Path, files: Sequence[ObservationFile | NavigationFile]) -> list[Path]:
+    """Plain RINEX of all files in a folder, under names the engine cannot misread."""
+    out = []
+    for k, file in enumerate(files):
+        suffix = "obs" if isinstance(file, ObservationFile) else "nav"
+        path = folder / f"file{k}.{suffix}"
+        path.write_bytes(file.text)
+        out.append(path)
+    return out
+
+
+def _file_warnings(*files: ObservationFile) -> list[str]:
+    return [
+        f"{file.path.name}: {file.recounted} of {len(file.times)} epochs promise more satellites "
+        "than they list; they were counted anew"
+        for file in files
+        if file.recounted
+    ]
+
+
+def _baseline(
+    first: ObservationFile,
+    second: ObservationFile,
+    reference: Array,
+    solution: Solution,
+    wish: Processing,
+    run: tuple[str, EngineName],
+    warnings: list[str],
+) -> Baseline:
+    """The baseline of a solution: its best determined epoch, fixed where any is."""
+    phase = np.flatnonzero(solution.quality <= FLOAT)
+    if not len(phase):
+        raise InputError(
+            f"no baseline from {first.path.name} to {second.path.name}: no epoch has phases of "
+            "enough common satellites",
+            cure="lower the elevation mask, or check that both files hold phases and the "
+            "navigation file their satellites",
+        )
+    fixed = phase[solution.quality[phase] == FIXED]
+    chosen = fixed if len(fixed) else phase
+    best = int(chosen[np.argmin(np.einsum("nii->n", solution.covariance[chosen]))])
+    common = np.intersect1d(np.round(first.times), np.round(second.times))
+    interval = max(first.interval, second.interval)
+    factor, source = wish.factor, "given"
+    if factor is None:
+        factor, source = sigma_factor(interval, len(phase)), SOURCE
+    share = len(fixed) / len(phase)
+    if not len(fixed):
+        warnings.append(
+            f"{first.path.name} to {second.path.name}: the ambiguities could not be fixed, the "
+            "baseline is a float solution"
+        )
+    elif share < 0.5:
+        warnings.append(
+            f"{first.path.name} to {second.path.name}: only {100 * share:.0f} % of the epochs are "
+            "fixed"
+        )
+    times = solution.times[phase]
+    return Baseline(
+        base=reference,
+        rover=solution.values[best],
+        covariance=solution.covariance[best] * factor**2,
+        formal=solution.covariance[best],
+        factor=factor,
+        factor_source=source,
+        ambiguities="fixed" if len(fixed) else "float",
+        fixed_share=share,
+        epochs=len(phase),
+        epochs_common=len(common),
+        ratio=float(np.median(solution.ratio[phase])),
+        satellites=float(solution.satellites[phase].mean()),
+        start=float(times[0]),
+        end=float(times[-1]),
+        interval=interval,
+        systems=run[0],
+        engine=run[1],
+        names=(first.marker or first.path.stem, second.marker or second.path.stem),
+        files=(first.path.name, second.path.name),
+        warnings=tuple(warnings),
+    )

@@ -1,0 +1,104 @@
+"""RTKLIB behind one interface: the program ``rnx2rtkp`` or the wheel ``pyrtklib``.
+
+Both get the same file of options and leave the same kind of solution file, so that one can check
+the other. Each run is a process of its own with a time limit. T. Takasu, RTKLIB 2.4.3 manual,
+appendix B (options) and E.4 to E.7 (static baselines, LAMBDA ambiguities).
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import shutil
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Literal
+
+from tribrach.errors import InputError
+
+__all__ = ["EngineName", "engines", "run_engine"]
+
+EngineName = Literal["auto", "pyrtklib", "rnx2rtkp"]
+PROGRAM = "rnx2rtkp"
+WORKER = Path(__file__).with_name("engine_worker.py")
+
+
+def engines() -> tuple[EngineName, ...]:
+    """Engines that are installed, the preferred one first."""
+    found: list[EngineName] = []
+    if importlib.util.find_spec("pyrtklib") is not None:
+        found.append("pyrtklib")
+    if shutil.which(PROGRAM) is not None:
+        found.append("rnx2rtkp")
+    return tuple(found)
+
+
+def run_engine(
+    options: Mapping[str, object],
+    files: Sequence[Path],
+    folder: Path,
+    *,
+    engine: EngineName = "auto",
+    seconds: float = 600.0,
+) -> tuple[Path, EngineName]:
+    """Solution file of a run in a folder of the caller's, and the engine that made it.
+
+    files : observations of the rover, of the base, then navigation files; seconds : time limit.
+
+    Raises
+    ------
+    InputError : the engine is not installed, fails or does not end in time.
+    """
+    known = engines()
+    if engine == "auto" and not known:
+        raise InputError(
+            "baselines need RTKLIB, and neither pyrtklib nor rnx2rtkp is installed",
+            cure="install pyrtklib, or the package rtklib of the system",
+        )
+    if engine != "auto" and engine not in known:
+        raise InputError(
+            f"the engine {engine} is not installed",
+            cure=f"use {known[0]}" if known else "install pyrtklib",
+        )
+    chosen = known[0] if engine == "auto" else engine
+    wishes, out = folder / "rtklib.conf", folder / "rtklib.pos"
+    wishes.write_text("".join(f"{key} ={value}\n" for key, value in options.items()))
+    out.unlink(missing_ok=True)
+    names = [str(path) for path in files]
+    if chosen == "rnx2rtkp":
+        command = [PROGRAM, "-k", str(wishes), "-o", str(out), *names]
+    else:
+        command = [sys.executable, "-I", str(WORKER), str(wishes), str(out), *names]
+    _run(command, folder, chosen, seconds)
+    if not out.is_file():
+        out.write_text("")
+    return out, chosen
+
+
+def _run(command: list[str], folder: Path, engine: str, seconds: float) -> None:
+    try:
+        done = subprocess.run(
+            command,
+            cwd=folder,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            timeout=seconds,
+            check=False,
+        )
+    except subprocess.TimeoutExpired as error:
+        raise InputError(
+            f"{engine} was not ready after {seconds:.0f} s and was stopped",
+            cure="thin the observations out or allow more time",
+        ) from error
+    except OSError as error:
+        raise InputError(f"{engine} could not be started ({error.strerror})") from error
+    if done.returncode < 0:
+        raise InputError(
+            f"{engine} crashed on these files (signal {-done.returncode})",
+            cure="check that the files are whole, or use the other engine",
+        )
+    # rnx2rtkp ends with 1 where it has nothing to compute; the empty solution says the rest
+    if done.returncode not in (0, 1):
+        raise InputError(f"{engine} ended with status {done.returncode}")

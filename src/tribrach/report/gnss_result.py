@@ -1,0 +1,58 @@
+"""A baseline in words and as the JSON of the command ``baseline``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from tribrach.gnss.baseline import Baseline
+from tribrach.gnss.matching_files import calendar
+
+__all__ = ["baseline_facts", "baseline_lines"]
+
+
+def baseline_facts(baseline: Baseline) -> dict[str, Any]:
+    """Everything of a baseline in metres, ready for JSON."""
+    return {
+        "rover_ecef": baseline.rover.tolist(),
+        "base_ecef": baseline.base.tolist(),
+        "baseline": baseline.vector.tolist(),
+        "covariance": baseline.covariance.tolist(),
+        "covariance_formal": baseline.formal.tolist(),
+        "sigma_factor": baseline.factor,
+        "sigma_factor_source": baseline.factor_source,
+        "ambiguities": baseline.ambiguities,
+        "fixed_share": baseline.fixed_share,
+        "epochs": baseline.epochs,
+        "epochs_common": baseline.epochs_common,
+        "ratio_median": baseline.ratio,
+        "satellites_mean": baseline.satellites,
+        "start": calendar(baseline.start),
+        "end": calendar(baseline.end),
+        "interval_s": baseline.interval,
+        "systems": baseline.systems,
+        "engine": baseline.engine,
+        "files": list(baseline.files),
+        "warnings": list(baseline.warnings),
+    }
+
+
+def baseline_lines(baseline: Baseline) -> list[str]:
+    """The same for people."""
+    sigma = 1e3 * np.sqrt(np.diag(baseline.covariance))
+    x, y, z = baseline.rover
+    dx, dy, dz = baseline.vector
+    words = [
+        f"{baseline.names[0]} to {baseline.names[1]}: {baseline.length:.4f} m, "
+        f"{baseline.ambiguities} ambiguities",
+        f"session: {calendar(baseline.start)} to {calendar(baseline.end)}, "
+        f"{baseline.epochs} of {baseline.epochs_common} common epochs solved, "
+        f"{100 * baseline.fixed_share:.0f} % fixed, ratio {baseline.ratio:.1f}, "
+        f"{baseline.satellites:.1f} satellites ({baseline.systems})",
+        f"baseline: {dx:.4f} {dy:.4f} {dz:.4f} m",
+        f"rover: {x:.4f} {y:.4f} {z:.4f} m (frame and epoch of the base coordinates)",
+        f"sigma: {sigma[0]:.1f} {sigma[1]:.1f} {sigma[2]:.1f} mm, formal times "
+        f"{baseline.factor:.2f} ({baseline.factor_source})",
+    ]
+    return [*words, *(f"warning: {text}" for text in baseline.warnings)]
