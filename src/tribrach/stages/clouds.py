@@ -29,6 +29,7 @@ from tribrach.scan.scan import Field
 from tribrach.stages.grouping import groups, whole_source
 from tribrach.stages.scans import StationScan
 from tribrach.stages.state import State, digest
+from tribrach.stages.superseded import remove_superseded, written_facts
 
 __all__ = ["Cloud", "Product", "place", "write_clouds"]
 
@@ -82,6 +83,9 @@ def write_clouds(
 ) -> list[Product]:
     """Write every cloud that is not there already; placements by scan name.
 
+    Clouds that an earlier run wrote of the same scans in another grouping or format are removed
+    when all of these are there.
+
     progress : called with the name of the cloud, points done, points in all.
     """
     state.sweep(folder)
@@ -99,6 +103,7 @@ def write_clouds(
                 "summary": summary.to_facts(),
                 "step": None if cloud.copied else cloud.step,
                 "sentences": cloud.sentences,
+                **written_facts(path, group.scans),
             }
             state.remember(f"cloud-{group.file}", key, facts, path)
         products.append(
@@ -111,6 +116,7 @@ def write_clouds(
                 tuple(facts["sentences"]),
             )
         )
+    remove_superseded(state, folder, [p.path for p in products], scans)
     return products
 
 

@@ -73,6 +73,12 @@ class State:
         record = {"key": key, "files": [_size(file) for file in files], "facts": facts}
         write_text(self._place(product), json.dumps(record, sort_keys=True))
 
+    def records(self, prefix: str) -> list[tuple[Path, dict[str, Any]]]:
+        """Files and contents of all records of products whose names begin so, in order."""
+        paths = sorted(self.folder.glob(f"{prefix}*.json")) if self.folder.is_dir() else []
+        found = [(path, self._read(path)) for path in paths]
+        return [(path, record) for path, record in found if record is not None]
+
     def file_digest(self, path: Path) -> str:
         """Digest of a file's contents."""
         stamp = path.stat()
