@@ -11,16 +11,22 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from tribrach.network.adjustment import Adjustment
+from tribrach.network.design_blocks import Blocks
 from tribrach.network.network import Network
 from tribrach.network.observations.base import Observations, Use
 from tribrach.network.planning import Criterion, figures, predict
+from tribrach.network.prospect import prospect
 
 __all__ = ["Precision", "Sets", "needed_precision", "needed_sets", "reading_groups", "scaled"]
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+#: by station: tables and masks of what is read there
+_Readers = dict[str, list[tuple[int, NDArray[np.bool_]]]]
 
 #: kinds that are not read from an instrument that could read again
 _GIVEN = ("coordinates", "coordinate", "height", "vector_prior", "parameter", "relative_pose")
@@ -81,10 +87,10 @@ def scaled(network: Network, factor: Callable[[Observations], Array]) -> Network
     return replace(network, observations=observations, joint=tuple(joint))
 
 
-def _readers(network: Network) -> dict[str, list[tuple[int, NDArray[np.bool_]]]]:
+def _readers(network: Network) -> _Readers:
     """By station or instrument point: tables and masks of what is read there."""
     layout = network.start.layout
-    out: dict[str, list[tuple[int, NDArray[np.bool_]]]] = {}
+    out: _Readers = {}
     for number, o in enumerate(network.observations):
         if o.kind in _GIVEN or o.kind.startswith("gnss"):
             continue
@@ -97,34 +103,105 @@ def _readers(network: Network) -> dict[str, list[tuple[int, NDArray[np.bool_]]]]
 def needed_sets(network: Network, criterion: Criterion, required: float, most: int = MOST) -> Sets:
     """Sets of every station, added one by one until the criterion is what is required.
 
-    network : with the sigmas of one set. Raises what
-    :func:`~tribrach.network.planning.predict` raises.
+    network : with the sigmas of one set. The last figure is that of a prediction with all sets.
+    Raises what :func:`~tribrach.network.planning.predict` raises.
     """
     readers = _readers(network)
-    sets = dict.fromkeys(readers, 1)
-    start = figures(predict(network), criterion).value(criterion.kind)
-    value, steps = start, []
-    sign = -1.0 if criterion.kind == "redundancy" else 1.0
+    sets, sign = dict.fromkeys(readers, 1), _sign(criterion)
+    adjustment = predict(network)
+    start = value = figures(adjustment, criterion).value(criterion.kind)
+    steps: list[tuple[str, float]] = []
+    trial = _ByUpdate if criterion.kind in ("sigma", "correlation") else _ByPrediction
+    design = trial(adjustment, criterion, readers)
     while sign * value > sign * required:
-        best: tuple[float, str] | None = None
-        for name, count in sets.items():
-            if count >= most:
-                continue
-            trial = _with_sets(network, readers, sets | {name: count + 1})
-            after = figures(predict(trial), criterion).value(criterion.kind)
-            if best is None or sign * after < sign * best[0]:
-                best = (after, name)
-        if best is None or sign * best[0] >= sign * value - 1e-9 * abs(value):
+        open_ = [name for name, count in sets.items() if count < most]
+        after = [design.value_with(name, sets) for name in open_]
+        if not open_:
             break
-        value, name = best
+        best = int(np.argmin([sign * v for v in after]))
+        if sign * after[best] >= sign * value - 1e-9 * abs(value):
+            break
+        name, value = open_[best], after[best]
         sets[name] += 1
+        design.take(name)
         steps.append((name, value))
-    return Sets(sets, start, value, sign * value <= sign * required, tuple(steps))
+    value = figures(predict(_with_sets(network, readers, sets)), criterion).value(criterion.kind)
+    reached = sign * value <= sign * required + 1e-6 * abs(required)
+    return Sets(sets, start, value, reached, tuple(steps))
+
+
+def _sign(criterion: Criterion) -> float:
+    """-1 for a criterion that should be large."""
+    return -1.0 if criterion.kind == "redundancy" else 1.0
+
+
+class _ByPrediction:
+    """What one set more does to the reliability: a prediction for each."""
+
+    def __init__(self, adjustment: Adjustment, criterion: Criterion, readers: _Readers) -> None:
+        self.network, self.criterion, self.readers = adjustment.network, criterion, readers
+
+    def value_with(self, name: str, sets: Mapping[str, int]) -> float:
+        """The criterion with one more set at a station."""
+        trial = _with_sets(self.network, self.readers, {**sets, name: sets[name] + 1})
+        return figures(predict(trial), self.criterion).value(self.criterion.kind)
+
+    def take(self, name: str) -> None:
+        """Nothing is kept from one prediction to the next."""
+
+
+class _ByUpdate:
+    """What one set more does to the covariance: an update with the rows of the station."""
+
+    def __init__(self, adjustment: Adjustment, criterion: Criterion, readers: _Readers) -> None:
+        rows = {name: _rows_of(adjustment, parts) for name, parts in readers.items()}
+        parts = [adjustment.design[r].indices for r in rows.values()]
+        touched = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *parts]))
+        self.now = prospect(adjustment, criterion, adjustment.free_columns[touched])
+        place = np.full(adjustment.layout.size, -1, dtype=np.int64)
+        place[self.now.columns] = np.arange(len(self.now.columns))
+        place = place[adjustment.free_columns]
+        self.blocks = {name: _block(adjustment.design[r], place) for name, r in rows.items()}
+
+    def value_with(self, name: str, sets: Mapping[str, int]) -> float:
+        """The criterion with one more set at a station."""
+        return float(self.now.judge(self.blocks[name]).value[0])
+
+    def take(self, name: str) -> None:
+        """Keep the set."""
+        self.now = self.now.changed(self.blocks[name], 0)
+
+
+def _rows_of(adjustment: Adjustment, parts: list[tuple[int, NDArray[np.bool_]]]) -> Index:
+    """Rows of the design that are read at a station."""
+    rows = adjustment.rows
+    chosen = [
+        np.flatnonzero((rows.table == number) & mine[np.minimum(rows.item, len(mine) - 1)])
+        for number, mine in parts
+    ]
+    return np.concatenate([np.zeros(0, dtype=np.int64), *chosen])
+
+
+def _block(design: sp.csr_array, place: Index) -> Blocks:
+    """Rows without own unknowns as one group, no more of them than columns they touch."""
+    columns = np.unique(design.indices)
+    dense = design[:, columns].toarray()
+    if len(dense) > len(columns):
+        dense = np.asarray(np.linalg.qr(dense, mode="r"))
+    k = len(dense)
+    return Blocks(
+        np.zeros(1, dtype=np.int64),
+        dense[None],
+        place[columns][None],
+        np.zeros((1, k)),
+        np.full((1, k), -1, dtype=np.int64),
+        np.ones(1, dtype=bool),
+    )
 
 
 def _with_sets(
     network: Network,
-    readers: Mapping[str, list[tuple[int, NDArray[np.bool_]]]],
+    readers: _Readers,
     sets: Mapping[str, int],
 ) -> Network:
     factors = [np.ones(o.values.shape) for o in network.observations]
@@ -158,7 +235,7 @@ def needed_precision(
     By bisection of the factor's logarithm to the relative tolerance; every step is a prediction of
     its own.
     """
-    sign = -1.0 if criterion.kind == "redundancy" else 1.0
+    sign = _sign(criterion)
     out = []
     for words, unit, rows, kind in reading_groups(network):
 
