@@ -102,6 +102,15 @@ class ScannerPolar(Observations):
         polar[:, 2] = np.where(self._raw, 2 * np.pi - polar[:, 2], polar[:, 2])
         return polar
 
+    def parameter_columns(self, state: State, model: CalibrationModel) -> Array:
+        """Derivatives (n, 3, k) of the readings by the parameters of any model, at the state."""
+        _, _, polar = self._geometry(state)
+        sense = np.ones((len(self), 3, 1))
+        sense[self._raw, 2] = -1.0
+        r, h, v = polar.T
+        columns: Array = -sense * model.columns(r, h, v, self.face)
+        return columns
+
     def jacobian(self, state: State) -> list[Block]:
         """``T Jp R^T`` by the point, ``-T Jp R^T`` and ``T Jp R^T [D]x`` by the pose, -B by c."""
         layout = state.layout
