@@ -108,6 +108,32 @@ def test_headers_that_lie_and_empty_scans(tmp_path: Path) -> None:
     assert describe(read_scans(tmp_path / "b.las")[0]).sentences() == ["The scan has no points."]
 
 
+@pytest.mark.parametrize(
+    ("value", "share", "words"),
+    [
+        (np.nan, 6, "None of the bounds in the header is a finite number"),
+        (np.nan, 2, "Some bounds in the header are not finite numbers"),
+        (np.inf, 1, "Some bounds in the header are not finite numbers"),
+    ],
+)
+def test_bounds_that_are_no_numbers(tmp_path: Path, value: float, share: int, words: str) -> None:
+    path = tmp_path / "a.las"
+    with create(path, CloudHeader("a")) as w:
+        w.write(sphere(), {})
+    # the six bounds of a LAS header are eight bytes each from byte 179 on
+    data = bytearray(path.read_bytes())
+    data[179 : 179 + 8 * share] = np.full(share, value).tobytes()
+    path.write_bytes(data)
+    (scan,) = read_scans(path)
+    found = describe(scan)
+    one(found, words)
+    assert not [s for s in found.sentences() if "nan" in s or "differ" in s]
+    assert json.loads(json.dumps(found.to_json(), allow_nan=False)) == found.to_json()
+    result = CliRunner().invoke(app, ["info", str(path)])
+    assert result.exit_code == 0
+    assert words in " ".join(result.output.split())
+
+
 def test_the_command(tmp_path: Path) -> None:
     path = written(tmp_path, "a.xyz", lines(sphere().round(2)))
     out = tmp_path / "a.json"

@@ -120,9 +120,7 @@ class Description:
                 f"{found.dropped} records ({share:.1%}) hold no point: invalid, or not finite."
             )
         if scan.bounds is not None and found.bounds is not None:
-            off = np.abs(scan.bounds - found.bounds).max()
-            if not off <= _BOUNDS:
-                out.append(f"The bounds in the header differ from the points' by {off:.3f} m.")
+            out += _of_bounds(scan.bounds, found.bounds)
         return out
 
     def _of_values(self) -> list[str]:
@@ -220,6 +218,18 @@ def _coarse(xyz: Array) -> float | None:
         if np.abs(whole - np.rint(whole)).max() < 1e-4:
             return step if step >= _STEP else None
     return None
+
+
+def _of_bounds(stated: Array, found: Array) -> list[str]:
+    """Do the bounds of the header (2, 3) [m] enclose the points as closely as they should?"""
+    if not np.isfinite(stated).all():
+        if np.isfinite(stated).any():
+            return ["Some bounds in the header are not finite numbers."]
+        return ["None of the bounds in the header is a finite number."]
+    off = np.abs(stated - found).max()
+    if off <= _BOUNDS:
+        return []
+    return [f"The bounds in the header differ from the points' by {off:.3f} m."]
 
 
 def _limits(found: Statistics, name: str) -> dict[str, float | None]:
