@@ -1,0 +1,237 @@
+"""Relative poses of two stations from their planes, found without approximate values.
+
+Turns and shifts that bring many planes together are refined over all planes that then lie on each
+other and overlap; what the views of the two stations contradict is dropped. What is left is one
+pose, several between which nothing decides (periodic facades, symmetric rooms), or none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.geometry import rotation as turns
+from tribrach.geometry.pose import Pose
+from tribrach.geometry.rotation import skew
+from tribrach.network.unknowns import plane_basis
+from tribrach.registration.plane_rotations import rotations
+from tribrach.registration.plane_set import PlaneSet, overlap
+from tribrach.registration.plane_shifts import open_directions, shifts
+from tribrach.registration.station_view import Agreement, StationView, agreement
+
+__all__ = [
+    "PairPoses",
+    "PlanePose",
+    "Surroundings",
+    "common_planes",
+    "decided",
+    "offsets",
+    "pair_poses",
+    "refined",
+]
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+#: largest planes that take part in the search, and poses that are looked at closely
+_PLANES, _CLOSE = 60, 80
+#: planes are one surface if their normals agree within this [rad] and the offsets within this [m],
+#: from the first fit to the last
+_STAGES = ((0.0175, 0.1), (0.009, 0.04), (0.0045, 0.02))
+#: parts of one surface differ by less than this where there is something nearer [m]
+_ALIKE = 0.004
+#: area [m^2] and share of the smaller plane that two patches have in common
+_COMMON, _SHARE = 0.2, 0.05
+#: sigmas that no plane falls below in the fit of two stations [rad], [m]; tilt of levelled ones
+_TURN, _OFFSET, _TILT = 2e-4, 1e-3, 3e-4
+#: sigmas of the start of a step, which hold what the planes leave open [m], [rad]
+_START = np.repeat([0.3, 0.03], 3)
+#: poses within this [m] and [rad] are the same
+_SAME_PLACE, _SAME_TURN = 0.3, 0.03
+#: a pose is possible with at most this share of points in empty space, and this overlap
+_CONFLICT, _OVERLAP = 0.12, 0.08
+#: a rival has at most so many times the conflict of the best pose, or so much more of it, and at
+#: least this share of its agreement
+_TIMES, _MORE, _AGREES = 2.5, 0.012, 0.6
+
+
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """What is known of a station: its planes, its view, and whether its third axis is plumb."""
+
+    name: str
+    planes: PlaneSet
+    view: StationView
+    levelled: bool
+
+
+@dataclass(frozen=True, eq=False)
+class PlanePose:
+    """A possible relative pose.
+
+    pose : first from second; pairs (p, 2) : numbers of the common planes; rms : of their offsets
+    [m]; seen : how points of either stand in the view of the other; overlap : the lesser share of
+    points that the other sees; open : directions (f, 3) of the first frame along which the common
+    planes hold nothing, so that the shift is that of the search.
+    """
+
+    pose: Pose
+    pairs: Index
+    rms: float
+    seen: Agreement
+    overlap: float
+    open: Array
+
+
+@dataclass(frozen=True, eq=False)
+class PairPoses:
+    """What the planes of two stations say about their relative pose.
+
+    poses : possible ones, best first, more than one where nothing decides; open : directions
+    (f, 3) that the planes leave open if that is the obstacle; lacking : name of the station in
+    whose frame they are, "" if there is no such obstacle.
+    """
+
+    first: str
+    second: str
+    poses: tuple[PlanePose, ...]
+    open: Array
+    lacking: str = ""
+
+    @property
+    def sure(self) -> bool:
+        """True if exactly one pose is possible."""
+        return len(self.poses) == 1
+
+
+def pair_poses(first: Surroundings, second: Surroundings) -> PairPoses:
+    """Possible relative poses of two stations."""
+    levelled = first.levelled and second.levelled
+    mine, theirs = first.planes.largest(_PLANES), second.planes.largest(_PLANES)
+    for one in (first, second):
+        lacking = open_directions(one.planes.normal)
+        if len(lacking):
+            return PairPoses(first.name, second.name, (), lacking, one.name)
+    trials: list[tuple[float, Pose]] = []
+    for turn in rotations(mine, theirs, levelled):
+        shift, support = shifts(mine, theirs, turn)
+        trials += [(float(s), Pose(turn, t)) for s, t in zip(support, shift, strict=True)]
+    trials.sort(key=lambda trial: -trial[0])
+    found: list[PlanePose] = []
+    for _, start in trials[:_CLOSE]:
+        if any(_same(start, other.pose) for other in found):
+            continue
+        fit = refined(first, second, start)
+        if fit is not None and not any(_same(fit.pose, other.pose) for other in found):
+            found.append(fit)
+    good = decided(found)
+    if good and len(good[0].open):
+        return PairPoses(first.name, second.name, (), good[0].open, first.name)
+    good = tuple(f for f in good if len(f.open) == 0)
+    return PairPoses(first.name, second.name, good, np.zeros((0, 3)))
+
+
+def refined(first: Surroundings, second: Surroundings, start: Pose) -> PlanePose | None:
+    """A pose fitted to all common planes; None if there are none or the views contradict it."""
+    levelled = first.levelled and second.levelled
+    pose = start
+    pairs = np.zeros((0, 2), dtype=np.int64)
+    for turn, offset in _STAGES:
+        pairs = common_planes(first.planes, second.planes, pose, turn, offset)
+        if len(pairs) < 2:
+            return None
+        pose = _fitted(first.planes, second.planes, pairs, pose, levelled)
+    held = open_directions(first.planes.normal[pairs[:, 0]])
+    there = agreement(second.view, first.view, pose)
+    back = agreement(first.view, second.view, pose.inverse)
+    both = there + back
+    least = min(there.overlap, back.overlap)
+    if both.conflict > _CONFLICT or max(there.overlap, back.overlap) < _OVERLAP:
+        return None
+    i, j = pairs.T
+    off = offsets(first.planes, second.planes, i, j, pose)
+    return PlanePose(pose, pairs, float(np.sqrt(np.mean(off**2))), both, least, held)
+
+
+def common_planes(
+    first: PlaneSet, second: PlaneSet, pose: Pose, turn: float, offset: float
+) -> Index:
+    """Numbers (p, 2) of planes that are one surface under a pose: alike and overlapping."""
+    cosine = first.normal @ (second.normal @ pose.rotation.T).T
+    i, j = np.nonzero(cosine > np.cos(turn))
+    away = np.abs(offsets(first, second, i, j, pose))
+    i, j, away = i[away < offset], j[away < offset], away[away < offset]
+    size = np.minimum(first.area[i], second.area[j])
+    shared = np.array(
+        [overlap(first, second, a, b, pose) for a, b in zip(i.tolist(), j.tolist(), strict=True)]
+    )
+    good = shared > np.minimum(np.maximum(_COMMON, _SHARE * size), 0.5 * size)
+    i, j, away = i[good], j[good], away[good]
+    # a wall and what is let into it: each belongs to the nearest of the other's
+    least = np.full((2, max(len(first), len(second))), np.inf)
+    np.minimum.at(least[0], i, away)
+    np.minimum.at(least[1], j, away)
+    nearest = away <= np.minimum(least[0][i], least[1][j]) + _ALIKE
+    return np.stack([i[nearest], j[nearest]], axis=1)
+
+
+def offsets(first: PlaneSet, second: PlaneSet, i: Index, j: Index, pose: Pose) -> Array:
+    """Offsets (p,) [m] of planes j over planes i at the centre of either, the smaller one."""
+    there = pose @ second.center[j]
+    here = np.einsum("pi,pi->p", first.normal[i], there) - first.offset[i]
+    normal = second.normal[j] @ pose.rotation.T
+    back = np.einsum("pi,pi->p", normal, there - first.center[i])
+    # the centre of a large patch lies far off where the turn is not sharp yet
+    return np.asarray(np.where(np.abs(here) < np.abs(back), here, back))
+
+
+def _fitted(first: PlaneSet, second: PlaneSet, pairs: Index, pose: Pose, levelled: bool) -> Pose:
+    """The pose with least squares of tilts and offsets of common planes, one step."""
+    i, j = pairs.T
+    normal, anchor = first.normal[i], pose @ second.center[j]
+    turned = second.normal[j] @ pose.rotation.T
+    basis = plane_basis(normal).transpose(0, 2, 1)
+    joint = first.covariance[i] + second.covariance[j]
+    tilt = 1 / np.sqrt(np.einsum("pkk->pk", joint)[:, :2] + _TURN**2)
+    away = 1 / np.sqrt(joint[:, 2, 2] + _OFFSET**2)
+    # a turn by d about the first station's origin moves normals by d x n, points by d x X
+    by_turn = -basis @ skew(turned)
+    rows = np.concatenate([np.zeros_like(by_turn), by_turn], axis=2) * tilt[:, :, None]
+    right = np.einsum("pki,pi->pk", basis, normal - turned) * tilt
+    by_pose = np.concatenate([normal, np.cross(anchor, normal)], axis=1)
+    off = first.offset[i] - np.einsum("pi,pi->p", normal, anchor)
+    parts = [rows.reshape(-1, 6), by_pose * away[:, None], np.diag(1 / _START)]
+    design = np.concatenate(parts)
+    values = np.concatenate([right.ravel(), off * away, np.zeros(6)])
+    if levelled:
+        plumb = np.zeros((2, 6))
+        plumb[0, 3] = plumb[1, 4] = 1 / _TILT
+        up = pose.rotation[:, 2]
+        design = np.concatenate([design, plumb])
+        values = np.concatenate([values, np.array([up[1], -up[0]]) / _TILT])
+    step, *_ = np.linalg.lstsq(design, values, rcond=None)
+    turn = turns.exp(step[None, 3:])[0]
+    return Pose(turn @ pose.rotation, turn @ pose.translation + step[:3])
+
+
+def _same(one: Pose, other: Pose) -> bool:
+    """Are two poses one?"""
+    cosine = (np.trace(one.rotation.T @ other.rotation) - 1) / 2
+    near = float(np.linalg.norm(one.translation - other.translation)) < _SAME_PLACE
+    return near and bool(np.arccos(np.clip(cosine, -1, 1)) < _SAME_TURN)
+
+
+def decided(found: Sequence[PlanePose]) -> tuple[PlanePose, ...]:
+    """The best of several poses and those that are nearly as good, by what contradicts them."""
+    if not found:
+        return ()
+    most = max(f.seen.agree for f in found)
+    good = [f for f in found if f.seen.agree > _AGREES * most]
+    best = min(good, key=lambda f: f.seen.conflict - 0.05 * f.seen.agree / most)
+    limit = max(_TIMES * best.seen.conflict, best.seen.conflict + _MORE)
+    rivals = [f for f in good if f is not best and f.seen.conflict <= limit]
+    rivals.sort(key=lambda f: f.seen.conflict)
+    return (best, *rivals)

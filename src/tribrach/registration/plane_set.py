@@ -1,0 +1,129 @@
+"""The planes of one station as arrays, and which planes of two stations are one surface.
+
+Normals look towards the scanner, so that the two sides of a wall are two planes. Scanner frame,
+metres and radians.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from pykdtree.kdtree import KDTree
+
+from tribrach.geometry.pose import Pose
+from tribrach.network.unknowns import plane_basis
+from tribrach.targets.planes import Plane
+
+__all__ = ["PlaneSet", "overlap"]
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+#: two planes of one station are one surface if their normals differ by less than this [rad] and
+#: their offsets, where they overlap, by less than this [m]
+_SAME_TURN, _SAME_OFFSET = float(np.radians(1.0)), 0.01
+#: cells of two patches are the same place within this many widths of the wider ones
+_WIDTHS = 1.5
+
+
+@dataclass(frozen=True, eq=False)
+class PlaneSet:
+    """Planes (k) of a station.
+
+    normal (k, 3) unit, towards the scanner; center (k, 3) [m]; covariance (k, 3, 3) of the tilts
+    along the tangent basis of the normal (network.unknowns.plane_basis) [rad] and of the offset at
+    the centre [m]; area (k,) [m^2]; samples : for each plane places (s, 3) that it covers, one for
+    every cell of the width spacing (k,) [m]; scans (k,) : names of the scans.
+    """
+
+    normal: Array
+    center: Array
+    covariance: Array
+    area: Array
+    samples: tuple[Array, ...]
+    spacing: Array
+    scans: tuple[str, ...]
+
+    @classmethod
+    def of(cls, planes: Sequence[Plane]) -> PlaneSet:
+        """Planes as they were found, largest first; doubles from several scans of the station are
+        dropped, the larger one stays.
+        """
+        ordered = sorted(planes, key=lambda p: -p.area)
+        kept: list[Plane] = []
+        for plane in ordered:
+            if not any(_doubles(plane, other) for other in kept):
+                kept.append(plane)
+        normal = np.array([p.normal for p in kept]).reshape(-1, 3)
+        tangents = np.array([p.tangents for p in kept]).reshape(-1, 2, 3)
+        covariance = np.array([p.covariance for p in kept]).reshape(-1, 3, 3)
+        return cls(
+            normal,
+            np.array([p.center for p in kept]).reshape(-1, 3),
+            _in_basis(normal, tangents, covariance),
+            np.array([p.area for p in kept], dtype=float),
+            tuple(p.sample for p in kept),
+            np.array([p.spacing for p in kept], dtype=float),
+            tuple(p.detection.scan for p in kept),
+        )
+
+    def __len__(self) -> int:
+        return len(self.normal)
+
+    @cached_property
+    def offset(self) -> Array:
+        """Offsets (k,) [m] of ``normal . x = offset``."""
+        return np.asarray(np.einsum("ki,ki->k", self.normal, self.center))
+
+    @cached_property
+    def trees(self) -> tuple[KDTree, ...]:
+        """Trees of the places that the planes cover."""
+        return tuple(KDTree(np.ascontiguousarray(sample)) for sample in self.samples)
+
+    def largest(self, count: int) -> PlaneSet:
+        """The largest planes."""
+        return PlaneSet(
+            self.normal[:count],
+            self.center[:count],
+            self.covariance[:count],
+            self.area[:count],
+            self.samples[:count],
+            self.spacing[:count],
+            self.scans[:count],
+        )
+
+
+def overlap(first: PlaneSet, second: PlaneSet, i: int, j: int, first_from_second: Pose) -> float:
+    """Area [m^2] of plane i of a station that plane j of another one covers as well."""
+    spacing = max(first.spacing[i], second.spacing[j])
+    there = first_from_second.inverse @ first.samples[i]
+    distance, _ = second.trees[j].query(np.ascontiguousarray(there), k=1)
+    return float(first.area[i] * np.mean(distance < _WIDTHS * spacing))
+
+
+def _in_basis(normal: Array, tangents: Array, covariance: Array) -> Array:
+    """Covariances (k, 3, 3) turned from the patches' tangents (k, 2, 3) to the normal's basis."""
+    turn = np.zeros((len(normal), 3, 3))
+    if len(normal):
+        turn[:, :2, :2] = np.einsum("kia,kbi->kab", plane_basis(normal), tangents)
+    turn[:, 2, 2] = 1.0
+    return np.asarray(turn @ covariance @ turn.transpose(0, 2, 1))
+
+
+def _doubles(plane: Plane, other: Plane) -> bool:
+    """Is a plane from another scan of the station the one that is known already?"""
+    if plane.detection.scan == other.detection.scan:
+        return False
+    turned = float(np.linalg.norm(np.cross(plane.normal, other.normal)))
+    if plane.normal @ other.normal < 0 or turned > _SAME_TURN:
+        return False
+    if abs(other.normal @ (plane.center - other.center)) > _SAME_OFFSET:
+        return False
+    distance, _ = KDTree(np.ascontiguousarray(other.sample)).query(
+        np.ascontiguousarray(plane.sample), k=1
+    )
+    return bool(np.mean(distance < _WIDTHS * max(plane.spacing, other.spacing)) > 0.5)

@@ -1,0 +1,221 @@
+"""Stations joined by relative poses: which joints hold, what hangs together, what stays alone.
+
+Joints that several loops confirm are believed; loops that do not close cost the joint that nothing
+else confirms, and if that is several of them all of these, since none is better than the other.
+A joint in no loop at all stands on the agreement of its own two views. Poses are in the frame of
+the first station of their group until something ties the group to the world.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.geometry.pose import Pose
+
+__all__ = ["Joint", "PoseGraph", "join"]
+
+Array = NDArray[np.float64]
+
+#: a loop closes within this [m] and [rad]
+CLOSES = 0.05, float(np.radians(0.25))
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """A relative pose first from second; strength : what it is worth among others; alone : is it
+    good enough without any loop that confirms it?
+    """
+
+    first: str
+    second: str
+    pose: Pose
+    strength: float
+    alone: bool = True
+
+    @property
+    def ends(self) -> frozenset[str]:
+        """Both stations."""
+        return frozenset((self.first, self.second))
+
+    def from_to(self, start: str) -> Pose:
+        """The pose ``start from other``."""
+        return self.pose if start == self.first else self.pose.inverse
+
+
+@dataclass(frozen=True, eq=False)
+class PoseGraph:
+    """Groups of stations with poses in the frame of each group, the largest first; joints that are
+    held to be good; sentences on those that are not.
+    """
+
+    groups: tuple[Mapping[str, Pose], ...]
+    joints: tuple[Joint, ...]
+    sentences: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class _Loop:
+    """Joints around a loop and by how much it fails to close [m], [rad]."""
+
+    joints: tuple[Joint, ...]
+    gap: float
+    turn: float
+
+    @property
+    def closes(self) -> bool:
+        """Within the tolerance for so many joints?"""
+        room = np.sqrt(len(self.joints) / 3)
+        return bool(self.gap < CLOSES[0] * room and self.turn < CLOSES[1] * room)
+
+
+def join(stations: Sequence[str], joints: Sequence[Joint]) -> PoseGraph:
+    """Groups of stations that good joints hold together; single stations are groups of their own.
+
+    stations : all names; joints : at most one for every pair.
+    """
+    kept, said = _consistent(list(joints))
+    good = {id(j) for loop in _loops(kept) for j in loop.joints}
+    weak = [j for j in kept if id(j) not in good and not j.alone]
+    for joint in weak:
+        said.append(
+            f"{joint.first} and {joint.second} fit together, but on too little to be believed "
+            "without a third station that confirms it"
+        )
+    kept = [j for j in kept if j not in weak]
+    tree = _tree(kept)
+    groups = []
+    left = list(stations)
+    while left:
+        root = max(left, key=lambda name: sum(j.strength for j in kept if name in j.ends))
+        group = _spread(root, tree)
+        groups.append(group)
+        left = [name for name in left if name not in group]
+    groups.sort(key=lambda group: -len(group))
+    return PoseGraph(tuple(groups), tuple(kept), tuple(said))
+
+
+def _consistent(joints: list[Joint]) -> tuple[list[Joint], list[str]]:
+    """Joints without those that loops speak against, and what was dropped."""
+    said: list[str] = []
+    while True:
+        loops = _loops(joints)
+        bad = [loop for loop in loops if not loop.closes]
+        if not bad:
+            return joints, said
+        confirmed = {
+            id(j): sum(any(j is k for k in loop.joints) for loop in loops if loop.closes)
+            for j in joints
+        }
+        worst = max(bad, key=lambda loop: loop.gap)
+        least = min(confirmed[id(j)] for j in worst.joints)
+        doubtful = [j for j in worst.joints if confirmed[id(j)] == least]
+        if least > 0:
+            doubtful = [min(doubtful, key=lambda j: j.strength)]
+        said.append(_words(worst, doubtful))
+        joints = [j for j in joints if not any(j is d for d in doubtful)]
+
+
+def _words(loop: _Loop, doubtful: Sequence[Joint]) -> str:
+    names = _around(loop.joints)
+    pairs = " and ".join(f"{j.first} - {j.second}" for j in doubtful)
+    return (
+        f"the loop {' - '.join(names)} does not close by {loop.gap:.2f} m and "
+        f"{np.degrees(loop.turn):.2f} deg: the registration of {pairs} is not used"
+    )
+
+
+def _around(joints: Sequence[Joint]) -> list[str]:
+    """Names of the stations along a loop."""
+    at = next(iter(joints[0].ends - joints[1].ends), joints[0].first)
+    names = [at]
+    for joint in joints:
+        at = next(iter(joint.ends - {at}))
+        names.append(at)
+    return names
+
+
+def _loops(joints: Sequence[Joint]) -> list[_Loop]:
+    """All triangles, and the loops that single joints close over the strongest tree."""
+    by_ends = {j.ends: j for j in joints}
+    names = sorted({name for j in joints for name in j.ends})
+    out = []
+    for a, b, c in combinations(names, 3):
+        three = [by_ends.get(frozenset(pair)) for pair in ((a, b), (b, c), (a, c))]
+        found = [j for j in three if j is not None]
+        if len(found) == 3:
+            out.append(_closed(found, a))
+    tree = _tree(joints)
+    for joint in joints:
+        if any(joint is j for j in tree):
+            continue
+        path = _path(tree, joint.second, joint.first)
+        if len(path) > 2:
+            out.append(_closed([joint, *path], joint.first))
+    return out
+
+
+def _closed(joints: Sequence[Joint], start: str) -> _Loop:
+    """The loop along joints that follow each other from a station."""
+    pose, at = Pose.identity(), start
+    for joint in joints:
+        pose = pose @ joint.from_to(at)
+        at = next(iter(joint.ends - {at}))
+    cosine = np.clip((np.trace(pose.rotation) - 1) / 2, -1, 1)
+    gap = float(np.linalg.norm(pose.translation))
+    return _Loop(tuple(joints), gap, float(np.arccos(cosine)))
+
+
+def _tree(joints: Sequence[Joint]) -> list[Joint]:
+    """The strongest spanning forest (Kruskal 1956)."""
+    group: dict[str, str] = {}
+
+    def head(name: str) -> str:
+        while group.setdefault(name, name) != name:
+            name = group[name]
+        return name
+
+    out = []
+    for joint in sorted(joints, key=lambda j: -j.strength):
+        a, b = head(joint.first), head(joint.second)
+        if a != b:
+            group[a] = b
+            out.append(joint)
+    return out
+
+
+def _path(tree: Sequence[Joint], start: str, end: str) -> list[Joint]:
+    """Joints of a tree from one station to another."""
+    come: dict[str, Joint | None] = {start: None}
+    queue = [start]
+    for at in queue:
+        for joint in tree:
+            if at in joint.ends:
+                other = next(iter(joint.ends - {at}))
+                if other not in come:
+                    come[other] = joint
+                    queue.append(other)
+    path: list[Joint] = []
+    at = end
+    while (step := come.get(at)) is not None:
+        path.append(step)
+        at = next(iter(step.ends - {at}))
+    return path[::-1] if at == start else []
+
+
+def _spread(root: str, tree: Sequence[Joint]) -> dict[str, Pose]:
+    """Poses of all stations that a tree joins to a root, in its frame."""
+    poses = {root: Pose.identity()}
+    queue = [root]
+    for at in queue:
+        for joint in tree:
+            if at in joint.ends:
+                other = next(iter(joint.ends - {at}))
+                if other not in poses:
+                    poses[other] = poses[at] @ joint.from_to(at)
+                    queue.append(other)
+    return poses
