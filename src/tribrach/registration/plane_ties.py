@@ -68,14 +68,14 @@ def tie_planes(
         found = _agreeing(one, two, between, slack)
         if len(found):
             pairs[one.name, two.name] = found
-            rows.append(found + [first[a], first[b]])
+            rows.append(found + np.array([first[a], first[b]]))
     links = np.concatenate(rows) if rows else np.zeros((0, 2), dtype=np.int64)
     size = int(first[-1])
     graph = coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(size, size))
     _, label = connected_components(graph, directed=False)
     owner = np.repeat(np.arange(len(taking)), np.diff(first))
     place = np.arange(size) - first[owner] if size else np.zeros(0, dtype=np.int64)
-    return _numbered(taking, poses, label, owner, place, pairs)
+    return _numbered(taking, poses, label.astype(np.int64), owner, place, pairs)
 
 
 def _agreeing(one: Surroundings, two: Surroundings, between: Pose, slack: float) -> Index:
@@ -91,7 +91,7 @@ def _agreeing(one: Surroundings, two: Surroundings, between: Pose, slack: float)
     alike = tilt < _TURN + _SIGMAS * sigma
     off = np.abs(offsets(one.planes, two.planes, i, j, between))
     near = off < _OFFSET + slack + _SIGMAS * np.sqrt(joint[:, 2, 2])
-    return found[alike & near]
+    return np.asarray(found[alike & near])
 
 
 def _numbered(
