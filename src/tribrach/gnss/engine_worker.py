@@ -7,13 +7,15 @@ the options were not taken; 4: the library itself reported an error.
 
 from __future__ import annotations
 
+import importlib
 import sys
 
-import pyrtklib
+__all__ = ["main"]
 
 
 def main(options: str, out: str, files: list[str]) -> int:
     """Compute positions with the options of a file; the exit status."""
+    pyrtklib = importlib.import_module("pyrtklib")
     pyrtklib.resetsysopts()
     if not pyrtklib.loadopts(options, pyrtklib.sysopts.ptr):
         return 3
