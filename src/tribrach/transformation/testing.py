@@ -115,27 +115,63 @@ def snoop_points(fit: Fit, alpha0: float = ALPHA0) -> Snooped:
     removed: list[int] = []
     while True:
         tests = point_tests(fit, alpha0)
-        if not tests.suspicious.any():
+        ahead = 0 if tests.suspicious.any() else _hidden(fit, alpha0)
+        if not tests.suspicious.any() and not ahead:
             break
-        places = np.flatnonzero(fit.points.used)
-        ratio = np.nan_to_num(tests.statistic / tests.limit)
-        worst = int(np.argmax(ratio))
-        k = int(places[worst])
-        words = _words(fit, tests, worst, k)
-        try:
-            trial = _without(fit, k, f"does not fit: {words}")
-        except (AdjustmentError, InputError):
-            trial = None
-        if trial is None or trial.dof < 1:
-            steps.append(f"{words}; kept, since without it nothing would check the others")
+        # without sigmas several wrong points hide each other in a large sigma0
+        trial = _one_less(fit, tests, steps, removed, hidden=ahead > 0)
+        if trial is None:
             break
-        others = _alternatives(fit, tests, worst, places)
-        doubt = f"; it could as well be {' or '.join(others)}" if others else ""
-        steps.append(f"{words}; switched off{doubt}")
-        removed.append(k)
         fit = trial
+        for _ in range(ahead - 1):
+            fit = _one_less(fit, point_tests(fit, alpha0), steps, removed, hidden=True) or fit
     fit, kept = _recalled(fit, removed, steps, alpha0)
     return Snooped(fit, tuple(steps), tuple(fit.points.names[k] for k in kept))
+
+
+def _one_less(
+    fit: Fit, tests: PointTests, steps: list[str], removed: list[int], *, hidden: bool
+) -> Fit | None:
+    """The fit without its worst point; None if that cannot be spared. Steps and removed grow."""
+    places = np.flatnonzero(fit.points.used)
+    worst = int(np.argmax(np.nan_to_num(tests.statistic / tests.limit)))
+    k = int(places[worst])
+    words = _words(fit, tests, worst, k)
+    try:
+        trial = _without(fit, k, f"does not fit: {words}")
+    except (AdjustmentError, InputError):
+        trial = None
+    if trial is None or trial.dof < 1:
+        steps.append(f"{words}; kept, since without it nothing would check the others")
+        return None
+    others = [] if hidden else _alternatives(fit, tests, worst, places)
+    doubt = f"; it could as well be {' or '.join(others)}" if others else ""
+    together = " together with others" if hidden else ""
+    steps.append(f"{words}; switched off{together}{doubt}")
+    removed.append(k)
+    return trial
+
+
+def _hidden(fit: Fit, alpha0: float) -> int:
+    """How many points must go before all of them are seen to be wrong; 0 if none are.
+
+    Only for fits without sigmas, at most a quarter of the points, at a stricter level, since the
+    points were chosen to leave little.
+    """
+    if fit.points.weighted:
+        return 0
+    gone: list[int] = []
+    most = int(fit.points.used.sum()) // 4
+    level = 1 - alpha0 / max(int(fit.points.used.sum()), 1) / 10
+    for _ in range(most):
+        trial = _one_less(fit, point_tests(fit, alpha0), [], gone, hidden=True)
+        if trial is None or trial.dof < 2 * trial.points.dimension:
+            return 0
+        fit = trial
+        result = _compare(fit, np.array(gone))
+        if len(gone) > 1 and (result.statistic > result.limit(level)).all():
+            return len(gone)
+    return 0
 
 
 def _words(fit: Fit, tests: PointTests, row: int, k: int) -> str:
@@ -260,7 +296,7 @@ class ScaleTest:
 
 
 def scale_test(points: CommonPoints) -> ScaleTest | None:
-    """Test by Student's t of the scale of the similarity; None where the points do not determine it.
+    """Student test of the similarity's scale; None where the points do not determine it.
 
     The given covariances decide unless the global test of the similarity fails at 95 %; then, and
     without covariances, sigma0 a posteriori.
@@ -300,21 +336,29 @@ class Rung:
 
 
 def ladder(points: CommonPoints) -> list[Rung]:
-    """All models of the dimension that the points determine, from the stiffest on."""
-    rungs: list[Rung] = []
+    """All models of the dimension that the points determine, from the stiffest on.
+
+    The noise that gains are measured with is that of the richest model with redundancy.
+    """
+    fits: list[Fit] = []
     for model in (m for m in MODELS if m.dimension == points.dimension):
         try:
-            fit = fit_points(points, model)
+            fits.append(fit_points(points, model))
         except (InputError, AdjustmentError):
             continue
+    rich = [fit for fit in fits if fit.dof > 0]
+    rungs: list[Rung] = []
+    for fit in fits:
         statistic = limit = None
         if rungs and fit.dof > 0:
-            more = model.count - rungs[-1].count
+            more = fit.model.count - rungs[-1].count
             gain = max(rungs[-1].vtpv - fit.vtpv, 0.0)
-            if trusted(fit):
+            best = rich[-1]
+            if trusted(best):
                 statistic, limit = gain, float(chi2.ppf(0.95, more))
-            elif fit.vtpv > 0:
-                statistic = gain / more / (fit.vtpv / fit.dof)
-                limit = float(f.ppf(0.95, more, fit.dof))
-        rungs.append(Rung(model.count, model.words, fit.vtpv, fit.dof, fit.rms, statistic, limit))
+            elif best.vtpv > 0:
+                statistic = gain / more / (best.vtpv / best.dof)
+                limit = float(f.ppf(0.95, more, best.dof))
+        count, words = fit.model.count, fit.model.words
+        rungs.append(Rung(count, words, fit.vtpv, fit.dof, fit.rms, statistic, limit))
     return rungs

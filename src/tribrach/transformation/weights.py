@@ -112,13 +112,13 @@ class Metric:
             if a.joint is not None or b.joint is not None:
                 whole = _dense(moved, n, self.d) + _dense(b, n, self.d)
                 self._factor = sla.cho_factor(whole, lower=True)
-                self.inverse = None
+                self.inverse: Array | None = None
             else:
                 nothing = a.blocks is None and b.blocks is None
                 eye = np.broadcast_to(np.eye(self.d), (n, self.d, self.d))
                 blocks = eye if nothing else moved.of_points(n, self.d) + b.of_points(n, self.d)
                 np.linalg.cholesky(blocks)
-                self.inverse = np.linalg.inv(blocks)
+                self.inverse = np.asarray(np.linalg.inv(blocks), dtype=np.float64)
         except np.linalg.LinAlgError:
             raise InputError(
                 "a point has no uncertainty in either system",
@@ -133,8 +133,7 @@ class Metric:
         if x.ndim == 2:
             out: Array = np.einsum("nij,nj->ni", self.inverse, x)
             return out
-        out = np.asarray(self.inverse @ x, dtype=np.float64)
-        return out
+        return np.asarray(self.inverse @ x, dtype=np.float64)
 
     def inverse_blocks(self) -> Array:
         """Diagonal blocks (n, d, d) of ``C^-1``."""

@@ -1,0 +1,111 @@
+"""The commands transform fit and transform apply: from one system into another by common points."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+from rich.console import Console
+
+from tribrach.cli.printing import printed
+from tribrach.cli.shell import app, guarded, shown
+from tribrach.errors import InputError
+from tribrach.io.outputs import write_text, write_texts
+from tribrach.io.scans.formats import read_scans
+from tribrach.io.transformation_file import read_transformation, transformation_data
+from tribrach.report.transformation_page import transformation_results, transformation_tables
+from tribrach.stages.transforming import fit_files, move_cloud, move_points
+from tribrach.transformation.carrying import Carrier
+
+__all__ = ["apply", "fit"]
+
+commands = typer.Typer(
+    no_args_is_help=True, help="Fit a transformation to common points, and apply it."
+)
+app.add_typer(commands, name="transform")
+
+
+@commands.command()
+def fit(
+    a: Annotated[Path, typer.Argument(metavar="A", help="Points as CSV: point,x_m,y_m,z_m.")],
+    b: Annotated[Path, typer.Argument(metavar="B", help="The same points in the other system.")],
+    model: Annotated[
+        int | None,
+        typer.Option(help="Parameters: 3, 4, 6, 7, 9, 12; without heights 3, 4, 6. Else 7 or 4."),
+    ] = None,
+    check: Annotated[
+        list[str] | None, typer.Option(help="A point held out as check point; repeat it.")
+    ] = None,
+    snoop: Annotated[bool, typer.Option(help="Switch off points that do not fit.")] = False,
+    angle: Annotated[Literal["gon", "deg"], typer.Option(help="Unit of angles.")] = "gon",
+    json_file: Annotated[
+        Path | None, typer.Option("--json", help="Write it as JSON, for transform apply.")
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+) -> None:
+    """Fit the transformation from A to B with the weights of both, and test it."""
+
+    def work() -> None:
+        found = fit_files(a, b, model, check or [], snoop=snoop)
+        outcome = found.outcome
+        left = [
+            f"only in {path.name}: {', '.join(names[:8])}"
+            + (f" and {len(names) - 8} more" if len(names) > 8 else "")
+            for path, names in zip((a, b), found.alone, strict=True)
+            if names
+        ]
+        if json_file is not None:
+            data = transformation_data(outcome.fit) | transformation_results(outcome)
+            data |= {"from": a.name, "to": b.name}
+            write_text(json_file, json.dumps(data, indent=1, allow_nan=False) + "\n")
+        if quiet:
+            return
+        console = Console()
+        for table in transformation_tables(outcome, angle):
+            console.print(printed(table))
+            console.print(table.note, markup=False, style="dim")
+        for sentence in [*outcome.sentences(), *left]:
+            console.print(f"! {sentence}", markup=False)
+
+    guarded(work)
+
+
+@commands.command()
+def apply(
+    transformation: Annotated[Path, typer.Argument(help="The JSON file of transform fit.")],
+    source: Annotated[Path, typer.Argument(help="Points as CSV, or a cloud.")],
+    destination: Annotated[Path, typer.Argument(help="File to write: .csv, or that of a cloud.")],
+    inverse: Annotated[bool, typer.Option(help="From B to A.")] = False,
+    step_mm: Annotated[
+        float, typer.Option(min=1e-3, max=10, help="Coordinate step of LAS and LAZ.")
+    ] = 0.1,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+) -> None:
+    """Carry points or a cloud through a transformation, with their covariances."""
+
+    def work() -> None:
+        stored = read_transformation(transformation)
+        carrier = Carrier(stored.transformation, stored.covariance, inverse)
+        if destination.resolve() in (source.resolve(), transformation.resolve()):
+            raise InputError(
+                "the file would overwrite its source", file=destination, cure="name another file"
+            )
+        if source.suffix.lower() == ".csv":
+            if destination.suffix.lower() != ".csv":
+                raise InputError(
+                    "a table of points becomes a table", file=destination, cure="name it .csv"
+                )
+            text, sentences = move_points(source, carrier)
+            write_texts({destination: text})
+        else:
+            with shown(quiet) as progress:
+                moved = move_cloud(
+                    read_scans(source), destination, carrier, step_mm / 1e3, progress
+                )
+            sentences = [f"{moved.points} points", *moved.sentences]
+        if not quiet:
+            typer.echo(f"{destination}: {'; '.join(sentences) or 'written'}")
+
+    guarded(work)

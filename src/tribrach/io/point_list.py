@@ -1,0 +1,170 @@
+"""Points of one coordinate system from a CSV file: ``point,e_m,n_m,u_m`` and what they are worth.
+
+The table of coordinates that projects have, with ``x, y, z``, ``easting, northing, height`` or
+``ecef_x, ecef_y, ecef_z`` as other names; without heights the points lie in a plane. Sigmas in
+``sigma_`` columns or covariances in ``cxx_mm2`` and so on; ``use`` (on, check, off), ``reason`` and
+``role`` (only ``check`` means anything here). Metres, axes in the order x, y, z.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.errors import InputError
+from tribrach.io.survey.csv_file import Table, read_table
+
+__all__ = ["PointList", "point_list_text", "read_point_list"]
+
+Array = NDArray[np.float64]
+
+_PAIRS = ("ee", "en", "nn", "eu", "nu", "uu")
+_USES = ("", "on", "check", "off")
+
+
+@dataclass(frozen=True, eq=False)
+class PointList:
+    """Points by name: xyz (n, d) [m], covariance (n, d, d) [m^2] or None.
+
+    use : ``on``, ``check`` or ``off`` for each, with reasons; titles : of the coordinates.
+    """
+
+    path: Path
+    names: tuple[str, ...]
+    xyz: Array
+    covariance: Array | None
+    use: tuple[str, ...]
+    reasons: tuple[str, ...]
+    titles: tuple[str, ...]
+
+    @property
+    def dimension(self) -> int:
+        """3, or 2 without heights."""
+        return int(self.xyz.shape[1])
+
+
+def read_point_list(path: Path) -> PointList:
+    """Points of a CSV file.
+
+    Raises
+    ------
+    InputError : what the table says wrong, latitudes, a name that is there twice.
+    """
+    table = read_table(path)
+    if table.kind.name != "coordinates":
+        raise table.error(None, f"this is a table of {table.kind.name}", "give point,x_m,y_m,z_m")
+    if table.has("latitude") or table.has("longitude"):
+        raise table.error(
+            None, "latitude and longitude are no metres", "give ecef_x_m, ecef_y_m, ecef_z_m"
+        )
+    whole = tuple(f"ecef_{a}" for a in "xyz") if table.has("ecef_x") else ("e", "n", "u")
+    columns = whole if table.has(whole[2]) else whole[:2]
+    names = table.names("point", range(len(table)))
+    seen: dict[str, int] = {}
+    for row, name in enumerate(names):
+        if name in seen:
+            raise table.error(
+                row,
+                f"point {name} is there twice",
+                f"keep one (see line {table.lines[seen[name]]})",
+            )
+        seen[name] = row
+    use, reasons = _uses(table)
+    xyz = table.columns(*columns)
+    return PointList(
+        path,
+        tuple(names),
+        xyz,
+        _covariance(table, len(columns)),
+        use,
+        reasons,
+        tuple(table.titles[c].rpartition("_")[0] for c in columns),
+    )
+
+
+def _uses(table: Table) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Use of each point, and why it is off."""
+    n = len(table)
+    words = [word.lower() for word in table.words.get("use", [""] * n)]
+    roles = [word.lower() for word in table.words.get("role", [""] * n)]
+    for row, word in enumerate(words):
+        if word not in _USES:
+            raise table.error(row, f"use is {word!r}", "write on, check or off")
+    use = tuple(
+        word if word in ("check", "off") else "check" if role == "check" else "on"
+        for word, role in zip(words, roles, strict=True)
+    )
+    given = table.words.get("reason", [""] * n)
+    reasons = tuple(
+        (reason or f"off in {table.path.name}") if word == "off" else ""
+        for word, reason in zip(use, given, strict=True)
+    )
+    return use, reasons
+
+
+def _covariance(table: Table, d: int) -> Array | None:
+    """Covariances (n, d, d) from six (three in the plane) columns or sigmas; None without."""
+    pairs = [f"c{pair}" for pair in _PAIRS if d == 3 or "u" not in pair]
+    axes = ("e", "n", "u")[:d]
+    if any(table.has(pair) for pair in pairs):
+        flat = table.columns(*pairs)
+        out = np.zeros((len(table), d, d))
+        for k, pair in enumerate(pairs):
+            i, j = ("enu".index(letter) for letter in pair[1:])
+            out[:, i, j] = out[:, j, i] = flat[:, k]
+        smallest = np.linalg.eigvalsh(out)[:, 0]
+        bad = np.flatnonzero(smallest < -1e-9 * np.abs(out).max(axis=(1, 2)))
+        if len(bad):
+            raise table.error(
+                int(bad[0]), "the covariance has a negative variance", "check order and signs"
+            )
+        return out
+    if not any(table.has(f"sigma_{axis}") for axis in axes):
+        return None
+    sigma = table.columns(*(f"sigma_{axis}" for axis in axes))
+    filled: Array = sigma[:, :, None] ** 2 * np.eye(d)
+    return filled
+
+
+def point_list_text(names: Sequence[str], xyz: Array, covariance: Array | None) -> str:
+    """A CSV table of points (n, 3) or (n, 2) with their covariances, as it is read again."""
+    d = xyz.shape[1]
+    axes = "xyz"[:d]
+    pairs = [(i, j) for i in range(d) for j in range(i, d)]
+    head = ["point", *(f"{a}_m" for a in axes)]
+    if covariance is not None:
+        head += [f"c{axes[i]}{axes[j]}_mm2" for i, j in pairs]
+    rows = [",".join(head)]
+    for k, name in enumerate(names):
+        cells = [_cell(name), *(f"{v:.5f}" for v in xyz[k])]
+        if covariance is not None:
+            cells += [f"{1e6 * covariance[k, i, j]:.8g}" for i, j in pairs]
+        rows.append(",".join(cells))
+    return "\n".join([*rows, ""])
+
+
+def _cell(name: str) -> str:
+    """A name, quoted if there is a separator in it."""
+    if any(c in name for c in ',;"\t\n'):
+        return '"' + name.replace('"', '""') + '"'
+    return name
+
+
+def refuse_dimensions(a: PointList, b: PointList) -> None:
+    """Points in space and points in a plane do not go together.
+
+    Raises
+    ------
+    InputError : one list has heights, the other has not.
+    """
+    if a.dimension != b.dimension:
+        flat = a if a.dimension == 2 else b
+        raise InputError(
+            "the points have no heights, those of the other file have",
+            file=flat.path,
+            cure="give heights in both files, or leave them out of both",
+        )

@@ -1,0 +1,117 @@
+"""A fitted transformation as JSON: everything to apply it again with its covariance.
+
+``b = shift_at_centre + matrix (a - centre)``; ``covariance`` is that of the parameters in the order
+of ``parameters``. Metres and radians.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.errors import InputError
+from tribrach.io.xml_file import read_bytes
+from tribrach.transformation.fit import Fit
+from tribrach.transformation.models import Transformation, find_model
+
+__all__ = ["KIND", "SCHEMA", "StoredTransformation", "read_transformation", "transformation_data"]
+
+Array = NDArray[np.float64]
+
+KIND = "transformation"
+SCHEMA = 1
+
+
+@dataclass(frozen=True, eq=False)
+class StoredTransformation:
+    """A transformation from a file; covariance (k, k) of its parameters, None if unknown."""
+
+    transformation: Transformation
+    covariance: Array | None
+
+
+def transformation_data(fit: Fit) -> dict[str, Any]:
+    """What is needed to apply a fit again, as JSON."""
+    t = fit.transformation
+    covariance = fit.covariance
+    known = bool(np.isfinite(covariance).all())
+    sigma = np.sqrt(np.diag(covariance)) if known else None
+    parameters = [
+        {
+            "name": name,
+            "unit": unit,
+            "value": float(t.values[k]),
+            "sigma": None if sigma is None else float(sigma[k]),
+        }
+        for k, (name, unit) in enumerate(t.model.parameters)
+    ]
+    return {
+        "tribrach": version("tribrach"),
+        "schema": SCHEMA,
+        "kind": KIND,
+        "model": t.model.count,
+        "dimension": t.model.dimension,
+        "words": t.model.words,
+        "centre": t.centre.tolist(),
+        "shift_at_centre": t.shift.tolist(),
+        "rotation": t.rotation.tolist(),
+        "factors": t.factors.tolist(),
+        "matrix": t.matrix.tolist(),
+        "shift_at_origin": t.at_origin.tolist(),
+        "parameters": parameters,
+        "covariance": covariance.tolist() if known else None,
+        "covariance_at_origin": fit.origin_covariance.tolist() if known else None,
+        "covariance_is": "prior" if fit.points.weighted else "posterior",
+    }
+
+
+def read_transformation(path: Path) -> StoredTransformation:
+    """A transformation that :func:`transformation_data` wrote.
+
+    Raises
+    ------
+    InputError : unreadable, another kind of file, numbers that are none or do not go together.
+    """
+    cure = "give the file that tribrach transform fit --json wrote"
+    try:
+        data = json.loads(read_bytes(path))
+        if data["kind"] != KIND or data["schema"] != SCHEMA:
+            raise InputError("this is no transformation of this version", file=path, cure=cure)
+        model = find_model(int(data["model"]), int(data["dimension"]))
+        d, k = model.dimension, model.count
+        centre, shift = (_array(data[key], (d,)) for key in ("centre", "shift_at_centre"))
+        rotation, matrix = (_array(data[key], (d, d)) for key in ("rotation", "matrix"))
+        factors = _array(data["factors"], (d,))
+        given = data["covariance"]
+        covariance = None if given is None else _array(given, (k, k))
+    except (ValueError, TypeError, KeyError, RecursionError) as error:
+        raise InputError("this is no transformation", file=path, cure=cure) from error
+    affine = matrix if model.turn == "affine" else None
+    found = Transformation(model, centre, shift, rotation, factors, affine)
+    if not np.allclose(found.matrix, matrix, rtol=1e-9, atol=1e-12):
+        raise InputError("rotation, factors and matrix do not agree", file=path, cure=cure)
+    singular = np.linalg.svd(matrix, compute_uv=False)
+    if not singular[-1] > 1e-9 * singular[0]:
+        raise InputError("the matrix is singular", file=path, cure=cure)
+    if covariance is not None and not np.allclose(covariance, covariance.T, rtol=1e-6, atol=0):
+        raise InputError("the covariance is not symmetric", file=path, cure=cure)
+    return StoredTransformation(found, covariance)
+
+
+def _array(value: Any, shape: tuple[int, ...]) -> Array:
+    """Finite numbers of a shape.
+
+    Raises
+    ------
+    ValueError : anything else.
+    """
+    array = np.array(value, dtype=np.float64)
+    if array.shape != shape or not np.isfinite(array).all():
+        raise ValueError(f"not {shape} finite numbers")
+    return array
