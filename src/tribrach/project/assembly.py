@@ -23,9 +23,10 @@ from tribrach.io.survey.formats import format_of, read_files
 from tribrach.network.network import Datum
 from tribrach.network.observations.distance import Distances
 from tribrach.network.observations.inclination import Inclinations
-from tribrach.network.observations.parameter import VectorPriors
 from tribrach.network.survey import Survey
 from tribrach.project.calibrations import Calibrations
+from tribrach.project.lever_arms import add_lever_arms, add_mounted_points, lever_arms_of
+from tribrach.project.plumb_line import plumb_columns
 from tribrach.project.sections import MM, ObservationFile
 
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ class Assembly:
 
     def __init__(self, project: Project, folder: Path, locate: Callable[..., InputError]) -> None:
         self.project, self.folder, self.error = project, folder, locate
-        self.context = Context(frame=self._frame(), lever_arms=self._lever_arms())
+        self.context = Context(frame=self._frame(), lever_arms=self._arms())
         self.survey = Survey(site=self.context.frame.site)
         self.calibrations = Calibrations(project, folder, locate)
 
@@ -62,7 +63,7 @@ class Assembly:
         self.calibrations.finish(self.survey)
         if further is not None or not self.project.scans:
             self._stations()
-        self._antennas()
+        self._lever_arms()
         project, site = self.project, self.project.site
         self.survey.info["title"] = project.title
         if site.crs is not None:
@@ -169,6 +170,7 @@ class Assembly:
 
     def _stations(self) -> None:
         """Levelled stations: inclination zero with the compensator's sigma."""
+        plumb = plumb_columns(self.survey, self.project.site.deflection, self.folder, self.error)
         for name, station in self.project.stations.items():
             if name not in self.survey.stations:
                 raise self.error(
@@ -194,31 +196,15 @@ class Assembly:
                 sigma=tilt,
                 station=[name],
                 source=[f"station {name}"],
+                **plumb,
             )
 
-    def _lever_arms(self) -> dict[str, str]:
+    def _arms(self) -> dict[str, str]:
         """Name of the lever arm by station."""
-        project = self.project
-        arms = {n: s.lever_arm for n, s in project.stations.items() if s.lever_arm is not None}
-        for station, arm in arms.items():
-            if arm not in project.lever_arms:
-                raise self.error(
-                    ("stations", station, "lever_arm"),
-                    f"lever arm {arm} is not defined",
-                    f"add a section [lever_arms.{arm}]",
-                )
-        return arms
+        return lever_arms_of(self.project.stations, self.project.lever_arms, self.error)
 
-    def _antennas(self) -> None:
-        """Lever arms that are used, as weighted or fixed vectors."""
-        for name in dict.fromkeys(self.context.lever_arms.values()):
-            arm = self.project.lever_arms[name]
-            self.survey.vectors[name] = (arm.vector, arm.sigma_mm > 0)
-            if arm.sigma_mm > 0:
-                self.survey.add(
-                    VectorPriors,
-                    values=[arm.vector],
-                    sigma=arm.sigma_mm * MM,
-                    vector=[name],
-                    source=[f"lever arm {name}"],
-                )
+    def _lever_arms(self) -> None:
+        """Lever arms that are used, and the points at their ends."""
+        project = self.project
+        add_lever_arms(self.survey, self.context.lever_arms, project.lever_arms, self.folder)
+        add_mounted_points(self.survey, project.stations, project.lever_arms)

@@ -14,13 +14,14 @@ from tribrach.network.survey import Survey
 from tribrach.project import toml_file
 from tribrach.project.assembly import Assembly
 from tribrach.project.calibration_section import CalibrationSection
+from tribrach.project.lever_arm_section import LeverArm
+from tribrach.project.plan_section import PlanSection
 from tribrach.project.sections import (
     AdjustmentSection,
     CloudSection,
     ComparisonSection,
     DatumSection,
     Instrument,
-    LeverArm,
     ObservationFile,
     OutputSection,
     PointFile,
@@ -63,6 +64,7 @@ class Project(Section):
     lever_arms: dict[str, LeverArm] = Field(default_factory=dict)
     scale_bars: tuple[ScaleBar, ...] = ()
     calibration: CalibrationSection | None = None
+    plan: PlanSection | None = None
     adjustment: AdjustmentSection = AdjustmentSection()
     output: OutputSection = OutputSection()
     _folder: Path = PrivateAttr(default=Path())
@@ -85,7 +87,7 @@ class Project(Section):
         except ValidationError as error:
             raise toml_file.refused(error, cls, path, text) from error
         project._folder, project._file, project._text = path.parent, path, text
-        if not project.observations and not project.scans:
+        if not project.observations and not project.scans and project.plan is None:
             raise project.error((), "nothing is measured", "add [[observations]] or [[scans]]")
         return project
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, Self
 
-import numpy as np
 from pydantic import (
     BaseModel,
     ConfigDict,
@@ -27,8 +26,8 @@ __all__ = [
     "CloudSection",
     "ComparisonSection",
     "DatumSection",
+    "Deflection",
     "Instrument",
-    "LeverArm",
     "ObservationFile",
     "OutputSection",
     "PointFile",
@@ -51,12 +50,33 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
 
 
+class Deflection(Section):
+    """Deflection of the vertical at the site: xi towards north, eta towards east.
+
+    grid : file of geoid heights whose slope is the deflection, instead of numbers; sigma : of
+    either component, an error that all stations share.
+    """
+
+    xi_arcsec: float | None = Field(default=None, ge=-120, le=120)
+    eta_arcsec: float | None = Field(default=None, ge=-120, le=120)
+    grid: str | None = None
+    sigma_arcsec: NonNegativeFloat = 10.0
+
+    @model_validator(mode="after")
+    def _one_source(self) -> Self:
+        """Numbers or a grid."""
+        if self.grid is not None and (self.xi_arcsec, self.eta_arcsec) != (None, None):
+            raise ValueError("give xi_arcsec and eta_arcsec, or a grid, not both")
+        return self
+
+
 class SiteSection(Section):
     """Where the work frame is.
 
     ``flat``: coordinates are Cartesian E, N, U, with crs only for the warning of what that costs;
     ``geodetic``: E, N, U around an origin on GRS80; ``projected``: easting, northing and height of
-    a crs, converted point by point. geoid_height_m makes given heights ellipsoidal.
+    a crs, converted point by point. geoid_height_m makes given heights ellipsoidal. deflection says
+    how the plumb line of levelled scanners leans against the third axis of the frame.
     """
 
     kind: Literal["flat", "geodetic", "projected"] = "flat"
@@ -66,6 +86,7 @@ class SiteSection(Section):
     height_m: float = 0.0
     crs: str | None = None
     geoid_height_m: float = 0.0
+    deflection: Deflection | None = None
 
     @model_validator(mode="before")
     @classmethod
@@ -270,6 +291,8 @@ class ObservationFile(Section):
 class Station(Section):
     """A scanner station: levelled by its compensator or not, and the antenna on it.
 
+    mounted_point : name of the antenna or prism in observations that are made to it and not to the
+    station.
     The sigma of the compensator is the instrument's levelling_arcsec unless given here.
     """
 
@@ -277,20 +300,7 @@ class Station(Section):
     levelling_arcsec: PositiveFloat | None = None
     instrument: str | None = None
     lever_arm: str | None = None
-
-
-class LeverArm(Section):
-    """An antenna or prism on a scanner, in the scanner frame; held fixed with ``sigma_mm = 0``."""
-
-    x_m: float
-    y_m: float
-    z_m: float
-    sigma_mm: NonNegativeFloat
-
-    @property
-    def vector(self) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-        """Components (3,) [m]."""
-        return np.array([self.x_m, self.y_m, self.z_m])
+    mounted_point: str | None = None
 
 
 class ScaleBar(Section):

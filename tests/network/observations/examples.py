@@ -206,6 +206,12 @@ BUILDERS: dict[str, Build] = {
         "lever_arm": np.zeros(N, int),
         "common": mixed(g, 2),
     },
+    "mounted_point": lambda k, g, s: {
+        **common(k, g),
+        "station": g.integers(0, 3, N),
+        "point": g.integers(0, 6, N),
+        "lever_arm": g.integers(0, 2, N),
+    },
     "inclination": lambda k, g, s: {
         **common(k, g),
         "station": g.integers(0, 3, N),

@@ -59,6 +59,11 @@ def _antennas(c: Collector, o: Any, rows: Index) -> None:
     c.add(Shots(o.station[rows], nodes, c.vectors[o.lever_arm[rows]]))
 
 
+def _mounted(c: Collector, o: Any, rows: Index) -> None:
+    """What is mounted on a scanner is a target of it."""
+    c.add(Shots(o.station[rows], o.point[rows], c.vectors[o.lever_arm[rows]]))
+
+
 def _target_centres(c: Collector, o: Any, rows: Index) -> None:
     c.add(Shots(o.station[rows], o.target[rows], o.values[rows]))
 

@@ -1,0 +1,95 @@
+"""Geoid heights from a grid that the user brings (GTX or GeoTIFF, as PROJ reads them).
+
+Nothing is ever downloaded. The deflection of the vertical follows from the slope of the geoid
+(method section 7.5): ``xi = -(1/M) dN/dphi``, ``eta = -(1/(nu cos phi)) dN/dlambda``, with the
+curvature of the normal plumb line, ``-0.17 arcsec per km of height times sin 2 phi``, added to xi.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyproj
+from numpy.typing import NDArray
+from pyproj.exceptions import ProjError
+
+from tribrach.errors import InputError
+from tribrach.geodesy.site import GRS80
+from tribrach.units import SEC
+
+__all__ = ["GeoidGrid"]
+
+Array = NDArray[np.float64]
+
+#: half of the distance [rad] over which the slope is taken: two to three cells of a 2.5' grid
+_STEP = np.radians(3 / 60)
+#: curvature of the normal plumb line at 45 degrees [rad/m]
+_CURVATURE = 0.17e-3 * SEC
+
+
+@dataclass(frozen=True)
+class GeoidGrid:
+    """A grid of geoid heights on disk."""
+
+    path: Path
+
+    @cached_property
+    def _transformer(self) -> Any:
+        if not self.path.is_file():
+            raise InputError("the geoid grid is not there", file=self.path, cure="check the name")
+        try:
+            return pyproj.Transformer.from_pipeline(
+                f'+proj=vgridshift +grids="{self.path}" +multiplier=1'
+            )
+        except ProjError as error:
+            raise InputError(
+                "PROJ does not read this grid",
+                file=self.path,
+                cure="give a grid of geoid heights in GTX or GeoTIFF",
+            ) from error
+
+    def undulation(self, latitude: Array, longitude: Array) -> Array:
+        """Geoid heights (n,) [m] above the ellipsoid at latitude, longitude (n,) [rad].
+
+        Raises
+        ------
+        InputError : the grid cannot be read or does not reach there.
+        """
+        zero = np.zeros(np.shape(latitude))
+        up = self._transformer.transform(longitude, latitude, zero, radians=True)[2]
+        height: Array = np.asarray(up, dtype=float)
+        outside = np.flatnonzero(~np.isfinite(np.atleast_1d(height)))
+        if len(outside):
+            k = outside[0]
+            where = np.degrees([np.atleast_1d(latitude)[k], np.atleast_1d(longitude)[k]])
+            raise InputError(
+                f"the geoid grid does not reach to latitude {where[0]:.4f}, "
+                f"longitude {where[1]:.4f}",
+                file=self.path,
+                cure="give the grid of this region",
+            )
+        return height
+
+    def deflection(self, latitude: float, longitude: float, height: float) -> tuple[float, float]:
+        """Deflection of the vertical xi (north), eta (east) [rad] at a height [m].
+
+        Osada et al. 2017, Sensors 17:1489.
+
+        Raises
+        ------
+        InputError : the grid cannot be read or does not reach there.
+        """
+        lat = latitude + np.array([_STEP, -_STEP, 0.0, 0.0])
+        lon = longitude + np.array([0.0, 0.0, _STEP, -_STEP])
+        n = self.undulation(lat, lon)
+        a, f = GRS80
+        e2 = f * (2 - f)
+        w2 = 1 - e2 * np.sin(latitude) ** 2
+        nu, m = a / np.sqrt(w2), a * (1 - e2) / w2**1.5
+        xi = -(n[0] - n[1]) / (2 * _STEP * m) - _CURVATURE * height * np.sin(2 * latitude)
+        eta = -(n[2] - n[3]) / (2 * _STEP * nu * np.cos(latitude))
+        return float(xi), float(eta)

@@ -1,0 +1,125 @@
+"""Lever arm files: an antenna or prism on a scanner with its covariance, as TOML.
+
+The vector goes from the scanner's origin to the antenna, in the scanner frame; metres and metres
+squared. The file says in which datum and with which sigmas it was found (a priori or a posteriori).
+"""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
+
+from tribrach.errors import InputError
+from tribrach.io.xml_file import read_bytes
+
+__all__ = ["SCHEMA", "LeverArmResult", "lever_arm_text", "read_lever_arm"]
+
+Array = NDArray[np.float64]
+
+#: version of the file
+SCHEMA = 1
+_Row = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
+
+
+@dataclass(frozen=True, eq=False)
+class LeverArmResult:
+    """A lever arm as it was found.
+
+    vector (3,) [m], covariance (3, 3) [m^2], zero where a component was held; stations : on whose
+    observations it rests; datum, sigma_origin : in words.
+    """
+
+    name: str
+    vector: Array
+    covariance: Array
+    stations: tuple[str, ...] = ()
+    date: str = ""
+    datum: str = ""
+    sigma_origin: str = ""
+
+
+class _File(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    schema_: int = Field(alias="schema")
+    name: str
+    stations: tuple[str, ...] = ()
+    date: str = ""
+    datum: str = ""
+    sigma_origin: str
+    x_m: FiniteFloat
+    y_m: FiniteFloat
+    z_m: FiniteFloat
+    covariance_m2: tuple[_Row, _Row, _Row]
+
+
+def lever_arm_text(arm: LeverArmResult) -> str:
+    """The file as text; :func:`read_lever_arm` gives the same numbers back to the last bit."""
+    rows = [f"  [{', '.join(repr(float(v)) for v in row)}]," for row in arm.covariance]
+    lines = [
+        "# Lever arm from the origin of a scanner to the antenna or prism on it, in its frame.",
+        f"schema = {SCHEMA}",
+        f"name = {json.dumps(arm.name)}",
+        f"stations = {json.dumps(list(arm.stations))}",
+        f"date = {json.dumps(arm.date)}",
+        f"datum = {json.dumps(arm.datum)}",
+        f"sigma_origin = {json.dumps(arm.sigma_origin)}",
+        *(f"{axis}_m = {float(v)!r}" for axis, v in zip("xyz", arm.vector, strict=True)),
+        "covariance_m2 = [",
+        *rows,
+        "]",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def read_lever_arm(path: Path) -> LeverArmResult:
+    """A lever arm file.
+
+    Raises
+    ------
+    InputError : unreadable, not TOML, a key that is missing, unknown or wrong, a covariance that
+        is not symmetric or has a negative variance.
+    """
+    path = Path(path)
+    try:
+        file = _File.model_validate(tomllib.loads(read_bytes(path).decode("utf-8-sig")))
+    except UnicodeDecodeError as error:
+        raise InputError(
+            "the file is not UTF-8 text", file=path, cure="save it as UTF-8"
+        ) from error
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"this is not TOML: {error}", file=path) from error
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(str(part) for part in first["loc"])
+        raise InputError(
+            f"{key}: {first['msg'][:1].lower()}{first['msg'][1:]}",
+            file=path,
+            cure="take a lever arm file as a run leaves it beside its report",
+        ) from error
+    if file.schema_ != SCHEMA:
+        raise InputError(
+            f"schema {file.schema_} is not known",
+            file=path,
+            cure=f"this program reads schema {SCHEMA}",
+        )
+    covariance = np.array(file.covariance_m2)
+    size = float(np.abs(covariance).max())
+    symmetric = np.abs(covariance - covariance.T).max() <= 1e-9 * size
+    if not symmetric or np.linalg.eigvalsh(covariance)[0] < -1e-9 * size:
+        raise InputError("the covariance is not symmetric and positive", file=path)
+    return LeverArmResult(
+        name=file.name,
+        vector=np.array([file.x_m, file.y_m, file.z_m]),
+        covariance=(covariance + covariance.T) / 2,
+        stations=file.stations,
+        date=file.date,
+        datum=file.datum,
+        sigma_origin=file.sigma_origin,
+    )
