@@ -102,6 +102,14 @@ class ScannerPolar(Observations):
         polar[:, 2] = np.where(self._raw, 2 * np.pi - polar[:, 2], polar[:, 2])
         return polar
 
+    def folded(self) -> Array:
+        """Measured values (n, 3), back-face readings folded to the front."""
+        out = self.values.copy()
+        out[self._raw, 1] -= np.pi
+        out[self._raw, 2] = 2 * np.pi - out[self._raw, 2]
+        out[:, 1] = wrap(out[:, 1])
+        return out
+
     def parameter_columns(self, state: State, model: CalibrationModel) -> Array:
         """Derivatives (n, 3, k) of the readings by the parameters of any model, at the state."""
         _, _, polar = self._geometry(state)
