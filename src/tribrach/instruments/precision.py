@@ -25,7 +25,9 @@ class Precision:
     centring : of either end [m]; height : of the height of either end [m]; levelling [m] per
     square root of a kilometre; range [m], range_scale [m/m], scan_angle [rad] : of a scanner;
     target : floor of a target's centre in each coordinate [m]; tilt [rad] : of a levelled
-    scanner; gnss_plan, gnss_up [m]; refraction : coefficient of the place, not a sigma.
+    scanner; gnss_plan, gnss_up [m]; gnss_common : share of their variance that a session has in
+    common; rod [m], bubble [rad], eccentricity [m] : of targets on rods over marks; refraction :
+    coefficient of the place, not a sigma.
     """
 
     direction: float | None = None
@@ -42,6 +44,10 @@ class Precision:
     tilt: float | None = None
     gnss_plan: float | None = None
     gnss_up: float | None = None
+    gnss_common: float = 0.5
+    rod: float | None = None
+    bubble: float | None = None
+    eccentricity: float | None = None
     refraction: float = 0.13
 
     def of_directions(self, length: Array, repetitions: Array) -> Array | None:

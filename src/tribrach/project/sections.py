@@ -184,6 +184,10 @@ class Instrument(Section):
     levelling_arcsec: PositiveFloat | None = None
     gnss_plan_mm: PositiveFloat | None = None
     gnss_up_mm: PositiveFloat | None = None
+    gnss_common_share: float = Field(default=0.5, ge=0, lt=1)
+    rod_mm: PositiveFloat | None = None
+    bubble_arcmin: NonNegativeFloat | None = None
+    eccentricity_mm: NonNegativeFloat = 0.0
     refraction: float = 0.13
     source: str = ""
 
@@ -241,6 +245,10 @@ class Instrument(Section):
             tilt=scaled(self.levelling_arcsec, SEC),
             gnss_plan=scaled(self.gnss_plan_mm, MM),
             gnss_up=scaled(self.gnss_up_mm, MM),
+            gnss_common=self.gnss_common_share,
+            rod=scaled(self.rod_mm, MM),
+            bubble=scaled(self.bubble_arcmin, 60 * SEC),
+            eccentricity=self.eccentricity_mm * MM,
             refraction=self.refraction,
         )
 

@@ -28,12 +28,12 @@ VARIANCE = ("m2", "mm2")
 
 _LENGTHS = (
     "slope_distance", "horizontal_distance", "height_difference", "distance", "height_instrument",
-    "height_target", "antenna_height", "length", "range", "e", "n", "u", "easting", "northing",
+    "height_target", "antenna_height", "rod", "eccentricity", "length", "range", "e", "n", "u", "easting", "northing",
     "height", "x", "y", "z", "de", "dn", "du", "dx", "dy", "dz", "ecef_x", "ecef_y", "ecef_z",
 )  # fmt: skip
 _ANGLES = (
     "direction", "angle", "azimuth", "zenith", "horizontal", "latitude", "longitude", "tilt_x",
-    "tilt_y", "tilt",
+    "tilt_y", "tilt", "bubble",
 )  # fmt: skip
 COVARIANCE = ("cxx", "cxy", "cxz", "cyy", "cyz", "czz")
 LOCAL = ("cee", "cen", "ceu", "cnn", "cnu", "cuu")
@@ -59,7 +59,7 @@ NUMBERS = (
 )  # fmt: skip
 #: columns of names and words
 WORDS = (
-    "from", "to", "at", "point", "gnss", "station", "scan", "target", "set", "use", "reason",
+    "from", "to", "at", "point", "gnss", "station", "scan", "target", "mark", "set", "use", "reason",
     "group", "role", "comment", "setup", "code",
 )  # fmt: skip
 
@@ -119,6 +119,12 @@ KINDS: tuple[Kind, ...] = (
         ("station", "target", "direction"),
         ("station", "target", "setup", "set", "code"),
         ("direction", "zenith", "slope_distance", "face", *_HEIGHTS, *_CORRECTIONS),
+    ),
+    Kind(
+        "targets on rods",
+        ("mark", "target", "rod"),
+        ("mark", "target"),
+        ("rod", "sigma_rod", "bubble", "eccentricity"),
     ),
     Kind(
         "inclinations",

@@ -26,8 +26,6 @@ __all__ = ["CoordinateReader", "PositionReader", "VectorReader"]
 ROLES = ("control", "fixed", "approximate", "check")
 #: standard deviation [m] of check coordinates that have none
 CHECK_SIGMA = 1e-4
-#: share of the variance of GNSS positions that a session has in common (method section 2.6)
-COMMON_SHARE = 0.5
 _AXES = ("e", "n", "u")
 
 
@@ -64,7 +62,8 @@ class _Placed(Reader):
 class PositionReader(_Placed):
     """Positions measured by GNSS: over marks, or of the antenna on a scanner with a lever arm.
 
-    Positions of one ``set`` (a session, one reference) have half of their variance in common.
+    Positions of one ``set`` (a session, one reference) have a share of their variance in common,
+    half of it unless the instrument says otherwise.
     """
 
     def read(self) -> None:
@@ -106,15 +105,17 @@ class PositionReader(_Placed):
         """Own covariances (n, 3, 3), and the name of each row's common shift, "" for none."""
         sets = np.array(self.table.words.get("set", [""] * len(self.all)), dtype=object)
         names = np.array([f"common shift of {name}" if name else "" for name in sets], dtype=object)
-        own = covariance.copy()
+        own, share = covariance.copy(), self.precision.gnss_common
+        if share == 0:
+            names = np.full(len(names), "", dtype=object)
         for name in dict.fromkeys(names[names != ""]):
             mine = names == name
-            own[mine] *= 1 - COMMON_SHARE
+            own[mine] *= 1 - share
             self.survey.vectors[name] = (np.zeros(3), True)
             self.survey.add(
                 VectorPriors,
                 values=np.zeros((1, 3)),
-                covariance=COMMON_SHARE * covariance[mine].mean(axis=0)[None],
+                covariance=share * covariance[mine].mean(axis=0)[None],
                 vector=[name],
                 source=[str(self.sources[np.flatnonzero(mine)[0]])],
             )

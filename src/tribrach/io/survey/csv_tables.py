@@ -4,7 +4,7 @@ What a file holds follows from its columns (:mod:`~tribrach.io.survey.csv_column
 levelling (``from,to``), angles (``at,from,to``), GNSS vectors (``from,to,de_m,dn_m,du_m``), scanner
 targets and polar observations (``station,target``), readings of a total station
 (``station,target,direction_gon``), inclinations (``station,tilt_x_arcsec``), GNSS
-positions (``gnss,e_m,n_m,u_m``) and given coordinates (``point,e_m,n_m,u_m``). Standard deviations
+positions (``gnss,e_m,n_m,u_m``), targets on rods (``mark,target,rod_m``) and given coordinates (``point,e_m,n_m,u_m``). Standard deviations
 stand in ``sigma_`` columns or come from the instrument of the project.
 """
 
@@ -17,6 +17,7 @@ from tribrach.io.survey.csv_file import Table, read_table
 from tribrach.io.survey.csv_places import CoordinateReader, PositionReader, VectorReader
 from tribrach.io.survey.csv_reader import Context, Reader
 from tribrach.io.survey.csv_readings import ReadingsReader
+from tribrach.io.survey.csv_rods import RodReader
 from tribrach.io.survey.csv_scans import InclinationReader, PolarReader, TargetReader
 from tribrach.io.survey.csv_sights import AngleReader, SightReader
 from tribrach.network.survey import Survey
@@ -27,6 +28,7 @@ _READERS: dict[str, Callable[[Table, Context], Reader]] = {
     "scanner polar observations": PolarReader,
     "scanner targets": TargetReader,
     "readings of a total station": ReadingsReader,
+    "targets on rods": RodReader,
     "inclinations": InclinationReader,
     "GNSS positions": PositionReader,
     "coordinates": CoordinateReader,
