@@ -1,8 +1,8 @@
 """Targets on rods over marks from a CSV file: ``mark, target, rod_m`` (method section 2.6).
 
 The rod is the height of the target's centre over the mark along the plumb line. Its length has a
-sigma; a bubble of some sensitivity moves the target by ``rod * bubble`` sideways, an eccentricity of
-the sphere on its rod adds to that. What the file does not say comes from the instrument.
+sigma; a bubble of some sensitivity moves the target by ``rod * bubble`` sideways, an eccentricity
+of the sphere on its rod adds to that. What the file does not say comes from the instrument.
 """
 
 from __future__ import annotations
