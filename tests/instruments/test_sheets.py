@@ -52,7 +52,12 @@ def test_sheets_are_complete(sheet) -> None:  # type: ignore[no-untyped-def]
         assert Instrument(sheet=sheet.name).noise() is not None
     if "station" in sheet.kind:
         assert {"direction_arcsec", "zenith_arcsec", "distance_mm"} <= sheet.values.keys()
-    assert "levelling_arcsec" in sheet.values
+    if sheet.kind == "GNSS":
+        assert {"gnss_plan_mm", "gnss_up_mm", "gnss_common_share"} <= sheet.values.keys()
+    elif "rod" in sheet.kind:
+        assert {"rod_mm", "bubble_arcmin"} <= sheet.values.keys()
+    else:
+        assert "levelling_arcsec" in sheet.values
 
 
 def test_the_scanning_total_station_of_the_facades() -> None:

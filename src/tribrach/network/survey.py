@@ -288,6 +288,14 @@ class Survey:
             _joint=[],
         )
 
+    def named(self, kind: type[Observations], field_name: str) -> set[str]:
+        """Names that the observations of a kind have in one of its fields."""
+        found: set[str] = set()
+        for table in self._tables:
+            if table.kind is kind and field_name in table.columns:
+                found |= {str(name) for name in np.ravel(table.columns[field_name]) if name}
+        return found
+
     def network(self) -> Network:
         """Resolve all names and give the network.
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from tribrach.errors import AdjustmentError, InputError
 from tribrach.network.adjustment import adjust
+from tribrach.network.observations.offset import Offsets
 from tribrach.network.observations.target_centre import TargetCentres
 from tribrach.network.survey import Survey
 from tribrach.registration.identify import Identification, Sighting, identify
@@ -97,10 +98,17 @@ def _observe(
 
 
 def known_points(survey: Survey) -> dict[str, tuple[Array, float]]:
-    """Coordinates and one sigma [m] of what is known without the scans.
+    """Coordinates and one sigma [m] of what is known without the scans and may be a target.
 
-    The survey is adjusted by itself where that is possible; else the given coordinates serve.
+    The survey is adjusted by itself where that is possible; else the given coordinates serve. A
+    mark that a target stands over is none itself.
     """
+    marks = survey.named(Offsets, "start") - survey.named(Offsets, "end")
+    return {name: known for name, known in _known(survey).items() if name not in marks}
+
+
+def _known(survey: Survey) -> dict[str, tuple[Array, float]]:
+    """Coordinates and one sigma of all points."""
     try:
         alone = adjust(survey.of_marks().network())
     except (AdjustmentError, InputError):
