@@ -4,10 +4,21 @@ from __future__ import annotations
 
 import sys
 
-from tribrach.cli import compare, complete, gnss, network, regress, scans, transform
+from tribrach.cli import calibrate, compare, complete, gnss, network, regress, scans, transform
 from tribrach.cli.shell import app
 
-__all__ = ["app", "compare", "complete", "gnss", "main", "network", "regress", "scans", "transform"]
+__all__ = [
+    "app",
+    "calibrate",
+    "compare",
+    "complete",
+    "gnss",
+    "main",
+    "network",
+    "regress",
+    "scans",
+    "transform",
+]
 
 
 def main() -> None:

@@ -1,0 +1,67 @@
+"""Self-calibration of scanners: calibrate."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tribrach.cli.shell import app, fail, guarded, shown
+from tribrach.io.calibration_file import calibration_text
+from tribrach.io.outputs import write_texts
+from tribrach.network.run_comparison import compare_runs
+from tribrach.project import Project
+from tribrach.report.calibration_page import calibration_json, calibration_page
+from tribrach.report.calibration_words import calibration_text as summary
+from tribrach.stages.calibrating import calibrate_project, calibration_of
+
+__all__ = ["calibrate"]
+
+
+@app.command()
+def calibrate(
+    project: Annotated[Path, typer.Argument(help="The project file, with [calibration].")],
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write it as JSON.")] = None,
+    html_file: Annotated[
+        Path | None, typer.Option("--html", help="Write a page with charts.")
+    ] = None,
+    save: Annotated[
+        Path | None, typer.Option(help="Write a calibration file that projects can name.")
+    ] = None,
+    against: Annotated[
+        Path | None, typer.Option(help="Another project file, to compare this run with.")
+    ] = None,
+    estimable: Annotated[
+        bool, typer.Option("--estimable", help="Leave out what cannot be separated.")
+    ] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+) -> None:
+    """Calibrate a scanner from targets that it saw from several stations."""
+
+    def work() -> None:
+        job = Project.load(project)
+        with shown(quiet) as progress:
+            found = calibrate_project(job, progress, reduce=estimable)
+            words: list[str] = []
+            if against is not None:
+                other = Project.load(against)
+                first = calibrate_project(other, progress, reduce=estimable)
+                words = [
+                    f"against {other.title}: {sentence}"
+                    for sentence in compare_runs(first, found).sentences()
+                ]
+        texts: dict[Path, str | bytes] = {}
+        if json_file is not None:
+            texts[json_file] = calibration_json(job.title, found)
+        if html_file is not None:
+            texts[html_file] = calibration_page(job.title, found, words)
+        if save is not None:
+            texts[save] = calibration_text(calibration_of(job, found))
+        write_texts(texts)
+        if not quiet:
+            typer.echo("\n".join([job.title, summary(found), *(f"= {w}" for w in words)]))
+        if found.adjustment.dof <= 0:
+            fail("no redundancy: nothing is checked; observe more before these figures are used")
+
+    guarded(work)

@@ -1,0 +1,91 @@
+"""A calibration project: observations from files and scans, the calibration, its file."""
+
+from __future__ import annotations
+
+import datetime
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tribrach.errors import InputError
+from tribrach.instruments.calibration import NIST
+from tribrach.io.calibration_file import Calibration
+from tribrach.network.self_calibration import SelfCalibration, Wishes, calibrate
+from tribrach.project.calibrations import Calibrations
+from tribrach.report.calibration_words import datum_words
+from tribrach.stages.survey_run import Progress, find_and_name
+
+if TYPE_CHECKING:
+    from tribrach.project import Project
+
+__all__ = ["calibrate_project", "calibration_of"]
+
+
+def calibrate_project(
+    project: Project, progress: Progress, *, reduce: bool = False
+) -> SelfCalibration:
+    """Calibrate the scanner of a project; reduce : leave out what cannot be separated.
+
+    Raises
+    ------
+    InputError : the project has no section calibration, or what its files say wrong.
+    RankDefect : unknowns are open, in sentences.
+    """
+    section = project.calibration
+    if section is None:
+        raise project.error(
+            (), "the project has no section calibration", "add [calibration] with a model"
+        )
+    work = find_and_name(project, project.results, progress) if project.scans else None
+    further = None if work is None or work.named is None else work.named.survey
+    progress("calibration", 0, None)
+    wishes = Wishes(
+        near=section.near_correlation,
+        limit_t=section.limit_t,
+        posterior=project.adjustment.posterior,
+        minimum_norm=section.open == "minimum-norm",
+        reduce=reduce,
+        back=section.scanner == "panoramic",
+        snoop=project.adjustment.snoop,
+    )
+    models = [NIST]
+    return calibrate(project.network(further), wishes, models)
+
+
+def calibration_of(project: Project, found: SelfCalibration) -> Calibration:
+    """The calibration as it goes into a file.
+
+    Raises
+    ------
+    InputError : parameters of single stations, or a minimum norm: neither holds for other set-ups.
+    """
+    section = project.calibration
+    name = Calibrations(project, project.folder, project.error).sought
+    assert section is not None
+    assert name is not None
+    if section.per == "station":
+        raise InputError(
+            "parameters of single stations hold for these set-ups only and are not saved",
+            cure='say per = "instrument"',
+        )
+    if section.open == "minimum-norm":
+        raise InputError(
+            "a minimum-norm solution is no calibration and is not saved",
+            cure='say open = "refuse" and leave out what cannot be separated',
+        )
+    a = found.adjustment
+    return Calibration(
+        instrument=name,
+        serial=project.instruments[name].serial,
+        model=section.model,
+        parameters=tuple(p.name.split("(")[0] for p in found.parameters),
+        values=np.array([p.value for p in found.parameters]),
+        covariance=found.covariance,
+        unit_lengths=tuple(section.unit_lengths_m),
+        architecture=section.scanner,
+        date=datetime.date.today(),
+        datum=datum_words(found),
+        sigma_origin=found.sigma_origin,
+        observations=a.n_observations,
+        redundancy=a.dof,
+    )
