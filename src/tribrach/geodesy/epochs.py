@@ -1,0 +1,130 @@
+"""From the frame and epoch that coordinates were given in to those of the job.
+
+In a dynamic frame (any ITRF, WGS 84) marks move with their plate, two to ten centimetres a year.
+Coordinates of another epoch are carried by the mark's own velocity or by a plate motion model; one
+of both must be named, nothing is assumed. First the frame changes at the epoch of the coordinates,
+then the mark moves to the other epoch. ECEF in metres, epochs as decimal years, velocities in
+metres per year of the frame they are carried in. Method section 1.1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+from pyproj import Transformer
+from pyproj.exceptions import ProjError
+
+from tribrach.errors import InputError
+from tribrach.geodesy import frames
+
+__all__ = ["Motion", "Realisation", "carry", "plates"]
+
+Array = NDArray[np.float64]
+
+#: epochs this far apart are different ones [years]: four days, a tenth of a millimetre
+SAME_EPOCH = 0.01
+#: plates of the models that come with PROJ
+PLATES = (
+    "AMUR", "ANTA", "ARAB", "AUST", "CARB", "EURA", "INDI", "NAZC", "NOAM", "NUBI", "PCFC",
+    "SOAM", "SOMA", "SUND",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Realisation:
+    """A frame by its name, such as ``ITRF2014``, and the epoch of coordinates in it.
+
+    Raises
+    ------
+    InputError : the frame is not known, or it is a dynamic one without an epoch.
+    """
+
+    frame: str
+    epoch: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.dynamic and self.epoch is None:
+            raise InputError(
+                f"coordinates in {self.frame} move with time and have no epoch",
+                cure="give the epoch as a decimal year, such as 2005.0",
+            )
+
+    @property
+    def dynamic(self) -> bool:
+        """True if coordinates of marks change with time in this frame."""
+        return frames.is_dynamic(self.frame)
+
+    @property
+    def words(self) -> str:
+        """The frame, and its epoch where it has one."""
+        return f"{self.frame} at {self.epoch:.2f}" if self.dynamic else self.frame
+
+
+@dataclass(frozen=True)
+class Motion:
+    """How marks move: velocity (3,) or (n, 3) [m/year] of ECEF, or the name of a plate."""
+
+    velocity: Array | None = None
+    plate: str | None = None
+
+
+def carry(
+    xyz: Array, source: Realisation, target: Realisation, motion: Motion | None = None
+) -> tuple[Array, float]:
+    """ECEF (n, 3) of a frame and epoch in another, and the accuracy [m] stated for the frames.
+
+    Raises
+    ------
+    InputError : other epochs without a motion, an unknown plate, no known transformation.
+    """
+    if not source.dynamic:
+        # plate-fixed coordinates hold at any time: the frames meet at the epoch of the target
+        at = target.epoch if target.dynamic else 2000.0
+        assert at is not None
+        return frames.transform(xyz, source.frame, target.frame, at)
+    assert source.epoch is not None
+    moved, accuracy = frames.transform(xyz, source.frame, target.frame, source.epoch)
+    if not target.dynamic:
+        return moved, accuracy
+    assert target.epoch is not None
+    years = target.epoch - source.epoch
+    if abs(years) <= SAME_EPOCH:
+        return moved, accuracy
+    if motion is None or (motion.velocity is None and motion.plate is None):
+        raise InputError(
+            f"coordinates in {source.words} and {target.words} are not to be mixed: marks have "
+            f"moved in the {abs(years):.1f} years between",
+            cure="give the velocity of the marks or their plate, or coordinates of one epoch",
+        )
+    if motion.velocity is not None:
+        return moved + years * motion.velocity, accuracy
+    assert motion.plate is not None
+    return _on_plate(moved, motion.plate, target.frame, source.epoch, target.epoch), accuracy
+
+
+@cache
+def plates(frame: str) -> str:
+    """The plate motion model of PROJ for a dynamic frame: that of its own realisation or ITRF2014.
+
+    ITRF2008: Altamimi et al. 2012; ITRF2014: 2017, doi 10.1093/gji/ggx136; ITRF2020: 2023.
+    """
+    name = frame.upper().replace(" ", "")
+    return name if name in ("ITRF2008", "ITRF2020") else "ITRF2014"
+
+
+def _on_plate(xyz: Array, plate: str, frame: str, start: float, end: float) -> Array:
+    """Marks that turn with their plate, through PROJ's model."""
+    model = plates(frame)
+    try:
+        transformer = Transformer.from_pipeline(f"+init={model}:{plate.upper()} +t_epoch={start}")
+    except ProjError as error:
+        raise InputError(
+            f"the plate {plate!r} is not in the motion model of {model}",
+            cure=f"name one of {', '.join(PLATES)}, or give a velocity",
+        ) from error
+    when = np.full(len(xyz), end)
+    moved = transformer.transform(xyz[:, 0], xyz[:, 1], xyz[:, 2], when, errcheck=True)
+    return np.stack(moved[:3], axis=1)
