@@ -60,7 +60,7 @@ NUMBERS = (
 #: columns of names and words
 WORDS = (
     "from", "to", "at", "point", "gnss", "station", "scan", "target", "mark", "set", "use", "reason",
-    "group", "role", "comment", "setup", "code",
+    "group", "role", "comment", "setup", "code", "kind",
 )  # fmt: skip
 
 _COMMON = ("use", "reason", "group", "comment")
@@ -98,6 +98,12 @@ _CORRECTIONS = (
 _SIGHTS = _with_sigma(
     "direction", "zenith", "slope_distance", "horizontal_distance", "distance", "azimuth",
     "height_difference",
+)  # fmt: skip
+
+#: what planned observations have sigmas of
+_PLANNED = (
+    "direction", "zenith", "slope_distance", "horizontal_distance", "distance", "azimuth",
+    "height_difference", "e", "n", "u",
 )  # fmt: skip
 
 #: the kinds of table; the first whose needs are all there is taken
@@ -163,6 +169,17 @@ KINDS: tuple[Kind, ...] = (
         ("from", "to", "dx", "dy", "dz"),
         ("from", "to"),
         (*_with_sigma("dx", "dy", "dz"), *COVARIANCE),
+    ),
+    Kind(
+        "planned observations",
+        ("from", "to", "kind"),
+        ("from", "to", "kind", "set"),
+        (
+            *(f"sigma_{name}" for name in _PLANNED),
+            "length",
+            "repetitions",
+            *_HEIGHTS,
+        ),
     ),
     Kind(
         "sights",

@@ -47,6 +47,12 @@ def read(path: Path, context: Context | None = None) -> Survey:
     InputError : the file, the line, what is wrong there and what to do about it.
     """
     table = read_table(Path(path))
+    if table.kind.name not in _READERS:
+        raise table.error(
+            None,
+            f"this is a table of {table.kind.name}, which nobody measured",
+            "name the file under observations of [plan]",
+        )
     reader = _READERS[table.kind.name](table, context or Context())
     reader.read()
     return reader.survey
