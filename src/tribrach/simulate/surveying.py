@@ -126,6 +126,16 @@ def gnss_positions(
     return _text(rows)
 
 
+def rods(
+    over: Mapping[str, tuple[str, float]], sigma: float, rng: np.random.Generator
+) -> str:
+    """Targets on rods as a table: over names the target of a mark and the rod's true length [m]."""
+    rows = ["mark,target,rod_m"]
+    for mark, (target, length) in over.items():
+        rows.append(f"{mark},{target},{length + sigma * rng.normal():.5f}")
+    return _text(rows)
+
+
 def _survey(places: Mapping[str, Array]) -> Survey:
     survey = Survey(site=FlatSite(EARTH))
     for name, x in places.items():

@@ -1,7 +1,7 @@
 """A courtyard scanned from seven levelled stations, spheres on rods over GNSS marks (S1).
 
-Six spheres of 0.23 m diameter have NetRTK positions of 2 cm and 5 cm with a part in common; two
-more are check points. Station S6 sees no more than ground and one wall.
+Six spheres of 0.23 m diameter stand on rods over marks with NetRTK positions of 2 cm and 5 cm that
+have a part in common; two more are check points. Station S6 sees no more than ground and one wall.
 """
 
 from __future__ import annotations
@@ -46,8 +46,11 @@ PLACES = {
 }
 #: the wall that S6 sees, a window of its H and V [rad]
 PARTIAL = ((0.0, 1.4), (np.radians(70), np.radians(120)))
+#: height of the antenna's pole [m]; sigma of a position, of a rod's length, of a bubble
 ANTENNA = 2.0
 RTK = (0.02, 0.02, 0.05)
+ROD = 0.0005
+BUBBLE = 8 * 60 * SEC
 NOISE = ScanNoise(0.001, 1e-5, 10 * SEC, 10 * SEC, 0.00225, 0.00019)
 LEVELLING = 15 * SEC
 FINE_STEP = 0.0008
@@ -68,9 +71,13 @@ kind = "flat"
 [datum]
 kind = "control"
 
+# network RTK: 2 cm and 5 cm, half of the variance common to the session
 [instruments.rtk]
-gnss_plan_mm = 20.0
-gnss_up_mm = 50.0
+sheet = "NetRTK"
+
+# rods of known length with circular bubbles
+[instruments.rod]
+sheet = "Target on rod"
 
 [instruments.scanner]
 range_mm = 1.0
@@ -87,6 +94,10 @@ role = "check"
 [[observations]]
 file = "gnss.csv"
 instrument = "rtk"
+
+[[observations]]
+file = "rods.csv"
+instrument = "rod"
 
 [targets]
 sphere_radius_m = [0.115]
@@ -106,6 +117,8 @@ def build(points: int = 1_000_000, seed: int = 1) -> Twin:
         TwinStation(name, levelled(ORIGIN + place, heading, LEVELLING, rng), True)
         for name, (place, heading) in PLACES.items()
     ]
+    survey = child_rng(seed, "survey")
+    marks = _marks(targets, survey)
     scans: list[TwinScan] = []
     for station in stations:
         scans += _scans(scene, station, targets, steps_for(points))
@@ -118,9 +131,9 @@ def build(points: int = 1_000_000, seed: int = 1) -> Twin:
         stations=stations,
         scans=scans,
         targets=targets,
-        files=_survey(targets, child_rng(seed, "survey")),
+        files=_survey(targets, marks, survey),
         project=PROJECT,
-        marks={f"mark {t.name}": t.center * [1, 1, 0] + [0, 0, ORIGIN[2]] for t in targets[:6]},
+        marks=marks,
         facts={"check": list(CHECKS), "partial": "S6"},
     )
 
@@ -178,13 +191,27 @@ def _rods(targets: list[Target]) -> list[Primitive]:
     return rods
 
 
-def _survey(targets: list[Target], rng: np.random.Generator) -> dict[str, str]:
-    """GNSS on poles over the marks, reduced to the spheres; check points to 5 mm."""
-    marks = [t for t in targets if t.name in MARKS]
-    antennas = {t.name: t.center * [1, 1, 0] + [0, 0, ORIGIN[2] + ANTENNA] for t in marks}
-    over = {t.name: float(ORIGIN[2] + ANTENNA - t.center[2]) for t in marks}
+def _marks(targets: list[Target], rng: np.random.Generator) -> dict[str, Array]:
+    """Marks under their spheres: rods lean by their bubbles, M1 under P1."""
+    out = {}
+    for target in targets:
+        if target.name in MARKS:
+            rod = MARKS[target.name][2]
+            lean = rod * BUBBLE * rng.normal(size=2)
+            out["M" + target.name[1:]] = target.center - [*lean, rod]
+    return out
+
+
+def _survey(
+    targets: list[Target], marks: dict[str, Array], rng: np.random.Generator
+) -> dict[str, str]:
+    """GNSS on poles over the marks, lengths of the rods; check points to 5 mm."""
+    antennas = {name: x + [0, 0, ANTENNA] for name, x in marks.items()}
+    over = dict.fromkeys(marks, ANTENNA)
+    rods = {name: (f"P{name[1:]}", MARKS[f"P{name[1:]}"][2]) for name in marks}
     checks = {t.name: t.center for t in targets if t.name in CHECKS}
     return {
         "gnss.csv": surveying.gnss_positions(antennas, RTK, rng, antenna_height=over),
+        "rods.csv": surveying.rods(rods, ROD, rng),
         "check.csv": surveying.coordinates(checks, (0.005, 0.005, 0.005), rng),
     }
