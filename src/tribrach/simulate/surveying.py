@@ -18,7 +18,7 @@ from tribrach.network.survey import Survey
 from tribrach.simulate.survey import observe
 from tribrach.units import GON
 
-__all__ = ["EARTH", "coordinates", "gnss_positions", "levelling", "sights"]
+__all__ = ["EARTH", "coordinates", "gnss_positions", "levelling", "rods", "sights"]
 
 Array = NDArray[np.float64]
 
@@ -126,9 +126,7 @@ def gnss_positions(
     return _text(rows)
 
 
-def rods(
-    over: Mapping[str, tuple[str, float]], sigma: float, rng: np.random.Generator
-) -> str:
+def rods(over: Mapping[str, tuple[str, float]], sigma: float, rng: np.random.Generator) -> str:
     """Targets on rods as a table: over names the target of a mark and the rod's true length [m]."""
     rows = ["mark,target,rod_m"]
     for mark, (target, length) in over.items():
