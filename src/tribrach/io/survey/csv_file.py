@@ -112,7 +112,7 @@ def read_table(path: Path) -> Table:
     """
     rows, lines = _rows(path)
     header = [" ".join(name.split()).lower() for name in rows[0]]
-    plan = [_column(path, lines[0], name) for name in header]
+    plan = _scanned([_column(path, lines[0], name) for name in header])
     kind = _kind(path, lines[0], [quantity for quantity, _ in plan])
     words: dict[str, list[str]] = {}
     numbers: dict[str, Array] = {}
@@ -181,6 +181,14 @@ def _column(path: Path, line: int, name: str) -> tuple[str, str | None]:
         what = f"column {name!r} is unknown"
         cure = f"did you mean {near}" if near else "see the documentation of the CSV files"
     raise InputError(what, file=path, line=line, cure=cure)
+
+
+def _scanned(plan: list[tuple[str, str | None]]) -> list[tuple[str, str | None]]:
+    """In a table with stations ``point`` is another name of ``target``."""
+    names = [name for name, _ in plan]
+    if "station" not in names or "target" in names:
+        return plan
+    return [("target" if name == "point" else name, unit) for name, unit in plan]
 
 
 def _example(quantity: str) -> str:
