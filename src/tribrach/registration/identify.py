@@ -4,13 +4,14 @@ Each scan is matched by the distances between its targets to the points that are
 scan adds its other targets to the known points, so that scans which see no control at all follow
 (method section 8.4). What fits in more than one way is not guessed: it waits until more points
 are known, and if it stays ambiguous it is refused. Targets that two scans see and nobody named
-become tie points. Metres; poses are world from scanner.
+become tie points. Stations whose relative poses are known already, from planes or clouds, are
+matched as one. Metres; poses are world from scanner.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.registration.pool import Pool
+from tribrach.registration.units import Sighting, Unit, units_of
 from tribrach.targets.matching import Matching, match
 
 __all__ = ["Identification", "Sighting", "identify"]
@@ -32,32 +34,19 @@ _SURE = 6
 
 
 @dataclass(frozen=True)
-class Sighting:
-    """What one scan saw.
-
-    centers (n, 3) scanner frame; sigmas (n,) [m]; kinds (n,) such as ``sphere``; levelled : z is
-    the plumb line; known : names that the user gave, by detection number.
-    """
-
-    station: str
-    centers: Array
-    sigmas: Array
-    kinds: Sequence[str]
-    levelled: bool = False
-    known: Mapping[int, str] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
 class Identification:
     """Names by station and detection number, approximate poses, and what is to be said.
 
     names : station to (n,) names, "" for a target that nothing else saw; poses : placed stations;
-    sentences : how each station was placed.
+    sentences : how each station was placed; unplaced : why the others were not; adrift : the poses
+    are in the frame of a station, because no scan sees given points.
     """
 
     names: Mapping[str, tuple[str, ...]]
     poses: Mapping[str, Pose]
     sentences: tuple[str, ...]
+    unplaced: Mapping[str, str] = field(default_factory=dict)
+    adrift: bool = False
 
 
 def identify(
@@ -65,61 +54,81 @@ def identify(
     points: Mapping[str, tuple[Array, float]],
     *,
     free: bool = False,
+    groups: Sequence[Mapping[str, Pose]] = (),
+    partial: bool = False,
 ) -> Identification:
     """Name the targets of all scans; points : name to coordinates (3,) and one sigma [m].
 
-    Without points the scan with most targets becomes the frame; likewise with ``free`` if no scan
-    sees three of the points, because something else places the stations.
+    Without points the unit with most targets becomes the frame; likewise with ``free`` if none
+    sees three of the points, because something else places the stations. groups : stations whose
+    poses relative to each other are known, each in a frame of its own; partial : what cannot be
+    placed is left to others, with the reason, instead of refused.
 
     Raises
     ------
     InputError : a scan fits nowhere or in more than one way, with what would decide it.
     """
     pool = Pool(points)
-    waiting = sorted(sightings, key=lambda s: -len(s.centers))
+    waiting = units_of(sightings, groups)
     poses: dict[str, Pose] = {}
     said: list[str] = []
     obstacles: dict[str, str] = {}
+    adrift = False
     while waiting:
-        placed = [s for s in waiting if _try(s, pool, poses, said, obstacles)]
+        placed = [u for u in waiting if _try(u, pool, poses, said, obstacles)]
         if not placed and not poses and (free or not points):
             first = waiting[0]
-            poses[first.station] = Pose.identity()
-            pool.add(first.station, first.centers, first.sigmas, first.kinds)
-            said.append(f"{first.station} is the frame of the matching: no scan sees given points")
-            placed = [first]
+            _settle(first, Pose.identity(), pool, poses)
+            said.append(f"{first.name} is the frame of the matching: no scan sees given points")
+            placed, adrift = [first], True
         if not placed:
-            raise _refusal(waiting, obstacles, Pool(points))
-        waiting = [s for s in waiting if s not in placed]
-    return _names(sightings, poses, Pool(points), said)
+            joined = next((u for u in waiting if len(u.own) > 1), None)
+            if joined is None:
+                break
+            said.append(f"{joined.name}: {obstacles[joined.name]}; matched one by one instead")
+            waiting = [u for u in waiting if u is not joined] + joined.apart()
+            continue
+        waiting = [u for u in waiting if u not in placed]
+    if waiting and not partial:
+        raise _refusal([u.sighting for u in waiting], obstacles, Pool(points))
+    seen = [s for s in sightings if s.station in poses]
+    found = _names(seen, poses, Pool(points), said)
+    unplaced = {name: obstacles[u.name] for u in waiting for name in u.members}
+    return replace(found, unplaced=unplaced, adrift=adrift)
+
+
+def _settle(unit: Unit, pose: Pose, pool: Pool, poses: dict[str, Pose]) -> None:
+    """Note the poses of a unit's stations and what they see."""
+    for station, own in unit.members.items():
+        poses[station] = pose @ own
+    for s in unit.own:
+        pool.add(s.station, poses[s.station] @ s.centers, s.sigmas, s.kinds)
 
 
 def _try(
-    sighting: Sighting,
+    unit: Unit,
     pool: Pool,
     poses: dict[str, Pose],
     said: list[str],
     obstacles: dict[str, str],
 ) -> bool:
-    """Place a scan on the points known so far; the reason why not goes to the obstacles."""
+    """Place a unit on the points known so far; the reason why not goes to the obstacles."""
+    sighting = unit.sighting
     try:
         found = _match(sighting, pool)
     except InputError as error:
-        obstacles[sighting.station] = error.what
+        obstacles[unit.name] = error.what
         return False
     if found.ambiguous and not _decided(found):
-        obstacles[sighting.station] = (
-            f"{len(found.pairs)} targets fit in {len(found.others) + 1} ways"
-        )
+        obstacles[unit.name] = f"{len(found.pairs)} targets fit in {len(found.others) + 1} ways"
         return False
-    pose = Pose(found.rotation, found.translation)
-    poses[sighting.station] = pose
+    _settle(unit, Pose(found.rotation, found.translation), pool, poses)
     rms = np.sqrt(found.chi_square / max(1, 3 * len(found.pairs)))
+    several = ("are", "their") if len(unit.members) > 1 else ("is", "its")
     said.append(
-        f"{sighting.station} is placed by {len(found.pairs)} of its {len(sighting.centers)} "
-        f"targets (residuals {rms:.1f} times the expected)"
+        f"{unit.name} {several[0]} placed by {len(found.pairs)} of {several[1]} "
+        f"{len(sighting.centers)} targets (residuals {rms:.1f} times the expected)"
     )
-    pool.add(sighting.station, pose @ sighting.centers, sighting.sigmas, sighting.kinds)
     return True
 
 

@@ -50,14 +50,8 @@ class PlaneSet:
 
     @classmethod
     def of(cls, planes: Sequence[Plane]) -> PlaneSet:
-        """Planes as they were found, largest first; doubles from several scans of the station are
-        dropped, the larger one stays.
-        """
-        ordered = sorted(planes, key=lambda p: -p.area)
-        kept: list[Plane] = []
-        for plane in ordered:
-            if not any(_doubles(plane, other) for other in kept):
-                kept.append(plane)
+        """Planes of one scan as they were found, largest first."""
+        kept = sorted(planes, key=lambda p: -p.area)
         normal = np.array([p.normal for p in kept]).reshape(-1, 3)
         tangents = np.array([p.tangents for p in kept]).reshape(-1, 2, 3)
         covariance = np.array([p.covariance for p in kept]).reshape(-1, 3, 3)
@@ -70,6 +64,27 @@ class PlaneSet:
             np.array([p.spacing for p in kept], dtype=float),
             tuple(p.detection.scan for p in kept),
         )
+
+    @classmethod
+    def joined(cls, sets: Sequence[PlaneSet]) -> PlaneSet:
+        """Planes of several scans of one station, largest first; of doubles the larger one stays.
+
+        Two scans of a wall share what is wrong with it, and count once.
+        """
+        whole = cls(
+            np.concatenate([np.zeros((0, 3)), *(s.normal for s in sets)]),
+            np.concatenate([np.zeros((0, 3)), *(s.center for s in sets)]),
+            np.concatenate([np.zeros((0, 3, 3)), *(s.covariance for s in sets)]),
+            np.concatenate([np.zeros(0), *(s.area for s in sets)]),
+            tuple(sample for s in sets for sample in s.samples),
+            np.concatenate([np.zeros(0), *(s.spacing for s in sets)]),
+            tuple(scan for s in sets for scan in s.scans),
+        )
+        kept: list[int] = []
+        for k in np.argsort(-whole.area, kind="stable").tolist():
+            if not any(whole._doubles(k, other) for other in kept):
+                kept.append(k)
+        return whole.chosen(kept)
 
     def __len__(self) -> int:
         return len(self.normal)
@@ -86,15 +101,33 @@ class PlaneSet:
 
     def largest(self, count: int) -> PlaneSet:
         """The largest planes."""
+        return self.chosen(range(min(count, len(self))))
+
+    def chosen(self, numbers: Sequence[int]) -> PlaneSet:
+        """Some of the planes, in this order."""
+        at = np.array(numbers, dtype=np.int64)
         return PlaneSet(
-            self.normal[:count],
-            self.center[:count],
-            self.covariance[:count],
-            self.area[:count],
-            self.samples[:count],
-            self.spacing[:count],
-            self.scans[:count],
+            self.normal[at],
+            self.center[at],
+            self.covariance[at],
+            self.area[at],
+            tuple(self.samples[k] for k in at),
+            self.spacing[at],
+            tuple(self.scans[k] for k in at),
         )
+
+    def _doubles(self, k: int, other: int) -> bool:
+        """Is plane k of one scan the plane that another scan of the station has?"""
+        if self.scans[k] == self.scans[other] or self.normal[k] @ self.normal[other] < 0:
+            return False
+        if np.linalg.norm(np.cross(self.normal[k], self.normal[other])) > _SAME_TURN:
+            return False
+        if abs(self.normal[other] @ (self.center[k] - self.center[other])) > _SAME_OFFSET:
+            return False
+        here = np.ascontiguousarray(self.samples[k])
+        distance, _ = KDTree(np.ascontiguousarray(self.samples[other])).query(here, k=1)
+        spacing = max(self.spacing[k], self.spacing[other])
+        return bool(np.mean(distance < _WIDTHS * spacing) > 0.5)
 
 
 def overlap(first: PlaneSet, second: PlaneSet, i: int, j: int, first_from_second: Pose) -> float:
@@ -112,18 +145,3 @@ def _in_basis(normal: Array, tangents: Array, covariance: Array) -> Array:
         turn[:, :2, :2] = np.einsum("kia,kbi->kab", plane_basis(normal), tangents)
     turn[:, 2, 2] = 1.0
     return np.asarray(turn @ covariance @ turn.transpose(0, 2, 1))
-
-
-def _doubles(plane: Plane, other: Plane) -> bool:
-    """Is a plane from another scan of the station the one that is known already?"""
-    if plane.detection.scan == other.detection.scan:
-        return False
-    turned = float(np.linalg.norm(np.cross(plane.normal, other.normal)))
-    if plane.normal @ other.normal < 0 or turned > _SAME_TURN:
-        return False
-    if abs(other.normal @ (plane.center - other.center)) > _SAME_OFFSET:
-        return False
-    distance, _ = KDTree(np.ascontiguousarray(other.sample)).query(
-        np.ascontiguousarray(plane.sample), k=1
-    )
-    return bool(np.mean(distance < _WIDTHS * max(plane.spacing, other.spacing)) > 0.5)

@@ -52,6 +52,13 @@ class StationView:
     points: Array
     reach: float
 
+    @classmethod
+    def empty(cls) -> StationView:
+        """The view of a station that saw nothing."""
+        blank = np.full((_ROWS, _COLUMNS), np.nan, dtype=np.float32)
+        looked = np.zeros((_ROWS, _COLUMNS), dtype=np.bool_)
+        return cls(blank, blank, looked, np.zeros((0, 3)), 0.0)
+
 
 @dataclass(frozen=True)
 class Agreement:

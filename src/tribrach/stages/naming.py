@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach.errors import AdjustmentError, InputError
+from tribrach.geometry.pose import Pose
 from tribrach.network.adjustment import adjust
 from tribrach.network.observations.offset import Offsets
 from tribrach.network.observations.target_centre import TargetCentres
@@ -46,9 +47,17 @@ class Named:
 
 
 def name_targets(
-    project: Project, scans: Sequence[StationScan], findings: Sequence[Findings]
+    project: Project,
+    scans: Sequence[StationScan],
+    findings: Sequence[Findings],
+    groups: Sequence[Mapping[str, Pose]] = (),
+    *,
+    partial: bool = False,
 ) -> Named:
     """Match all detections to the points of the survey and to each other.
+
+    groups : stations whose poses relative to each other are known, each in a frame of its own;
+    partial : a station that cannot be placed is left to others.
 
     Raises
     ------
@@ -71,7 +80,7 @@ def name_targets(
         if found
     ]
     antennas = any(section.lever_arm for section in project.stations.values())
-    identification = identify(sightings, points, free=antennas)
+    identification = identify(sightings, points, free=antennas, groups=groups, partial=partial)
     survey = Survey(site=surveyed.site)
     for station in identification.poses:
         survey.station(station, source=f"scan {station}")
