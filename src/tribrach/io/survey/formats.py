@@ -21,6 +21,7 @@ FORMATS = {
     "riscan": "riscan",
     "totalstation": "totalstation",
     "csv": "csv_tables",
+    "gnss": "gnss_files",
 }
 SUFFIXES = {
     ".gkf": "gama",
@@ -32,9 +33,12 @@ SUFFIXES = {
     ".new": "comp3d",
     ".obs": "comp3d",
     ".comp": "comp3d",
+    ".gvx": "gnss",
+    ".snx": "gnss",
+    ".pos": "gnss",
 }
 #: formats whose files belong together and are read in one go
-JOINT = ("dynaml", "dna", "comp3d", "totalstation")
+JOINT = ("dynaml", "dna", "comp3d", "totalstation", "gnss")
 
 
 def format_of(path: Path) -> str:
@@ -51,6 +55,8 @@ def format_of(path: Path) -> str:
         head = path.read_bytes()[:4000].lower()
         if b"<landxml" in head:
             return "totalstation"
+        if b"<gvx" in head:
+            return "gnss"
         return "gama" if b"gama-local" in head else "dynaml"
     if suffix not in SUFFIXES:
         # raw files of total stations have any suffix, or none
