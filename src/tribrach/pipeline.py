@@ -108,7 +108,7 @@ def run(
         wish.snoop, wish.robust, wish.vce, wish.posterior, project.confidence, project.output.angle
     )
     work = find_and_name(project, folder, progress) if project.scans else None
-    further = None if work is None or work.named is None else work.named.survey
+    further = None if work is None else work.registered.survey
     adjustment, content = solve(project.network(further), settings, project.facts)
     content = replace(content, instruments=instrument_figures(project))
     if work is not None:

@@ -22,9 +22,10 @@ from tribrach.stages.chapter import scan_chapter
 from tribrach.stages.clouds import Product, place, write_clouds
 from tribrach.stages.extraction import Findings, extract
 from tribrach.stages.grouping import refuse_impossible
-from tribrach.stages.naming import Named, name_targets
+from tribrach.stages.naming import Named
 from tribrach.stages.poses import MOST_STATIONS, joint_covariance, pose_texts, station_order
 from tribrach.stages.reach import reach_sentences
+from tribrach.stages.registration import Registered, register
 from tribrach.stages.scans import StationScan, open_scans
 from tribrach.stages.state import State
 from tribrach.stages.station_comparison import Wish, compare_stations, wishes
@@ -41,17 +42,22 @@ Progress = Callable[[str, int, int | None], None]
 
 @dataclass(frozen=True)
 class ScanWork:
-    """Scans of a project with their targets, before the adjustment."""
+    """Scans of a project with their targets and what ties them, before the adjustment."""
 
     scans: Sequence[StationScan]
     findings: Sequence[Findings]
-    named: Named | None
+    registered: Registered
     state: State
     comparisons: Sequence[Wish] = ()
 
+    @property
+    def named(self) -> Named | None:
+        """Targets with their names; None if none are sought."""
+        return self.registered.named
+
 
 def find_and_name(project: Project, folder: Path, progress: Progress) -> ScanWork:
-    """Open the scans, find their targets, give them names.
+    """Open the scans, find their targets, give them names, tie the stations to each other.
 
     Raises
     ------
@@ -61,10 +67,11 @@ def find_and_name(project: Project, folder: Path, progress: Progress) -> ScanWor
     scans = open_scans(project)
     refuse_impossible(project, scans)
     wished = wishes(project, scans)
-    if not project.targets.wanted:
-        return ScanWork(scans, (), None, state, wished)
-    findings = extract(scans, project.targets, state, lambda what: progress(what, 0, None))
-    return ScanWork(scans, findings, name_targets(project, scans, findings), state, wished)
+    findings: Sequence[Findings] = ()
+    if project.targets.wanted:
+        findings = extract(scans, project.targets, state, lambda what: progress(what, 0, None))
+    registered = register(project, scans, findings, state, progress)
+    return ScanWork(scans, findings, registered, state, wished)
 
 
 def georeference(
