@@ -34,7 +34,8 @@ Array = NDArray[np.float64]
 BAND = (0.9, 1.1)
 #: a ratio is worth a verdict if its own standard error is at most this
 _ERROR = 0.03
-_LEVEL = 0.95
+#: of the test of all offsets together, and of one site among many
+_LEVEL, _SITE_LEVEL = 0.95, 0.9973
 
 
 def with_random(
@@ -135,8 +136,11 @@ class Prediction:
 
     @property
     def offset_agrees(self) -> bool:
-        """True if ``offset^2 / sigma^2`` is below chi-square of one at 95 %."""
-        return self.offset**2 <= float(chi2.ppf(_LEVEL, 1)) * self.offset_sigma**2
+        """True if ``offset^2 / sigma^2`` is below chi-square of one at 99.7 %.
+
+        That is three sigma: one of many sites beyond two is nothing to be told of.
+        """
+        return self.offset**2 <= float(chi2.ppf(_SITE_LEVEL, 1)) * self.offset_sigma**2
 
     @property
     def noise_agrees(self) -> bool:

@@ -22,6 +22,7 @@ from tribrach.geometry.polar import xyz_from_polar
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.calibration import NIST, CalibrationModel
 from tribrach.instruments.scan_noise import ScanNoise
+from tribrach.scan.normals import FLATTEST
 from tribrach.simulate.footprint import (
     Blend,
     average,
@@ -197,7 +198,7 @@ class _Beams:
             met = self._near(self._world(true), pixels.primitive, pixels.edge)
             true = turned + self._angle_correction(met.range, reported)
         echo = self._echoes(self._world(true), pixels)
-        cosine = np.maximum(echo.cosine, 0.05) if s.incidence else 1.0
+        cosine = np.maximum(echo.cosine, FLATTEST) if s.incidence else 1.0
         sigma = noise.range_sigma(np.minimum(echo.range, s.farthest), cosine)
         measured = self._measured_range(echo.range, reported) + errors[:, 0] * sigma
         strength = echo.intensity + errors[:, 3] * s.intensity

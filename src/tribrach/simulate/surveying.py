@@ -18,7 +18,7 @@ from tribrach.network.survey import Survey
 from tribrach.simulate.survey import observe
 from tribrach.units import GON
 
-__all__ = ["EARTH", "coordinates", "gnss_positions", "levelling", "rods", "sights"]
+__all__ = ["EARTH", "coordinates", "gnss_positions", "levelling", "rods", "sights", "true_sights"]
 
 Array = NDArray[np.float64]
 
@@ -67,6 +67,33 @@ def sights(
             f"{common['height_instrument'][k]:.3f},{common['height_target'][k]:.3f}"
         )
     return _text(rows)
+
+
+def true_sights(
+    places: Mapping[str, Array],
+    lines: Sequence[tuple[str, str]],
+    height_instrument: Mapping[str, float],
+    height_target: Mapping[str, float],
+    refraction: float,
+) -> tuple[Array, Array, Array]:
+    """Directions without orientation, zenith angles [rad], slope distances [m] (n,), no errors."""
+    survey = _survey(places)
+    start, end = (list(side) for side in zip(*lines, strict=True))
+    ones = np.ones(len(lines))
+    common: dict[str, Any] = {
+        "start": start,
+        "end": end,
+        "height_instrument": np.array([height_instrument.get(a, 0.0) for a in start]),
+        "height_target": np.array([height_target.get(b, 0.0) for b in end]),
+    }
+    circles = [f"orientation of {a}" for a in start]
+    survey.add(Directions, values=ones, sigma=1.0, orientation=circles, **common)
+    survey.add(ZenithAngles, values=ones, sigma=1.0, refraction=refraction, **common)
+    survey.add(SlopeDistances, values=ones, sigma=1.0, **common)
+    network = survey.network()
+    network.start.scalars[:] = 0.0
+    true = {o.kind: o.predict(network.start)[:, 0] for o in network.observations}
+    return true["direction"], true["zenith"], true["slope_distance"]
 
 
 def levelling(

@@ -26,6 +26,7 @@ from tribrach.geometry import rotation
 from tribrach.geometry.pose import Pose
 from tribrach.network.adjustment import Adjustment
 from tribrach.report.scan_content import Side, TruthRow
+from tribrach.scan.normals import incidence_cosines
 from tribrach.stages.naming import Named
 from tribrach.stages.scans import StationScan
 from tribrach.stages.truth_targets import Bookkeeping, bookkeeping, true_ties
@@ -65,15 +66,20 @@ def against_truth(
     scans: Sequence[StationScan],
     placements: Mapping[str, Placement],
     named: Named | None,
+    incidence: bool = False,
 ) -> list[TruthRow]:
-    """All comparisons, one row each; folder : where the truths of the scans' points are."""
+    """All comparisons, one row each.
+
+    folder : where the truths of the scans' points are; incidence : does the stated noise of ranges
+    grow with the incidence angle, as in the clouds?
+    """
     rows = [*_stations(truth, adjustment), *_points(truth, adjustment, named)]
     for scan in scans:
         file = folder / f"truth-{scan.name}.npz"
         where = placements[scan.name]
         if file.is_file() and where.noise is not None:
             matrix = np.array(truth["stations"][scan.station]["world_from_scanner"])
-            rows += _cloud(scan, where, Pose.from_matrix(matrix), file)
+            rows += _cloud(scan, where, Pose.from_matrix(matrix), file, incidence)
     if named is not None:
         rows += [_counted(b) for b in bookkeeping(truth, named)]
     return rows
@@ -180,7 +186,9 @@ class CloudError:
     whole_bounds: tuple[float, float]
 
 
-def cloud_error(scan: StationScan, where: Placement, true: Pose, file: Path) -> CloudError:
+def cloud_error(
+    scan: StationScan, where: Placement, true: Pose, file: Path, incidence: bool = False
+) -> CloudError:
     """The errors of the points of a scan whose truth is in a file."""
     with np.load(file, allow_pickle=False) as data:
         number, place = data["point"], data["xyz"]
@@ -189,20 +197,24 @@ def cloud_error(scan: StationScan, where: Placement, true: Pose, file: Path) -> 
     shared = np.zeros((6, 6))
     for chunk in scan.scan.chunks():
         a, b = np.searchsorted(number, [first, first + len(chunk)])
-        xyz = chunk.xyz[number[a:b] - first]
+        mine = number[a:b] - first
+        xyz = chunk.xyz[mine]
         first += len(chunk)
         if a == b:
             continue
-        noise += _squares(xyz, alone, place[a:b])[0]
-        square, part = _squares(xyz, where, place[a:b])
+        cosine = incidence_cosines(chunk.xyz)[mine] if incidence else None
+        noise += _squares(xyz, alone, place[a:b], cosine)[0]
+        square, part = _squares(xyz, where, place[a:b], cosine)
         whole, shared, used = whole + square, shared + part, used + b - a
     n = 3 * max(1, used)
     return CloudError(used, noise / n, whole / n, _bounds(shared / n, where.covariance))
 
 
-def _squares(xyz: Array, where: Placement, true: Array) -> tuple[float, Array]:
+def _squares(
+    xyz: Array, where: Placement, true: Array, cosine: Array | None
+) -> tuple[float, Array]:
     """Sum of ``e^T C^-1 e``, and of ``J^T C^-1 J`` (6, 6) over the points."""
-    c = covariances(xyz, where)[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(-1, 3, 3)
+    c = covariances(xyz, where, cosine)[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(-1, 3, 3)
     weight = np.linalg.inv(c)
     error = where.pose @ xyz - true
     lever = xyz @ where.pose.rotation.T
@@ -225,9 +237,11 @@ def _bounds(shared: Array, covariance: Array) -> tuple[float, float]:
     return float(low) - 0.05, float(high) + 0.05
 
 
-def _cloud(scan: StationScan, where: Placement, true: Pose, file: Path) -> list[TruthRow]:
+def _cloud(
+    scan: StationScan, where: Placement, true: Pose, file: Path, incidence: bool
+) -> list[TruthRow]:
     """The points' own errors, and the whole with the station's."""
-    error = cloud_error(scan, where, true, file)
+    error = cloud_error(scan, where, true, file, incidence)
     low, high = error.whole_bounds
     own = f"own noise: mean squared normalised error {error.noise:.3f} of {error.points} points"
     whole = (

@@ -1,7 +1,9 @@
 """Two facades of a campus scanned from four levelled stations over a control traverse (S0).
 
 Fourteen checkerboards hang on facades to the north and to the east. A total station measures ten
-of them from the traverse; four are check points, known from elsewhere to a millimetre.
+of them from the traverse, in two sets and both faces; four are check points, known from elsewhere
+to a millimetre. Two of the stations scan sixteen test sites on the eastern facade once more, with
+the published resolution of 11 mm at 10 m; ranges and incidence angles are about the published ones.
 """
 
 from __future__ import annotations
@@ -11,7 +13,7 @@ from numpy.typing import NDArray
 
 from tribrach.instruments.precision import Precision
 from tribrach.instruments.scan_noise import ScanNoise
-from tribrach.simulate import surveying
+from tribrach.simulate import raw_readings, surveying
 from tribrach.simulate.aiming import fine_scan, overview
 from tribrach.simulate.ray_casting import View
 from tribrach.simulate.scanner import Scanner
@@ -21,7 +23,7 @@ from tribrach.simulate.twin import Target, Twin, TwinScan, TwinStation, child_rn
 from tribrach.simulate.twins import campus
 from tribrach.units import SEC
 
-__all__ = ["build"]
+__all__ = ["build", "sites_table"]
 
 Array = NDArray[np.float64]
 
@@ -44,6 +46,13 @@ PLACES = {
 NOISE = ScanNoise(0.0012, 1e-5, 8 * SEC, 8 * SEC, 0.0035, 0.00023)
 LEVELLING = 3 * SEC
 FINE_STEP = 0.0004
+#: test sites: along the eastern facade and height [m]; their radius [m], who scans them, how finely
+SITES = ((1989.5, 9.2), (1992.0, 13.2), (1996.5, 12.0), (1998.5, 9.2), (2001.0, 9.2),
+         (2006.0, 10.0), (2009.5, 11.2), (2013.5, 18.4), (2016.0, 10.0), (2022.5, 7.6),
+         (2026.5, 15.6), (2030.5, 14.0), (2034.0, 10.0), (2038.0, 7.6), (2044.0, 17.6),
+         (2049.0, 8.0))  # fmt: skip
+SITE_RADIUS, SITE_STEP = 1.2, 0.0011
+COMPARED = ("S3", "S4")
 ZENITH = (np.radians(35.0), np.radians(125.0))
 TOTAL_STATION = Precision(
     direction=3 * SEC,
@@ -101,7 +110,7 @@ file = "check.csv"
 role = "check"
 
 [[observations]]
-file = "traverse.csv"
+file = "traverse.gsi"
 instrument = "total_station"
 
 [[observations]]
@@ -112,6 +121,14 @@ instrument = "level"
 checkerboard_side_m = [0.3]
 # simulated prints and spheres are perfect
 floor_mm = 0.0
+
+[cloud]
+incidence = true
+
+[[comparison]]
+a = "S3 S3-sites"
+b = "S4 S4-sites"
+sites = "sites.csv"
 """
 
 
@@ -128,13 +145,16 @@ def build(points: int = 1_000_000, seed: int = 1) -> Twin:
     for station in stations:
         scans.append(overview(station.name, scene, station.pose, steps_for(points), ZENITH))
         scans.append(fine_scan(station.name, station.pose, targets, FINE_STEP))
+    for station in (s for s in stations if s.name in COMPARED):
+        name = f"{station.name}-sites"
+        scans.append(fine_scan(station.name, station.pose, _windows(), SITE_STEP, name))
     marks = dict(zip(campus.NAMES, campus.traverse(), strict=True))
     return Twin(
         name="hanoi-facade",
         title="Facades of a campus (simulated)",
         seed=seed,
         scene=scene,
-        scanner=Scanner(NOISE),
+        scanner=Scanner(NOISE, incidence=True),
         stations=stations,
         scans=scans,
         targets=targets,
@@ -143,6 +163,20 @@ def build(points: int = 1_000_000, seed: int = 1) -> Twin:
         marks=marks,
         facts={"check": ["C", *CHECKS]},
     )
+
+
+def _windows() -> list[Target]:
+    """The test sites as things to scan windows around."""
+    return [
+        Target(str(k), "sphere", np.array([EAST, y, z]), SITE_RADIUS / 1.5)
+        for k, (y, z) in enumerate(SITES, start=1)
+    ]
+
+
+def sites_table() -> str:
+    """The test sites as a table of balls."""
+    rows = [f"{k},{EAST},{y},{z},{SITE_RADIUS}" for k, (y, z) in enumerate(SITES, start=1)]
+    return "\n".join(["name,x,y,z,radius", *rows, ""])
 
 
 def _targets() -> list[Target]:
@@ -189,16 +223,17 @@ def _survey(
     places = {**marks, **{t.name: t.center for t in measured}}
     legs = list(zip(campus.NAMES[:4], campus.NAMES[1:], strict=True))
     length = np.array(campus.LEGS[:4])
-    given = (0.002, 0.002, 0.003)
+    given = (0.001, 0.001, 0.0015)
     check = surveying.coordinates(checks, (0.001, 0.001, 0.001), rng).splitlines()
     known = surveying.coordinates({"C": marks["C"]}, given, rng).splitlines()
     return {
         "control.csv": surveying.coordinates({n: marks[n] for n in "AE"}, given, rng),
         "check.csv": "\n".join([*known, *check[1:], ""]),
-        "traverse.csv": surveying.sights(
+        "traverse.gsi": raw_readings.gsi(
             places, lines, campus.HEIGHT_INSTRUMENT, prisms, TOTAL_STATION, rng
         ),
         "levelling.csv": surveying.levelling(marks, legs, length, TOTAL_STATION, rng),
+        "sites.csv": sites_table(),
     }
 
 

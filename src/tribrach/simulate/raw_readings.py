@@ -1,0 +1,131 @@
+"""A total station's raw file of a simulated survey: both faces, sets, axis errors of the day.
+
+GSI with 16 characters of data, as Leica instruments write it: a block for each set-up with the
+height of the instrument, and one for each sight. Readings scatter by themselves; what centring and
+heights do to a sight is the same in all its readings, as the instrument's precision says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.instruments.precision import Precision
+from tribrach.simulate.surveying import true_sights
+from tribrach.units import GON, SEC
+
+__all__ = ["Day", "gsi"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Day:
+    """How the instrument was on that day: collimation and index error [rad], sets measured."""
+
+    collimation: float = 6 * SEC
+    index: float = -4 * SEC
+    sets: int = 2
+
+
+def gsi(
+    places: Mapping[str, Array],
+    lines: Sequence[tuple[str, str]],
+    height_instrument: Mapping[str, float],
+    height_target: Mapping[str, float],
+    precision: Precision,
+    rng: np.random.Generator,
+    day: Day | None = None,
+) -> str:
+    """The raw file of sights (from, to); one set-up for each name that sights start from.
+
+    places : true coordinates (3,); heights [m], zero for names that are not there. In each set the
+    targets are read in face 1 and backwards in face 2.
+    """
+    day = day or Day()
+    direction, zenith, distance = true_sights(
+        places, lines, height_instrument, height_target, precision.refraction
+    )
+    readings = _readings(direction, zenith, distance, precision, rng, day)
+    setups: dict[str, list[int]] = {}
+    for k, (start, _) in enumerate(lines):
+        setups.setdefault(start, []).append(k)
+    rows: list[list[str]] = []
+    for start, mine in setups.items():
+        turn = rng.uniform(0, 2 * np.pi)
+        rows.append([_name(start), _length("88", height_instrument.get(start, 0.0))])
+        for one in range(day.sets):
+            for face, order in ((0, mine), (1, mine[::-1])):
+                for k in order:
+                    h, v, s = readings[:, one, face, k]
+                    end = lines[k][1]
+                    rows.append(
+                        [
+                            _name(end),
+                            _angle("21", (h + turn) % (2 * np.pi)),
+                            _angle("22", v % (2 * np.pi)),
+                            _length("31", s),
+                            "51....+00000000000+0000",
+                            _length("87", height_target.get(end, 0.0)),
+                        ]
+                    )
+    blocks = [f"*11{k % 10000:04d}{words[0]} {' '.join(words[1:])} " for k, words in
+              enumerate(rows, start=1)]  # fmt: skip
+    return "\n".join([*blocks, ""])
+
+
+def _readings(
+    direction: Array,
+    zenith: Array,
+    distance: Array,
+    precision: Precision,
+    rng: np.random.Generator,
+    day: Day,
+) -> Array:
+    """Directions, zenith angles and distances (3, sets, faces, n) as the instrument reads them."""
+    n = len(distance)
+    ends = np.sqrt(2) * np.stack(
+        [precision.centring / distance, precision.height / distance,
+         np.full(n, precision.centring)]
+    )  # fmt: skip
+    assert precision.direction is not None
+    assert precision.zenith is not None
+    assert precision.distance is not None
+    own = np.stack(
+        [
+            np.full(n, precision.direction),
+            np.full(n, precision.zenith),
+            precision.distance + precision.scale * distance,
+        ]
+    )
+    common = ends * rng.normal(size=(3, n))
+    noise = own[:, None, None] * rng.normal(size=(3, day.sets, 2, n))
+    off = day.collimation / np.sin(zenith)
+    h, v, s = (x + error for x, error in zip((direction, zenith, distance), common, strict=True))
+    both = np.stack(
+        [
+            np.stack([h + off, h + np.pi - off]),
+            np.stack([v + day.index, 2 * np.pi - v + day.index]),
+            np.stack([s, s]),
+        ]
+    )
+    read: Array = both[:, None] + noise
+    return read
+
+
+def _name(name: str) -> str:
+    """Sign and data of word 11."""
+    return f"+{name.rjust(16, '0')}"
+
+
+def _angle(index: str, value: float) -> str:
+    """A word in units of 1e-5 gon."""
+    return f"{index}.102+{round(value / GON * 1e5):016d}"
+
+
+def _length(index: str, value: float) -> str:
+    """A word in units of 0.1 mm."""
+    return f"{index}...6{'-' if value < 0 else '+'}{round(abs(value) * 1e4):016d}"
