@@ -122,6 +122,7 @@ def test_two_scans_of_one_name_in_one_file(tmp_path: Path) -> None:
         "both.e57",
         "poses.csv",
         "poses.json",
+        "poses_covariance.npy",
     }
     for scan in read_scans(tmp_path / "out" / "clouds" / "both.e57"):
         assert scan.pose is not None
@@ -160,3 +161,22 @@ def test_without_an_origin_there_are_no_sigmas(tmp_path: Path) -> None:
     assert "nan" not in result.stdout
     made = laspy.read(tmp_path / "out" / "clouds" / "S1.las")
     assert not set(made.point_format.extra_dimension_names) & {"sigma_x", "sigma_y", "sigma_z"}
+
+
+def test_points_that_were_placed_already_and_their_scanner(done: Path, tmp_path: Path) -> None:
+    """With the scanner's place everything is as if the points had never been moved."""
+    at = np.array([5000.0, 100.0, 10.0])
+    cloud(tmp_path / "S1.las", points() + at)
+    job = project(tmp_path, "S1.las")
+    job.write_text(job.read_text().replace('"scanner"\n', "[5000.0, 100.0, 10.0]\n"))
+    runs(job)
+    ours, theirs = (laspy.read(f / "out" / "clouds" / "S1.las") for f in (tmp_path, done))
+    assert np.abs(ours.xyz - theirs.xyz).max() < 1e-4
+    for name in ("sigma_x", "sigma_y", "sigma_z"):
+        assert ours[name] == pytest.approx(theirs[name], rel=1e-3)
+    job.write_text(job.read_text().replace("[5000.0, 100.0, 10.0]", "[100.0, 5000.0, 10.0]"))
+    shutil.rmtree(tmp_path / "out")
+    said = said_by(job)
+    assert "the place given for the scanner is" in said
+    job.write_text(job.read_text().replace("[100.0, 5000.0, 10.0]", '[100.0, "x"]'))
+    assert "origin" in said_by(job)

@@ -12,14 +12,16 @@ from rich.console import Console
 from rich.table import Table
 
 from tribrach.cli.shell import app, guarded, shown
+from tribrach.errors import InputError
 from tribrach.io.outputs import write_bytes, write_text
 from tribrach.io.scans.formats import read_scans
 from tribrach.io.scans.info import describe
 from tribrach.io.twins import write_twin
 from tribrach.project.sections import TargetSection
+from tribrach.scan.shifted import seen_from
 from tribrach.simulate.twins import TWINS, build
 from tribrach.stages.conversion import convert_scans
-from tribrach.stages.extraction import Findings, find_targets
+from tribrach.stages.extraction import Findings, blind, find_targets
 from tribrach.stages.scans import StationScan
 from tribrach.stages.thumbnail import decoded
 
@@ -98,13 +100,17 @@ def targets(
         list[float] | None,
         typer.Option(min=1e-3, max=10, help="Radius of white discs [m]; may be repeated."),
     ] = None,
+    origin: Annotated[
+        tuple[float, float, float] | None,
+        typer.Option(help="Where the scanner stood in the coordinates of the file [m]."),
+    ] = None,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write it as JSON.")] = None,
     png_file: Annotated[
         Path | None, typer.Option("--png", help="Write the panorama with the targets marked.")
     ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
-    """Find spheres, checkerboards and discs in whole scans."""
+    """Find spheres, checkerboards and discs in whole scans; centres in their coordinates."""
 
     def work() -> None:
         wanted = TargetSection(
@@ -118,9 +124,17 @@ def targets(
             )
         found: list[Findings] = []
         for one in read_scans(scan):
-            found.append(
-                find_targets(StationScan(one.name, one.name, one, None, False, {}), wanted)
-            )
+            seen = one if origin is None else seen_from(one, origin)
+            at_station = StationScan(one.name, one.name, seen, None, False, {})
+            if not wanted.sphere_radius_m and blind(at_station, wanted):
+                raise InputError(
+                    "where the scanner stood among the points is not known, and checkerboards and "
+                    "discs are measured along its lines of sight",
+                    file=scan,
+                    record=one.name,
+                    cure="give its coordinates with --origin x y z",
+                )
+            found.append(find_targets(at_station, wanted).moved(seen.scanner))
         _write(found, json_file, png_file)
         if not quiet:
             _print(found)
@@ -171,6 +185,8 @@ def _print(found: list[Findings]) -> None:
             f"{finding.scan}: {finding.points} points, {len(finding.detections)} targets, "
             f"{len(finding.rejected)} candidates rejected"
         )
+        for sentence in finding.sentences:
+            typer.echo(f"  ! {sentence}")
         for number, d in enumerate(finding.detections, start=1):
             x, y, z = d.center
             sigma = ", ".join(f"{1e3 * s:.2f}" for s in d.sigmas)

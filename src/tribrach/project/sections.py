@@ -19,6 +19,7 @@ from tribrach.instruments.precision import Precision
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.instruments.sheets import Figure, find_sheet
 from tribrach.network.network import Datum
+from tribrach.project.epoch_keys import EpochKeys, check_reference
 from tribrach.units import SEC
 
 __all__ = [
@@ -334,14 +335,15 @@ class ScanFile(Section):
 
     scan : its name in a file with several, all of them if not given; station : where it was taken,
     the name of the scan if not given; origin : says that the scanner is at (0, 0, 0) where the
-    format does not; names : targets by name, each near x, y, z [m] of the scanner frame.
+    format does not, or where it is among placed points, x, y, z [m] of the file; names : targets by
+    name, each near x, y, z [m] of the scanner frame.
     """
 
     file: str
     scan: str | None = None
     station: str | None = None
     instrument: str | None = None
-    origin: Literal["scanner"] | None = None
+    origin: Literal["scanner"] | tuple[float, float, float] | None = None
     names: dict[str, tuple[float, float, float]] = Field(default_factory=dict)
 
 

@@ -78,7 +78,8 @@ class Scan(ABC):
     that the header states (None if it does not), valid points or not; pose : world from scanner as
     the file has it, None if it has none; grid : rows and columns; crs : WKT of the coordinates if
     the file says; bounds (2, 3) : smallest and largest coordinates that the header states;
-    warnings : sentences about what was odd.
+    warnings : sentences about what was odd; scanner : where it stood in the coordinates of the
+    file, already taken off the points (see scan.shifted) [m].
     """
 
     name: str
@@ -93,6 +94,7 @@ class Scan(ABC):
     bounds: Array | None = None
     warnings: tuple[str, ...] = ()
     facts: Mapping[str, str] = field(default_factory=dict)
+    scanner: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     @abstractmethod
     def chunks(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:

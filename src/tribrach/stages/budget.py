@@ -76,7 +76,7 @@ def _sampled(
 
 def sample_of(scan: StationScan, state: State) -> SurfaceSample:
     """Some points of a scan with their normals, taken once and remembered."""
-    key = digest("surface", _METHOD, state.file_digest(scan.scan.path), scan.scan.index)
+    key = digest("surface", _METHOD, state.file_digest(scan.scan.path), scan.mark)
     known = state.recall(f"surface-{scan.name}", key)
     if known is None:
         fresh = surface_sample(scan.scan)

@@ -51,7 +51,12 @@ def scan_chapter(
         clouds=tuple(_cloud(product, placements, frame) for product in products),
         placement=() if named is None else named.identification.sentences,
         budget=tuple(_budget(products, frame)),
-        warnings=tuple(f"{sentence}." for p in products for sentence in p.sentences),
+        warnings=tuple(
+            f"{sentence}."
+            for made in (findings, products)
+            for one in made
+            for sentence in one.sentences
+        ),
     )
 
 

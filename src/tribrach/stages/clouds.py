@@ -133,7 +133,7 @@ def _key(
     for scan, where in zip(scans, placements, strict=True):
         noise = None if where.noise is None else where.noise.parameters
         pose = where.pose
-        parts += [state.file_digest(scan.scan.path), scan.scan.index, scan.name]
+        parts += [state.file_digest(scan.scan.path), scan.mark, scan.name]
         parts += [pose.rotation, pose.translation, where.covariance, noise]
     return digest("cloud", parts)
 

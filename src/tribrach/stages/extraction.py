@@ -24,12 +24,12 @@ from tribrach.targets.disc_search import find_discs
 from tribrach.targets.sphere_cloud import find_spheres_in_cloud
 from tribrach.targets.sphere_search import find_spheres
 
-__all__ = ["Findings", "extract", "find_targets", "merged"]
+__all__ = ["Findings", "blind", "extract", "find_targets", "merged"]
 
 Array = NDArray[np.float64]
 
 #: changes of how targets are found make remembered ones void
-_METHOD = 3
+_METHOD = 4
 #: range for which the noise of fits is taken [m]
 _USUAL = 15.0
 #: two detections of a station this near to each other are one target [m]
@@ -41,7 +41,8 @@ class Findings:
     """What one scan holds.
 
     detections, rejected : targets and what only looked like one; points : valid points of the scan;
-    picture : intensity panorama with the targets marked, a PNG file in base64, "" without one.
+    picture : intensity panorama with the targets marked, a PNG file in base64, "" without one;
+    sentences : what could not be looked for, and why.
     """
 
     scan: str
@@ -50,6 +51,16 @@ class Findings:
     rejected: tuple[Rejected, ...]
     points: int
     picture: str = ""
+    sentences: tuple[str, ...] = ()
+
+    def moved(self, by: Sequence[float]) -> Findings:
+        """The same with all centres moved by (3,) [m]."""
+        shift = np.array(by)
+        return replace(
+            self,
+            detections=tuple(replace(d, center=d.center + shift) for d in self.detections),
+            rejected=tuple(replace(r, center=r.center + shift) for r in self.rejected),
+        )
 
 
 def extract(
@@ -74,7 +85,12 @@ def extract(
 
 
 def find_targets(scan: StationScan, wanted: TargetSection) -> Findings:
-    """Load a scan and look for every kind of target that is wanted."""
+    """Load a scan and look for every kind of target that is wanted, and possible.
+
+    Prints are measured along lines of sight: without the place of the scanner only spheres can be
+    found.
+    """
+    unseen = blind(scan, wanted)
     cloud = load(scan.scan)
     image = organise(cloud.xyz, cloud.row, cloud.column)
     noise, floor = _noise(scan), wanted.floor_mm * MM
@@ -89,7 +105,7 @@ def find_targets(scan: StationScan, wanted: TargetSection) -> Findings:
                 cloud.xyz, image, wanted.sphere_radius_m, floor=floor, scan=scan.name, **noise
             )
         )
-    if cloud.intensity is not None:
+    if cloud.intensity is not None and not unseen:
         seen = cloud.xyz, cloud.intensity, image
         more: dict[str, Any] = {"floor": floor, "scan": scan.name, **noise}
         if scan.noise is not None:
@@ -103,7 +119,24 @@ def find_targets(scan: StationScan, wanted: TargetSection) -> Findings:
     detections = tuple(d for good, _ in results for d in good)
     rejected = tuple(r for _, bad in results for r in bad)
     picture = thumbnail(image, cloud.intensity, detections)
-    return Findings(scan.name, scan.station, detections, rejected, len(cloud.xyz), picture)
+    said = (unseen,) if unseen else ()
+    return Findings(scan.name, scan.station, detections, rejected, len(cloud.xyz), picture, said)
+
+
+def blind(scan: StationScan, wanted: TargetSection) -> str:
+    """Which wanted targets cannot be looked for in a scan, in a sentence without the stop; "" none.
+
+    Checkerboards and discs take the place of the scanner among the points.
+    """
+    sizes = {"checkerboards": wanted.checkerboard_side_m, "discs": wanted.disc_radius_m}
+    kinds = [kind for kind, given in sizes.items() if given]
+    if scan.origin_known or not kinds:
+        return ""
+    return (
+        f"{scan.scan.source}: {' and '.join(kinds)} are not looked for, because where the scanner "
+        'stood among the points is not known (say origin = "scanner" in its [[scans]] if at '
+        "0, 0, 0, or origin = [x, y, z] in the coordinates of the file)"
+    )
 
 
 def _noise(scan: StationScan) -> dict[str, float]:
@@ -138,7 +171,7 @@ def _settings(scan: StationScan, wanted: TargetSection) -> list[Any]:
     """Everything besides the file that the targets of a scan depend on."""
     noise = None if scan.noise is None else scan.noise.parameters
     origin = scan.origin_known
-    return [scan.scan.index, scan.scan.name, scan.name, noise, origin, wanted.model_dump()]
+    return [scan.mark, scan.scan.name, scan.name, noise, origin, wanted.model_dump()]
 
 
 def _to_facts(found: Findings) -> dict[str, Any]:
@@ -147,6 +180,7 @@ def _to_facts(found: Findings) -> dict[str, Any]:
         "rejected": [r.to_dict() for r in found.rejected],
         "points": found.points,
         "picture": found.picture,
+        "sentences": list(found.sentences),
     }
 
 
@@ -158,4 +192,5 @@ def _from_facts(scan: StationScan, facts: dict[str, Any]) -> Findings:
         tuple(Rejected.from_dict(r) for r in facts["rejected"]),
         int(facts["points"]),
         str(facts["picture"]),
+        tuple(str(s) for s in facts["sentences"]),
     )

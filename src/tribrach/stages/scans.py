@@ -11,6 +11,7 @@ from tribrach.errors import InputError
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.scans.formats import read_scans
 from tribrach.scan.scan import Scan
+from tribrach.scan.shifted import seen_from
 
 if TYPE_CHECKING:
     from tribrach.project import Project
@@ -40,6 +41,11 @@ class StationScan:
         """True if the scanner is at (0, 0, 0) of the points."""
         return self.scan.origin != "unknown"
 
+    @property
+    def mark(self) -> tuple[int, float, float, float]:
+        """What the points depend on besides the file: its scan, and where its scanner stood."""
+        return (self.scan.index, *self.scan.scanner)
+
 
 def open_scans(project: Project) -> list[StationScan]:
     """The headers of all scans of a project, in its order.
@@ -47,7 +53,7 @@ def open_scans(project: Project) -> list[StationScan]:
     Raises
     ------
     InputError : a file that cannot be read, a scan that it has not, an instrument that is not
-        defined, two scans of one name.
+        defined, two scans of one name, a scanner far from its points.
     """
     found: list[StationScan] = []
     for k, entry in enumerate(project.scans):
@@ -102,6 +108,8 @@ def _at_station(project: Project, k: int, entry: ScanFile, scan: Scan) -> Statio
     named = entry.instrument or (None if section is None else section.instrument)
     if entry.origin == "scanner":
         scan = replace(scan, origin="stated")
+    elif entry.origin is not None:
+        scan = seen_from(scan, entry.origin)
     return StationScan(
         name=station,
         station=station,
