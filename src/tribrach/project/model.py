@@ -9,6 +9,7 @@ from pydantic import Field, PrivateAttr, ValidationError
 
 from tribrach.errors import InputError
 from tribrach.geodesy.work_frame import WorkFrame
+from tribrach.network.height_recipe import height_recipe
 from tribrach.network.network import Network
 from tribrach.network.survey import Survey
 from tribrach.project import toml_file
@@ -147,12 +148,28 @@ class Project(Section):
         InputError : as :meth:`survey`, and a datum that names what the network does not have.
         """
         network = self.survey(further).network()
+        # without its scans a project has no heights to take from them
+        if self.adjustment.heights == "recipe" and (further is not None or not self.scans):
+            network = self._by_recipe(network)
         if "datum" not in self.model_fields_set:
             return network
         try:
             return network.with_datum(network.datum)
         except InputError as error:
             raise self.error(("datum",), error.what, error.cure) from error
+
+    def _by_recipe(self, network: Network) -> Network:
+        """The network with heights of GNSS marks by the recipe.
+
+        Raises
+        ------
+        InputError : no levelled station sees two of them.
+        """
+        wish = self.adjustment
+        try:
+            return height_recipe(network, wish.height_station, wish.height_mark)
+        except InputError as error:
+            raise self.error(("adjustment", "heights"), error.what, error.cure) from error
 
     def error(self, keys: tuple[str | int, ...], what: str, cure: str | None = None) -> InputError:
         """An error about what a key of the project file says."""

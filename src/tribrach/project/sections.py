@@ -322,12 +322,25 @@ class ScaleBar(Section):
 
 
 class AdjustmentSection(Section):
-    """What is done besides adjusting."""
+    """What is done besides adjusting.
+
+    heights : of GNSS marks, weighed by the network or by a recipe to compare with it, which keeps
+    that of height_mark and takes the others from the levelled scan of height_station.
+    """
 
     snoop: bool = False
     robust: Literal["none", "huber", "danish", "igg3"] = "none"
     vce: bool = False
     posterior: bool = False
+    heights: Literal["network", "recipe"] = "network"
+    height_mark: str | None = None
+    height_station: str | None = None
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        if self.heights == "network" and (self.height_mark or self.height_station):
+            raise ValueError('height_mark and height_station need heights = "recipe"')
+        return self
 
 
 class ScanFile(Section):
