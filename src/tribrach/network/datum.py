@@ -95,7 +95,8 @@ def open_motions(
     """
     full = generators(state)
     motion = full[free_columns]
-    system = _without_noise(sp.csr_array(sp.vstack([design, _unit_rows(constraints)])))
+    raw = sp.csr_array(sp.vstack([design, _unit_rows(constraints)]))
+    system = _without_noise(raw)
     length = np.sqrt(np.asarray(system.multiply(system).sum(axis=0)).ravel())
     length[length == 0] = 1.0
     scaled = system @ sp.diags_array(1 / length)
@@ -120,7 +121,9 @@ def open_motions(
     if len(test) < q.shape[1]:  # fewer observations than motions: the SVD would lose the rest
         test = np.vstack([test, np.zeros((q.shape[1] - len(test), q.shape[1]))])
     _, value, vt = np.linalg.svd(test, full_matrices=False)
-    zero = value <= RANK_TOLERANCE * max(1.0, value.max(initial=0.0))
+    # what was dropped as noise may have held a motion: singular values move by that much at most
+    dropped = np.linalg.norm((raw - system) @ (q / length[:, None]))
+    zero = value <= RANK_TOLERANCE * max(1.0, value.max(initial=0.0)) + dropped
     null = vt[zero].T
     mix = np.zeros((7, null.shape[1]))
     mix[alive] = back @ null / size[alive][:, None]
