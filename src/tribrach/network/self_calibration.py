@@ -40,6 +40,7 @@ from tribrach.network.observations.base import Use
 from tribrach.network.observations.polar import ScannerPolar
 from tribrach.network.remedies import Remedy, remedies
 from tribrach.network.snooping import SnoopingLog, snoop
+from tribrach.network.unknowns import State
 
 __all__ = ["Parameter", "Readings", "SelfCalibration", "Wishes", "calibrate", "calibration_names"]
 
@@ -172,11 +173,13 @@ def calibrate(
             cure="add a section [calibration], and observations of a scanner",
         )
     state = find_start(network)
-    found = estimability(network, state)
-    proposal = propose(network, state, names, wishes.near)
+    # with parameters at zero, where what acts alike does so exactly
+    flat = _with_zero(state, names)
+    found = estimability(network, flat)
+    proposal = propose(network, flat, names, wishes.near)
     further: list[Remedy] = []
     if proposal.left or proposal.hardly:
-        further = remedies(network, state, names, wishes.near, back=wishes.back)
+        further = remedies(network, flat, names, wishes.near, back=wishes.back)
     left_out: tuple[str, ...] = ()
     if found.open and not wishes.minimum_norm:
         if not (wishes.reduce and proposal.left):
@@ -202,6 +205,13 @@ def without(network: Network, names: Sequence[str]) -> Network:
     free = network.free.copy()
     free[parameter_columns_of(network, names)] = False
     return replace(network, free=free)
+
+
+def _with_zero(state: State, names: Sequence[str]) -> State:
+    """The state with parameters zero."""
+    scalars = state.scalars.copy()
+    scalars[[state.layout.index("scalar", name) for name in names]] = 0.0
+    return replace(state, scalars=scalars)
 
 
 def _analysed(
@@ -299,10 +309,7 @@ def _without_parameters(
     adjustment: Adjustment, names: Sequence[str], wishes: Wishes
 ) -> Adjustment | None:
     """The same network with all parameters zero; None if it cannot be adjusted."""
-    state = adjustment.state
-    scalars = state.scalars.copy()
-    scalars[[state.layout.index("scalar", name) for name in names]] = 0.0
-    plain = without(adjustment.network.with_start(replace(state, scalars=scalars)), names)
+    plain = without(adjustment.network.with_start(_with_zero(adjustment.state, names)), names)
     try:
         return adjust_minimum_norm(plain) if wishes.minimum_norm else adjust(plain)
     except AdjustmentError:
