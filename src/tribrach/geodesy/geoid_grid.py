@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from pyproj.exceptions import ProjError
 
 from tribrach.errors import InputError
+from tribrach.geodesy.proj_grids import offline
 from tribrach.geodesy.site import GRS80
 from tribrach.units import SEC
 
@@ -40,7 +41,12 @@ class GeoidGrid:
     @cached_property
     def _transformer(self) -> Any:
         if not self.path.is_file():
-            raise InputError("the geoid grid is not there", file=self.path, cure="check the name")
+            raise InputError(
+                "the geoid grid is not there",
+                file=self.path,
+                cure="put the grid of your region there; nothing is downloaded",
+            )
+        offline()
         try:
             return pyproj.Transformer.from_pipeline(
                 f'+proj=vgridshift +grids="{self.path}" +multiplier=1'

@@ -17,6 +17,7 @@ from pyproj import CRS, Transformer
 from pyproj.exceptions import CRSError, ProjError
 
 from tribrach.errors import InputError
+from tribrach.geodesy.proj_grids import offline
 from tribrach.geodesy.site import GRS80, EllipsoidSite, ecef_from_geodetic
 
 __all__ = ["Grid", "gaussian_radius", "stereographic"]
@@ -63,6 +64,7 @@ class Grid:
 
     @cached_property
     def _geographic_from_grid(self) -> Transformer:
+        offline()
         try:
             definition = CRS.from_user_input(self.crs)
             if definition.is_geographic or definition.is_geocentric:
@@ -74,20 +76,25 @@ class Grid:
             ) from error
 
     @cached_property
-    def site(self) -> EllipsoidSite:
-        """The work frame: ENU at the origin on GRS80."""
+    def place(self) -> tuple[float, float]:
+        """Latitude and longitude [rad] of the origin.
+
+        Raises
+        ------
+        InputError : the origin is outside of the grid.
+        """
         longitude, latitude = self._geographic_from_grid.transform(self.easting, self.northing)
         if not (np.isfinite(longitude) and np.isfinite(latitude)):
             raise InputError(
                 f"the origin {self.easting:g} {self.northing:g} is outside the grid {self.crs}"
             )
-        phi = float(np.radians(latitude))
-        return EllipsoidSite(
-            phi,
-            float(np.radians(longitude)),
-            self.height,
-            curvature_radius=gaussian_radius(phi),
-        )
+        return float(np.radians(latitude)), float(np.radians(longitude))
+
+    @cached_property
+    def site(self) -> EllipsoidSite:
+        """The work frame: ENU at the origin on GRS80."""
+        phi, longitude = self.place
+        return EllipsoidSite(phi, longitude, self.height, curvature_radius=gaussian_radius(phi))
 
     def to_work(self, enh: Array) -> Array:
         """W coordinates (n, 3) of E, N, h (n, 3)."""

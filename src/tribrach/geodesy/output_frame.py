@@ -75,7 +75,10 @@ class OutputFrame:
             assert isinstance(self.work.site, EllipsoidSite)
             return self.work.site.to_ecef(x)
         assert self.work.grid is not None
-        return self.work.grid.from_work(x) - [0.0, 0.0, self.work.geoid]
+        out = self.work.grid.from_work(x)
+        geodetic = self.work.grid.site.geodetic(x)
+        out[:, 2] -= self.work.undulation(geodetic[:, 0], geodetic[:, 1])
+        return out
 
     def jacobian(self, x: Array) -> Array:
         """Derivative (3, 3) of the coordinates by the work frame at a point (3,)."""

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach.errors import InputError
+from tribrach.geodesy.geoid_grid import GeoidGrid
 from tribrach.geodesy.grid import Grid
 from tribrach.geodesy.site import EllipsoidSite, FlatSite, Site, ecef_from_geodetic
 
@@ -27,18 +28,34 @@ class WorkFrame:
     """The work frame and the system in which the site's own coordinates are given.
 
     grid : the projection of E, N, if they are projected; geoid : geoid height [m] of the place,
-    added to given heights to make them ellipsoidal.
+    added to given heights to make them ellipsoidal; geoid_grid : geoid heights point by point.
     """
 
     site: Site = field(default_factory=FlatSite)
     grid: Grid | None = None
     geoid: float = 0.0
+    geoid_grid: GeoidGrid | None = None
+
+    def undulation(self, latitude: Array, longitude: Array) -> Array:
+        """Geoid heights (n,) [m] that make heights at latitude, longitude (n,) [rad] ellipsoidal.
+
+        Raises
+        ------
+        InputError : the grid cannot be read or does not reach there.
+        """
+        constant = np.full(np.shape(latitude), self.geoid)
+        if self.geoid_grid is None:
+            return constant
+        return constant + self.geoid_grid.undulation(latitude, longitude)
 
     def from_own(self, enu: Array, covariance: Array | None = None) -> tuple[Array, Array | None]:
         """W coordinates (n, 3) and covariances (n, 3, 3) of the site's own ones."""
         if self.grid is None:
             return enu, covariance
-        up = np.array([0.0, 0.0, self.geoid])
+        up = np.zeros_like(enu)
+        # the geoid changes by micrometres over the error of the plan place at another height
+        there = self.grid.site.geodetic(self.grid.to_work(enu))
+        up[:, 2] = self.undulation(there[:, 0], there[:, 1])
         positions = self.grid.to_work(enu + up)
         if covariance is None:
             return positions, None
@@ -61,9 +78,8 @@ class WorkFrame:
         InputError : the site is flat.
         """
         site = self._ellipsoid("latitude and longitude")
-        ecef = ecef_from_geodetic(
-            geodetic[:, 0], geodetic[:, 1], geodetic[:, 2] + self.geoid, site.ellipsoid
-        )
+        height = geodetic[:, 2] + self.undulation(geodetic[:, 0], geodetic[:, 1])
+        ecef = ecef_from_geodetic(geodetic[:, 0], geodetic[:, 1], height, site.ellipsoid)
         positions = site.from_ecef(ecef)
         if covariance is None:
             return positions, None

@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 
 from tribrach.errors import InputError
 from tribrach.geodesy.flatness import flat_warnings
+from tribrach.geodesy.geoid_grid import GeoidGrid
 from tribrach.geodesy.grid import Grid
+from tribrach.geodesy.proj_grids import missing_grid_sentences, vertical_name
 from tribrach.geodesy.site import EllipsoidSite, FlatSite
 from tribrach.geodesy.work_frame import WorkFrame
 from tribrach.instruments.precision import Precision
@@ -68,6 +70,8 @@ class Assembly:
         self.survey.info["title"] = project.title
         if site.crs is not None:
             self.survey.info["crs"] = site.crs
+            if site.kind == "projected":
+                self.survey.warnings += missing_grid_sentences(site.crs)
         if site.kind == "flat":
             given = [point.xyz for point in self.survey.points.values()]
             curved = site.curvature_radius_m is not None
@@ -87,11 +91,26 @@ class Assembly:
             assert site.longitude_deg is not None
             latitude, longitude = np.radians([site.latitude_deg, site.longitude_deg])
             origin = EllipsoidSite(float(latitude), float(longitude), site.height_m)
-            return WorkFrame(origin, geoid=site.geoid_height_m)
+            return WorkFrame(origin, None, site.geoid_height_m, self._geoid())
         assert site.crs is not None
+        system = vertical_name(site.crs)
+        if system is not None and site.geoid_grid is None and not site.geoid_height_m:
+            raise self.error(
+                ("site", "crs"),
+                f"{site.crs} has heights of {system}, which are not ellipsoidal",
+                "give geoid_grid or geoid_height_m, or the crs without its heights",
+            )
         easting, northing, height = self._centre()
-        grid = Grid(site.crs, easting, northing, height + site.geoid_height_m)
-        return WorkFrame(grid.site, grid, site.geoid_height_m)
+        place = EllipsoidSite(*Grid(site.crs, easting, northing).place, 0.0)
+        whole = WorkFrame(place, None, site.geoid_height_m, self._geoid())
+        above = whole.undulation(np.array([place.latitude]), np.array([place.longitude]))
+        grid = Grid(site.crs, easting, northing, float(height + above[0]))
+        return WorkFrame(grid.site, grid, site.geoid_height_m, whole.geoid_grid)
+
+    def _geoid(self) -> GeoidGrid | None:
+        """The geoid grid that the site names."""
+        name = self.project.site.geoid_grid
+        return None if name is None else GeoidGrid(self.folder / name)
 
     def _centre(self) -> Array:
         """E, N, height (3,) in the middle of the first file of points, to 10 m."""

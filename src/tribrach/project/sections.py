@@ -76,7 +76,8 @@ class SiteSection(Section):
 
     ``flat``: coordinates are Cartesian E, N, U, with crs only for the warning of what that costs;
     ``geodetic``: E, N, U around an origin on GRS80; ``projected``: easting, northing and height of
-    a crs, converted point by point. geoid_height_m makes given heights ellipsoidal. deflection says
+    a crs, converted point by point. geoid_height_m, or a geoid_grid point by point, makes given
+    heights ellipsoidal. deflection says
     how the plumb line of levelled scanners leans against the third axis of the frame.
     """
 
@@ -87,6 +88,7 @@ class SiteSection(Section):
     height_m: float = 0.0
     crs: str | None = None
     geoid_height_m: float = 0.0
+    geoid_grid: str | None = None
     deflection: Deflection | None = None
 
     @model_validator(mode="before")
@@ -107,6 +109,10 @@ class SiteSection(Section):
             raise ValueError("a geodetic site needs latitude_deg and longitude_deg")
         if self.kind == "projected" and self.crs is None:
             raise ValueError("a projected site needs crs, such as EPSG:5897")
+        if self.geoid_grid is not None and self.kind == "flat":
+            raise ValueError("geoid_grid needs a place on the ellipsoid, and the site is flat")
+        if self.geoid_grid is not None and self.geoid_height_m:
+            raise ValueError("give either geoid_grid or geoid_height_m")
         return self
 
 
