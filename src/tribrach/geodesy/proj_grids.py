@@ -21,7 +21,7 @@ _GEOGRAPHIC = "+proj=longlat +datum=WGS84 +type=crs"
 
 def offline() -> None:
     """Forbid PROJ to download grids, whatever the surroundings say."""
-    network.set_network_enabled(active=False)
+    network.set_network_enabled(active=False)  # type: ignore[attr-defined]
 
 
 def missing_grid_sentences(crs: str) -> list[str]:
