@@ -24,6 +24,9 @@ from tribrach.network.unknowns import FAMILIES, Layout, State
 
 __all__ = ["GivenPoint", "GivenStation", "Survey"]
 
+#: kinds that refer to a scanner station and place it in the frame
+_PLACING = ("antenna", "mounted_point")
+
 
 @dataclass
 class GivenPoint:
@@ -274,13 +277,35 @@ class Survey:
             for table in self._tables
             if not table.names("pose") and not (table.names("position") & self.stations.keys())
         ]
+        return self._of(tables, {})
+
+    def of_stations(self) -> Survey:
+        """What ties scanner stations to each other alone: targets, planes, poses, plumb lines.
+
+        Points have no given coordinates here, and nothing places the stations in the frame:
+        adjusted as a free network they are a model of the site.
+        """
+        tables = [
+            table.active()
+            for table in self._tables
+            if table.names("pose") and table.kind.kind not in _PLACING
+        ]
+        inner = self._of(tables, self.stations)
+        points = {
+            name: GivenPoint(np.full(3, np.nan), np.ones(3, dtype=bool), source=given.source)
+            for name, given in inner.points.items()
+        }
+        return replace(inner, points=points, datum=Datum("free", tuple(inner.stations)))
+
+    def _of(self, tables: list[Table], stations: dict[str, GivenStation]) -> Survey:
+        """Some of the tables with the unknowns that they refer to."""
         tables = [table for table in tables if table.n]
         used = {f: set().union(*(t.names(f) for t in tables)) for f in (*FAMILIES, "position")}
         return replace(
             self,
             points={n: p for n, p in self.points.items() if n in used["point"] | used["position"]},
-            stations={},
-            planes={},
+            stations={n: s for n, s in stations.items() if n in used["pose"] | used["position"]},
+            planes={n: p for n, p in self.planes.items() if n in used["plane"]} if stations else {},
             vectors={n: v for n, v in self.vectors.items() if n in used["vector"]},
             scalars={n: v for n, v in self.scalars.items() if n in used["scalar"]},
             warnings=[],

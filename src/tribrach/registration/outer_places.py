@@ -1,0 +1,133 @@
+"""Places in the work frame that are known without any scan: antennas on scanners, marks, control.
+
+They can place a model of stations as one rigid body, or check it (method section 7.3). Metres.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.network.adjustment import Adjustment, adjust
+from tribrach.network.observations.antenna import Antennas
+from tribrach.network.observations.base import Use
+from tribrach.network.observations.coordinates import Coordinates
+from tribrach.network.observations.gnss_position import GnssPositions
+from tribrach.network.observations.mounted import MountedPoints
+from tribrach.network.survey import Survey
+from tribrach.network.survey_table import Table, as_column
+
+__all__ = ["Place", "places_to_check", "places_to_hold"]
+
+Array = NDArray[np.float64]
+
+#: name of an antenna's point in the network of what is measured without scans
+_ANTENNA = "antenna on {}"
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """A place by name: a point, or the end of the lever arm ``arm`` of ``station``.
+
+    xyz (3,) in W; covariance (3, 3).
+    """
+
+    name: str
+    xyz: Array
+    covariance: Array
+    station: str = ""
+    arm: str = ""
+
+
+def places_to_hold(survey: Survey, points: set[str]) -> tuple[list[Place], Array]:
+    """Antennas, and those points that marks and control determine; their covariance (3n, 3n).
+
+    The network of all that is measured without scans is adjusted, with the shifts that positions
+    of one session share.
+
+    Raises
+    ------
+    RankDefect : that network has no datum or leaves points open; NotConverged.
+    """
+    outer, ends = _outer(survey)
+    wanted = points | set(ends)
+    _control(outer, survey, wanted)
+    if not outer.tables():
+        return [], np.zeros((0, 0))
+    adjustment = adjust(outer.network())
+    names = [name for name in adjustment.layout.names["point"] if name in wanted]
+    columns = np.concatenate([adjustment.columns(name) for name in names] or [np.zeros(0, int)])
+    covariance = adjustment.covariance_columns(columns, columns)
+    return [_place(adjustment, name, ends) for name in names], covariance
+
+
+def _outer(survey: Survey) -> tuple[Survey, dict[str, tuple[str, str]]]:
+    """What is measured without scans; stations and lever arms by the names of their antennas."""
+    outer = survey.of_marks()
+    ends: dict[str, tuple[str, str]] = {}
+    for table in survey.tables():
+        part = table.active()
+        if not part.n or part.kind not in (Antennas, MountedPoints):
+            continue
+        stations, arms = (_words(part, column) for column in ("station", "lever_arm"))
+        if part.kind is MountedPoints:
+            names = _words(part, "point")
+        else:
+            names = [_ANTENNA.format(station) for station in stations]
+            columns = {k: v for k, v in part.columns.items() if k not in ("station", "lever_arm")}
+            outer.add(GnssPositions, group=part.group, position=names, **columns)
+            shifts = part.names("vector") - set(arms)
+            outer.vectors |= {name: survey.vectors[name] for name in shifts}
+        ends |= dict(zip(names, zip(stations, arms, strict=True), strict=True))
+    return outer, ends
+
+
+def _control(outer: Survey, survey: Survey, wanted: set[str]) -> None:
+    """Weighted control points among those that are wanted, as observations."""
+    for name, given in survey.points.items():
+        if given.covariance is None or name not in wanted | set(outer.points):
+            continue
+        outer.points[name] = replace(given, covariance=None)
+        outer.add(
+            Coordinates,
+            values=[given.xyz],
+            covariance=[given.covariance],
+            position=[name],
+            source=[given.source],
+            group="control",
+        )
+
+
+def _place(adjustment: Adjustment, name: str, ends: dict[str, tuple[str, str]]) -> Place:
+    xyz = adjustment.state.points[adjustment.layout.index("point", name)]
+    station, arm = ends.get(name, ("", ""))
+    return Place(name, xyz, adjustment.covariance(name), station, arm)
+
+
+def places_to_check(survey: Survey, points: set[str]) -> list[Place]:
+    """Antennas and points that are held out: compared with the model, not used to place it."""
+    found: list[Place] = []
+    for table in survey.tables():
+        use = as_column(table.columns.get("use", 0), table.n).astype(int)
+        if (use == Use.CHECK).any():
+            found += _held_out(table.part(use == Use.CHECK))
+    return [place for place in found if place.station or place.name in points]
+
+
+def _held_out(table: Table) -> Iterator[Place]:
+    """Places of one table of check values."""
+    values, covariance = table.columns["values"], table.columns["covariance"]
+    if table.kind is Antennas:
+        both = zip(_words(table, "station"), _words(table, "lever_arm"), strict=True)
+        for (station, arm), xyz, own in zip(both, values, covariance, strict=True):
+            yield Place(_ANTENNA.format(station), xyz, own, station, arm)
+    elif table.kind is Coordinates:
+        for name, xyz, own in zip(_words(table, "position"), values, covariance, strict=True):
+            yield Place(name, xyz, own)
+
+
+def _words(table: Table, column: str) -> list[str]:
+    return [str(name) for name in as_column(table.columns[column], table.n)]
