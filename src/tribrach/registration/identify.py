@@ -92,7 +92,8 @@ def identify(
     if waiting and not partial:
         raise _refusal([u.sighting for u in waiting], obstacles, Pool(points))
     seen = [s for s in sightings if s.station in poses]
-    found = _names(seen, poses, Pool(points), said)
+    order = dict.fromkeys([*(s.station for s in seen), *poses])
+    found = _names(seen, {name: poses[name] for name in order}, Pool(points), said)
     unplaced = {name: obstacles[u.name] for u in waiting for name in u.members}
     return replace(found, unplaced=unplaced, adrift=adrift)
 
