@@ -14,13 +14,13 @@ from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
-from pyproj import Transformer
-from pyproj.exceptions import ProjError
+from pyproj import CRS, Transformer
+from pyproj.exceptions import CRSError, ProjError
 
 from tribrach.errors import InputError
 from tribrach.geodesy import frames
 
-__all__ = ["Motion", "Realisation", "carry", "plates"]
+__all__ = ["PLATES", "Motion", "Realisation", "carry", "crs_is_dynamic", "plates"]
 
 Array = NDArray[np.float64]
 
@@ -103,6 +103,16 @@ def carry(
         return moved + years * motion.velocity, accuracy
     assert motion.plate is not None
     return _on_plate(moved, motion.plate, target.frame, source.epoch, target.epoch), accuracy
+
+
+@cache
+def crs_is_dynamic(crs: str) -> bool:
+    """True if a reference system's datum is dynamic; False also where PROJ does not know it."""
+    try:
+        datum = CRS.from_user_input(crs).datum
+    except CRSError:
+        return False
+    return datum is not None and "Dynamic" in datum.type_name
 
 
 @cache

@@ -22,7 +22,7 @@ from pyproj.exceptions import ProjError
 
 from tribrach.errors import InputError
 
-__all__ = ["decimal_year", "ellipsoid", "frame", "is_dynamic", "transform"]
+__all__ = ["code", "decimal_year", "ellipsoid", "frame", "is_dynamic", "transform"]
 
 Array = NDArray[np.float64]
 
@@ -72,6 +72,16 @@ def frame(name: str) -> CRS:
             cure="use a name such as GDA2020, ITRF2014 or WGS 84",
         )
     return CRS.from_epsg(code)
+
+
+def code(name: str) -> str:
+    """EPSG code of a frame's geocentric system, such as ``EPSG:7789`` of ITRF2014.
+
+    Raises
+    ------
+    InputError : the name is not known.
+    """
+    return f"EPSG:{frame(name).to_epsg()}"
 
 
 @cache

@@ -11,14 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach.errors import InputError
+from tribrach.geodesy.epochs import Realisation
 from tribrach.geodesy.flatness import flat_warnings
 from tribrach.geodesy.geoid_grid import GeoidGrid
 from tribrach.geodesy.grid import Grid
 from tribrach.geodesy.proj_grids import missing_grid_sentences, vertical_name
-from tribrach.geodesy.site import EllipsoidSite, FlatSite
+from tribrach.geodesy.site import EllipsoidSite, FlatSite, ecef_from_geodetic
 from tribrach.geodesy.work_frame import WorkFrame
 from tribrach.instruments.precision import Precision
-from tribrach.io.survey import csv_tables, totalstation
+from tribrach.io.survey import csv_tables, gnss_files, totalstation
 from tribrach.io.survey.csv_file import read_table
 from tribrach.io.survey.csv_reader import Context
 from tribrach.io.survey.formats import format_of, read_files
@@ -27,6 +28,14 @@ from tribrach.network.observations.distance import Distances
 from tribrach.network.observations.inclination import Inclinations
 from tribrach.network.survey import Survey
 from tribrach.project.calibrations import Calibrations
+from tribrach.project.epoch_keys import EpochKeys
+from tribrach.project.gnss_observations import (
+    Progress,
+    add_sessions,
+    gnss_context,
+    job_realisation,
+    mover,
+)
 from tribrach.project.lever_arms import add_lever_arms, add_mounted_points, lever_arms_of
 from tribrach.project.plumb_line import plumb_columns
 from tribrach.project.sections import MM, ObservationFile
@@ -42,11 +51,19 @@ Array = NDArray[np.float64]
 class Assembly:
     """Reads the files of a project into one survey.
 
-    locate : line of a key in the project file, for complaints about what it says.
+    locate : line of a key in the project file, for complaints about what it says; progress : of
+    baselines that are computed.
     """
 
-    def __init__(self, project: Project, folder: Path, locate: Callable[..., InputError]) -> None:
+    def __init__(
+        self,
+        project: Project,
+        folder: Path,
+        locate: Callable[..., InputError],
+        progress: Progress = lambda what, done, total: None,
+    ) -> None:
         self.project, self.folder, self.error = project, folder, locate
+        self.progress, self.job = progress, job_realisation(project.site)
         self.context = Context(frame=self._frame(), lever_arms=self._arms())
         self.survey = Survey(site=self.context.frame.site)
         self.calibrations = Calibrations(project, folder, locate)
@@ -58,6 +75,8 @@ class Assembly:
             part = self._observations(k, entry)
             self.calibrations.apply(part, lambda _, name=entry.instrument: name)  # type: ignore[misc]
             self._merge(part)
+        if self.project.gnss.sessions:
+            add_sessions(self.survey, self.project.baselines(self.survey, self.progress))
         if further is not None:
             self.calibrations.apply(further, self._scanner_of)
             self._merge(further)
@@ -72,6 +91,11 @@ class Assembly:
             self.survey.info["crs"] = site.crs
             if site.kind == "projected":
                 self.survey.warnings += missing_grid_sentences(site.crs)
+        if self.job is not None or site.epoch is not None:
+            name, epoch = (
+                (site.frame, site.epoch) if self.job is None else (self.job.frame, self.job.epoch)
+            )
+            self.survey.info |= {"frame": name, "epoch": epoch}
         if site.kind == "flat":
             given = [point.xyz for point in self.survey.points.values()]
             curved = site.curvature_radius_m is not None
@@ -86,6 +110,8 @@ class Assembly:
         site = self.project.site
         if site.kind == "flat":
             return WorkFrame(FlatSite(site.curvature_radius_m))
+        if site.kind == "geodetic" and site.latitude_deg is None:
+            return WorkFrame(self._geocentric_centre(), geoid=site.geoid_height_m)
         if site.kind == "geodetic":
             assert site.latitude_deg is not None
             assert site.longitude_deg is not None
@@ -120,10 +146,36 @@ class Assembly:
         centre: Array = np.nanmean(table.columns("e", "n", "u"), axis=0).round(-1)
         return centre
 
+    def _geocentric_centre(self) -> EllipsoidSite:
+        """The middle of the first file of points, which has no other coordinates than these."""
+        if not self.project.points:
+            raise self.error(
+                ("site",),
+                "a site without an origin needs points",
+                "add latitude_deg and longitude_deg, or a section [[points]]",
+            )
+        table = read_table(self.folder / self.project.points[0].file)
+        if table.has("latitude", "longitude", "u"):
+            given = table.columns("latitude", "longitude", "u")
+            xyz = ecef_from_geodetic(*given.T)
+        else:
+            xyz = table.columns("ecef_x", "ecef_y", "ecef_z")
+        return EllipsoidSite.centred(xyz)
+
     def _points(self) -> None:
-        for part in self.project.points:
-            context = replace(self.context, role=part.role)
+        for k, part in enumerate(self.project.points):
+            carry = self._mover(part, ("points", k))
+            context = replace(self.context, role=part.role, carry=carry)
             self._merge(csv_tables.read(self.folder / part.file, context))
+
+    def _mover(
+        self, part: EpochKeys, keys: tuple[str | int, ...]
+    ) -> Callable[[Array], Array] | None:
+        """What takes coordinates of a file to the frame and epoch of the site."""
+        try:
+            return mover(part, self.job)
+        except InputError as error:
+            raise self.error(keys, error.what, error.cure) from error
 
     def _observations(self, k: int, entry: ObservationFile) -> Survey:
         """One entry of observations."""
@@ -131,7 +183,8 @@ class Assembly:
         kinds = [entry.format or format_of(path) for path in paths]
         if set(kinds) == {"csv"}:
             precision = self._precision(entry.instrument, ("observations", k, "instrument"))
-            context = replace(self.context, precision=precision)
+            carry = self._mover(entry, ("observations", k))
+            context = replace(self.context, precision=precision, carry=carry)
             first, *others = [csv_tables.read(path, context) for path in paths]
             for other in others:
                 first.merge(other)
@@ -141,6 +194,8 @@ class Assembly:
             known = [n for n, p in self.survey.points.items() if np.isfinite(p.xyz).all()]
             site, alone = self.survey.site, not self.project.points
             return totalstation.read(paths, precision, alone=alone, site=site, known=known)
+        if set(kinds) == {"gnss"}:
+            return self._gnss_files(k, entry, paths)
         survey = read_files(paths, entry.format)
         if survey.site != FlatSite() and self.project.site.model_fields_set:
             raise self.error(
@@ -151,6 +206,22 @@ class Assembly:
         if survey.site != FlatSite():
             self.context = replace(self.context, frame=WorkFrame(survey.site))
             self.survey.site = survey.site
+        return survey
+
+    def _gnss_files(self, k: int, entry: ObservationFile, paths: list[Path]) -> Survey:
+        """Vectors and positions of other programs; without a site they bring one."""
+        known = [n for n, p in self.survey.points.items() if np.isfinite(p.xyz).all()]
+        placed = bool(self.project.site.model_fields_set) or self.survey.site != FlatSite()
+        try:
+            context = gnss_context(entry, self.survey.site, self.job, known, placed=placed)
+        except InputError as error:
+            raise self.error(("observations", k), error.what, error.cure) from error
+        survey = gnss_files.read(paths, context)
+        if not placed:
+            self.context = replace(self.context, frame=WorkFrame(survey.site))
+            self.survey.site = survey.site
+            if "frame" in survey.info:
+                self.job = Realisation(survey.info["frame"], survey.info["epoch"])
         return survey
 
     def _precision(self, name: str | None, keys: tuple[str | int, ...]) -> Precision:

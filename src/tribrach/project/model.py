@@ -5,16 +5,19 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Self
 
-from pydantic import Field, PrivateAttr, ValidationError
+from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
 from tribrach.errors import InputError
 from tribrach.geodesy.work_frame import WorkFrame
+from tribrach.gnss.session_run import SessionResult
 from tribrach.network.height_recipe import height_recipe
 from tribrach.network.network import Network
 from tribrach.network.survey import Survey
 from tribrach.project import toml_file
 from tribrach.project.assembly import Assembly
 from tribrach.project.calibration_section import CalibrationSection
+from tribrach.project.gnss_observations import Progress, compute_sessions
+from tribrach.project.gnss_section import GnssSection
 from tribrach.project.lever_arm_section import LeverArm
 from tribrach.project.plan_section import PlanSection
 from tribrach.project.sections import (
@@ -66,11 +69,21 @@ class Project(Section):
     scale_bars: tuple[ScaleBar, ...] = ()
     calibration: CalibrationSection | None = None
     plan: PlanSection | None = None
+    gnss: GnssSection = GnssSection()
     adjustment: AdjustmentSection = AdjustmentSection()
     output: OutputSection = OutputSection()
     _folder: Path = PrivateAttr(default=Path())
     _file: Path | None = PrivateAttr(default=None)
     _text: str = PrivateAttr(default="")
+    _baselines: tuple[SessionResult, ...] | None = PrivateAttr(default=None)
+
+    @model_validator(mode="after")
+    def _one_epoch(self) -> Self:
+        """Clouds hold for the epoch of the site: writing another would not move them."""
+        wish, given = self.cloud.epoch, self.site.epoch
+        if wish is not None and given is not None and wish != given:
+            raise ValueError(f"the epoch of clouds is {wish}, that of the site {given}: leave one")
+        return self
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
@@ -88,14 +101,15 @@ class Project(Section):
         except ValidationError as error:
             raise toml_file.refused(error, cls, path, text) from error
         project._folder, project._file, project._text = path.parent, path, text
-        if not project.observations and not project.scans and project.plan is None:
+        measured = project.observations or project.scans or project.gnss.sessions
+        if not measured and project.plan is None:
             raise project.error((), "nothing is measured", "add [[observations]] or [[scans]]")
         return project
 
     def at(self, folder: str | Path) -> Self:
         """The same project with its files in a folder."""
         moved = self.model_copy()
-        moved._folder = Path(folder)
+        moved._folder, moved._baselines = Path(folder), None
         return moved
 
     @property
@@ -120,14 +134,33 @@ class Project(Section):
             )
         return folder
 
-    def survey(self, further: Survey | None = None) -> Survey:
+    def survey(
+        self,
+        further: Survey | None = None,
+        progress: Progress = lambda what, done, total: None,
+    ) -> Survey:
         """Everything that was measured and given, by name; further : what scans add to it.
+
+        Baselines of GNSS sessions are computed the first time.
 
         Raises
         ------
         InputError : what a file or a section says wrong, with its line.
         """
-        return Assembly(self, self._folder, self.error).read(further)
+        return Assembly(self, self._folder, self.error, progress).read(further)
+
+    def baselines(
+        self, survey: Survey, progress: Progress = lambda what, done, total: None
+    ) -> tuple[SessionResult, ...]:
+        """Baselines of the GNSS sessions, started at points of a survey; computed once.
+
+        Raises
+        ------
+        InputError : what a file says wrong, or a flat site.
+        """
+        if self._baselines is None:
+            self._baselines = compute_sessions(self.gnss, survey, self._folder, progress)
+        return self._baselines
 
     def frame(self) -> WorkFrame:
         """The work frame of the site.
@@ -140,14 +173,18 @@ class Project(Section):
         assembly.read()
         return assembly.context.frame
 
-    def network(self, further: Survey | None = None) -> Network:
+    def network(
+        self,
+        further: Survey | None = None,
+        progress: Progress = lambda what, done, total: None,
+    ) -> Network:
         """The least-squares network of the project; further : what scans add to it.
 
         Raises
         ------
         InputError : as :meth:`survey`, and a datum that names what the network does not have.
         """
-        network = self.survey(further).network()
+        network = self.survey(further, progress).network()
         # without its scans a project has no heights to take from them
         if self.adjustment.heights == "recipe" and (further is not None or not self.scans):
             network = self._by_recipe(network)

@@ -78,7 +78,9 @@ class SiteSection(Section):
     ``geodetic``: E, N, U around an origin on GRS80; ``projected``: easting, northing and height of
     a crs, converted point by point. geoid_height_m, or a geoid_grid point by point, makes given
     heights ellipsoidal. deflection says
-    how the plumb line of levelled scanners leans against the third axis of the frame.
+    how the plumb line of levelled scanners leans against the third axis of the frame. frame names
+    the reference frame of geocentric coordinates, epoch the time that coordinates in a dynamic one
+    hold for; a geodetic site with a frame and no origin is centred on its geocentric points.
     """
 
     kind: Literal["flat", "geodetic", "projected"] = "flat"
@@ -90,6 +92,8 @@ class SiteSection(Section):
     geoid_height_m: float = 0.0
     geoid_grid: str | None = None
     deflection: Deflection | None = None
+    frame: str | None = None
+    epoch: float | None = Field(default=None, gt=1900, lt=2200)
 
     @model_validator(mode="before")
     @classmethod
@@ -100,12 +104,16 @@ class SiteSection(Section):
                 return data | {"kind": "geodetic"}
             if "crs" in data:
                 return data | {"kind": "projected"}
+            if "frame" in data:
+                return data | {"kind": "geodetic"}
         return data
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
         """Each kind has the keys it needs."""
-        if self.kind == "geodetic" and (self.latitude_deg is None or self.longitude_deg is None):
+        half = (self.latitude_deg is None) != (self.longitude_deg is None)
+        nowhere = self.latitude_deg is None and self.frame is None
+        if self.kind == "geodetic" and (half or nowhere):
             raise ValueError("a geodetic site needs latitude_deg and longitude_deg")
         if self.kind == "projected" and self.crs is None:
             raise ValueError("a projected site needs crs, such as EPSG:5897")
@@ -113,6 +121,7 @@ class SiteSection(Section):
             raise ValueError("geoid_grid needs a place on the ellipsoid, and the site is flat")
         if self.geoid_grid is not None and self.geoid_height_m:
             raise ValueError("give either geoid_grid or geoid_height_m")
+        check_reference(self.crs, self.frame, self.epoch)
         return self
 
 
@@ -274,22 +283,29 @@ class Instrument(Section):
         )
 
 
-class PointFile(Section):
+class PointFile(EpochKeys, Section):
     """A CSV file of coordinates and what they are for, unless its column ``role`` says it."""
 
     file: str
     role: Literal["control", "fixed", "approximate", "check"] = "control"
 
 
-class ObservationFile(Section):
-    """A file of observations, or ``files`` that belong together; format if the suffix misleads."""
+class ObservationFile(EpochKeys, Section):
+    """A file of observations, or ``files`` that belong together; format if the suffix misleads.
+
+    point, base : marks of a solution of RTKLIB, which has no names; sigma_factor on its formal
+    standard deviations.
+    """
 
     file: str | None = None
     files: tuple[str, ...] = ()
-    format: Literal["csv", "gama", "dynaml", "dna", "comp3d", "riscan", "totalstation"] | None = (
-        None
-    )
+    format: (
+        Literal["csv", "gama", "dynaml", "dna", "comp3d", "riscan", "totalstation", "gnss"] | None
+    ) = None
     instrument: str | None = None
+    point: str = ""
+    base: str = ""
+    sigma_factor: PositiveFloat | None = None
 
     @model_validator(mode="after")
     def _complete(self) -> Self:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tribrach.geodesy.site import FlatSite
+from tribrach.geodesy.site import EllipsoidSite, FlatSite
 from tribrach.io.survey.csv_columns import COVARIANCE, LOCAL
 from tribrach.io.survey.csv_reader import Array, Index, Reader, located
 from tribrach.network.observations.antenna import Antennas
@@ -44,12 +44,17 @@ class _Placed(Reader):
         return np.stack([table.number(axis) for axis in _AXES], axis=1)
 
     def to_work(self, given: Array, covariance: Array | None = None) -> tuple[Array, Array | None]:
-        """W coordinates and covariances of complete coordinates."""
+        """W coordinates and covariances of complete coordinates, at the epoch of the job."""
         if self.table.has("latitude", "longitude"):
-            return self.frame.from_geodetic(given, covariance)
-        if self.table.has("ecef_x"):
-            return self.frame.from_ecef(given, covariance)
-        return self.frame.from_own(given, covariance)
+            positions, turned = self.frame.from_geodetic(given, covariance)
+        elif self.table.has("ecef_x"):
+            positions, turned = self.frame.from_ecef(given, covariance)
+        else:
+            positions, turned = self.frame.from_own(given, covariance)
+        if self.carry is not None and isinstance(self.frame.site, EllipsoidSite):
+            site = self.frame.site
+            positions = site.from_ecef(self.carry(site.to_ecef(positions)))
+        return positions, turned
 
     def complete(self, given: Array) -> Array:
         """The same coordinates, none of them empty."""

@@ -32,13 +32,15 @@ class Context:
     """What the project says about a file.
 
     precision : of the instrument; frame : the work frame; role : of points without a role of their
-    own; lever_arms : name of the antenna's lever arm by scanner station.
+    own; lever_arms : name of the antenna's lever arm by scanner station; carry : takes ECEF (n, 3)
+    [m] of the file to the frame and epoch of the job.
     """
 
     precision: Precision = field(default_factory=Precision)
     frame: WorkFrame = field(default_factory=WorkFrame)
     role: str | None = None
     lever_arms: Mapping[str, str] = field(default_factory=dict)
+    carry: Callable[[Array], Array] | None = None
 
 
 class Reader(ABC):
@@ -48,6 +50,7 @@ class Reader(ABC):
         self.table = table
         self.precision, self.frame = context.precision, context.frame
         self.role, self.lever_arms = context.role, context.lever_arms
+        self.carry = context.carry
         self.survey = Survey(site=context.frame.site)
         self.all: Index = np.arange(len(table))
         self.sources: NDArray[Any] = np.empty(len(table), dtype=object)
