@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tribrach.errors import InputError
+from tribrach.geodesy import frames
 from tribrach.geodesy.output_frame import FrameKind, OutputFrame
 from tribrach.io.outputs import write_texts
 from tribrach.network.adjustment import Adjustment
@@ -139,9 +140,10 @@ def output_frame(project: Project) -> OutputFrame:
     """The frame of the clouds: as the project says, else the site's own coordinates."""
     work = project.frame()
     kind: FrameKind = project.cloud.frame or ("work" if work.grid is None else "projected")
-    crs = project.site.crs
+    crs, site = project.site.crs, project.site
     if kind == "ecef":
-        crs = "EPSG:4978"
+        crs = "EPSG:4978" if site.frame is None else frames.code(site.frame)
     elif kind == "work" and project.site.kind != "flat":
         crs = None
-    return OutputFrame(work, kind, crs, project.cloud.epoch)
+    epoch = site.epoch if project.cloud.epoch is None else project.cloud.epoch
+    return OutputFrame(work, kind, crs, epoch)
