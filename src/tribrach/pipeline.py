@@ -27,6 +27,7 @@ from tribrach.report import html, json_result, text
 from tribrach.report.build import build
 from tribrach.report.content import Content
 from tribrach.stages.instruments import instrument_figures
+from tribrach.stages.registration_chapter import add_registration
 from tribrach.stages.survey_run import Progress, compare, find_and_name, georeference
 
 __all__ = ["Settings", "adjust_network", "run", "solve", "write"]
@@ -116,5 +117,6 @@ def run(
         warnings = (*content.warnings, *chapter.warnings)
         compared = compare(project, work, adjustment, progress)
         content = replace(content, scans=chapter, warnings=warnings, comparisons=compared)
+        content = add_registration(content, project, work.registered, adjustment)
     write(content, folder)
     return content

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import io
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +23,7 @@ from tribrach.registration.edges import ALPHA, Edge, edges
 from tribrach.registration.station_view import Agreement, agreement
 from tribrach.report.chapter import Chapter
 from tribrach.report.columns import Columns, Spec
+from tribrach.report.content import Content
 from tribrach.report.scan_content import Picture
 from tribrach.report.style import Style
 from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
@@ -31,7 +32,7 @@ from tribrach.stages.registration import Registered
 if TYPE_CHECKING:
     from tribrach.project import Project
 
-__all__ = ["registration_chapter"]
+__all__ = ["add_registration"]
 
 #: a pair with this share of one station's points in the open space of the other is spoken of
 _CONFLICT = 0.12
@@ -58,27 +59,35 @@ class _Pair:
         return f"{self.edge.first} - {self.edge.second}"
 
 
-def registration_chapter(
-    project: Project, registered: Registered, adjustment: Adjustment
-) -> tuple[Chapter, tuple[str, ...]] | None:
-    """The chapter and warnings for the head of the report; None without pairs of stations."""
+def add_registration(
+    content: Content, project: Project, registered: Registered, adjustment: Adjustment
+) -> Content:
+    """The content of a report with the chapter and its warnings, where pairs of stations are."""
     found = edges(adjustment)
     if not found:
-        return None
+        return content
     seen = _views(registered, adjustment)
     pairs = [_Pair(e, seen.get(frozenset((e.first, e.second)))) for e in found]
-    warnings = (*_outliers(found), *_contradictions(seen))
     style = Columns(Style(project.output.angle))
-    return Chapter(
+    chapter = Chapter(
         "registration",
         "Registration",
-        tuple(
-            f"{text[:1].upper()}{text[1:]}." for text in (*registered.sentences, *_verdict(found))
-        ),
+        _sentences([*registered.sentences, *_verdict(found)]),
         (_graph(adjustment, found),),
         (_table(pairs, style),),
         {"edges": [_record(pair) for pair in pairs], "sentences": list(registered.sentences)},
-    ), tuple(f"{text[:1].upper()}{text[1:]}." for text in warnings)
+    )
+    warnings = _sentences([*_outliers(found), *_contradictions(seen)])
+    return replace(
+        content,
+        chapters=(*content.chapters, chapter),
+        warnings=(*content.warnings, *warnings),
+    )
+
+
+def _sentences(texts: Sequence[str]) -> tuple[str, ...]:
+    """Texts with a capital and a full stop."""
+    return tuple(f"{text[:1].upper()}{text[1:]}." for text in texts)
 
 
 def _views(registered: Registered, adjustment: Adjustment) -> dict[frozenset[str], Agreement]:
@@ -110,15 +119,19 @@ def _outliers(found: Sequence[Edge]) -> list[str]:
     bad = sorted((e for e in found if e.outlying), key=lambda e: -(e.ratio or 0.0))
     said = [
         f"{e.first} and {e.second} by {_KINDS.get(e.kind, e.kind)}: their own relative pose "
-        f"differs from the network by {1e3 * e.shift:.1f} mm and {np.degrees(e.turn) * 3600:.0f} arcsec, "
-        f"expected {1e3 * e.shift_sigma:.1f} mm and {np.degrees(e.turn_sigma) * 3600:.0f} arcsec "
-        f"(test {e.statistic:.1f} against {e.limit:.1f})"
+        f"differs from the network by {_size(e.shift, e.turn)}, expected "
+        f"{_size(e.shift_sigma, e.turn_sigma)} (test {e.statistic:.1f} against {e.limit:.1f})"
         for e in bad[:10]
     ]
     if len(bad) > 2:
         shared = set.intersection(*({e.first, e.second} for e in bad))
         said += [f"all of these pairs have station {name} in common" for name in sorted(shared)]
     return said
+
+
+def _size(shift: float, turn: float) -> str:
+    """A relative pose in words."""
+    return f"{1e3 * shift:.1f} mm and {np.degrees(turn) * 3600:.0f} arcsec"
 
 
 def _contradictions(seen: dict[frozenset[str], Agreement]) -> list[str]:
