@@ -53,7 +53,7 @@ def laboratory(folder: Path, keys: str = "", targets: int = 52, calibration: boo
     (folder / "targets.csv").write_text(table(kept))
     stations = {s.name: s.pose.translation for s in twin.stations}
     (folder / "stations.csv").write_text(table(stations))
-    section = f"\n[calibration]\nmodel = \"nist\"\nparameters = {list(PARAMETERS)}\n"
+    section = f'\n[calibration]\nmodel = "nist"\nparameters = {list(PARAMETERS)}\n'
     text = BASE + (section if calibration else "")
     text += '\n[plan]\nstations = "stations.csv"\nsteepest_deg = 75\n' + keys + ROOM
     path = folder / "lab.toml"

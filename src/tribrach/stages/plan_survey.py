@@ -6,7 +6,7 @@ besides the scans that a table of planned observations names.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -209,7 +209,7 @@ class PlanSurvey:
         if self.further is not None:
             planned.merge(self.further)
         whole = self.project.survey(planned)
-        active_only(whole)
+        active_only(whole, {*self.plan.new_points, *self.plan.points})
         if not whole.tables():
             raise self._error(
                 "stations",
@@ -283,8 +283,8 @@ class PlanSurvey:
         )
 
 
-def active_only(survey: Survey) -> None:
-    """Leave out what takes no part, and points that nothing observes then."""
+def active_only(survey: Survey, keep: Container[str] = ()) -> None:
+    """Leave out what takes no part, and points that nothing observes then, but for some."""
     survey.replace_tables([[table.active()] for table in survey.tables()])
     joint = survey.joint_tables()
     survey.replace_tables([[t] if t.n or k in joint else [] for k, t in enumerate(survey.tables())])
@@ -292,7 +292,7 @@ def active_only(survey: Survey) -> None:
     for table in survey.tables():
         used |= table.names("point") | table.names("position")
     survey.points = {
-        n: p for n, p in survey.points.items() if n in used or p.covariance is not None
+        n: p for n, p in survey.points.items() if n in used or n in keep or p.covariance is not None
     }
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tribrach.errors import InputError, RankDefect
+from tribrach.errors import InputError, NoStartValues, RankDefect
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.assembly import Assembly
 from tribrach.network.datum_choices import DatumChoice, compare_datums
@@ -79,8 +79,8 @@ class Plan:
     """Everything that planning found.
 
     network, adjustment : of the plan with its proposals; before, after : figures without and with
-    them; single : criterion with each candidate alone, by name, of the first search; judged : how
-    many designs were looked at.
+    them; single : criterion with each candidate alone, by name, of the first search; places : of
+    these (3,) [m]; judged : how many designs were looked at.
     """
 
     title: str
@@ -97,6 +97,7 @@ class Plan:
     sets: Sets | None = None
     precisions: tuple[Precision, ...] = ()
     single: Mapping[str, float] = field(default_factory=dict)
+    places: Mapping[str, Array] = field(default_factory=dict)
     judged: int = 0
     warnings: tuple[str, ...] = ()
 
@@ -156,6 +157,7 @@ def plan_project(
         sets,
         precisions,
         work.single,
+        {name: work.looked_at[name] for name in work.single},
         work.judged,
         (*adjustment.warnings, *work.warnings),
     )
@@ -171,6 +173,7 @@ class _Work:
         self.stations: dict[str, Place] = {}
         self.proposals: list[Proposal] = []
         self.single: dict[str, float] = {}
+        self.looked_at: dict[str, Array] = {}
         self.warnings: list[str] = []
         self.judged = 0
         self._places: dict[str, Array] | None = None
@@ -206,7 +209,7 @@ class _Work:
         while True:
             try:
                 self.prediction()
-            except RankDefect:
+            except (NoStartValues, RankDefect):
                 if len(self.proposals) >= self.plan.add_stations:
                     raise
             else:
@@ -296,6 +299,7 @@ class _Work:
         names = [*targets, *stations]
         if not names:
             return None
+        self.looked_at |= targets | {name: place.position for name, place in stations.items()}
         self.progress(f"{len(names)} places of {what}", 0, None)
         base = self.prediction()
         further = self.survey.candidates(targets, stations, base.network)
