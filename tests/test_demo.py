@@ -102,7 +102,7 @@ def test_a_table_that_is_gone_comes_back(copy: Path) -> None:
 
 @pytest.mark.parametrize("harm", ["cut", "changed", "gone", "no truth", "bad truth"])
 def test_a_damaged_scan_is_simulated_again(copy: Path, harm: str) -> None:
-    scan, truth = copy / SCAN, copy / "truth" / "truth-S2 S2-targets.npz"
+    scan, truth = copy / SCAN, copy / "truth" / "truth-S2.npz"
     whole = scan.read_bytes()
     if harm == "cut":
         scan.write_bytes(whole[:-1])

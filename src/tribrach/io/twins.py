@@ -116,7 +116,7 @@ def _made(folder: Path, twin: Twin, number: int, recipe: str) -> int | None:
     one = twin.scans[number]
     try:
         with (
-            _truth_file(folder, one).open("rb") as file,
+            _truth_file(folder, twin, one).open("rb") as file,
             np.load(file, allow_pickle=False) as data,
         ):
             if str(data["recipe"]) != recipe:
@@ -137,8 +137,8 @@ def _file(twin: Twin, one: TwinScan) -> str:
     return f"scans/{one.name}{twin.suffix}"
 
 
-def _truth_file(folder: Path, one: TwinScan) -> Path:
-    return folder / "truth" / f"truth-{_title(one)}.npz"
+def _truth_file(folder: Path, twin: Twin, one: TwinScan) -> Path:
+    return folder / "truth" / f"truth-{_title(twin, one)}.npz"
 
 
 def _write_scan(
@@ -164,7 +164,7 @@ def _write_scan(
             tell(one.name, done, one.rays)
     if truth and keeper.seen:
         made = {"recipe": recipe, "points": keeper.seen, "contents": _contents(path)}
-        write_bytes(_truth_file(folder, one), keeper.packed(made))
+        write_bytes(_truth_file(folder, twin, one), keeper.packed(made))
     return keeper.seen
 
 
@@ -197,9 +197,10 @@ class _Keeper:
         return buffer.getvalue()
 
 
-def _title(one: TwinScan) -> str:
+def _title(twin: Twin, one: TwinScan) -> str:
     """The scan's name in a project, where a station may have several."""
-    return one.name if one.name == one.station else f"{one.station} {one.name}"
+    alone = sum(other.station == one.station for other in twin.scans) == 1
+    return one.station if alone or one.name == one.station else f"{one.station} {one.name}"
 
 
 def project_text(twin: Twin) -> str:
