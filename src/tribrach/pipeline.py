@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import Literal
 
 from tribrach.io.outputs import write_texts
-from tribrach.network.adjustment import Adjustment, adjust
+from tribrach.network.adjustment import Adjustment
+from tribrach.network.mistakes import first_adjustment, mistakes
 from tribrach.network.network import Network
 from tribrach.network.placement import placement_sentences
 from tribrach.network.quality import Quality, assess
@@ -59,7 +60,8 @@ def solve(
     log: SnoopingLog | None = None
     components: VarianceComponents | None = None
     warnings: list[str] = []
-    adjustment: Adjustment = adjust(network)
+    adjustment = first_adjustment(network)
+    warnings += [f"{text}." for text in mistakes(adjustment)]
     if settings.robust != "none":
         robust = adjust_robust(network, settings.robust)
         warnings += robust.sentences()

@@ -15,6 +15,7 @@ from tribrach.network.adjustment import adjust
 from tribrach.network.observations.offset import Offsets
 from tribrach.network.observations.target_centre import TargetCentres
 from tribrach.network.survey import Survey
+from tribrach.network.swapped_names import swapped_names
 from tribrach.registration.identify import Identification, Sighting, identify
 from tribrach.stages.extraction import Findings, merged
 from tribrach.stages.scans import StationScan
@@ -122,6 +123,9 @@ def _known(survey: Survey) -> dict[str, tuple[Array, float]]:
         alone = adjust(survey.of_marks().network())
     except (AdjustmentError, InputError):
         return _given(survey)
+    exchanged = swapped_names(alone.network, alone)
+    if exchanged is not None:
+        raise InputError(exchanged.sentence(), cure="correct the names in the file")
     covariances = alone.position_covariances()
     names = alone.layout.names["point"]
     sigmas = np.sqrt(np.maximum(np.einsum("nii->n", covariances[: len(names)]) / 3, 0))
