@@ -20,13 +20,15 @@ from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.network import Network
 from tribrach.network.observations.base import Observations, Use
 from tribrach.network.reliability import weigh
+from tribrach.network.snooping import switch
+from tribrach.network.suspects import find_suspects
 
 __all__ = ["SwappedNames", "swapped_names"]
 
 Index = NDArray[np.int64]
 
 #: networks that fit worse than this many times their sigmas are looked at; pairs that are tried
-_GROSS, _MOST = 5.0, 200
+_GROSS, _MOST = 5.0, 60
 #: what must be left of the variance factor
 _LEFT = 0.05
 
@@ -65,7 +67,7 @@ def swapped_names(
     adjustment : of the network as it is, None if it could not be adjusted.
     """
     before = np.inf if adjustment is None else adjustment.posterior_factor
-    if not before > _GROSS**2:
+    if not before > _GROSS**2 or (adjustment is not None and _one_alone(adjustment, run)):
         return None
     best: SwappedNames | None = None
     for setup, first, second in _pairs(network, adjustment):
@@ -80,6 +82,18 @@ def swapped_names(
             if after < 2.0:
                 break
     return best
+
+
+def _one_alone(adjustment: Adjustment, run: Callable[[Network], Adjustment]) -> bool:
+    """True if the network fits without its worst observation: then that one was misread."""
+    suspects = find_suspects(weigh(adjustment))
+    if not suspects:
+        return True
+    try:
+        rest = run(switch(adjustment.network, *suspects[0].key, Use.OFF, "tried without it"))
+    except TribrachError:
+        return False
+    return rest.posterior_factor < _LEFT * adjustment.posterior_factor
 
 
 def _ends(o: Observations, points: int) -> tuple[Index, Index, str] | None:
