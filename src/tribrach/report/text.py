@@ -8,7 +8,7 @@ from tribrach.report.chapters import Chapters
 from tribrach.report.content import Content
 from tribrach.report.tables import Column, Row, Table
 
-__all__ = ["WIDTH", "brief", "render"]
+__all__ = ["WIDTH", "brief", "render", "table_text", "wrapped"]
 
 #: characters per line of running text; tables may be a little wider
 WIDTH = 100
@@ -28,7 +28,7 @@ def render(content: Content) -> str:
             for one in content.comparisons
         ),
         *(_section(c.title, list(c.sentences)) for c in content.chapters if c.sentences),
-        *(_table(table) for table in Chapters(content).all()),
+        *(table_text(table) for table in Chapters(content).all()),
     ]
     return "\n\n".join(parts) + "\n"
 
@@ -55,9 +55,7 @@ def brief(content: Content) -> str:
         content.datum.sentence,
         content.sigma_origin,
     ]
-    return "\n".join(
-        [_wrapped(line) for line in lines] + (["", _grid(worst)] if worst.rows else [])
-    )
+    return "\n".join([wrapped(line) for line in lines] + (["", _grid(worst)] if worst.rows else []))
 
 
 def _sigma0(content: Content) -> str:
@@ -69,7 +67,7 @@ def _sigma0(content: Content) -> str:
 
 def _head(content: Content) -> str:
     rule = "=" * WIDTH
-    facts = [_wrapped(f"{name}: {value}") for name, value in content.facts]
+    facts = [wrapped(f"{name}: {value}") for name, value in content.facts]
     made = f"Tribrach {content.version}, {content.date}"
     return "\n".join([rule, textwrap.fill(content.title, WIDTH), made, rule, *facts])
 
@@ -88,19 +86,20 @@ def _facts(content: Content) -> list[str]:
 
 
 def _section(title: str, lines: list[str]) -> str:
-    return "\n".join([title, "-" * len(title), *(_wrapped(line) for line in lines)])
+    return "\n".join([title, "-" * len(title), *(wrapped(line) for line in lines)])
 
 
-def _wrapped(line: str) -> str:
+def wrapped(line: str) -> str:
+    """A line broken to the width of running text."""
     return textwrap.fill(line, WIDTH, subsequent_indent="  ", break_on_hyphens=False)
 
 
-def _table(table: Table) -> str:
+def table_text(table: Table) -> str:
     """Title, note and grid of a table."""
     title = [table.title, "-" * len(table.title)]
     legend = [_LEGEND[state] for state in _LEGEND if any(r.state == state for r in table.rows)]
     note = " ".join(filter(None, [table.note, f"Marks: {', '.join(legend)}." if legend else ""]))
-    return "\n".join([*title, *([_wrapped(note)] if note else []), _grid(table)])
+    return "\n".join([*title, *([wrapped(note)] if note else []), _grid(table)])
 
 
 def _grid(table: Table) -> str:
