@@ -27,6 +27,7 @@ from tribrach.registration.geometry_warnings import geometry_sentences
 from tribrach.report import html, json_result, text
 from tribrach.report.build import build
 from tribrach.report.content import Content
+from tribrach.stages.georeferencing_chapter import add_georeferencing
 from tribrach.stages.instruments import instrument_figures
 from tribrach.stages.registration_chapter import add_registration
 from tribrach.stages.survey_run import Progress, compare, find_and_name, georeference
@@ -114,6 +115,7 @@ def run(
     further = None if work is None else work.registered.survey
     adjustment, content = solve(project.network(further), settings, project.facts)
     content = replace(content, instruments=instrument_figures(project))
+    content = add_georeferencing(content, project, adjustment)
     if work is not None:
         chapter = georeference(project, work, adjustment, folder, content.sigma_origin, progress)
         warnings = (*content.warnings, *chapter.warnings)
