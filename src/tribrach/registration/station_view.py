@@ -105,8 +105,9 @@ def view_of(xyz: Array, image: RangeImage) -> StationView:
     seen = np.isfinite(near)
     filled = float(np.isfinite(image.range).mean())
     if filled >= _FILLED:
-        rows = np.clip((image.v() / STEP).astype(np.int64), 0, _ROWS - 1)
-        columns = np.floor((image.h() + np.pi) / STEP).astype(np.int64) % _COLUMNS
+        v, h = (np.arange(a[0], a[-1] + STEP / 2, STEP / 2) for a in (image.v(), image.h()))
+        rows = np.clip((v / STEP).astype(np.int64), 0, _ROWS - 1)
+        columns = np.floor((h + np.pi) / STEP).astype(np.int64) % _COLUMNS
         looked[np.ix_(np.unique(rows), np.unique(columns))] = True
     reach = float(np.nanmax(far)) if seen.any() else 0.0
     return StationView(near, far, looked | seen, _spread(xyz, image), reach)

@@ -1,0 +1,105 @@
+"""Relative poses from planes alone: right, ambiguous, open or none, but never wrong."""
+
+import numpy as np
+import pytest
+
+from tests.registration.plane_scenes import (
+    POSES,
+    apart,
+    corridor,
+    facade,
+    look,
+    room,
+    upright,
+    yard,
+    yard_station,
+)
+from tribrach.geometry import rotation
+from tribrach.geometry.pose import Pose
+from tribrach.registration.by_planes import register_by_planes
+from tribrach.registration.plane_poses import pair_poses
+from tribrach.simulate.scene import Scene, box
+
+
+@pytest.mark.parametrize(("a", "b"), [("S1", "S2"), ("S2", "S3")])
+def test_levelled_stations_of_a_yard_find_each_other(a, b):
+    found = pair_poses(yard_station(a), yard_station(b))
+    assert found.sure
+    distance, angle = apart(found.poses[0].pose, POSES[a].inverse @ POSES[b])
+    assert distance < 0.005
+    assert angle < 5e-4
+    assert found.poses[0].seen.conflict < 0.01
+
+
+def test_tilted_stations_find_each_other_from_any_attitude():
+    """Prior-free in all six unknowns: 50 degrees and metres apart."""
+    tilted = Pose(rotation.exp(np.array([0.5, -0.4, 0.9])), np.array([2.0, 1.0, 1.9]))
+    upside = Pose(rotation.exp(np.array([2.8, 0.6, -0.3])), np.array([-6.0, -2.0, 2.2]))
+    one = look("S1", yard(), tilted, levelled=False)
+    two = look("S2", yard(), upside, levelled=False)
+    found = pair_poses(one, two)
+    assert found.sure
+    distance, angle = apart(found.poses[0].pose, tilted.inverse @ upside)
+    assert distance < 0.01
+    assert angle < 1e-3
+
+
+def test_an_empty_symmetric_room_is_not_guessed():
+    scene = Scene.of(room())
+    truth = [upright(0.2, (1.0, 0.5, 1.5)), upright(1.0, (-1.5, -0.3, 1.6))]
+    found = pair_poses(*(look(f"S{k + 1}", scene, p, step=0.015) for k, p in enumerate(truth)))
+    assert len(found.poses) == 2
+    gaps = [apart(f.pose, truth[0].inverse @ truth[1])[0] for f in found.poses]
+    assert min(gaps) < 0.005
+
+
+def test_a_cupboard_decides_the_symmetric_room():
+    scene = Scene.of(room(extra=[box((3.0, 2.0, 0.9), (0.6, 1.4, 1.8), 0.4)]))
+    truth = [upright(0.2, (1.0, 0.5, 1.5)), upright(1.0, (-1.5, -0.3, 1.6))]
+    found = pair_poses(*(look(f"S{k + 1}", scene, p, step=0.015) for k, p in enumerate(truth)))
+    assert found.sure
+    assert apart(found.poses[0].pose, truth[0].inverse @ truth[1])[0] < 0.005
+
+
+def test_rooms_without_overlap_are_not_joined():
+    scene = Scene.of([*room(), *room(30.0, (7.0, 5.0, 3.0), [box((31, 1, 0.5), (1, 1, 1), 0.5)])])
+    one = look("S1", scene, upright(0.2, (1, 0.5, 1.5)), step=0.015)
+    two = look("S2", scene, upright(1.0, (29, -0.3, 1.6)), step=0.015)
+    assert pair_poses(one, two).poses == ()
+    said = register_by_planes([one, two])
+    assert [len(g) for g in said.groups] == [1, 1]
+    assert "overlaps with none" in said.obstacles["S1"]
+
+
+def test_a_corridor_stays_open_along_itself():
+    places = [upright(0.2, (-5, 0.2, 1.5)), upright(1.0, (0, -0.3, 1.6))]
+    stations = [look(f"S{k + 1}", corridor(), p, step=0.015) for k, p in enumerate(places)]
+    found = pair_poses(*stations)
+    assert found.poses == ()
+    along = places[0].rotation.T @ np.array([1.0, 0.0, 0.0])
+    assert abs(found.open[0] @ along) == pytest.approx(1.0, abs=1e-4)
+    words = register_by_planes(stations).obstacles["S2"]
+    assert "leave open the shift level along H = 136 gon" in words
+
+
+def test_a_periodic_facade_is_ambiguous_until_its_end_is_seen():
+    places = [upright(0.2, (-2.3, 0, 1.7)), upright(1.0, (3.1, 1.0, 1.6))]
+    endless = [look(f"S{k + 1}", facade(160), p) for k, p in enumerate(places)]
+    found = pair_poses(*endless)
+    assert len(found.poses) > 2
+    wrong = [apart(f.pose, places[0].inverse @ places[1])[0] for f in found.poses]
+    assert np.abs(np.array(wrong) - 4.0 * np.round(np.array(wrong) / 4.0)).max() < 0.02
+    assert "ways" in register_by_planes(endless).obstacles["S2"]
+    ended = [look(f"S{k + 1}", facade(36), p) for k, p in enumerate(places)]
+    found = pair_poses(*ended)
+    assert found.sure
+    assert apart(found.poses[0].pose, places[0].inverse @ places[1])[0] < 0.01
+
+
+def test_three_stations_form_one_group_with_closing_loops():
+    found = register_by_planes([yard_station(name) for name in POSES])
+    assert len(found.groups) == 1
+    assert found.obstacles == {}
+    root = next(name for name, pose in found.groups[0].items() if (pose.translation == 0).all())
+    for name, pose in found.groups[0].items():
+        assert apart(pose, POSES[root].inverse @ POSES[name])[0] < 0.01
