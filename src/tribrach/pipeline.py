@@ -6,11 +6,12 @@ write.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
+from tribrach.gnss.session_run import SessionResult
 from tribrach.io.outputs import write_texts
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.mistakes import first_adjustment, mistakes
@@ -27,6 +28,8 @@ from tribrach.registration.geometry_warnings import geometry_sentences
 from tribrach.report import html, json_result, text
 from tribrach.report.build import build
 from tribrach.report.content import Content
+from tribrach.stages.antennas import add_antennas
+from tribrach.stages.gnss_chapter import gnss_chapter
 from tribrach.stages.georeferencing_chapter import add_georeferencing
 from tribrach.stages.instruments import instrument_figures
 from tribrach.stages.registration_chapter import add_registration
@@ -55,9 +58,15 @@ def adjust_network(
 
 
 def solve(
-    network: Network, settings: Settings, facts: Mapping[str, str] | None = None
+    network: Network,
+    settings: Settings,
+    facts: Mapping[str, str] | None = None,
+    sessions: Sequence[SessionResult] = (),
 ) -> tuple[Adjustment, Content]:
-    """Adjust a network as the settings say; the adjustment and the content of its report."""
+    """Adjust a network as the settings say; the adjustment and the content of its report.
+
+    sessions : of receivers whose baselines were computed for it.
+    """
     log: SnoopingLog | None = None
     components: VarianceComponents | None = None
     warnings: list[str] = []
@@ -76,6 +85,8 @@ def solve(
     warnings += confusable(adjustment, quality)[:10]
     warnings += placement_sentences(adjustment)
     warnings += geometry_sentences(adjustment)[:20]
+    gnss = gnss_chapter(adjustment, sessions)
+    warnings += [] if gnss is None else gnss[1]
     content = build(
         adjustment,
         quality,
@@ -87,12 +98,14 @@ def solve(
         components=components,
         further_warnings=warnings,
     )
+    if gnss is not None:
+        content = replace(content, chapters=(*content.chapters, gnss[0]))
     return adjustment, content
 
 
-def write(content: Content, folder: Path) -> list[Path]:
-    """Write report.html, report.txt and result.json into a folder."""
-    files = {
+def write(content: Content, folder: Path, further: Mapping[Path, str] | None = None) -> list[Path]:
+    """Write report.html, report.txt and result.json into a folder, and further files by path."""
+    files = dict(further or {}) | {
         folder / "report.html": html.render(content),
         folder / "report.txt": text.render(content),
         folder / "result.json": json_result.dumps(content),
@@ -113,7 +126,9 @@ def run(
     )
     work = find_and_name(project, folder, progress) if project.scans else None
     further = None if work is None else work.registered.survey
-    adjustment, content = solve(project.network(further), settings, project.facts)
+    survey = project.survey(further, progress)
+    network = project.network_of(survey, whole=further is not None)
+    adjustment, content = solve(network, settings, project.facts, project.computed_sessions)
     content = replace(content, instruments=instrument_figures(project))
     content = add_georeferencing(content, project, adjustment)
     if work is not None:
@@ -122,5 +137,6 @@ def run(
         compared = compare(project, work, adjustment, progress)
         content = replace(content, scans=chapter, warnings=warnings, comparisons=compared)
         content = add_registration(content, project, work.registered, adjustment)
-    write(content, folder)
+    content, files = add_antennas(content, survey, adjustment, folder)
+    write(content, folder, files)
     return content

@@ -138,7 +138,7 @@ def against_the_table(row: tuple, seeds: int) -> None:
     """The published medians lie among the trials, and the adjustment is as much better."""
     *setting, sigma0, rigid, adjusted = row
     found = np.array([trial(seed, *setting) for seed in range(seeds)])
-    low, high = np.quantile(found, [0.1, 0.9], axis=0)
+    low, high = np.quantile(found, [0.05, 0.95], axis=0)
     assert low[0] < sigma0 < high[0]
     assert low[1] < rigid < high[1]
     assert low[2] < adjusted < high[2]

@@ -162,6 +162,11 @@ class Project(Section):
             self._baselines = compute_sessions(self.gnss, survey, self._folder, progress)
         return self._baselines
 
+    @property
+    def computed_sessions(self) -> tuple[SessionResult, ...]:
+        """GNSS sessions whose baselines have been computed."""
+        return self._baselines or ()
+
     def frame(self) -> WorkFrame:
         """The work frame of the site.
 
@@ -184,9 +189,18 @@ class Project(Section):
         ------
         InputError : as :meth:`survey`, and a datum that names what the network does not have.
         """
-        network = self.survey(further, progress).network()
+        return self.network_of(self.survey(further, progress), whole=further is not None)
+
+    def network_of(self, survey: Survey, *, whole: bool = False) -> Network:
+        """The network of a survey of this project; whole : with what scans add to it.
+
+        Raises
+        ------
+        InputError : as :meth:`network`.
+        """
+        network = survey.network()
         # without its scans a project has no heights to take from them
-        if self.adjustment.heights == "recipe" and (further is not None or not self.scans):
+        if self.adjustment.heights == "recipe" and (whole or not self.scans):
             network = self._by_recipe(network)
         if "datum" not in self.model_fields_set:
             return network

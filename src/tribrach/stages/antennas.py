@@ -1,0 +1,45 @@
+"""Stations that carry antennas or prisms: what the report says of lever arms and rigid placing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from tribrach.errors import AdjustmentError, InputError
+from tribrach.network.adjustment import Adjustment
+from tribrach.network.survey import Survey
+from tribrach.report.content import Content
+from tribrach.stages.lever_arms import lever_arm_chapter, lever_arm_files, lever_arms
+from tribrach.stages.rigid_placing import place_rigidly, rigid_chapter
+
+__all__ = ["add_antennas"]
+
+_KINDS = ("antenna", "mounted_point")
+
+
+def add_antennas(
+    content: Content, survey: Survey, adjustment: Adjustment, folder: Path
+) -> tuple[Content, Mapping[Path, str]]:
+    """The content with chapters on antennas, and lever arm files by their paths.
+
+    Nothing is added where no station carries one.
+    """
+    if not any(o.kind in _KINDS and len(o) for o in adjustment.network.observations):
+        return content, {}
+    posterior = content.settings.posterior and content.summary.dof > 0
+    factor = adjustment.posterior_factor if posterior else 1.0
+    angle, origin = content.settings.angle, content.sigma_origin
+    chapters, files = list(content.chapters), {}
+    warnings = list(content.warnings)
+    found = lever_arms(adjustment, factor)
+    if found:
+        chapters.append(lever_arm_chapter(found, angle, origin))
+        files = lever_arm_files(found, folder, content.datum.sentence, origin)
+    try:
+        chapters.append(rigid_chapter(place_rigidly(survey, adjustment), adjustment, angle))
+    except InputError:
+        pass  # too few antennas for a rigid model: nothing to compare with
+    except AdjustmentError as error:
+        warnings.append(f"The stations make no rigid model by themselves: {error.headline}.")
+    return replace(content, chapters=tuple(chapters), warnings=tuple(warnings)), files
