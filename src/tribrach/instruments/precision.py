@@ -47,7 +47,7 @@ class Precision:
     gnss_common: float = 0.5
     rod: float | None = None
     bubble: float | None = None
-    eccentricity: float | None = None
+    eccentricity: float = 0.0
     refraction: float = 0.13
 
     def of_directions(self, length: Array, repetitions: Array) -> Array | None:
