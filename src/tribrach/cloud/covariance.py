@@ -1,9 +1,9 @@
 """The covariance of every point: ``C_X = J_geo C_geo J_geo^T + J_rho C_int J_rho^T``.
 
 ``X = t + R x``; ``J_geo = [I | -[R x]x]`` for left increments; ``J_rho`` carries the noise along
-and across the beam into the world (method section 5.1). Points (n, 3) are in the scanner frame
-[m], results in the axes of the world [m^2]. The loops are compiled: tens of millions of points
-per second.
+and across the beam into the world (method section 5.1); a calibration adds its own share. Points
+(n, 3) are in the scanner frame [m], results in the axes of the world [m^2]. The loops are
+compiled: tens of millions of points per second.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
+from tribrach.cloud.calibration_share import share_of
 from tribrach.cloud.placement import Placement
 
 __all__ = ["covariances", "place_with_sigmas", "rounded", "sigmas"]
@@ -44,6 +45,9 @@ def place_with_sigmas(
         world,
         sigma,
     )
+    if placement.calibration is not None:
+        more = share_of(xyz, placement)[:, :3]
+        sigma = np.sqrt(np.maximum(sigma**2 + more, 0.0)).astype(np.float32)
     return world, sigma
 
 
@@ -70,7 +74,7 @@ def covariances(xyz: Array, placement: Placement, cosine: Array | None = None) -
         np.empty(0) if cosine is None else np.ascontiguousarray(cosine, dtype=np.float64),
         out,
     )
-    return out
+    return out if placement.calibration is None else out + share_of(xyz, placement)
 
 
 def rounded(values: Single, bits: int = 10) -> Single:

@@ -8,11 +8,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach.geometry.pose import Pose
+from tribrach.instruments.correction import Correction
 from tribrach.instruments.scan_noise import ScanNoise
 
-__all__ = ["Placement"]
+__all__ = ["CalibrationShare", "Placement"]
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class CalibrationShare:
+    """What the uncertainty of a calibration adds to points that were corrected with it.
+
+    correction : model, parameters, faces; own (k, k) : covariance of the parameters; cross (6, k) :
+    with the translation and the left rotation increments of the station, in the axes of the world.
+    """
+
+    correction: Correction
+    own: Array
+    cross: Array
+
+    def turned(self, both: Array) -> CalibrationShare:
+        """The same in other axes of the world; both (6, 6) turns translation and rotation."""
+        return CalibrationShare(self.correction, self.own, both @ self.cross)
 
 
 @dataclass(frozen=True)
@@ -21,17 +39,20 @@ class Placement:
 
     pose : world from scanner; covariance (6, 6) of translation [m] and left rotation increments
     [rad] about the axes of the world; noise : of single points, None where the scanner's origin
-    is not known, so that points have no covariance.
+    is not known, so that points have no covariance; calibration : of the scanner, if its points
+    were corrected.
     """
 
     station: str
     pose: Pose
     covariance: Array
     noise: ScanNoise | None
+    calibration: CalibrationShare | None = None
 
     def turned(self, frame: Array) -> Placement:
         """The same with the axes of the world turned by a rotation (3, 3), about its origin."""
         both = np.zeros((6, 6))
         both[:3, :3] = both[3:, 3:] = frame
         pose = Pose(frame @ self.pose.rotation, frame @ self.pose.translation)
-        return Placement(self.station, pose, both @ self.covariance @ both.T, self.noise)
+        share = None if self.calibration is None else self.calibration.turned(both)
+        return Placement(self.station, pose, both @ self.covariance @ both.T, self.noise, share)

@@ -24,7 +24,7 @@ from tribrach.network.observations.target_centre import TargetCentres
 from tribrach.network.survey import Survey
 from tribrach.network.survey_table import Table, as_column
 
-__all__ = ["StationModel", "add_priors", "calibrate_survey", "unknown_name"]
+__all__ = ["StationModel", "add_priors", "calibrate_survey", "polar_of_centres", "unknown_name"]
 
 Array = NDArray[np.float64]
 
@@ -147,14 +147,26 @@ def _polar_columns(part: Table, given: StationModel) -> dict[str, Any]:
             record=_first_source(part),
             cure="leave the scale or the calibration out",
         )
-    polar = polar_from_xyz(xyz)
-    sources = np.asarray(part.columns["source"], dtype=object)
-    require_defined(polar, sources)
-    turn = polar_by_xyz(xyz)
-    matrices = turn @ np.asarray(part.columns["covariance"]) @ turn.transpose(0, 2, 1)
+    polar, matrices = polar_of_centres(
+        xyz, np.asarray(part.columns["covariance"]), list(part.columns["source"])
+    )
     kept = {k: v for k, v in part.columns.items() if k not in ("scale", "values", "covariance")}
-    matrices = (matrices + matrices.transpose(0, 2, 1)) / 2
     return kept | {"values": polar, "covariance": matrices, "face": given.face}
+
+
+def polar_of_centres(xyz: Array, covariance: Array, sources: Sequence[str]) -> tuple[Array, Array]:
+    """Range, H, V (n, 3) of centres (n, 3) and their covariances (n, 3, 3).
+
+    Raises
+    ------
+    InputError : a target nearer than 0.3 m, or within half a degree of the standing axis.
+    """
+    polar = polar_from_xyz(xyz)
+    require_defined(polar, np.asarray(sources, dtype=object))
+    turn = polar_by_xyz(xyz)
+    matrices = turn @ covariance @ turn.transpose(0, 2, 1)
+    symmetric: Array = (matrices + matrices.transpose(0, 2, 1)) / 2
+    return polar, symmetric
 
 
 def _first_source(table: Table) -> str | None:

@@ -81,7 +81,8 @@ class Assembly:
             self.calibrations.apply(further, self._scanner_of)
             self._merge(further)
         self._scale_bars()
-        self.calibrations.finish(self.survey)
+        if further is not None or not self.project.scans:
+            self.calibrations.finish(self.survey)
         if further is not None or not self.project.scans:
             self._stations()
         self._lever_arms()

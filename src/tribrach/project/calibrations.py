@@ -106,6 +106,12 @@ class Calibrations:
         both = first.joined(second)
         return StationModel(both, instrument, section.scanner)
 
+    def has(self, station: str) -> bool:
+        """True if the scans of a station have a calibration, known or sought."""
+        named = (s.instrument for s in self.project.scans if s.station in (station, None))
+        entry = next((name for name in named if name is not None), None)
+        return self.model_of(self.instrument_of(station, entry), station) is not None
+
     def apply(self, survey: Survey, named: Callable[[str], str | None]) -> None:
         """Give the stations of a survey their models; named : instrument of a station's file."""
         models = {}

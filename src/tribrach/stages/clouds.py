@@ -27,6 +27,7 @@ from tribrach.project.sections import CloudSection
 from tribrach.scan.normals import incidence_cosines
 from tribrach.scan.scan import Field
 from tribrach.stages.grouping import groups, whole_source
+from tribrach.stages.scan_calibration import share_after
 from tribrach.stages.scans import StationScan
 from tribrach.stages.state import State, digest
 from tribrach.stages.superseded import remove_superseded, written_facts
@@ -69,6 +70,7 @@ def place(scan: StationScan, adjustment: Adjustment, factor: float = 1.0) -> Pla
         Pose(state.pose_r[number], state.pose_t[number]),
         factor * adjustment.covariance(scan.station),
         scan.noise if scan.origin_known else None,
+        share_after(scan, adjustment, factor),
     )
 
 
@@ -135,6 +137,8 @@ def _key(
         pose = where.pose
         parts += [state.file_digest(scan.scan.path), scan.mark, scan.name]
         parts += [pose.rotation, pose.translation, where.covariance, noise]
+        if where.calibration is not None:
+            parts += [where.calibration.own, where.calibration.cross]
     return digest("cloud", parts)
 
 

@@ -16,8 +16,10 @@ from tribrach.network.observations.offset import Offsets
 from tribrach.network.observations.target_centre import TargetCentres
 from tribrach.network.survey import Survey
 from tribrach.network.swapped_names import swapped_names
+from tribrach.project.calibrations import Calibrations
 from tribrach.registration.identify import Identification, Sighting, identify
 from tribrach.stages.extraction import Findings, merged
+from tribrach.stages.polar_targets import observe_readings
 from tribrach.stages.scans import StationScan
 from tribrach.targets.detection import Detection
 
@@ -85,7 +87,13 @@ def name_targets(
     survey = Survey(site=surveyed.site)
     for station in identification.poses:
         survey.station(station, source=f"scan {station}")
+    calibrations = Calibrations(project, project.folder, project.error)
     for station, names in identification.names.items():
+        if calibrations.has(station):
+            found = zip(names, targets[station], strict=True)
+            own = {name: d for name, d in found if name}
+            observe_readings(survey, station, own, scans, findings)
+            continue
         _observe(survey, station, names, targets[station])
     return Named(targets, identification, survey)
 

@@ -60,7 +60,7 @@ def _of_scan(
     """Planes and view of one scan."""
     noise = _noise(scan)
     settings = [sorted(noise.items()), wish.plane_area_m2, wish.plane_floor_mm]
-    key = digest("planes", _METHOD, state.file_digest(scan.scan.path), scan.scan.name, settings)
+    key = digest("planes", _METHOD, state.file_digest(scan.scan.path), scan.mark, settings)
     product = f"planes-{scan.name}"
     plain = re.sub(r"[^\w-]", "_", scan.name)[:60]
     file = state.folder / f"planes-{plain}-{digest(scan.name)[:8]}.npz"

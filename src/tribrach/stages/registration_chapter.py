@@ -38,7 +38,12 @@ __all__ = ["add_registration"]
 _CONFLICT = 0.12
 #: largest ratio of test to limit in the colours of the graph
 _WORST = 2.0
-_KINDS = {"plane": "planes", "target_centre": "targets", "relative_pose": "clouds"}
+_KINDS = {
+    "plane": "planes",
+    "target_centre": "targets",
+    "scanner_polar": "targets",
+    "relative_pose": "clouds",
+}
 
 
 @dataclass(frozen=True)

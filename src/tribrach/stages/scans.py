@@ -8,10 +8,15 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from tribrach.errors import InputError
+from tribrach.instruments.correction import Faces
 from tribrach.instruments.scan_noise import ScanNoise
+from tribrach.io.calibration_file import Calibration
 from tribrach.io.scans.formats import read_scans
+from tribrach.project.calibrations import Calibrations
+from tribrach.scan.corrected import CorrectedScan, corrected_scan
 from tribrach.scan.scan import Scan
 from tribrach.scan.shifted import seen_from
+from tribrach.stages.scan_calibration import known_correction
 
 if TYPE_CHECKING:
     from tribrach.project import Project
@@ -26,7 +31,8 @@ class StationScan:
 
     name : of the scan in the results, unique in the project; noise : of its single points, None if
     no instrument says; floor : sigma that no target centre falls below [m]; names : approximate
-    centers (3,) in the scanner frame [m] of the targets that the user named.
+    centers (3,) in the scanner frame [m] of the targets that the user named; known : calibration
+    of its scanner from a file, by which ``scan`` is corrected; faces : which face measured a point.
     """
 
     name: str
@@ -35,6 +41,8 @@ class StationScan:
     noise: ScanNoise | None
     levelled: bool
     names: Mapping[str, tuple[float, float, float]]
+    known: Calibration | None = None
+    faces: Faces = "front"
 
     @property
     def origin_known(self) -> bool:
@@ -42,9 +50,12 @@ class StationScan:
         return self.scan.origin != "unknown"
 
     @property
-    def mark(self) -> tuple[int, float, float, float]:
-        """What the points depend on besides the file: its scan, and where its scanner stood."""
-        return (self.scan.index, *self.scan.scanner)
+    def mark(self) -> tuple[int | float | str, ...]:
+        """What the points depend on besides the file: scan, place of the scanner, correction."""
+        plain = (self.scan.index, *self.scan.scanner)
+        if not isinstance(self.scan, CorrectedScan):
+            return plain
+        return (*plain, self.scan.correction.mark)
 
 
 def open_scans(project: Project) -> list[StationScan]:
@@ -56,8 +67,9 @@ def open_scans(project: Project) -> list[StationScan]:
         defined, two scans of one name, a scanner far from its points.
     """
     found: list[StationScan] = []
+    known = Calibrations(project, project.folder, project.error).known
     for k, entry in enumerate(project.scans):
-        found += _open(project, k, entry)
+        found += _open(project, k, entry, known)
     at = Counter(scan.station for scan in found)
     found = [s if at[s.station] == 1 else _several(s) for s in found]
     names: set[str] = set()
@@ -79,7 +91,9 @@ def _several(scan: StationScan) -> StationScan:
     return replace(scan, name=f"{scan.station} {scan.scan.name}")
 
 
-def _open(project: Project, k: int, entry: ScanFile) -> list[StationScan]:
+def _open(
+    project: Project, k: int, entry: ScanFile, calibrations: Mapping[str, Calibration]
+) -> list[StationScan]:
     """The scans of one entry."""
     scans = read_scans(project.folder / entry.file)
     if entry.scan is not None:
@@ -98,10 +112,16 @@ def _open(project: Project, k: int, entry: ScanFile) -> list[StationScan]:
             f"{entry.file} has {len(scans)} scans and one station is given",
             "give one entry with scan and station for each, or leave station out",
         )
-    return [_at_station(project, k, entry, scan) for scan in scans]
+    return [_at_station(project, k, entry, scan, calibrations) for scan in scans]
 
 
-def _at_station(project: Project, k: int, entry: ScanFile, scan: Scan) -> StationScan:
+def _at_station(
+    project: Project,
+    k: int,
+    entry: ScanFile,
+    scan: Scan,
+    calibrations: Mapping[str, Calibration],
+) -> StationScan:
     """A scan with what the project says about its station."""
     station = entry.station or scan.name
     section = project.stations.get(station)
@@ -110,6 +130,10 @@ def _at_station(project: Project, k: int, entry: ScanFile, scan: Scan) -> Statio
         scan = replace(scan, origin="stated")
     elif entry.origin is not None:
         scan = seen_from(scan, entry.origin)
+    instrument = named or _only(project)
+    known = calibrations.get(instrument) if instrument is not None else None
+    if known is not None:
+        scan = corrected_scan(scan, known_correction(known, entry.face))
     return StationScan(
         name=station,
         station=station,
@@ -117,7 +141,15 @@ def _at_station(project: Project, k: int, entry: ScanFile, scan: Scan) -> Statio
         noise=_noise(project, k, named),
         levelled=section is not None and section.levelled,
         names=entry.names,
+        known=known,
+        faces=entry.face,
     )
+
+
+def _only(project: Project) -> str | None:
+    """The only instrument of a project, or None."""
+    names = list(project.instruments)
+    return names[0] if len(names) == 1 else None
 
 
 def _noise(project: Project, k: int, name: str | None) -> ScanNoise | None:

@@ -27,6 +27,7 @@ from tribrach.stages.naming import Named
 from tribrach.stages.poses import MOST_STATIONS, joint_covariance, pose_texts, station_order
 from tribrach.stages.reach import reach_sentences
 from tribrach.stages.registration import Registered, register
+from tribrach.stages.scan_calibration import as_adjusted, calibration_sentences
 from tribrach.stages.scans import StationScan, open_scans
 from tribrach.stages.state import State
 from tribrach.stages.station_comparison import Wish, compare_stations, wishes
@@ -50,6 +51,20 @@ class ScanWork:
     registered: Registered
     state: State
     comparisons: Sequence[Wish] = ()
+
+    def corrected(self, adjustment: Adjustment) -> ScanWork:
+        """The same with scans corrected by the adjusted calibration of their scanners."""
+        scans = as_adjusted(self.scans, adjustment)
+        new = {scan.name: scan for scan in scans}
+        comparisons = [
+            replace(
+                wish,
+                a=tuple(new[scan.name] for scan in wish.a),
+                b=tuple(new[scan.name] for scan in wish.b),
+            )
+            for wish in self.comparisons
+        ]
+        return replace(self, scans=scans, comparisons=comparisons)
 
     @property
     def named(self) -> Named | None:
@@ -85,6 +100,7 @@ def georeference(
 ) -> ScanChapter:
     """Write poses and clouds through the adjusted stations; the chapter of the report."""
     frame = output_frame(project)
+    work = work.corrected(adjustment)
     factor = adjustment.posterior_factor if project.adjustment.posterior else 1.0
     stations = set(adjustment.layout.names["pose"])
     lost = [scan.station for scan in work.scans if scan.station not in stations]
@@ -107,7 +123,8 @@ def georeference(
         )
     chapter = scan_chapter(work.findings, work.named, products, placements, frame)
     odd = (f"{s.scan.source}: {warning}." for s in work.scans for warning in s.scan.warnings)
-    chapter = replace(chapter, warnings=(*odd, *chapter.warnings))
+    corrected = calibration_sentences(work.scans, adjustment)
+    chapter = replace(chapter, warnings=(*odd, *corrected, *chapter.warnings))
     budget = error_budget(work.scans, placements, adjustment, work.state, factor)
     charts = budget_charts(budget)
     reach = reach_sentences(work.scans, placements, adjustment, work.state)
@@ -121,7 +138,13 @@ def georeference(
         return chapter
     file = project.folder / project.truth
     rows = against_truth(
-        read_truth(file), file.parent, adjustment, work.scans, placements, work.named
+        read_truth(file),
+        file.parent,
+        adjustment,
+        work.scans,
+        placements,
+        work.named,
+        project.cloud.incidence,
     )
     return replace(chapter, truth=tuple(rows))
 

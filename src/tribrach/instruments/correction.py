@@ -1,0 +1,90 @@
+"""A calibration applied to points of a scan: ``true = measured + Delta(measured)``.
+
+Points (n, 3) in the scanner frame [m]. Nearer than 0.3 m and within half a degree of the standing
+axis the corrections are those of these limits: closer they would grow without bound.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.geometry.polar import NEAREST, POLE, polar_from_xyz, xyz_by_polar, xyz_from_polar
+from tribrach.instruments.calibration import CalibrationModel
+
+__all__ = ["Correction", "Faces"]
+
+Array = NDArray[np.float64]
+
+#: which face measured a point: always the front, or the back where H is above 180 degrees
+Faces = Literal["front", "back", "dome"]
+#: points whose columns are in memory at a time
+_BLOCK = 50_000
+
+
+@dataclass(frozen=True, eq=False)
+class Correction:
+    """Parameters (k,) of a model and the faces of a scan."""
+
+    model: CalibrationModel
+    values: Array
+    faces: Faces = "front"
+
+    @property
+    def mark(self) -> str:
+        """What tells this correction from others."""
+        words = f"{self.model.name} {self.model.parameters} {self.faces} {self.values.tolist()!r}"
+        return hashlib.sha256(words.encode()).hexdigest()[:16]
+
+    def face(self, h: Array) -> Array:
+        """Faces (n,) of +1 or -1 at horizontal angles (n,) [rad]."""
+        if self.faces == "dome":
+            return np.where(h % (2 * np.pi) >= np.pi, -1.0, 1.0)
+        return np.full(len(h), 1.0 if self.faces == "front" else -1.0)
+
+    def corrected(self, xyz: Array) -> Array:
+        """Points without the errors of the scanner."""
+        used = np.flatnonzero(self.values)
+        if len(used) == 0 or len(xyz) == 0:
+            return xyz
+        model = self.model.select([self.model.parameters[k] for k in used])
+        out = np.empty_like(xyz)
+        for first in range(0, len(xyz), _BLOCK):
+            part = slice(first, first + _BLOCK)
+            polar = polar_from_xyz(xyz[part])
+            safe = _limited(polar)
+            r, h, v = safe.T
+            b = model.columns(r, h, v, self.face(polar[:, 1]))
+            out[part] = xyz_from_polar(polar + b @ self.values[used])
+        return out
+
+    def raw(self, xyz: Array) -> Array:
+        """Readings that :meth:`corrected` brings to these points."""
+        out = xyz
+        for _ in range(4):
+            out = out + (xyz - self.corrected(out))
+        return out
+
+    def jacobian(self, xyz: Array) -> Array:
+        """Derivatives (n, 3, k) of corrected points by the parameters."""
+        polar = polar_from_xyz(xyz)
+        r, h, v = _limited(polar).T
+        b = self.model.columns(r, h, v, self.face(polar[:, 1]))
+        out: Array = xyz_by_polar(polar) @ b
+        return out
+
+
+def _limited(polar: Array) -> Array:
+    """Readings no nearer, and no closer to the axis, than the model is defined."""
+    return np.stack(
+        [
+            np.maximum(polar[:, 0], NEAREST),
+            polar[:, 1],
+            np.clip(polar[:, 2], POLE, np.pi - POLE),
+        ],
+        axis=1,
+    )
