@@ -111,30 +111,26 @@ def close_loops(
     start: Index,
     end: Index,
     vectors: Array,
-    covariance: Array,
+    covariance: Array | csr_matrix,
     *,
     independent: int | None = None,
     alpha: float = 0.05,
 ) -> list[Loop]:
     """Closures of loops.
 
-    vectors (n, 3) [m]; covariance (3n, 3n) of all vectors, or (n, 3, 3) of uncorrelated ones;
+    vectors (n, 3) [m]; covariance (3n, 3n) of all vectors, dense or sparse rows, or (n, 3, 3) of
+    uncorrelated ones;
     independent : how many of the walks, the first ones, are of the basis (all if None).
     """
-    joint = covariance.ndim == 2
     many = len(walks) if independent is None else independent
     out = []
     for number, walk in enumerate(walks):
         edges = np.array([k for k, _ in walk])
         signs = np.array([sign for _, sign in walk], dtype=float)
         closure = signs @ vectors[edges]
-        if joint:
-            rows = (3 * edges[:, None] + np.arange(3)).ravel()
-            block = covariance[np.ix_(rows, rows)].reshape(len(edges), 3, len(edges), 3)
-            matrix = np.einsum("a,aibj,b->ij", signs, block, signs)
-        else:
-            matrix = covariance[edges].sum(axis=0)
-        scale = float(np.trace(covariance[rows][:, rows]) if joint else np.trace(matrix))
+        block = _block(covariance, edges)
+        matrix = np.einsum("a,aibj,b->ij", signs, block, signs)
+        scale = float(np.einsum("aiai->", block))
         statistic, dof = _statistic(closure, matrix, scale)
         length = float(np.linalg.norm(vectors[edges], axis=1).sum())
         limit = float(chi2.ppf(1 - alpha, dof)) if dof else 0.0
@@ -143,6 +139,19 @@ def close_loops(
             Loop(points, tuple(walk), closure, matrix, length, statistic, dof, limit, number < many)
         )
     return out
+
+
+def _block(covariance: Array | csr_matrix, edges: Index) -> Array:
+    """Covariance (k, 3, k, 3) of some vectors."""
+    k = len(edges)
+    if not isinstance(covariance, np.ndarray) or covariance.ndim == 2:
+        rows = (3 * edges[:, None] + np.arange(3)).ravel()
+        part = covariance[rows][:, rows]
+        dense = part if isinstance(part, np.ndarray) else part.toarray()
+        return np.asarray(dense, dtype=float).reshape(k, 3, k, 3)
+    block = np.zeros((k, 3, k, 3))
+    block[np.arange(k), :, np.arange(k), :] = covariance[edges]
+    return block
 
 
 def _statistic(closure: Array, matrix: Array, scale: float) -> tuple[float, int]:

@@ -1,0 +1,189 @@
+"""The chapter on GNSS: loops of textbook and real networks, sessions from RINEX, files of a run.
+
+Truth: Ghilani 2010 chapter 17 (AC-32), closures added up by hand, DynAdjust's own adjustment, the
+published coordinates of a permanent station.
+"""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+from typer.testing import CliRunner
+
+from tests.io.survey.gnss_samples import ADJUSTED, GIVEN, VECTORS, write_csv, write_gvx
+from tests.network.networks import trilateration
+from tribrach.cli import app
+from tribrach.gnss.engine import engines
+from tribrach.network.adjustment import adjust
+from tribrach.network.network import Datum
+from tribrach.project import Project
+from tribrach.stages.gnss_chapter import gnss_chapter
+from tribrach.stages.gnss_loops import baselines_of, loops_of
+
+RUN = CliRunner()
+GHILANI = """
+title = "Ghilani, chapter 17"
+[site]
+frame = "ITRF2014"
+epoch = 2010.0
+[[points]]
+file = "control.csv"
+role = "fixed"
+[[observations]]
+file = "{file}"
+"""
+
+
+def ghilani(folder: Path, file: str) -> Path:
+    rows = [f"{name},{x},{y},{z}" for name, (x, y, z) in GIVEN.items()]
+    (folder / "control.csv").write_text(
+        "\n".join(["point,ecef_x_m,ecef_y_m,ecef_z_m", *rows]) + "\n"
+    )
+    write_csv(folder / "v.csv")
+    write_gvx(folder / "v.gvx")
+    (folder / "p.toml").write_text(GHILANI.format(file=file))
+    return folder / "p.toml"
+
+
+@pytest.mark.parametrize("file", ["v.csv", "v.gvx"])
+def test_network_of_ghilani_in_a_project(tmp_path: Path, file: str) -> None:
+    """AC-32: coordinates, redundancy and sigma0 in ECEF of the project's frame."""
+    adjustment = adjust(Project.load(ghilani(tmp_path, file)).network())
+    site, layout = adjustment.network.site, adjustment.layout
+    for name, xyz in ADJUSTED.items():
+        x = adjustment.state.points[layout.index("point", name)]
+        np.testing.assert_allclose(site.to_ecef(x[None])[0], xyz, atol=1e-4)  # type: ignore[attr-defined]
+    assert adjustment.dof == 27
+    assert adjustment.sigma0_posterior == pytest.approx(0.7075, abs=5e-4)
+
+
+def test_closures_of_ghilani_by_hand(tmp_path: Path) -> None:
+    adjustment = adjust(Project.load(ghilani(tmp_path, "v.csv")).network())
+    found = baselines_of(adjustment)
+    assert found is not None
+    loops = loops_of(found)
+    # 13 baselines between 6 points
+    assert sum(loop.independent for loop in loops) == 8
+    given = {(a, b): np.array(words, dtype=float) for a, b, *words in VECTORS}
+    for loop in loops:
+        names = [found.names[k] for k in loop.points]
+        walk = list(zip(names, [*names[1:], names[0]], strict=True))
+        if len(walk) == 2:  # A to F and back by its repetition
+            walk = [walk[0], walk[0][::-1]]
+        total, covariance = np.zeros(3), np.zeros((3, 3))
+        for a, b in walk:
+            sign, row = (1, given[a, b]) if (a, b) in given else (-1, given[b, a])
+            total += sign * row[:3]
+            covariance += row[3:][[0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(3, 3)
+        assert loop.size == pytest.approx(np.linalg.norm(total), abs=1e-9)
+        statistic = total @ np.linalg.solve(covariance, total)
+        assert loop.statistic == pytest.approx(statistic, rel=1e-6)
+        assert loop.passes == (statistic < chi2.ppf(0.95, 3))
+    repeated = [loop for loop in loops if len(loop.walk) == 2]
+    sums = sorted(loop.size for loop in repeated)
+    by_hand = [np.linalg.norm([1e-4, -0.0107, 0.0110]), np.linalg.norm([0.0054, -0.0057, 0.0079])]
+    np.testing.assert_allclose(sums, sorted(by_hand), atol=1e-9)
+
+
+def test_report_of_a_run(tmp_path: Path) -> None:
+    result = RUN.invoke(app, ["run", str(ghilani(tmp_path, "v.csv"))])
+    assert result.exit_code == 0, result.output
+    data = json.loads((tmp_path / "out" / "result.json").read_text())["gnss"]
+    assert (data["frame"], data["epoch"]) == ("ITRF2014", 2010.0)
+    largest = max(data["loops"], key=lambda loop: loop["size"])
+    text = " ".join((tmp_path / "out" / "report.txt").read_text().split())
+    assert f"the largest closure is {1e3 * largest['size']:.1f} mm" in text
+    assert f"({largest['ppm']:.2f} ppm of" in text
+    assert "8 minimal loops" in text
+    assert "Coordinates are in ITRF2014 at epoch 2010.00." in text
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert 'id="gnss-map"' in page
+    assert "GNSS loops" in page
+
+
+def test_a_blunder_in_a_baseline_is_named(tmp_path: Path) -> None:
+    path = ghilani(tmp_path, "v.csv")
+    table = tmp_path / "v.csv"
+    table.write_text(table.read_text().replace("-1837.7459", "-1838.0459"))
+    adjustment = adjust(Project.load(path).network())
+    made = gnss_chapter(adjustment)
+    assert made is not None
+    warnings = made[1]
+    assert warnings
+    assert all("D" in text and "E" in text for text in warnings[:1])
+    said = float(warnings[0].split(" mm")[0].split()[-1])
+    assert said == pytest.approx(300, abs=30)
+
+
+def test_networks_without_baselines_have_no_chapter() -> None:
+    assert gnss_chapter(adjust(trilateration(Datum("free")).network())) is None
+
+
+@pytest.mark.data
+def test_network_of_dynadjust(shared_data: Path, tmp_path: Path) -> None:
+    """DynAdjust states sigma0 squared 1.169 with 288; loops of correlated clusters."""
+    there = shared_data / "networks" / "dynadjust"
+    (tmp_path / "p.toml").write_text(
+        f'[[observations]]\nfiles = ["{there}/gnss-network.stn", "{there}/gnss-network.msr"]\n'
+    )
+    adjustment = adjust(Project.load(tmp_path / "p.toml").network())
+    assert adjustment.dof == 288
+    assert adjustment.sigma0_posterior**2 == pytest.approx(1.169, abs=5e-4)
+    found = baselines_of(adjustment)
+    assert found is not None
+    loops = [loop for loop in loops_of(found) if loop.independent]
+    points = len(np.unique(np.concatenate([found.start, found.end])))
+    assert len(loops) == len(found) - points + 1
+    failing = sum(not loop.passes for loop in loops)
+    # most of them close at 5 %
+    assert failing < 0.15 * len(loops)
+
+
+RINEX = """
+title = "Two permanent stations"
+[site]
+frame = "ITRF2000"
+epoch = 2005.25
+[[points]]
+file = "control.csv"
+[gnss]
+navigation = ["{there}/30400920.05n"]
+[[gnss.sessions]]
+name = "092"
+receivers = [
+  {{ point = "3040", file = "{there}/30400920.05o" }},
+  {{ point = "0759", file = "{there}/07590920.05o" }},
+]
+"""
+
+
+@pytest.mark.data
+@pytest.mark.skipif(not engines(), reason="RTKLIB is not installed")
+def test_from_rinex_to_the_report(shared_data: Path, tmp_path: Path) -> None:
+    there = shared_data / "gnss" / "geonet_0759_3040"
+    (tmp_path / "p.toml").write_text(RINEX.format(there=there))
+    (tmp_path / "control.csv").write_text(
+        "point,ecef_x_m,ecef_y_m,ecef_z_m,sigma_e_mm,sigma_n_mm,sigma_u_mm,role\n"
+        "3040,-3978241.958,3382840.234,3649900.853,,,,fixed\n"
+        "0759,-3976219.1874,3382371.6055,3652511.1446,,,,approximate\n"
+    )
+    result = RUN.invoke(app, ["run", str(tmp_path / "p.toml")])
+    # one baseline has no redundancy, and the command says so
+    assert result.exit_code == 2
+    assert "no redundancy" in result.output
+    data = json.loads((tmp_path / "out" / "result.json").read_text())
+    (baseline,) = data["gnss"]["baselines"]
+    assert baseline["fixed_share"] == 1
+    assert baseline["epochs"] == 115
+    project = Project.load(tmp_path / "p.toml")
+    network = project.network()
+    site = network.site
+    found = site.to_ecef(np.array([data["points"]["0759"]["xyz"]]))[0]  # type: ignore[attr-defined]
+    np.testing.assert_allclose(found, [-3976219.1874, 3382371.6055, 3652511.1446], atol=0.015)
+    text = " ".join((tmp_path / "out" / "report.txt").read_text().split())
+    assert "1 session gave 1 independent baseline" in text
+    assert "in 100.0 % of 115 epochs" in text
+    assert "close no loop: nothing checks them" in text
+    assert "ITRF2000 at epoch 2005.25" in text
