@@ -12,9 +12,10 @@ from tribrach import pipeline
 from tribrach.io.lever_arm_file import read_lever_arm
 from tribrach.network.adjustment import adjust
 from tribrach.network.quality import assess
+from tribrach.network.snooping import snoop
 from tribrach.report import text
 from tribrach.report.build import build
-from tribrach.stages.antennas import add_antennas
+from tribrach.stages.antennas import add_antennas, height_sentences
 
 
 def test_a_run_leaves_its_lever_arm_for_the_next(tmp_path: Path) -> None:
@@ -63,3 +64,15 @@ def test_the_rigid_model_is_compared_with_the_adjustment() -> None:
     difference = measured - ends[[k for k in range(10) if k not in CONTROL[5]]]
     assert chapter.data["check_rms_adjusted"] == pytest.approx(np.sqrt((difference**2).mean()))
     assert "rigid body" in text.render(content)
+
+
+def test_a_wrong_antenna_height_is_named_as_one() -> None:
+    """100 mm too high at S5: found, switched off, and said to be a height."""
+    one = site(1, 0.009, 0.0002)
+    one.antennas[4, 2] += 0.1
+    adjustment, log = snoop(survey_of(one, CONTROL[9], closed=True).network())
+    assert log.removed
+    (sentence,) = height_sentences(adjustment)
+    assert "antenna on S5" in sentence
+    assert "mm above" in sentence
+    assert "look at its height" in sentence

@@ -6,16 +6,41 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from tribrach.errors import AdjustmentError, InputError
 from tribrach.network.adjustment import Adjustment
+from tribrach.network.observations.antenna import Antennas
+from tribrach.network.observations.base import Use
 from tribrach.network.survey import Survey
 from tribrach.report.content import Content
 from tribrach.stages.lever_arms import lever_arm_chapter, lever_arm_files, lever_arms
 from tribrach.stages.rigid_placing import place_rigidly, rigid_chapter
 
-__all__ = ["add_antennas"]
+__all__ = ["add_antennas", "height_sentences"]
 
 _KINDS = ("antenna", "mounted_point")
+#: an error so many times larger in height than in plan looks like a wrong antenna height
+_UPRIGHT = 3.0
+
+
+def height_sentences(adjustment: Adjustment) -> list[str]:
+    """Antennas that are switched off and stand too high or too low, in words."""
+    out = []
+    for o in adjustment.network.observations:
+        if not isinstance(o, Antennas):
+            continue
+        gap, names = o.misclosure(adjustment.state), adjustment.layout.names["pose"]
+        for k in np.flatnonzero(o.use == Use.OFF):
+            plan, up = float(np.hypot(gap[k, 0], gap[k, 1])), float(gap[k, 2])
+            if abs(up) > _UPRIGHT * max(plan, float(o.sigma[k, 2])):
+                side = "above" if up > 0 else "below"
+                out.append(
+                    f"The antenna on {names[o.station[k]]}, which is switched off, was measured "
+                    f"{1e3 * abs(up):.0f} mm {side} where all the rest puts it, and only "
+                    f"{1e3 * plan:.0f} mm beside: look at its height."
+                )
+    return out
 
 
 def add_antennas(
@@ -31,7 +56,7 @@ def add_antennas(
     factor = adjustment.posterior_factor if posterior else 1.0
     angle, origin = content.settings.angle, content.sigma_origin
     chapters, files = list(content.chapters), {}
-    warnings = list(content.warnings)
+    warnings = [*content.warnings, *height_sentences(adjustment)]
     found = lever_arms(adjustment, factor)
     if found:
         chapters.append(lever_arm_chapter(found, angle, origin))
