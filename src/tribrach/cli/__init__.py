@@ -4,7 +4,17 @@ from __future__ import annotations
 
 import sys
 
-from tribrach.cli import calibrate, compare, complete, gnss, network, regress, scans, transform
+from tribrach.cli import (
+    calibrate,
+    compare,
+    complete,
+    gnss,
+    network,
+    plan,
+    regress,
+    scans,
+    transform,
+)
 from tribrach.cli.shell import app
 
 __all__ = [
@@ -15,6 +25,7 @@ __all__ = [
     "gnss",
     "main",
     "network",
+    "plan",
     "regress",
     "scans",
     "transform",

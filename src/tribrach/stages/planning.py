@@ -80,7 +80,8 @@ class Plan:
 
     network, adjustment : of the plan with its proposals; before, after : figures without and with
     them; single : criterion with each candidate alone, by name, of the first search; places : of
-    these (3,) [m]; judged : how many designs were looked at.
+    these (3,) [m]; judged_at : positions that moves and spares are about, which stay where they
+    are; judged : how many designs were looked at.
     """
 
     title: str
@@ -98,6 +99,7 @@ class Plan:
     precisions: tuple[Precision, ...] = ()
     single: Mapping[str, float] = field(default_factory=dict)
     places: Mapping[str, Array] = field(default_factory=dict)
+    judged_at: tuple[str, ...] = ()
     judged: int = 0
     warnings: tuple[str, ...] = ()
 
@@ -158,6 +160,7 @@ def plan_project(
         precisions,
         work.single,
         {name: work.looked_at[name] for name in work.single},
+        work.judged_at,
         work.judged,
         (*adjustment.warnings, *work.warnings),
     )
@@ -173,6 +176,7 @@ class _Work:
         self.stations: dict[str, Place] = {}
         self.proposals: list[Proposal] = []
         self.single: dict[str, float] = {}
+        self.judged_at: tuple[str, ...] = ()
         self.looked_at: dict[str, Array] = {}
         self.warnings: list[str] = []
         self.judged = 0
@@ -363,9 +367,11 @@ class _Work:
     def _without(self, names: Sequence[str], base: Adjustment) -> Criterion:
         """The criterion about points that stay, where none are named."""
         if self.named:
+            self.judged_at = self.named
             return self.criterion
         stay = tuple(n for n in base.layout.names["point"] if n not in names)
-        return replace(self.criterion, names=stay or base.layout.names["pose"])
+        self.judged_at = stay or base.layout.names["pose"]
+        return replace(self.criterion, names=self.judged_at)
 
     def spares(self) -> tuple[Spare, ...]:
         """What the plan does without each movable target and each planned station."""

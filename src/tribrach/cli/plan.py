@@ -1,0 +1,53 @@
+"""The command plan: what a network will be, before anyone drives out."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tribrach.cli.shell import app, guarded, shown
+from tribrach.io.outputs import write_texts
+from tribrach.project import Project
+from tribrach.report.plan_page import plan_page, plan_text
+from tribrach.stages.plan_report import plan_json, plan_report
+from tribrach.stages.planning import plan_project
+from tribrach.stages.survey_run import find_and_name
+
+__all__ = ["plan"]
+
+
+@app.command()
+def plan(
+    project: Annotated[Path, typer.Argument(help="The project file (TOML) with a section [plan].")],
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write it as JSON.")] = None,
+    html_file: Annotated[
+        Path | None, typer.Option("--html", help="Write a page with a map for the crew.")
+    ] = None,
+    text_file: Annotated[Path | None, typer.Option("--text", help="Write it as text.")] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+) -> None:
+    """Predict precision and reliability, and propose targets, stations and sets."""
+
+    def work() -> None:
+        job = Project.load(project)
+        with shown(quiet) as progress:
+            found = find_and_name(job, job.results, progress) if job.scans else None
+            named = None if found is None else found.named
+            result = plan_project(job, None if named is None else named.survey, progress)
+            page = plan_report(result)
+        texts = {}
+        if json_file is not None:
+            data = plan_json(result, page)
+            texts[json_file] = json.dumps(data, indent=1, allow_nan=False) + "\n"
+        if html_file is not None:
+            texts[html_file] = plan_page(page)
+        if text_file is not None:
+            texts[text_file] = plan_text(page)
+        write_texts(texts)
+        if not quiet:
+            typer.echo(plan_text(page, brief=True))
+
+    guarded(work)

@@ -1,0 +1,62 @@
+"""The sights of a plan, one for each pair of places, with what they control."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tribrach.network.adjustment import Adjustment
+from tribrach.report.content import Content, Observation
+
+__all__ = ["Sight", "sights_of"]
+
+
+@dataclass(frozen=True)
+class Sight:
+    """Everything observed from one place to another.
+
+    length [m], azimuth and zenith [rad] between the positions; values : how many are observed;
+    redundancy : the smallest of them; undetected : the largest displacement [m] by an undetected
+    error in one of them; None where nothing controls one.
+    """
+
+    start: str
+    end: str
+    kinds: str
+    length: float
+    azimuth: float
+    zenith: float
+    values: int
+    redundancy: float | None
+    undetected: float | None
+
+
+def sights_of(content: Content, adjustment: Adjustment) -> tuple[Sight, ...]:
+    """Sights between positions of a predicted network, in the order of its observations."""
+    layout, positions = adjustment.layout, adjustment.state.positions
+    known = set(layout.names["point"]) | set(layout.names["pose"])
+    groups: dict[tuple[str, str], list[Observation]] = {}
+    for row in content.observations:
+        if row.state == "active" and row.start in known and row.end in known:
+            groups.setdefault((row.start, row.end), []).append(row)
+    out = []
+    for (start, end), rows in groups.items():
+        e, n, u = positions[layout.position_index(end)] - positions[layout.position_index(start)]
+        level = float(np.hypot(e, n))
+        redundancies = [row.redundancy for row in rows if row.redundancy is not None]
+        effects = [row.external for row in rows if row.external is not None]
+        out.append(
+            Sight(
+                start,
+                end,
+                ", ".join(dict.fromkeys(row.kind.replace("_", " ") for row in rows)),
+                float(np.hypot(level, u)),
+                float(np.arctan2(e, n) % (2 * np.pi)),
+                float(np.arctan2(level, u)),
+                len(rows),
+                min(redundancies) if len(redundancies) == len(rows) else None,
+                max(effects) if len(effects) == len(rows) else None,
+            )
+        )
+    return tuple(out)

@@ -1,0 +1,263 @@
+"""The tables of a plan: where to set up, where targets are, what is proposed, what it takes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.network.planning import CRITERIA, CriterionKind, Figures, largest_sigma
+from tribrach.report.numbers import number
+from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
+from tribrach.stages.plan_sights import Sight
+from tribrach.stages.planning import Plan
+
+__all__ = ["plan_tables", "shown"]
+
+Array = NDArray[np.float64]
+
+
+def plan_tables(plan: Plan, sights: tuple[Sight, ...]) -> tuple[Table, ...]:
+    """All tables, what the crew needs first."""
+    return (
+        _stations(plan, sights),
+        _targets(plan, sights),
+        _proposals(plan),
+        _criteria(plan),
+        _relocations(plan),
+        _spares(plan),
+        _sets(plan),
+        _precisions(plan),
+        _datums(plan),
+        _sights(sights),
+    )
+
+
+def shown(kind: CriterionKind, value: float) -> str:
+    """A criterion in words: millimetres, or a plain number."""
+    if math.isnan(value):
+        return "not determined"
+    if math.isinf(value):
+        return "unlimited"
+    return f"{value * 1e3:.3g} mm" if kind in ("sigma", "undetected") else f"{value:.3f}"
+
+
+def _places(get: Callable[[Any], Array]) -> list[tuple[Column, Callable[[Any], Cell]]]:
+    """Columns E, N, U of a place (3,)."""
+
+    def column(axis: int) -> Callable[[Any], Cell]:
+        return lambda item: number_cell(float(get(item)[axis]), f"{get(item)[axis]:.3f}")
+
+    return [(Column(name, "m"), column(axis)) for axis, name in enumerate("ENU")]
+
+
+def _few(names: tuple[str, ...]) -> str:
+    """Some names in words."""
+    return ", ".join(names[:8]) + (f" and {len(names) - 8} others" if len(names) > 8 else "")
+
+
+def _stations(plan: Plan, sights: tuple[Sight, ...]) -> Table:
+    layout, state = plan.adjustment.layout, plan.adjustment.state
+    new = {p.name for p in plan.proposals}
+    scan: dict[str, list[Sight]] = {}
+    for sight in sights:
+        scan.setdefault(sight.start, []).append(sight)
+    rows = list(scan)
+    xyz = {n: state.positions[layout.position_index(n)] for n in rows}
+    columns = [
+        (Column("Station", numeric=False), lambda n: text_cell(n)),
+        (Column("", numeric=False), lambda n: text_cell("new" if n in new else "")),
+        *_places(lambda n: xyz[n]),
+        (Column("sights"), lambda n: number_cell(len(scan[n]), str(len(scan[n])))),
+        (
+            Column("longest", "m"),
+            lambda n: number_cell(
+                max(o.length for o in scan[n]), f"{max(o.length for o in scan[n]):.1f}"
+            ),
+        ),
+        (
+            Column("sees", numeric=False, wide=True),
+            lambda n: text_cell(", ".join(o.end for o in scan[n])),
+        ),
+    ]
+    return build_table("stations", "Where to set up", "", rows, columns)
+
+
+def _targets(plan: Plan, sights: tuple[Sight, ...]) -> Table:
+    found = plan.adjustment
+    layout = found.layout
+    names = layout.names["point"]
+    sigma = largest_sigma(found.family_covariances("point")) if names else np.zeros(0)
+    new = {p.name for p in plan.proposals}
+    seen: dict[str, list[str]] = {n: [] for n in names}
+    for s in sights:
+        if s.end in seen:
+            seen[s.end].append(s.start)
+    rows = list(range(len(names)))
+    xyz = found.state.points
+    columns = [
+        (Column("Target or point", numeric=False), lambda i: text_cell(names[i])),
+        (Column("", numeric=False), lambda i: text_cell("new" if names[i] in new else "")),
+        *_places(lambda i: xyz[i]),
+        (
+            Column("worst σ", "mm"),
+            lambda i: number_cell(float(sigma[i]), f"{sigma[i] * 1e3:.2f}"),
+        ),
+        (
+            Column("seen from", numeric=False),
+            lambda i: text_cell(", ".join(dict.fromkeys(seen[names[i]]))),
+        ),
+    ]
+    note = "Sigmas in the worst direction, in the datum of the plan, a priori."
+    return build_table("targets", "Where targets and points are", note, rows, columns)
+
+
+def _proposals(plan: Plan) -> Table:
+    kind = plan.criterion.kind
+    columns = [
+        (Column("Add", numeric=False), lambda p: text_cell(p.sort)),
+        (Column("at", numeric=False), lambda p: text_cell(p.name)),
+        *_places(lambda p: p.place),
+        (Column("before"), lambda p: number_cell(number(p.before), shown(kind, p.before))),
+        (Column("after"), lambda p: number_cell(number(p.after), shown(kind, p.after))),
+    ]
+    note = f"In the order of their gain; judged by the {CRITERIA[kind]}."
+    return build_table("proposals", "Proposals", note, plan.proposals, columns)
+
+
+def _criteria(plan: Plan) -> Table:
+    kinds = list(CRITERIA)
+
+    def cell(found: Figures | None, kind: CriterionKind) -> Cell:
+        if found is None:
+            return text_cell("")
+        return number_cell(number(found.value(kind)), shown(kind, found.value(kind)))
+
+    at = {
+        "sigma": plan.after.names[int(np.argmax(plan.after.sigma))] if plan.after.names else "",
+        "redundancy": plan.after.redundancy_at,
+        "undetected": plan.after.undetected_at,
+        "correlation": plan.after.correlation_at,
+    }
+    columns = [
+        (Column("Criterion", numeric=False), lambda k: text_cell(CRITERIA[k])),
+        (Column("before"), lambda k: cell(plan.before, k)),
+        (Column("plan"), lambda k: cell(plan.after, k)),
+        (Column("where", numeric=False, wide=True), lambda k: text_cell(at[k])),
+    ]
+    return build_table("criteria", "Criteria", "", kinds, columns)
+
+
+def _relocations(plan: Plan) -> Table:
+    kind = plan.criterion.kind
+    columns = [
+        (Column("Move", numeric=False), lambda r: text_cell(r.name)),
+        (Column("to", numeric=False), lambda r: text_cell(r.to)),
+        *_places(lambda r: r.place),
+        (Column("before"), lambda r: number_cell(r.before, shown(kind, r.before))),
+        (Column("after"), lambda r: number_cell(r.after, shown(kind, r.after))),
+    ]
+    note = f"Each move by itself; judged at {_few(plan.judged_at)}, which do not move."
+    return build_table("moves", "Moves", note, plan.relocations, columns)
+
+
+def _spares(plan: Plan) -> Table:
+    kind = plan.criterion.kind
+    rows = sorted(plan.spares, key=lambda s: (math.isnan(s.after), s.after))
+    columns = [
+        (Column("Without", numeric=False), lambda s: text_cell(f"{s.sort} {s.name}")),
+        (Column("before"), lambda s: number_cell(s.before, shown(kind, s.before))),
+        (
+            Column("after"),
+            lambda s: number_cell(
+                number(s.after), "needed" if math.isnan(s.after) else shown(kind, s.after)
+            ),
+        ),
+    ]
+    note = f"Each left out alone; judged at {_few(plan.judged_at)}, which stay."
+    return build_table("spares", "What could be left out", note, rows, columns)
+
+
+def _sets(plan: Plan) -> Table:
+    rows = [] if plan.sets is None or not plan.sets.steps else list(plan.sets.sets.items())
+    columns = [
+        (Column("Station", numeric=False), lambda r: text_cell(r[0])),
+        (Column("sets"), lambda r: number_cell(r[1], str(r[1]))),
+    ]
+    note = "Repetitions of everything observed at a station that the requirement takes."
+    return build_table("sets", "Sets", note, rows, columns)
+
+
+def _precisions(plan: Plan) -> Table:
+    unit = {"m": (1e3, "mm"), "rad": (206264.806, "″")}
+
+    def sigma(p: Any) -> str:
+        factor, name = unit.get(p.unit, (1.0, ""))
+        return f"{p.sigma * factor:.3g} {name}"
+
+    def needed(p: Any) -> str:
+        if math.isnan(p.factor):
+            return "never enough alone"
+        factor, name = unit.get(p.unit, (1.0, ""))
+        return f"{p.sigma * p.factor * factor:.3g} {name}"
+
+    columns = [
+        (Column("Readings", numeric=False), lambda p: text_cell(p.group)),
+        (Column("σ now"), lambda p: text_cell(sigma(p))),
+        (Column("σ that is enough"), lambda p: text_cell(needed(p))),
+    ]
+    note = "Of the first reading of each kind, the others as they are."
+    return build_table("precision", "How precise", note, plan.precisions, columns)
+
+
+def _datums(plan: Plan) -> Table:
+    def mm(value: float) -> Cell:
+        return number_cell(number(value), "" if math.isnan(value) else f"{value * 1e3:.3f}")
+
+    columns = [
+        (Column("Datum", numeric=False), lambda d: text_cell(d.words)),
+        (Column("largest σ of a point", "mm"), lambda d: mm(d.sigma)),
+        (Column("mean σ", "mm"), lambda d: mm(d.mean)),
+        (Column("largest σ of a distance", "mm"), lambda d: mm(d.distance)),
+        (
+            Column("smallest redundancy"),
+            lambda d: number_cell(
+                number(d.redundancy), "" if math.isnan(d.redundancy) else f"{d.redundancy:.3f}"
+            ),
+        ),
+        (Column("", numeric=False), lambda d: text_cell(d.refused)),
+    ]
+    note = "Sigmas of points belong to their datum; distances and redundancies can be compared."
+    return build_table("datums", "Datums", note, plan.datums, columns)
+
+
+def _sights(sights: tuple[Sight, ...]) -> Table:
+    columns = [
+        (Column("From", numeric=False), lambda s: text_cell(s.start)),
+        (Column("to", numeric=False), lambda s: text_cell(s.end)),
+        (Column("observations", numeric=False), lambda s: text_cell(s.kinds)),
+        (Column("length", "m"), lambda s: number_cell(s.length, f"{s.length:.2f}")),
+        (
+            Column("azimuth", "gon"),
+            lambda s: number_cell(s.azimuth, f"{s.azimuth * 200 / np.pi:.1f}"),
+        ),
+        (Column("zenith", "gon"), lambda s: number_cell(s.zenith, f"{s.zenith * 200 / np.pi:.1f}")),
+        (Column("values"), lambda s: number_cell(s.values, str(s.values))),
+        (
+            Column("least redundancy"),
+            lambda s: number_cell(
+                s.redundancy, "" if s.redundancy is None else f"{s.redundancy:.2f}"
+            ),
+        ),
+        (
+            Column("undetected", "mm"),
+            lambda s: number_cell(
+                s.undetected, "" if s.undetected is None else f"{s.undetected * 1e3:.2f}"
+            ),
+        ),
+    ]
+    note = "undetected: largest displacement of any position by an error that stays undetected."
+    return build_table("sights", "Sights", note, sights, columns, most=2000)
