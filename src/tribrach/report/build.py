@@ -76,6 +76,7 @@ def build(
         snooping=_snooping(snooping),
         correlations=correlations(adjustment),
         reductions=reduction_chapter(info),
+        reference=tuple(_reference_system(info).items()),
         sights=sights(adjustment),
     )
 
@@ -94,8 +95,8 @@ def _facts(
 
 def _reference(adjustment: Adjustment) -> str:
     """The work frame in words."""
-    site = adjustment.network.site
-    named = adjustment.network.info.get("crs")
+    site, info = adjustment.network.site, adjustment.network.info
+    named = None if info.get("crs") is None else str(info["crs"])
     if isinstance(site, EllipsoidSite):
         latitude, longitude = (
             format_angle(value, "dms", 3) for value in (site.latitude, site.longitude)
@@ -108,7 +109,24 @@ def _reference(adjustment: Adjustment) -> str:
         place = "plane East-North-Up, parallel verticals"
         if isinstance(site, FlatSite) and site.curvature_radius:
             place += f", Earth radius {site.curvature_radius / 1000:.1f} km for zenith angles"
-    return f"{named}; {place}" if named else place
+    return "; ".join(text for text in (named, _epoch(info), place) if text)
+
+
+def _reference_system(info: Mapping[str, object]) -> dict[str, str | float | None]:
+    """Reference system, frame and epoch of the coordinates, None where they have none."""
+    crs, frame, epoch = (info.get(key) for key in ("crs", "frame", "epoch"))
+    return {
+        "crs": None if crs is None else str(crs),
+        "frame": None if frame is None else str(frame),
+        "epoch": float(epoch) if isinstance(epoch, int | float) else None,
+    }
+
+
+def _epoch(info: Mapping[str, object]) -> str:
+    """Frame and epoch in words, "" where there are none."""
+    found = _reference_system(info)
+    when = "" if found["epoch"] is None else f"epoch {found['epoch']:.2f}"
+    return ", ".join(str(text) for text in (found["frame"], when) if text)
 
 
 def _components(found: VarianceComponents | None) -> tuple[Component, ...]:

@@ -335,4 +335,5 @@ class Content:
     comparisons: tuple[ComparisonChapter, ...] = ()
     instruments: tuple[InstrumentFigure, ...] = ()
     chapters: tuple[Chapter, ...] = ()
+    reference: tuple[tuple[str, str | float | None], ...] = ()
     sights: tuple[tuple[str, str], ...] = field(default=(), repr=False)

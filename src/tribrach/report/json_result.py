@@ -31,6 +31,7 @@ def result(content: Content) -> dict[str, Any]:
             "names": list(content.datum.names),
             "statement": content.datum.sentence,
         },
+        "reference": dict(content.reference),
         "sigma0": _sigma0(content),
         "points": {point.name: _point(point) for point in content.points},
         "stations": _stations(content),
