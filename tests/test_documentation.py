@@ -95,13 +95,16 @@ def commands() -> list[tuple[str, list[str]]]:
 @pytest.mark.parametrize(("page", "call"), commands())
 def test_commands_and_options_exist(page: str, call: list[str]) -> None:
     command = typer.main.get_command(app).commands[call[1]]  # type: ignore[attr-defined]
+    if hasattr(command, "commands"):
+        command = command.commands[call[2]]
     known = {option for p in command.params for option in p.opts}
     assert {word for word in call if word.startswith("-")} <= known, page
 
 
 def test_options_named_in_the_text_exist() -> None:
-    group = typer.main.get_command(app)
-    known = {o for c in group.commands.values() for p in c.params for o in p.opts}  # type: ignore[attr-defined]
+    single = list(typer.main.get_command(app).commands.values())  # type: ignore[attr-defined]
+    single += [c for group in single for c in getattr(group, "commands", {}).values()]
+    known = {o for c in single for p in c.params for o in p.opts}
     for page, text in PAGES.items():
         named = {word.split()[0] for word in words(text) if word.startswith("--")}
         assert named <= known, page
