@@ -8,6 +8,7 @@ from dataclasses import fields
 import numpy as np
 from numpy.typing import NDArray
 
+from tribrach.instruments.calibration_sets import unit_of
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.observations.base import Observations
 from tribrach.report.content import Settings, Unknown
@@ -71,6 +72,9 @@ def _scalar_roles(adjustment: Adjustment) -> dict[int, tuple[str, str, str]]:
         unit, role = _ROLES.get(name, ("1", "parameter"))
         if name == "common":
             unit, role = o.units[0], "common value"
+        if name == "parameters":
+            parameter = adjustment.layout.names["scalar"][i].split("(")[0]
+            unit, role = unit_of(parameter), "calibration"
         if role != "parameter" and i not in out:
             if role == "orientation" and id(o) not in ends:
                 ends[id(o)] = o.ends(adjustment.layout)

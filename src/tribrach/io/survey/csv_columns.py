@@ -118,7 +118,7 @@ KINDS: tuple[Kind, ...] = (
         "scanner targets",
         ("station", "target", "x", "y", "z"),
         ("station", "target"),
-        (*_with_sigma("x", "y", "z"), *COVARIANCE, "sigma_range", "sigma_across"),
+        (*_with_sigma("x", "y", "z"), *COVARIANCE, "sigma_range", "sigma_across", "face"),
     ),
     Kind(
         "readings of a total station",

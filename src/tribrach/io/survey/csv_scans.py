@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from tribrach.instruments.precision import beam_covariance
 from tribrach.io.survey.csv_columns import COVARIANCE
-from tribrach.io.survey.csv_reader import Reader
+from tribrach.io.survey.csv_reader import Reader, located
+from tribrach.network.calibrated import polar_of_centres
 from tribrach.network.observations.inclination import Inclinations
 from tribrach.network.observations.polar import NEAREST, POLE, ScannerPolar
 from tribrach.network.observations.target_centre import TargetCentres
 
 __all__ = ["InclinationReader", "PolarReader", "TargetReader"]
+
+Array = NDArray[np.float64]
 
 
 class _Scanned(Reader):
@@ -25,12 +31,33 @@ class _Scanned(Reader):
                 self.survey.station(name, source=source)
         return names
 
+    def faces(self) -> Array:
+        """Faces (n,) of 1 or -1, 1 where the cell is empty."""
+        face = self.table.number("face")
+        face = np.where(np.isnan(face), 1.0, face)
+        self.refuse(np.abs(face) != 1, "face is neither 1 nor -1")
+        return face
+
+    def refuse(self, bad: NDArray[np.bool_], what: str) -> None:
+        """Refuse the first bad row (n,)."""
+        rows = np.flatnonzero(bad)
+        if len(rows):
+            raise self.table.error(int(rows[0]), what, "correct or remove the row")
+
 
 class TargetReader(_Scanned):
     """Target centres x, y, z in the scanner frame."""
 
     def read(self) -> None:
-        """All targets; the instrument's floor is added to every covariance."""
+        """All targets; the instrument's floor is added to every covariance.
+
+        Where the face is given they are readings of a scanner that is to be calibrated: range,
+        horizontal and zenith angle.
+
+        Raises
+        ------
+        InputError : a face that is not 1 or -1, or a target without a horizontal angle.
+        """
         xyz = self.table.columns("x", "y", "z")
         if self.table.has("sigma_range") or self.table.has("sigma_across"):
             sigma = self.table.columns("sigma_range", "sigma_across")
@@ -38,14 +65,16 @@ class TargetReader(_Scanned):
         else:
             default = self.precision.of_targets(xyz)
             covariance = self.covariance(("x", "y", "z"), COVARIANCE, default)
-        self.add(
-            TargetCentres,
-            self.all,
-            values=xyz,
-            covariance=covariance + self.precision.target**2 * np.eye(3),
-            station=self.stations(),
-            target=self.table.names("target", self.all),
-        )
+        covariance = covariance + self.precision.target**2 * np.eye(3)
+        targets = self.table.names("target", self.all)
+        ends: dict[str, Any] = {"station": self.stations(), "target": targets}
+        if not self.table.has("face"):
+            self.add(TargetCentres, self.all, values=xyz, covariance=covariance, **ends)
+            return
+        face = self.faces()
+        with located(self.table.path):
+            polar, covariance = polar_of_centres(xyz, covariance, list(self.sources))
+        self.add(ScannerPolar, self.all, values=polar, covariance=covariance, face=face, **ends)
 
 
 class PolarReader(_Scanned):
@@ -60,10 +89,8 @@ class PolarReader(_Scanned):
         """
         values = self.table.columns("range", "horizontal", "zenith")
         near = (values[:, 0] < NEAREST) | (np.abs(np.sin(values[:, 2])) < np.sin(POLE))
-        self._refuse(near, f"the target is nearer than {NEAREST} m or within 0.5 deg of a pole")
-        face = self.table.number("face")
-        face = np.where(np.isnan(face), 1.0, face)
-        self._refuse(np.abs(face) != 1, "face is neither 1 nor -1")
+        self.refuse(near, f"the target is nearer than {NEAREST} m or within 0.5 deg of a pole")
+        face = self.faces()
         angle = self.precision.scan_angle
         angles = None if angle is None else np.full(len(values), angle)
         sigma = [
@@ -80,11 +107,6 @@ class PolarReader(_Scanned):
             target=self.table.names("target", self.all),
             face=face,
         )
-
-    def _refuse(self, bad: np.ndarray[tuple[int], np.dtype[np.bool_]], what: str) -> None:
-        rows = np.flatnonzero(bad)
-        if len(rows):
-            raise self.table.error(int(rows[0]), what, "correct or remove the row")
 
 
 class InclinationReader(_Scanned):
