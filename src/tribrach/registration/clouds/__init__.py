@@ -1,0 +1,1 @@
+"""Registration of whole clouds: surfels, search without approximate poses, fit, covariance."""

@@ -1,0 +1,274 @@
+"""Point to plane: how does one scan lie on another, from an approximate pose to the last tenth.
+
+The mean of every surfel is compared with the plane of the nearest one of the other scan, both ways
+(Chen and Medioni 1992). Residuals are weighted by what is known of them and by Tukey's loss with
+the gate as its limit; the gate shrinks from 0.2 over 0.05 to 0.015 m, or to 4.5 sigmas of the
+residuals where that is more. Directions that the surfaces do not hold are left alone. Metres and
+radians; X_a = T X_b, corrections are turns about and shifts of the middle of the overlap.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+from pykdtree.kdtree import KDTree
+
+from tribrach.geometry.pose import Pose
+from tribrach.geometry.rotation import exp
+from tribrach.registration.clouds.surfels import Surfels
+
+__all__ = ["GATES", "Alignment", "Indexed", "Matches", "align", "matched"]
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+#: limits of the residuals, one after the other [m]
+GATES = (0.2, 0.05, 0.015)
+#: the last gate is never below this many sigmas of the residuals
+_SIGMAS = 4.5
+#: steps at one gate, at most; smaller steps than these end it [m at the mean lever]
+_STEPS, _SETTLED = 20, 2e-6
+#: matches are looked up again when surfels have moved by this share of their size
+_MOVED = 0.05
+#: normals of matches differ by less than this [cosine]
+_ALIKE = 0.8
+#: a match is no further along the surface than this many sizes
+_REACH = 1.0
+#: error of single surfels that no scatter tells (waves of surfaces, shares of beams) [m], and the
+#: share of their roughness that does not average out
+SIGMA_SURFACE, _ROUGH = 5e-4, 0.1
+#: directions with less than this share of the largest eigenvalue are not moved
+_HELD = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Indexed:
+    """Surfels with their tree."""
+
+    surfels: Surfels
+    tree: KDTree
+
+    @classmethod
+    def of(cls, surfels: Surfels) -> Indexed:
+        """Plant the tree."""
+        return cls(surfels, KDTree(np.ascontiguousarray(surfels.center), leafsize=16))
+
+
+@dataclass(frozen=True, eq=False)
+class Matches:
+    """Matches (n,) of both directions in the frame of a.
+
+    first (n,) : surfels of a, second (n,) : of b; forward (n,) : is the plane that of a?; point
+    (n, 3) : the compared mean; normal (n, 3) : of the plane; residual (n,) : of the point from it
+    [m]; sigma (n,) : of the residual [m].
+    """
+
+    first: Indices
+    second: Indices
+    forward: NDArray[np.bool_]
+    point: Array
+    normal: Array
+    residual: Array
+    sigma: Array
+
+    def __len__(self) -> int:
+        return len(self.residual)
+
+    def subset(self, chosen: NDArray[np.bool_]) -> Matches:
+        """Some of them, by a mask."""
+        columns = (self.first, self.second, self.forward, self.point, self.normal)
+        return Matches(*(c[chosen] for c in (*columns, self.residual, self.sigma)))  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True, eq=False)
+class Alignment:
+    """The pose of b in a, its matches within the last gate [m], and whether it settled."""
+
+    pose: Pose
+    matches: Matches
+    gate: float
+    settled: bool
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the residuals within the gate [m]; NaN without any."""
+        r = self.matches.residual
+        return float(np.sqrt((r**2).mean())) if len(r) else float("nan")
+
+
+def align(
+    a: Indexed, b: Indexed, start: Pose, gates: Sequence[float] = GATES, steps: int = _STEPS
+) -> Alignment:
+    """Move b onto a from a pose within the first gate or so of the true one."""
+    pose, settled = start, False
+    pairs = _Pairs(a, b)
+    spread = np.inf
+    for gate in gates:
+        gate = max(gate, _SIGMAS * spread if np.isfinite(spread) else 0.0)
+        settled = False
+        for _ in range(steps):
+            pairs.look_up(pose, gate)
+            pose, size, spread = _step(pairs, pose, gate)
+            if size < _SETTLED:
+                settled = True
+                break
+    gate = max(gates[-1], _SIGMAS * spread if np.isfinite(spread) else 0.0)
+    pairs.look_up(pose, gate, anew=True)
+    found = pairs.matches(pose)
+    return Alignment(pose, found.subset(np.abs(found.residual) < gate), gate, settled)
+
+
+def matched(a: Indexed, b: Indexed, pose: Pose, gate: float) -> Matches:
+    """Matches of two scans as they lie, within a gate [m]."""
+    pairs = _Pairs(a, b)
+    pairs.look_up(pose, gate, anew=True)
+    found = pairs.matches(pose)
+    return found.subset(np.abs(found.residual) < gate)
+
+
+class _Pairs:
+    """Which surfels are compared, as long as the pose does not change much."""
+
+    def __init__(self, a: Indexed, b: Indexed) -> None:
+        self.a, self.b = a, b
+        self.first = np.empty(0, dtype=np.int64)
+        self.second = np.empty(0, dtype=np.int64)
+        self.forward = np.empty(0, dtype=bool)
+        self._pose: Pose | None = None
+        self._gate = np.inf
+        self._small = float(min(np.median(x.surfels.size) for x in (a, b)))
+        self._reach = float(np.linalg.norm(np.quantile(np.abs(b.surfels.center), 0.8, axis=0)))
+
+    def look_up(self, pose: Pose, gate: float, anew: bool = False) -> None:
+        """Nearest surfels both ways, where they are not known well enough."""
+        if not anew and self._pose is not None and gate >= 0.5 * self._gate:
+            moved = self._pose.inverse @ pose
+            turn = np.linalg.norm(moved.rotation - np.eye(3)) / np.sqrt(2)
+            far = float(np.linalg.norm(moved.translation) + turn * self._reach)
+            if far < _MOVED * self._small:
+                return
+        self._pose, self._gate = pose, gate
+        s, t = self.a.surfels, self.b.surfels
+        one = _nearest(self.a, t, pose, gate)
+        two = _nearest(self.b, s, pose.inverse, gate)
+        i, j = np.flatnonzero(one >= 0), np.flatnonzero(two >= 0)
+        self.first = np.concatenate([one[i], j])
+        self.second = np.concatenate([i, two[j]])
+        self.forward = np.concatenate([np.ones(len(i), dtype=bool), np.zeros(len(j), dtype=bool)])
+
+    def matches(self, pose: Pose) -> Matches:
+        """The comparison at a pose."""
+        s, t = self.a.surfels, self.b.surfels
+        table = _compared(
+            (s.center, s.normal, _sigma(s), s.sigma_normal),
+            (t.center, t.normal, _sigma(t), t.sigma_normal),
+            (self.first, self.second, self.forward),
+            (pose.rotation, pose.translation),
+        )
+        return Matches(
+            self.first,
+            self.second,
+            self.forward,
+            table[:, :3],
+            table[:, 3:6],
+            table[:, 6],
+            table[:, 7],
+        )
+
+
+def _sigma(s: Surfels) -> Array:
+    """Sigma (n,) of the mean of surfels along the normal [m]."""
+    return np.asarray(np.sqrt(s.sigma_offset**2 + (_ROUGH * s.thickness) ** 2 + SIGMA_SURFACE**2))
+
+
+def _nearest(reference: Indexed, surfels: Surfels, pose: Pose, gate: float) -> Indices:
+    """Index (n,) of the nearest surfel of the reference with a like normal, -1 without one."""
+    moved, normal = pose @ surfels.center, surfels.normal @ pose.rotation.T
+    limit = float(np.hypot(gate, _REACH * max(surfels.size.max(), reference.surfels.size.max())))
+    far, found = reference.tree.query(
+        np.ascontiguousarray(moved), distance_upper_bound=limit, sqr_dists=False
+    )
+    index = np.where(np.isfinite(far), found, 0).astype(np.int64)
+    other = reference.surfels
+    alike = np.einsum("ni,ni->n", normal, other.normal[index]) > _ALIKE
+    reach = np.hypot(gate, _REACH * np.maximum(surfels.size, other.size[index]))
+    return np.where(np.isfinite(far) & alike & (far < reach), index, -1)
+
+
+@njit(cache=True, parallel=True, nogil=True)
+def _compared(s, t, pairs, pose):  # type: ignore[no-untyped-def]
+    """Point, normal, residual and its sigma (n, 8) of each match, in the frame of a."""
+    first, second, forward = pairs
+    rotation, translation = pose
+    out = np.empty((len(first), 8))
+    for n in prange(len(first)):
+        i, j = first[n], second[n]
+        p = rotation @ t[0][j] + translation
+        q = s[0][i]
+        if forward[n]:
+            normal, tilt = s[1][i], s[3][i]
+        else:
+            normal, tilt = rotation @ t[1][j], t[3][j]
+        r = 0.0
+        square = 0.0
+        for k in range(3):
+            r += normal[k] * (p[k] - q[k])
+            square += (p[k] - q[k]) ** 2
+        along = max(square - r * r, 0.0)
+        out[n, :3] = p if forward[n] else q
+        out[n, 3:6] = normal
+        out[n, 6] = r
+        variance = s[2][i] ** 2 + t[2][j] ** 2 + along * tilt**2
+        out[n, 7] = np.sqrt(variance)
+    return out
+
+
+def _step(pairs: _Pairs, pose: Pose, gate: float) -> tuple[Pose, float, float]:
+    """One step; the pose, its size [m] and the robust sigma of the residuals within the gate."""
+    m = pairs.matches(pose)
+    inside = np.abs(m.residual) < gate
+    if inside.sum() < 10:
+        return pose, 0.0, np.inf
+    spread = float(1.4826 * np.median(np.abs(m.residual[inside])))
+    middle = m.point[inside].mean(axis=0)
+    lever = float(np.sqrt(((m.point[inside] - middle) ** 2).sum(axis=1).mean()))
+    weight = np.where(inside, (1 - (m.residual / gate) ** 2) ** 2, 0.0)
+    weight /= m.sigma**2 + (gate / _SIGMAS) ** 2
+    normal, right = _normal(m.point, m.normal, m.residual, weight, middle, lever)
+    values, vectors = np.linalg.eigh(normal)
+    held = values > _HELD * values[-1]
+    part = vectors[:, held]
+    step = part @ ((part.T @ right) / values[held])
+    turn = exp(step[3:] / lever)
+    moved = Pose(turn @ pose.rotation, turn @ (pose.translation - middle) + middle + step[:3])
+    return moved, float(np.linalg.norm(step)), spread
+
+
+@njit(cache=True, nogil=True)
+def _normal(point, normal, residual, weight, middle, lever):  # type: ignore[no-untyped-def]
+    """Normal matrix (6, 6) and right side (6,), turns in metres at the lever."""
+    out, right = np.zeros((6, 6)), np.zeros(6)
+    a = np.empty(6)
+    for n in range(len(point)):
+        w = weight[n]
+        if w <= 0.0:
+            continue
+        x = (point[n, 0] - middle[0]) / lever
+        y = (point[n, 1] - middle[1]) / lever
+        z = (point[n, 2] - middle[2]) / lever
+        a[0], a[1], a[2] = normal[n, 0], normal[n, 1], normal[n, 2]
+        a[3] = y * a[2] - z * a[1]
+        a[4] = z * a[0] - x * a[2]
+        a[5] = x * a[1] - y * a[0]
+        for i in range(6):
+            right[i] -= w * a[i] * residual[n]
+            for j in range(i, 6):
+                out[i, j] += w * a[i] * a[j]
+    for i in range(6):
+        for j in range(i):
+            out[i, j] = out[j, i]
+    return out, right

@@ -1,0 +1,198 @@
+"""Two scans from nothing: where one lies in the other, how well that is held, or why not.
+
+Proposals (plans, features, a given approximate pose) are moved to where they fit, judged by what
+agrees and what is seen through, and the best are fitted with all surfels. A pose is taken only if
+enough overlaps, little is seen through, and no other place fits as well; otherwise a sentence says
+what is wrong and no pose is given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.geometry.pose import Pose
+from tribrach.registration.clouds.candidates import Candidate, apart, judged
+from tribrach.registration.clouds.fine import Alignment, align
+from tribrach.registration.clouds.plan_search import plan_poses
+from tribrach.registration.clouds.prepared import PreparedScan
+from tribrach.registration.clouds.relative_covariance import (
+    FLOOR,
+    RelativeCovariance,
+    relative_covariance,
+)
+from tribrach.registration.clouds.verdict import Verdict, judge
+
+__all__ = ["CloudPair", "Fit", "register_pair"]
+
+Array = NDArray[np.float64]
+
+#: a pair overlaps if either scan is seen by the other with this share, and this area [m^2]
+LEAST_OVERLAP, _LEAST_AREA = 0.12, 4.0
+#: of what is judged at least so much agrees
+_CONSISTENT = 0.25
+#: shares of the agreeing area, and of that of it which is no floor, that may be seen through
+_MOVED, _MOVED_STANDING = 0.01, 0.02
+#: rivals agree in this share of the area of the best
+_RIVAL = 0.7
+#: edge of patches that are independent evidence [m], and sigmas by which rivals are excluded
+_PATCH, _SIGMAS = 0.5, 3.0
+#: agreement along normals [sigmas of the residuals], at least [m]
+_TIGHT, _LEAST_TIGHT = 3.0, 0.004
+#: poses that differ by less than this are the same: shift at the overlap [m]
+_SAME = 0.3
+#: approximate poses further off than this are called wrong: shift [m], turn [rad]
+_WRONG = (1.0, np.radians(5.0))
+_FITTED = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A candidate with all surfels: alignment, its covariance, its verdict; origin : proposer."""
+
+    alignment: Alignment
+    precision: RelativeCovariance
+    verdict: Verdict
+    origin: str
+
+    @property
+    def pose(self) -> Pose:
+        """Of b in a."""
+        return self.alignment.pose
+
+
+@dataclass(frozen=True, eq=False)
+class CloudPair:
+    """What became of two scans.
+
+    a, b : names; fit : the pose with its covariance, None if none may be taken; rivals : other
+    places that fit as well; sentences : what is weak, or why there is no pose.
+    """
+
+    a: str
+    b: str
+    fit: Fit | None
+    rivals: tuple[Fit, ...]
+    sentences: tuple[str, ...]
+
+
+def register_pair(
+    a: PreparedScan,
+    b: PreparedScan,
+    prior: Pose | None = None,
+    *,
+    floor: tuple[float, float] = FLOOR,
+    further: Sequence[tuple[Pose, str]] = (),
+) -> CloudPair:
+    """The pose of b in a without approximate values.
+
+    prior : an approximate pose of b in a; it is one proposal among others, and said to be wrong
+    if it is; floor : sigmas [m], [rad] of what residuals never show; further : proposals of other
+    methods with their names.
+    """
+    proposed = [] if prior is None else [(prior, "approximate pose")]
+    proposed += [*further, *((p, "plan") for p in plan_poses(a.coarse.surfels, b.coarse.surfels))]
+    candidates = [c for c in judged(a, b, proposed) if _possible(c.verdict)]
+    fits = [f for f in (_fitted(a, b, c, floor) for c in candidates[:_FITTED]) if f is not None]
+    fits = sorted((f for f in fits if _possible(f.verdict)), key=lambda f: -f.verdict.score)
+    if not fits:
+        return CloudPair(a.name, b.name, None, (), (_no_overlap(a.name, b.name),))
+    best = fits[0]
+    if not _consistent(best.verdict):
+        return CloudPair(a.name, b.name, None, (), (_contradicted(a.name, b.name, best),))
+    rivals = _rivals(best, fits[1:])
+    if rivals:
+        said = _ambiguous(a.name, b.name, best, rivals)
+        return CloudPair(a.name, b.name, None, (best, *rivals), (said,))
+    sentences = best.precision.sentences(a.name, b.name)
+    if prior is not None:
+        sentences += _prior_sentences(a.name, b.name, best.pose, prior)
+    return CloudPair(a.name, b.name, best, (), tuple(sentences))
+
+
+def _fitted(
+    a: PreparedScan, b: PreparedScan, c: Candidate, floor: tuple[float, float]
+) -> Fit | None:
+    """A candidate with all surfels; None if hardly any match."""
+    found = align(a.fine, b.fine, c.pose)
+    if len(found.matches) < 50:
+        return None
+    precision = relative_covariance(a.fine, b.fine, found, floor)
+    tolerance = max(_LEAST_TIGHT, _TIGHT * found.rms)
+    verdict = judge(a.fine, b.fine, (a.view, b.view), found.pose, tolerance)
+    return Fit(found, precision, verdict, c.origin)
+
+
+def _possible(v: Verdict) -> bool:
+    """Does enough of the scans overlap?"""
+    return max(v.overlap) >= LEAST_OVERLAP and v.agree >= _LEAST_AREA
+
+
+def _consistent(v: Verdict) -> bool:
+    """Does what overlaps agree?"""
+    allowed = _MOVED * v.agree + _MOVED_STANDING * v.standing
+    return v.consistency >= _CONSISTENT and v.surely_through <= allowed
+
+
+def _rivals(best: Fit, others: Sequence[Fit]) -> list[Fit]:
+    """Fits at other places that the evidence does not exclude."""
+    return [f for f in others if not _same(best, f) and not _excluded(best, f)]
+
+
+def _excluded(best: Fit, other: Fit) -> bool:
+    """Is clearly less seen, or clearly more seen through, in patches that are independent?"""
+    if other.verdict.agree < _RIVAL * best.verdict.agree:
+        return True
+    patch = _PATCH**2
+    more, less = other.verdict.through / patch, best.verdict.through / patch
+    return more - less > _SIGMAS * float(np.sqrt(more + less + 1.0))
+
+
+def _same(one: Fit, two: Fit) -> bool:
+    """Do two fits differ only along directions that nothing holds?"""
+    middle, lever = one.precision.middle, one.precision.lever
+    moved = two.pose @ (one.pose.inverse @ middle) - middle
+    turn = apart(one.pose, two.pose)[1]
+    direction = np.concatenate([moved, np.zeros(3)])
+    unheld = one.precision.unheld
+    rest = direction - unheld @ (unheld.T @ direction)
+    return bool(np.linalg.norm(rest) < _SAME and turn * lever < _SAME)
+
+
+def _no_overlap(a: str, b: str) -> str:
+    return (
+        f"no overlap was found between {a} and {b}: wherever one is laid on the other, less than "
+        f"{100 * LEAST_OVERLAP:.0f} % of either agrees"
+    )
+
+
+def _contradicted(a: str, b: str, best: Fit) -> str:
+    v = best.verdict
+    share = v.through / max(v.agree, 1e-9)
+    return (
+        f"no pose between {a} and {b} is taken: where they fit best {100 * v.consistency:.0f} % of "
+        f"the overlap agrees, and for every 100 m2 that agree the other scanner looked through "
+        f"{100 * share:.1f} m2"
+    )
+
+
+def _ambiguous(a: str, b: str, best: Fit, rivals: Sequence[Fit]) -> str:
+    shift, turn = apart(best.pose, rivals[0].pose)
+    count = len(rivals) + 1
+    return (
+        f"{a} and {b} fit in {count} places alike, {shift:.2f} m and {np.degrees(turn):.0f} "
+        "degrees apart (something repeats itself, or is symmetric): no pose is taken from them"
+    )
+
+
+def _prior_sentences(a: str, b: str, pose: Pose, prior: Pose) -> list[str]:
+    shift, turn = apart(pose, prior)
+    if shift < _WRONG[0] and turn < _WRONG[1]:
+        return []
+    return [
+        f"the approximate pose of {b} in {a} is wrong by {shift:.1f} m and "
+        f"{np.degrees(turn):.0f} degrees; the clouds say otherwise"
+    ]

@@ -1,0 +1,85 @@
+"""A scan made ready for registration: surfels fine and coarse with their trees, and its view.
+
+One pass over the points in chunks; of a scan of any size no more than its surfels stays in memory.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.errors import InputError
+from tribrach.registration.clouds.cells import CellSum, coarser
+from tribrach.registration.clouds.fine import Indexed
+from tribrach.registration.clouds.surfels import Surfels, surfels_of
+from tribrach.registration.clouds.view import View
+
+__all__ = ["FINE", "PreparedScan", "prepare"]
+
+Array = NDArray[np.float64]
+
+#: edges of the cubes: fine ones for the last tenths, coarse ones for the search [m]
+FINE, _COARSE = 0.1, 0.4
+#: no scan is coarser than this share of its radius: rooms and models have small cubes
+_OF_RADIUS = 0.04
+#: surfels that are kept, at most
+_FINE_MOST, _COARSE_MOST = 200_000, 12_000
+#: fewer are no scan to register
+_FEWEST = 50
+
+
+@dataclass(frozen=True, eq=False)
+class PreparedScan:
+    """Surfels and view of a scan, scanner frame; points : how many it has."""
+
+    name: str
+    points: int
+    fine: Indexed
+    coarse: Indexed
+    view: View
+
+    @property
+    def radius(self) -> float:
+        """Within which nine tenths of the surface lie [m]."""
+        return float(np.quantile(np.linalg.norm(self.coarse.surfels.center, axis=1), 0.9))
+
+
+def prepare(name: str, chunks: Iterable[Array], size: float = FINE) -> PreparedScan:
+    """A scan from chunks of points (n, 3) [m].
+
+    Raises
+    ------
+    InputError : too few points, or no surfaces among them.
+    """
+    total, view, cubes = 0, View(), CellSum(size)
+    for xyz in chunks:
+        cubes.add(xyz)
+        view.add(xyz)
+        total += len(xyz)
+    view.settle()
+    cells = cubes.cells
+    fine = _thinned(surfels_of(cells), _FINE_MOST)
+    radius = float(np.quantile(np.linalg.norm(fine.center, axis=1), 0.9)) if len(fine) else 0.0
+    while cells.size < min(_COARSE, _OF_RADIUS * radius) - 1e-6:
+        cells = coarser(cells)
+    coarse = surfels_of(cells, 2)
+    while len(coarse) > _COARSE_MOST:
+        cells = coarser(cells)
+        coarse = surfels_of(cells, 2)
+    if len(fine) < _FEWEST or len(coarse) < _FEWEST:
+        raise InputError(
+            f"scan {name} has {total} points that make {len(fine)} pieces of surface, too few to "
+            "register it",
+            cure="give the whole scan, with surfaces in it",
+        )
+    return PreparedScan(name, total, Indexed.of(fine), Indexed.of(coarse), view)
+
+
+def _thinned(surfels: Surfels, most: int) -> Surfels:
+    """At most so many surfels: every n-th in the order of the scan."""
+    if len(surfels) <= most:
+        return surfels
+    return surfels.subset(np.linspace(0, len(surfels) - 1, most).astype(np.int64))

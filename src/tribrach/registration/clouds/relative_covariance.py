@@ -1,0 +1,231 @@
+"""How well do matched surfels hold the relative pose? Neighbours share errors; corridors slide.
+
+Residuals are not independent: neighbours share waves of the surface, beams, and the planes that
+they are compared with, and both directions compare the same points. Three things make the
+covariance honest (method section 2.11):
+
+- sums of the weighted residuals over cubes of growing size: where neighbours share errors their
+  variance outgrows that of independent residuals, until the cubes are as large as what is shared.
+  The largest factor divides the number of observations, the size is the correlation length;
+- directions that only the noise of normals seems to hold (a slide along a corridor) have a
+  generalised eigenvalue near one; they are said in words and given a sigma as wide as the overlap;
+- a floor stands for what residuals never show: zero error, calibration, unstable surfaces.
+
+Metres and radians.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from tribrach.geometry.pose import Pose
+from tribrach.geometry.rotation import skew
+from tribrach.registration.clouds.fine import Alignment, Indexed, Matches
+from tribrach.units import SEC
+
+__all__ = ["FLOOR", "RelativeCovariance", "relative_covariance"]
+
+Array = NDArray[np.float64]
+
+#: sigmas of what residuals never show: of shifts [m] and of turns [rad]
+FLOOR = (1e-3, 10 * SEC)
+#: edges of the cubes [m]
+_EDGES = (0.125, 0.25, 0.5, 1.0, 2.0, 4.0)
+#: a variance needs so many cubes
+_CUBES = 40
+#: a direction is not held if the noise of normals makes more than this share of what holds it
+_NOISE = 0.3
+#: or if it has less than this share of the best held one: normals are not better than half a degree
+_SHARE = 1e-4
+#: a direction that fewer places than this hold is weak
+_PLACES = 6.0
+
+
+@dataclass(frozen=True, eq=False)
+class RelativeCovariance:
+    """Covariance of a relative pose X_a = T X_b.
+
+    covariance (6, 6) : of translation in a [m] and a rotation vector applied on the right, in b
+    [rad] (the order of :class:`~tribrach.network.observations.relative_pose.RelativePoses`);
+    middle (3,) : of the overlap, frame of a [m]; local (6, 6) : of the shift of the middle [m] and
+    the turn about it [rad], frame of a, floor included; observations : matches of both directions,
+    effective : how many count; correlation_length : [m]; sigma : of unit weight [m]; unheld (6, k)
+    : directions that nothing holds (shift [m], turn times lever [m]); lever : [m]; places :
+    smallest number of places that hold a direction.
+    """
+
+    covariance: Array
+    middle: Array
+    local: Array
+    observations: int
+    effective: float
+    correlation_length: float
+    sigma: float
+    unheld: Array
+    lever: float
+    places: float
+
+    @property
+    def rank(self) -> int:
+        """How many of the six directions the surfaces hold."""
+        return 6 - int(self.unheld.shape[1])
+
+    def sentences(self, a: str, b: str) -> list[str]:
+        """What is weak, in words, for stations a and b."""
+        said = [
+            f"the overlap of {a} and {b} does not hold {_words(d, self.lever)} (axes of {a}); "
+            f"there its sigma is set to {self.lever:.1f} m"
+            for d in self.unheld.T
+        ]
+        if self.rank and self.places < _PLACES:
+            said.append(
+                f"a direction of the pose between {a} and {b} is held by about "
+                f"{self.places:.0f} places only"
+            )
+        return said
+
+
+def relative_covariance(
+    a: Indexed, b: Indexed, found: Alignment, floor: tuple[float, float] = FLOOR
+) -> RelativeCovariance:
+    """Covariance of an alignment with at least ten matches.
+
+    floor : sigmas [m], [rad] added to shifts of the middle and turns about it.
+    """
+    m = found.matches
+    middle = m.point.mean(axis=0)
+    lever = float(np.sqrt(((m.point - middle) ** 2).sum(axis=1).mean()))
+    design = np.concatenate([m.normal, np.cross((m.point - middle) / lever, m.normal)], axis=1)
+    weight = (1 - (m.residual / found.gate) ** 2) ** 2 / (m.sigma**2 + (found.gate / 4.5) ** 2)
+    normal = (design * weight[:, None]).T @ design
+    unheld, held, places = _directions(a, b, m, design, weight, normal, middle, lever)
+    half = held @ _inverse_root(held.T @ normal @ held)
+    scores = (design @ half) * (weight * m.residual)[:, None]
+    factor, length = _shared(scores, m)
+    single = scores.T @ scores
+    local = factor * half @ single @ half.T + lever**2 * unheld @ unheld.T
+    scale = np.repeat([1.0, 1 / lever], 3)
+    local = local * np.outer(scale, scale)
+    local = local + np.diag(np.repeat(np.square(floor), 3))
+    return RelativeCovariance(
+        covariance=_at_origin(local, found.pose, middle),
+        middle=middle,
+        local=local,
+        observations=len(m),
+        effective=len(m) / factor,
+        correlation_length=length,
+        sigma=float(np.sqrt((weight * m.residual**2).sum() / weight.sum())),
+        unheld=unheld,
+        lever=lever,
+        places=places,
+    )
+
+
+def _directions(
+    a: Indexed,
+    b: Indexed,
+    m: Matches,
+    design: Array,
+    weight: Array,
+    normal: Array,
+    middle: Array,
+    lever: float,
+) -> tuple[Array, Array, float]:
+    """Directions (6, k) that nothing holds, (6, 6 - k) that are held, and by how many places."""
+    tilt = np.where(m.forward, a.surfels.sigma_normal[m.first], b.surfels.sigma_normal[m.second])
+    noise = _noise(m.point, m.normal, weight * tilt**2, middle, lever)
+    top = float(np.linalg.eigvalsh(normal)[-1])
+    # what may only be noise, against all there is
+    share, vectors = eigh(
+        noise + _SHARE * top * _NOISE * np.eye(6), normal + 1e-12 * top * np.eye(6)
+    )
+    loose = share > _NOISE
+    unheld, _ = np.linalg.qr(vectors[:, loose]) if loose.any() else (np.zeros((6, 0)), None)
+    full, _ = np.linalg.qr(np.column_stack([unheld, np.eye(6)]))
+    held = full[:, unheld.shape[1] :]
+    if held.shape[1] == 0:
+        return unheld, held, 0.0
+    axes = held @ np.linalg.eigh(held.T @ normal @ held)[1]
+    holding = (design @ axes) ** 2 * weight[:, None]
+    sums = _sums(m.point, m.normal, holding, 1.0)
+    places = sums.sum(axis=0) ** 2 / np.maximum((sums**2).sum(axis=0), 1e-300)
+    return unheld, held, float(places.min())
+
+
+def _inverse_root(matrix: Array) -> Array:
+    """``L^-T`` of ``L L^T``: columns that the matrix makes orthonormal."""
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(matrix)).T)
+
+
+def _shared(scores: Array, m: Matches) -> tuple[float, float]:
+    """By what factor neighbours reduce the observations, and over which length [m]."""
+    alone = float((scores**2).sum())
+    factors = []
+    for edge in _EDGES:
+        sums = _sums(m.point, m.normal, scores, edge)
+        count = len(sums)
+        enough = count >= _CUBES
+        factors.append(float((sums**2).sum()) / alone * count / (count - 6) if enough else 0.0)
+    factor = max(1.0, *factors)
+    reached = [e for e, f in zip(_EDGES, factors, strict=True) if f >= 0.8 * factor]
+    # both directions compare the same points, whatever the residuals say
+    return max(factor, 2.0), reached[0] if reached else _EDGES[0]
+
+
+def _sums(point: Array, normal: Array, values: Array, edge: float) -> Array:
+    """Sums (k, c) of values (n, c) over cubes, surfaces that face apart kept apart."""
+    cell = np.floor(point / edge).astype(np.int64) + (1 << 18)
+    face = np.argmax(np.abs(normal), axis=1)
+    key = ((cell[:, 0] << 38) | (cell[:, 1] << 19) | cell[:, 2]) * 3 + face
+    _, number = np.unique(key, return_inverse=True)
+    return np.stack([np.bincount(number, column) for column in values.T], axis=1)
+
+
+@njit(cache=True, nogil=True)
+def _noise(point, normal, weight, middle, lever):  # type: ignore[no-untyped-def]
+    """What noise of normals adds to the normal matrix (6, 6); weight (n,) times its variance."""
+    out = np.zeros((6, 6))
+    block = np.empty((6, 3))
+    for n in range(len(point)):
+        x = (point[n] - middle) / lever
+        block[:3] = np.eye(3)
+        block[3, 0], block[3, 1], block[3, 2] = 0.0, -x[2], x[1]
+        block[4, 0], block[4, 1], block[4, 2] = x[2], 0.0, -x[0]
+        block[5, 0], block[5, 1], block[5, 2] = -x[1], x[0], 0.0
+        along = block @ normal[n]
+        out += weight[n] * (block @ block.T - np.outer(along, along))
+    return out
+
+
+def _at_origin(local: Array, pose: Pose, middle: Array) -> Array:
+    """From the shift of the middle and the turn about it to those of the observation."""
+    move = np.zeros((6, 6))
+    move[:3, :3] = np.eye(3)
+    # shift of the origin of b: that of the middle and the turn times the way there
+    move[:3, 3:] = -skew(pose.translation - middle)
+    move[3:, 3:] = pose.rotation.T
+    covariance: Array = move @ local @ move.T
+    return 0.5 * (covariance + covariance.T)
+
+
+def _words(direction: Array, lever: float) -> str:
+    """What a direction (6,) moves."""
+    shift, turn = direction[:3], direction[3:]
+    said = []
+    if np.linalg.norm(shift) > 0.1:
+        said.append("a shift along " + _axis(shift))
+    if np.linalg.norm(turn) > 0.1:
+        said.append("a turn about " + _axis(turn))
+    return " together with ".join(said)
+
+
+def _axis(vector: Array) -> str:
+    """A direction in numbers, its largest component positive."""
+    unit = vector / np.linalg.norm(vector)
+    unit = unit * np.sign(unit[np.argmax(np.abs(unit))])
+    return "(" + ", ".join(f"{v:.2f} {n}" for v, n in zip(unit, "xyz", strict=True)) + ")"

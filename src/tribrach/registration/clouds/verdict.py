@@ -1,0 +1,101 @@
+"""Does a scan lie right on another? What agrees, what is seen through, what finds nothing.
+
+Every surfel of either scan is asked for in the other: it agrees if a surfel with a like normal lies
+there, it is contradicted if the other scanner looked through its place, it is missed if something
+else lies about there; behind other surfaces and outside the view nothing is said. Areas in m^2.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.geometry.pose import Pose
+from tribrach.registration.clouds.fine import Indexed
+from tribrach.registration.clouds.view import AT_SURFACE, SEEN_THROUGH, View
+
+__all__ = ["Verdict", "judge"]
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+#: what may lie nearer without being seen through [m], and per metre of range
+_MARGIN, _PER_METRE = 0.12, 0.01
+#: agreeing normals [cosine]
+_ALIKE = 0.85
+#: slopes that are no floor [cosine]
+_STANDING = 0.7
+#: weights of what is seen through and of what is missed against what agrees
+_THROUGH, _MISSED = 50.0, 0.1
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Areas [m^2] of both directions together; overlap (2,) : share of a seen in b, of b in a.
+
+    agree, through, missed : what agrees, is seen through, finds something else; standing : what of
+    the agreeing is no floor and no ceiling, which agree anywhere; pieces : how many surfels are
+    seen through.
+    """
+
+    agree: float
+    standing: float
+    through: float
+    missed: float
+    overlap: tuple[float, float]
+    pieces: float
+
+    @property
+    def surely_through(self) -> float:
+        """What is seen through, less what chance makes of so few pieces (two sigmas) [m^2]."""
+        doubt = 2.0 / float(np.sqrt(max(self.pieces, 1.0)))
+        return self.through * max(1.0 - doubt, 0.0)
+
+    @property
+    def consistency(self) -> float:
+        """Share of what is judged that agrees."""
+        return self.agree / max(self.agree + self.through + self.missed, 1e-9)
+
+    @property
+    def score(self) -> float:
+        """Evidence for the pose [m^2]: what is seen through weighs more than what agrees.
+
+        A wrong pose agrees in much that is alike everywhere (ground, parallel walls), but beams go
+        through nothing of a right one, except what has moved.
+        """
+        return self.agree - _THROUGH * self.through - _MISSED * self.missed
+
+
+def judge(
+    a: Indexed, b: Indexed, views: tuple[View, View], pose: Pose, tolerance: float
+) -> Verdict:
+    """The verdict on a pose of b in a; tolerance : of the distance along normals [m]."""
+    one = _direction(a, b, views[0], pose, tolerance)
+    two = _direction(b, a, views[1], pose.inverse, tolerance)
+    totals = [float(x.surfels.area.sum()) for x in (a, b)]
+    agree, standing, through, missed, pieces = (x + y for x, y in zip(one, two, strict=True))
+    overlap = (two[0] / max(totals[0], 1e-9), one[0] / max(totals[1], 1e-9))
+    return Verdict(agree, standing, through, missed, overlap, pieces)
+
+
+def _direction(
+    there: Indexed, here: Indexed, view: View, pose: Pose, tolerance: float
+) -> tuple[float, ...]:
+    """Areas of ``here`` that agree, stand and agree, are seen through, are missed; pieces."""
+    s, t = here.surfels, there.surfels
+    points, normals = pose @ s.center, s.normal @ pose.rotation.T
+    far, found = there.tree.query(np.ascontiguousarray(points), sqr_dists=False)
+    found = found.astype(np.int64)
+    off = np.abs(np.einsum("ni,ni->n", t.normal[found], points - t.center[found]))
+    alike = np.einsum("ni,ni->n", normals, t.normal[found]) > _ALIKE
+    near = far < np.hypot(tolerance, np.maximum(s.size, t.size[found]))
+    agree = near & alike & (off < tolerance)
+    ranges = np.linalg.norm(points, axis=1)
+    seen = view.judge(points, _MARGIN + _PER_METRE * ranges + s.size)
+    through = ~agree & (seen == SEEN_THROUGH)
+    missed = ~agree & (seen == AT_SURFACE)
+    standing = agree & (np.abs(s.normal[:, 2]) < _STANDING)
+    flags = (agree, standing, through, missed)
+    return (*(float(s.area[flag].sum()) for flag in flags), float(through.sum()))
