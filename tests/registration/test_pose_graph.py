@@ -21,7 +21,7 @@ def poses(count, seed=1):
 def joint(truth, a, b, rng, *, wrong=0.0, strength=1.0, alone=True):
     noise = Pose(rotation.exp(rng.normal(0, 1e-4, 3)), rng.normal(0, 2e-3, 3))
     pose = truth[a].inverse @ truth[b] @ noise
-    shifted = Pose(pose.rotation, pose.translation + [wrong, 0, 0])
+    shifted = Pose(pose.rotation, pose.translation + np.array([wrong, 0, 0]))
     return Joint(a, b, shifted, strength, alone)
 
 

@@ -7,7 +7,7 @@ is one surface with both. A surface that one station alone sees ties nothing.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -51,37 +51,94 @@ class PlaneTies:
 
 
 def tie_planes(
-    stations: Sequence[Surroundings], poses: Mapping[str, Pose], slack: float = 0.0
+    stations: Sequence[Surroundings],
+    poses: Mapping[str, Pose],
+    slack: float = 0.0,
+    groups: Sequence[Collection[str]] | None = None,
 ) -> PlaneTies:
     """Surfaces common to several stations.
 
     poses : world from scanner, of all stations that take part; slack [m] : what the poses may be
-    wrong by besides.
+    wrong by besides; groups : if given, stations are tied within these alone.
     """
     taking = [s for s in stations if s.name in poses and len(s.planes)]
     first = np.cumsum([0] + [len(s.planes) for s in taking])
-    rows: list[Index] = []
-    pairs: dict[tuple[str, str], Index] = {}
+    size = int(first[-1])
+    found: dict[tuple[int, int], tuple[Index, Array]] = {}
     for a, b in combinations(range(len(taking)), 2):
         one, two = taking[a], taking[b]
-        between = poses[one.name].inverse @ poses[two.name]
-        found = _agreeing(one, two, between, slack)
-        if len(found):
-            pairs[one.name, two.name] = found
-            rows.append(found + np.array([first[a], first[b]]))
-    links = np.concatenate(rows) if rows else np.zeros((0, 2), dtype=np.int64)
-    size = int(first[-1])
-    graph = coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(size, size))
-    _, label = connected_components(graph, directed=False)
+        if groups is not None and not any(one.name in g and two.name in g for g in groups):
+            continue
+        pairs, away = _agreeing(one, two, poses[one.name].inverse @ poses[two.name], slack)
+        if len(pairs):
+            found[a, b] = pairs, away
+    none = np.zeros((0, 2), dtype=np.int64)
+    links = np.concatenate(
+        [none, *(p + np.array([first[a], first[b]]) for (a, b), (p, _) in found.items())]
+    )
+    away = np.concatenate([np.zeros(0), *(w for _, w in found.values())])
     owner = np.repeat(np.arange(len(taking)), np.diff(first))
     place = np.arange(size) - first[owner] if size else np.zeros(0, dtype=np.int64)
-    return _numbered(taking, poses, label.astype(np.int64), owner, place, pairs)
+    label, good = _labels(taking, owner, place, links, away)
+    ends = np.cumsum([0] + [len(p) for p, _ in found.values()])
+    kept = {
+        (taking[a].name, taking[b].name): p[good[ends[k] : ends[k + 1]]]
+        for k, ((a, b), (p, _)) in enumerate(found.items())
+    }
+    return _numbered(taking, poses, label, owner, place, kept)
 
 
-def _agreeing(one: Surroundings, two: Surroundings, between: Pose, slack: float) -> Index:
-    """Pairs (p, 2) of planes that overlap and agree within what is known of them."""
-    turn, away = _MOST[0], _MOST[1] + slack
-    found = common_planes(one.planes, two.planes, between, turn, away)
+def _labels(
+    stations: Sequence[Surroundings], owner: Index, place: Index, links: Index, away: Array
+) -> tuple[Index, NDArray[np.bool_]]:
+    """Number of the surface of every patch, and links (m,) that were kept.
+
+    A surface that a station would see as two, a wall and what is let into it, was joined by a
+    mistake: of its patches there the one that fits worse is taken out.
+    """
+    size = len(owner)
+    good = np.ones(len(links), dtype=bool)
+    while True:
+        rows, columns = links[good].T
+        graph = coo_array((np.ones(len(rows)), (rows, columns)), shape=(size, size))
+        _, found = connected_components(graph, directed=False)
+        label: Index = np.asarray(found, dtype=np.int64)
+        worst = _doubled(stations, owner, place, label, links[good], away[good])
+        if worst is None:
+            return label, good
+        good &= ~(links == worst).any(axis=1)
+
+
+def _doubled(
+    stations: Sequence[Surroundings],
+    owner: Index,
+    place: Index,
+    label: Index,
+    links: Index,
+    away: Array,
+) -> int | None:
+    """A patch that its surface should not have, None if there is none."""
+    linked = np.unique(links)
+    key = label[linked] * (len(stations) + 1) + owner[linked]
+    for group in np.flatnonzero(np.bincount(key, minlength=1) > 1) if len(key) else ():
+        mine = linked[key == group]
+        planes = stations[owner[mine[0]]].planes
+        for a, b in combinations(mine.tolist(), 2):
+            i, j = np.array([place[a]]), np.array([place[b]])
+            off = abs(float(offsets(planes, planes, i, j, Pose.identity())[0]))
+            sigma = np.sqrt(planes.covariance[[i[0], j[0]], 2, 2].sum())
+            if off > _OFFSET + _SIGMAS * sigma:
+                misfit = [float(away[(links == k).any(axis=1)].mean()) for k in (a, b)]
+                return int(a if misfit[0] > misfit[1] else b)
+    return None
+
+
+def _agreeing(
+    one: Surroundings, two: Surroundings, between: Pose, slack: float
+) -> tuple[Index, Array]:
+    """Pairs (p, 2) of planes that overlap and agree within what is known, and misfits (p,) [m]."""
+    turn, most = _MOST[0], _MOST[1] + slack
+    found = common_planes(one.planes, two.planes, between, turn, most)
     i, j = found.T
     joint = one.planes.covariance[i] + two.planes.covariance[j]
     turned = two.planes.normal[j] @ between.rotation.T
@@ -89,9 +146,9 @@ def _agreeing(one: Surroundings, two: Surroundings, between: Pose, slack: float)
     tilt = np.linalg.norm(np.einsum("pki,pi->pk", basis, turned), axis=1)
     sigma = np.sqrt(np.trace(joint[:, :2, :2], axis1=1, axis2=2))
     alike = tilt < _TURN + _SIGMAS * sigma
-    off = np.abs(offsets(one.planes, two.planes, i, j, between))
-    near = off < _OFFSET + slack + _SIGMAS * np.sqrt(joint[:, 2, 2])
-    return np.asarray(found[alike & near])
+    away = np.abs(offsets(one.planes, two.planes, i, j, between))
+    good = alike & (away < _OFFSET + slack + _SIGMAS * np.sqrt(joint[:, 2, 2]))
+    return np.asarray(found[good]), np.asarray(away[good])
 
 
 def _numbered(

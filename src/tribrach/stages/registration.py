@@ -1,20 +1,21 @@
 """What ties the stations of a project to each other: targets, planes, clouds, all in one network.
 
 Planes join stations without targets and approximate poses; what they join is matched to the known
-points as one. A station that planes leave open is placed by its targets, and its planes then count
-in the adjustment like those of the others.
+points as one. A station that planes leave open is placed by its targets: once a first adjustment
+has its pose to millimetres, its planes are tied to those of the others as well.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tribrach.errors import InputError
+from tribrach.errors import AdjustmentError, InputError
 from tribrach.geometry.pose import Pose
+from tribrach.network.adjustment import adjust
 from tribrach.network.observations.plane import FittedPlanes
 from tribrach.network.survey import Survey
 from tribrach.registration.by_planes import PlaneRegistration, register_by_planes
@@ -31,8 +32,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Registered", "register"]
 
-#: approximate poses from targets may be wrong by this [m]
-_SLACK = 0.01
+#: adjusted poses may be wrong by this where planes are tied between groups [m]
+_SLACK = 0.004
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,11 +79,56 @@ def register(
     named = name_targets(project, scans, findings, groups, partial=True) if wanted else None
     poses, adrift = _poses(named, found)
     _refuse_lost(project, scans, poses, found, named)
-    ties = tie_planes(around, poses, _SLACK)
-    survey = Survey(site=project.survey().site) if named is None else named.survey
-    framed = not adrift or (project.datum.kind == "free" and not survey.points)
-    _observe(survey, around, ties, poses, framed=framed)
+    framed = not adrift or (project.datum.kind == "free" and not project.survey().points)
+    survey, ties, poses = _tied(project, named, around, groups, poses, framed=framed)
+    if named is not None:
+        named = replace(named, survey=survey)
     return Registered(survey, named, around, found, ties, poses, _sentences(found, ties, poses))
+
+
+def _tied(
+    project: Project,
+    named: Named | None,
+    stations: Sequence[Surroundings],
+    groups: Sequence[Mapping[str, Pose]],
+    poses: Mapping[str, Pose],
+    *,
+    framed: bool,
+) -> tuple[Survey, PlaneTies, Mapping[str, Pose]]:
+    """The survey with planes: tied within the groups that they form, then between all stations.
+
+    Poses from the matching of targets are too coarse to tell a wall from a window in it.
+    """
+    ties = tie_planes(stations, poses, groups=groups)
+    survey = _with_planes(project, named, stations, ties, poses, framed=framed)
+    if len(groups) == 1 and len(groups[0]) == len(poses):
+        return survey, ties, poses
+    try:
+        first = adjust(project.network(survey))
+    except AdjustmentError:
+        return survey, ties, poses
+    state, layout = first.state, first.layout
+    at = {name: layout.index("pose", name) for name in poses}
+    poses = {name: Pose(state.pose_r[k], state.pose_t[k]) for name, k in at.items()}
+    ties = tie_planes(stations, poses, _SLACK)
+    return _with_planes(project, named, stations, ties, poses, framed=True), ties, poses
+
+
+def _with_planes(
+    project: Project,
+    named: Named | None,
+    stations: Sequence[Surroundings],
+    ties: PlaneTies,
+    poses: Mapping[str, Pose],
+    *,
+    framed: bool,
+) -> Survey:
+    """What targets and planes add to the survey."""
+    survey = Survey(site=project.survey().site)
+    if named is not None:
+        survey.merge(named.survey)
+    _observe(survey, stations, ties, poses, framed=framed)
+    return survey
 
 
 def _poses(named: Named | None, found: PlaneRegistration) -> tuple[Mapping[str, Pose], bool]:
@@ -138,8 +184,10 @@ def _observe(
         if name not in survey.stations:
             survey.station(name, source=f"scan {name}")
         if framed:
-            survey.stations[name].translation = pose.translation
-            survey.stations[name].rotation = pose.rotation
+            known = survey.stations[name]
+            survey.stations[name] = replace(
+                known, translation=pose.translation, rotation=pose.rotation
+            )
     if len(ties.surface) == 0:
         return
     names = [f"plane {k + 1}" for k in range(len(ties.normal))]
