@@ -168,7 +168,7 @@ def _sentences(arm: LeverArm) -> list[str]:
         for axis, v, s in zip("xyz", arm.vector, arm.sigma, strict=True)
     )
     carriers = f"{len(arm.stations)} station{'s' if len(arm.stations) > 1 else ''}"
-    out = [f"lever arm {arm.name}, carried by {carriers}: {size}."]
+    out = [f"Lever arm {arm.name}, carried by {carriers}: {size}."]
     odd = [
         axis
         for axis, v, s in zip("xy", arm.vector, arm.sigma, strict=False)
@@ -176,13 +176,13 @@ def _sentences(arm: LeverArm) -> list[str]:
     ]
     if odd:
         out.append(
-            f"{' and '.join(odd)} of lever arm {arm.name} {'is' if len(odd) == 1 else 'are'} not "
-            "zero: the antenna does not stand over the scanner's axis."
+            f"Lever arm {arm.name} is not zero in {' and '.join(odd)}: the antenna does not stand "
+            "over the scanner's axis."
         )
     if arm.gap is not None and arm.gap > _GAP:
         open_deg = np.degrees(arm.gap)
         out.append(
-            f"the targets that determine lever arm {arm.name} leave {open_deg:.0f} degrees of the "
+            f"The targets that determine lever arm {arm.name} leave {open_deg:.0f} degrees of the "
             "horizon free: the scanner's place is extrapolated from them; with targets all around "
             "z and the component across the view become two to three times better."
         )
@@ -191,7 +191,7 @@ def _sentences(arm: LeverArm) -> list[str]:
         change, sigma = vector - arm.vector, np.sqrt(np.diag(covariance))
         worst = int(np.argmax(np.abs(change)))
         out.append(
-            f"without levelling lever arm {arm.name} changes by {1e3 * change[worst]:+.1f} mm in "
+            f"Without levelling lever arm {arm.name} changes by {1e3 * change[worst]:+.1f} mm in "
             f"{'xyz'[worst]} (sigma there {1e3 * sigma[worst]:.1f} mm)."
         )
     return out

@@ -114,14 +114,14 @@ def _sentences(found: RigidModel, rows: Sequence[_Row], adjustment: Adjustment) 
     sigma0 = "without redundancy" if fit.sigma0 is None else f"sigma0 {fit.sigma0:.2f}"
     residual = 1e3 * (_rms(rows, "control", "rigid") or 0.0)
     out = [
-        f"the stations as one rigid body are placed by {n} places with {fit.model.count} "
+        f"The stations as one rigid body are placed by {n} places with {fit.model.count} "
         f"parameters: {sigma0} with redundancy {fit.dof}, residuals of {residual:.1f} mm a "
         "coordinate (a fit, no accuracy).",
     ]
     rigid, adjusted = _rms(rows, "check", "rigid"), _rms(rows, "check", "adjusted")
     if rigid is not None and adjusted is not None:
         out.append(
-            f"check places differ by {1e3 * rigid:.1f} mm a coordinate from the rigid model and by "
+            f"Check places differ by {1e3 * rigid:.1f} mm a coordinate from the rigid model and by "
             f"{1e3 * adjusted:.1f} mm from the adjustment of everything."
         )
     names = found.model.layout.names["pose"]
@@ -132,7 +132,7 @@ def _sentences(found: RigidModel, rows: Sequence[_Row], adjustment: Adjustment) 
     size = np.linalg.norm(shift, axis=1)
     worst = int(np.argmax(size))
     out.append(
-        f"the two solutions differ most at {names[worst]}, by {1e3 * size[worst]:.1f} mm: so much "
+        f"The two solutions differ most at {names[worst]}, by {1e3 * size[worst]:.1f} mm: so much "
         "the model bends there; clouds are placed by the adjustment."
     )
     return tuple(out)
