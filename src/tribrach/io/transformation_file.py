@@ -99,9 +99,20 @@ def read_transformation(path: Path) -> StoredTransformation:
     singular = np.linalg.svd(matrix, compute_uv=False)
     if not singular[-1] > 1e-9 * singular[0]:
         raise InputError("the matrix is singular", file=path, cure=cure)
-    if covariance is not None and not np.allclose(covariance, covariance.T, rtol=1e-6, atol=0):
-        raise InputError("the covariance is not symmetric", file=path, cure=cure)
+    if covariance is not None and not _proper(covariance):
+        raise InputError(
+            "the covariance is not symmetric and positive definite", file=path, cure=cure
+        )
     return StoredTransformation(found, covariance)
+
+
+def _proper(covariance: Array) -> bool:
+    """True for a covariance, in the unit of its own standard deviations."""
+    if not (np.diag(covariance) > 0).all():
+        return False
+    sigma = np.sqrt(np.diag(covariance))
+    unit = covariance / sigma[:, None] / sigma
+    return bool(np.allclose(unit, unit.T, atol=1e-6) and np.linalg.eigvalsh(unit)[0] > -1e-9)
 
 
 def _array(value: Any, shape: tuple[int, ...]) -> Array:

@@ -233,7 +233,8 @@ def _inverse(model: Model, design: Array, solved: Array) -> Array:
             [f"they do not determine {', '.join(names)}", f"it needs {model.least}"],
         )
     inverse: Array = (vectors / values) @ vectors.T / scale[:, None] / scale
-    return inverse
+    symmetric: Array = (inverse + inverse.T) / 2
+    return symmetric
 
 
 def _finished(
