@@ -372,7 +372,8 @@ class ScanFile(Section):
     the name of the scan if not given; origin : says that the scanner is at (0, 0, 0) where the
     format does not, or where it is among placed points, x, y, z [m] of the file; names : targets by
     name, each near x, y, z [m] of the scanner frame; face : that measured the points, for a
-    calibration: front, back, or in ``dome`` the back where H is above 180 degrees.
+    calibration: front, back, in ``dome`` the back where H is above 180 degrees, or as the
+    ``order`` of rows and columns tells, which makes two scans of one.
     """
 
     file: str
@@ -381,7 +382,7 @@ class ScanFile(Section):
     instrument: str | None = None
     origin: Literal["scanner"] | tuple[float, float, float] | None = None
     names: dict[str, tuple[float, float, float]] = Field(default_factory=dict)
-    face: Literal["front", "back", "dome"] = "front"
+    face: Literal["front", "back", "dome", "order"] = "front"
 
 
 class TargetSection(Section):

@@ -14,6 +14,7 @@ from tribrach.io.calibration_file import Calibration
 from tribrach.io.scans.formats import read_scans
 from tribrach.project.calibrations import Calibrations
 from tribrach.scan.corrected import CorrectedScan, corrected_scan
+from tribrach.scan.faces import SideScan, sides
 from tribrach.scan.scan import Scan
 from tribrach.scan.shifted import seen_from
 from tribrach.stages.scan_calibration import known_correction
@@ -52,10 +53,13 @@ class StationScan:
     @property
     def mark(self) -> tuple[int | float | str, ...]:
         """What the points depend on besides the file: scan, place of the scanner, correction."""
-        plain = (self.scan.index, *self.scan.scanner)
-        if not isinstance(self.scan, CorrectedScan):
-            return plain
-        return (*plain, self.scan.correction.mark)
+        inner, more = self.scan, []
+        if isinstance(inner, CorrectedScan):
+            more.append(inner.correction.mark)
+            inner = inner.source_scan
+        if isinstance(inner, SideScan):
+            more.append(f"face {inner.face:+.0f}")
+        return (self.scan.index, *self.scan.scanner, *more)
 
 
 def open_scans(project: Project) -> list[StationScan]:
@@ -112,7 +116,24 @@ def _open(
             f"{entry.file} has {len(scans)} scans and one station is given",
             "give one entry with scan and station for each, or leave station out",
         )
-    return [_at_station(project, k, entry, scan, calibrations) for scan in scans]
+    found = []
+    for scan in (_from_origin(entry, scan) for scan in scans):
+        station = entry.station or scan.name
+        if entry.face != "order":
+            faces: tuple[Faces, ...] = (entry.face,)
+            parts: tuple[Scan, ...] = (scan,)
+        else:
+            faces, parts = ("front", "back"), sides(scan)
+        for part, face in zip(parts, faces, strict=True):
+            found.append(_at_station(project, k, entry, part, station, face, calibrations))
+    return found
+
+
+def _from_origin(entry: ScanFile, scan: Scan) -> Scan:
+    """A scan whose scanner is at zero, as far as the project says so."""
+    if entry.origin == "scanner":
+        return replace(scan, origin="stated")
+    return scan if entry.origin is None else seen_from(scan, entry.origin)
 
 
 def _at_station(
@@ -120,20 +141,17 @@ def _at_station(
     k: int,
     entry: ScanFile,
     scan: Scan,
+    station: str,
+    face: Faces,
     calibrations: Mapping[str, Calibration],
 ) -> StationScan:
     """A scan with what the project says about its station."""
-    station = entry.station or scan.name
     section = project.stations.get(station)
     named = entry.instrument or (None if section is None else section.instrument)
-    if entry.origin == "scanner":
-        scan = replace(scan, origin="stated")
-    elif entry.origin is not None:
-        scan = seen_from(scan, entry.origin)
     instrument = named or _only(project)
     known = calibrations.get(instrument) if instrument is not None else None
     if known is not None:
-        scan = corrected_scan(scan, known_correction(known, entry.face))
+        scan = corrected_scan(scan, known_correction(known, face))
     return StationScan(
         name=station,
         station=station,
@@ -142,7 +160,7 @@ def _at_station(
         levelled=section is not None and section.levelled,
         names=entry.names,
         known=known,
-        faces=entry.face,
+        faces=face,
     )
 
 

@@ -1,0 +1,97 @@
+"""Faces from the order of a grid: both layouts that keep them, and those that do not."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tribrach.errors import InputError
+from tribrach.scan.faces import head_turn, sides
+from tribrach.scan.scan import Chunk, Field, Scan
+
+FIELDS = (Field("row", "int32"), Field("column", "int32"), Field("intensity", "float32"))
+
+
+@dataclass(frozen=True)
+class Listed(Scan):
+    parts: list = field(default_factory=list)
+
+    def chunks(self, size=0, start=0):
+        yield from self.parts
+
+
+def panoramic(turn: float, columns: int = 90, first: float = 0.0, sense: float = 1.0):
+    """A mirror that goes over the zenith: xyz, row, column, true face."""
+    v = np.radians(np.linspace(-150, 150, 151))
+    c, r = np.meshgrid(np.arange(columns), np.arange(len(v)), indexing="ij")
+    head = first + sense * turn * c / columns
+    raw = v[r]
+    h = np.where(raw >= 0, head, head + np.pi)
+    zenith = np.abs(raw)
+    far = 5 + np.sin(3 * h) + np.cos(2 * zenith)
+    flat = far * np.sin(zenith)
+    xyz = np.stack([flat * np.cos(h), flat * np.sin(h), far * np.cos(zenith)], axis=-1)
+    return xyz.reshape(-1, 3), r.ravel(), c.ravel(), np.where(raw >= 0, 1.0, -1.0).ravel()
+
+
+def scan_of(xyz, row, column, fields=FIELDS) -> Listed:
+    values = {"row": row, "column": column, "intensity": np.arange(len(xyz), dtype=np.float32)}
+    half = len(xyz) // 2
+    parts = [
+        Chunk(xyz[a:b], {k: v[a:b] for k, v in values.items()})
+        for a, b in ((0, half), (half, len(xyz)))
+    ]
+    return Listed("S", Path("s.e57"), records=len(xyz), fields=fields, parts=parts)
+
+
+@pytest.mark.parametrize("turn", [180.0, 360.0])
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_faces_of_half_and_full_turns(turn: float, sense: float) -> None:
+    first = 0.02 if sense > 0 else np.pi - 0.02
+    xyz, row, column, face = panoramic(np.radians(turn), first=first, sense=sense)
+    off = np.hypot(xyz[:, 0], xyz[:, 1]) > 1e-6
+    found = head_turn(scan_of(xyz, row, column)).faces(xyz, column)
+    np.testing.assert_array_equal(found[off], face[off])
+
+
+def test_half_a_turn_is_the_makers_dome() -> None:
+    xyz, row, column, _ = panoramic(np.pi, first=0.001)
+    found = head_turn(scan_of(xyz, row, column)).faces(xyz, column)
+    h = np.arctan2(xyz[:, 1], xyz[:, 0]) % (2 * np.pi)
+    clear = np.abs(np.sin(h)) > 0.05
+    np.testing.assert_array_equal(found[clear] < 0, h[clear] >= np.pi)
+
+
+def test_a_scan_of_two_faces_becomes_two() -> None:
+    xyz, row, column, face = panoramic(2 * np.pi)
+    front, back = sides(scan_of(xyz, row, column))
+    assert (front.name, back.name) == ("S front", "S back")
+    for side, k in ((front, 1.0), (back, -1.0)):
+        chunks = list(side.chunks())
+        got = np.concatenate([chunk.xyz for chunk in chunks])
+        number = np.concatenate([chunk.values["intensity"] for chunk in chunks]).astype(int)
+        assert sum(chunk.dropped for chunk in chunks) == (face != k).sum()
+        np.testing.assert_array_equal(got, xyz[number])
+        assert (face[number] == k).all()
+
+
+def test_columns_of_one_direction_have_lost_the_faces() -> None:
+    xyz, row, _, _ = panoramic(2 * np.pi)
+    h = np.arctan2(xyz[:, 1], xyz[:, 0]) % (2 * np.pi)
+    by_direction = np.floor(h / (2 * np.pi) * 90 + 1e-9).astype(int)
+    with pytest.raises(InputError, match="sorted the points by direction"):
+        head_turn(scan_of(xyz, row, by_direction))
+
+
+def test_a_cloud_without_a_grid_is_refused() -> None:
+    xyz, row, column, _ = panoramic(np.pi)
+    with pytest.raises(InputError, match=r"no rows and columns.*face = "):
+        head_turn(scan_of(xyz, row, column, fields=(Field("intensity", "float32"),)))
+
+
+def test_columns_that_mean_nothing_are_refused() -> None:
+    xyz, row, _, _ = panoramic(np.pi)
+    noise = np.random.default_rng(1).integers(0, 90, len(xyz))
+    with pytest.raises(InputError, match="do not lie in one plane"):
+        head_turn(scan_of(xyz, row, noise))
