@@ -205,9 +205,15 @@ class Assembly:
                 "leave the section site out",
             )
         if survey.site != FlatSite():
-            self.context = replace(self.context, frame=WorkFrame(survey.site))
-            self.survey.site = survey.site
+            self._adopt(survey)
         return survey
+
+    def _adopt(self, survey: Survey) -> None:
+        """The work frame, reference frame and epoch that a file brings become those of the job."""
+        self.context = replace(self.context, frame=WorkFrame(survey.site))
+        self.survey.site = survey.site
+        if self.job is None and "frame" in survey.info:
+            self.job = Realisation(survey.info["frame"], survey.info["epoch"])
 
     def _gnss_files(self, k: int, entry: ObservationFile, paths: list[Path]) -> Survey:
         """Vectors and positions of other programs; without a site they bring one."""
@@ -218,11 +224,14 @@ class Assembly:
         except InputError as error:
             raise self.error(("observations", k), error.what, error.cure) from error
         survey = gnss_files.read(paths, context)
+        if not placed and known:
+            raise self.error(
+                ("observations", k),
+                "geocentric vectors need a place on the ellipsoid, and the points are Cartesian",
+                "give the project a section [site] with a frame, an origin or a crs",
+            )
         if not placed:
-            self.context = replace(self.context, frame=WorkFrame(survey.site))
-            self.survey.site = survey.site
-            if "frame" in survey.info:
-                self.job = Realisation(survey.info["frame"], survey.info["epoch"])
+            self._adopt(survey)
         return survey
 
     def _precision(self, name: str | None, keys: tuple[str | int, ...]) -> Precision:

@@ -47,8 +47,8 @@ def assemble(files: Sequence[Records]) -> Survey:
     survey.info |= {
         "format": "DynAdjust",
         "files": [file.file for file in files],
-        "reference_frame": stations.frame,
-        "epoch": stations.epoch,
+        "frame": stations.frame,
+        "epoch": stations.year,
     }
     return survey
 
