@@ -39,8 +39,8 @@ def test_another_grouping_and_format(scans: list, tmp_path: Path) -> None:
     assert run(scans, out, format="laz", merged=True) == {"cloud.laz"}
     assert run(scans, out, format="ply", merged=True) == {"cloud.ply"}
     assert run(scans, out, format="laz") == alone
-    records = {p.name for p in (out / FOLDER).glob("cloud-*.json")}
-    assert len(records) == 2
+    for sign in ("cloud-*.json", "file-cloud-*.json"):
+        assert len(list((out / FOLDER).glob(sign))) == 2
 
 
 def test_what_was_changed_or_put_there_stays(scans: list, tmp_path: Path) -> None:
@@ -80,7 +80,7 @@ def test_records_lead_nowhere_else(scans: list, tmp_path: Path, name: str) -> No
     out, outside = tmp_path / "out", tmp_path / "outside.las"
     outside.write_bytes(b"12345")
     run(scans, out, format="las")
-    for record in (out / FOLDER).glob("cloud-*.json"):
+    for record in (out / FOLDER).glob("file-cloud-*.json"):
         data = json.loads(record.read_text())
         data["files"] = [5]
         data["facts"] |= {"file": name, "date": outside.stat().st_mtime_ns}
@@ -93,6 +93,6 @@ def test_records_lead_nowhere_else(scans: list, tmp_path: Path, name: str) -> No
 def test_damaged_records_remove_nothing(scans: list, tmp_path: Path, text: str) -> None:
     out = tmp_path / "out"
     alone = run(scans, out, format="las")
-    for record in (out / FOLDER).glob("cloud-*.json"):
+    for record in (out / FOLDER).glob("*cloud-*.json"):
         record.write_text(text)
     assert run(scans, out, format="laz", merged=True) == {*alone, "cloud.laz"}

@@ -30,7 +30,7 @@ from tribrach.stages.grouping import groups, whole_source
 from tribrach.stages.scan_calibration import share_after
 from tribrach.stages.scans import StationScan
 from tribrach.stages.state import State, digest
-from tribrach.stages.superseded import remove_superseded, written_facts
+from tribrach.stages.superseded import note_written, remove_superseded
 
 __all__ = ["Cloud", "Product", "place", "write_clouds"]
 
@@ -105,8 +105,8 @@ def write_clouds(
                 "summary": summary.to_facts(),
                 "step": None if cloud.copied else cloud.step,
                 "sentences": cloud.sentences,
-                **written_facts(path, group.scans),
             }
+            note_written(state, path, group.scans)
             state.remember(f"cloud-{group.file}", key, facts, path)
         products.append(
             Product(

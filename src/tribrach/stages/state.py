@@ -73,6 +73,10 @@ class State:
         record = {"key": key, "files": [_size(file) for file in files], "facts": facts}
         write_text(self._place(product), json.dumps(record, sort_keys=True))
 
+    def forget(self, product: str) -> None:
+        """Take a product for one that was never made."""
+        self._place(product).unlink(missing_ok=True)
+
     def records(self, prefix: str) -> list[tuple[Path, dict[str, Any]]]:
         """Files and contents of all records of products whose names begin so, in order."""
         paths = sorted(self.folder.glob(f"{prefix}*.json")) if self.folder.is_dir() else []

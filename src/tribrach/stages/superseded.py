@@ -15,12 +15,16 @@ from tribrach.errors import InputError
 from tribrach.stages.scans import StationScan
 from tribrach.stages.state import State, digest
 
-__all__ = ["remove_superseded", "written_facts"]
+__all__ = ["note_written", "remove_superseded"]
+
+#: records of files hold paths and dates, and so are apart from those of what was made
+_NOTE = "file-cloud-"
 
 
-def written_facts(path: Path, scans: Sequence[StationScan]) -> dict[str, Any]:
-    """What a record keeps of a cloud just written, so that it can be removed later."""
-    return {"file": path.name, "date": path.stat().st_mtime_ns, "scans": _marks(scans)}
+def note_written(state: State, path: Path, scans: Sequence[StationScan]) -> None:
+    """Note what a cloud just written is, so that it can be removed later."""
+    facts = {"file": path.name, "date": path.stat().st_mtime_ns, "scans": _marks(scans)}
+    state.remember(_NOTE + path.name, "", facts, path)
 
 
 def remove_superseded(
@@ -35,7 +39,7 @@ def remove_superseded(
     InputError : a file cannot be removed.
     """
     held, gone = set(_marks(scans)), []
-    for record, data in state.records("cloud-"):
+    for record, data in state.records(_NOTE):
         path = _own(folder, data)
         if path is None or not set(data["facts"]["scans"]) <= held:
             continue
@@ -43,6 +47,7 @@ def remove_superseded(
             continue
         try:
             path.unlink()
+            state.forget(f"cloud-{path.name}")
             record.unlink(missing_ok=True)
         except OSError as error:
             raise InputError(
