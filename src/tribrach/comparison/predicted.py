@@ -17,11 +17,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 from pykdtree.kdtree import KDTree
+from scipy.spatial import cKDTree
 from scipy.stats import chi2
 
 from tribrach.cloud.covariance import covariances
 from tribrach.cloud.placement import Placement
 from tribrach.comparison.cloud_parts import Chunk, Source
+from tribrach.comparison.effective_points import overlap_share
 from tribrach.comparison.m3c2_ep import M3C2EP
 from tribrach.comparison.station_pair import StationPair, along_normals
 from tribrach.scan.normals import FLATTEST
@@ -34,6 +36,8 @@ Array = NDArray[np.float64]
 BAND = (0.9, 1.1)
 #: a ratio is worth a verdict if its own standard error is at most this
 _ERROR = 0.03
+#: core points whose neighbours are looked at, at most
+_LOOKED_AT = 20_000
 #: of the test of all offsets together, and of one site among many
 _LEVEL, _SITE_LEVEL = 0.95, 0.9973
 
@@ -162,13 +166,17 @@ class Prediction:
         return ", ".join(said) or "as predicted"
 
 
-def predict(found: M3C2EP, stations: StationPair) -> Prediction | None:
-    """What distances with propagated uncertainty say of a site; None without any distance."""
+def predict(found: M3C2EP, stations: StationPair, diameter: float) -> Prediction | None:
+    """What distances with propagated uncertainty say of a site; None without any distance.
+
+    diameter : of the cylinders [m]; those that share points count for less.
+    """
     used = found.usable & np.isfinite(found.distance) & np.isfinite(found.sigma)
     if not used.any():
         return None
     one, two = found.first, found.second
     dof = [np.maximum(cloud.count[used] - 1, 0) for cloud in (one, two)]
+    shared = _multiplicity(found.core[used], found.normals.vectors[used], diameter)
     middle = (stations.first + stations.second) / 2
     row = along_normals(found.core[used], found.normals.vectors[used], middle).mean(axis=0)
     spatial = found.lod95_spatial[used]
@@ -176,16 +184,32 @@ def predict(found: M3C2EP, stations: StationPair) -> Prediction | None:
     return Prediction(
         noise=(_pooled(one.expected[used], dof[0]), _pooled(two.expected[used], dof[1])),
         scatter=(_pooled(one.spread[used], dof[0]), _pooled(two.spread[used], dof[1])),
-        dof=(int(dof[0].sum()), int(dof[1].sum())),
+        dof=(int(dof[0].sum() / shared), int(dof[1].sum() / shared)),
         registration=float(np.sqrt(max(row @ stations.relative(middle) @ row, 0.0))),
         offset=float(distance.mean()),
-        offset_noise=float(np.sqrt((found.sigma_random[used] ** 2).mean() / used.sum())),
+        offset_noise=float(np.sqrt(shared * (found.sigma_random[used] ** 2).mean() / used.sum())),
         row=tuple(row.tolist()),
         lod95=float(level.mean()),
         lod95_additive=float(found.lod95_additive[used].mean()),
         lod95_spatial=float(np.nanmean(spatial)) if np.isfinite(spatial).any() else None,
         changed=float((np.abs(distance) > level).mean()),
     )
+
+
+def _multiplicity(core: Array, normals: Array, diameter: float) -> float:
+    """In how many cylinders each point is, on the average: mean sum of the shares in common.
+
+    Two cylinders have the share of two discs in common, their axes so far apart as they are across
+    the normal.
+    """
+    chosen = np.unique(np.linspace(0, len(core) - 1, min(len(core), _LOOKED_AT)).astype(np.int64))
+    tree = cKDTree(core)
+    near = [np.asarray(some) for some in tree.query_ball_point(core[chosen], 1.5 * diameter)]
+    first = np.repeat(chosen, [len(some) for some in near])
+    between = core[np.concatenate(near)] - core[first]
+    along = np.einsum("ni,ni->n", between, normals[first])
+    across = np.sqrt(np.maximum((between**2).sum(axis=1) - along**2, 0.0))
+    return float(overlap_share(across / diameter).sum() / len(chosen))
 
 
 def _pooled(sigma: Array, dof: NDArray[np.int64]) -> float:

@@ -42,7 +42,8 @@ _PREDICTED_NOTE = (
     "Along the normal. Predicted: noise of single points of both clouds (range, angles, beam, "
     "incidence) and the joint covariance of both stations, in which what they share cancels. "
     "Observed: scatter of both clouds about their surfaces and the mean distance between them, "
-    "free of sampling. Level of detection: 1.96 times the propagated sigma of single distances."
+    "free of sampling. C2C debiased says the same from nearest points, less well where the floor "
+    "is large. Level of detection: 1.96 times the propagated sigma of single distances."
 )
 _SITE_NOTE = (
     "Range and incidence are means over the site as each scanner saw it. Pitch is the spacing of "
@@ -198,6 +199,7 @@ def _predicted(sites: Sequence[SiteResult]) -> Table:
         _mm("predicted", _at("prediction.sigma")),
         _mm("observed", _at("prediction.observed")),
         (Column("ratio"), lambda s: _ratio(s.prediction.ratio)),
+        _mm("C2C debiased", _at("c2c.debiased")),
         _mm("LoD", _at("prediction.lod95"), wide=True),
         _percent("beyond it", "prediction.changed", wide=True),
         (Column("Verdict", numeric=False), verdict),

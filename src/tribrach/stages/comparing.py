@@ -194,7 +194,7 @@ class _Work:
         found = m3c2_ep(
             one_with, two_with, core, settings, stations, normals=normals, footprints=beams
         )
-        return M3C2Figures.of(plainly), predict(found, stations)
+        return M3C2Figures.of(plainly), predict(found, stations, settings.diameter)
 
     def _settings(self, c2c: C2C) -> Settings:
         """Cylinders for the coarser pitch, normals for it and for the roughness."""
