@@ -92,3 +92,53 @@ def test_a_mirrored_list_fits_nowhere() -> None:
     control = {f"C{i}": (x[[1, 0, 2]], 1e-3) for i, x in enumerate(points)}
     with pytest.raises(InputError, match=r"swapped|mirror"):
         identify([sees("S", Pose.identity(), points, rng)], control)
+
+
+def test_stations_joined_by_something_else_are_matched_as_one() -> None:
+    """Each sees two points, too few to place it, and both together see four."""
+    rng = np.random.default_rng(11)
+    points = rng.uniform([-20, -20, 0], [20, 20, 6], (6, 3))
+    control = {f"C{i}": (points[i], 2e-3) for i in range(6)}
+    first, second = upright(0.4, [1.0, 2.0, 1.5]), upright(-1.0, [6.0, -4.0, 1.7])
+    sightings = [sees("S1", first, points[[0, 1]], rng), sees("S2", second, points[[1, 2, 4]], rng)]
+    group = {"S1": Pose.identity(), "S2": first.inverse @ second}
+    found = identify(sightings, control, groups=[group])
+    assert found.names["S1"] == ("C0", "C1")
+    assert found.names["S2"] == ("C1", "C2", "C4")
+    for station, pose in (("S1", first), ("S2", second)):
+        assert found.poses[station].translation == pytest.approx(pose.translation, abs=0.02)
+
+
+def test_a_joined_station_without_targets_is_placed_by_the_others() -> None:
+    rng = np.random.default_rng(12)
+    points = rng.uniform([-20, -20, 0], [20, 20, 6], (6, 3))
+    control = {f"C{i}": (points[i], 2e-3) for i in range(6)}
+    first, second = upright(0.4, [1.0, 2.0, 1.5]), upright(-1.0, [6.0, -4.0, 1.7])
+    group = {"S1": Pose.identity(), "S2": first.inverse @ second}
+    found = identify([sees("S1", first, points[:5], rng)], control, groups=[group])
+    assert found.poses["S2"].translation == pytest.approx(second.translation, abs=0.02)
+
+
+def test_a_wrong_joint_does_not_spoil_what_targets_place() -> None:
+    rng = np.random.default_rng(13)
+    points = rng.uniform([-20, -20, 0], [20, 20, 6], (12, 3))
+    control = {f"C{i}": (points[i], 2e-3) for i in range(12)}
+    first, second = upright(0.4, [1.0, 2.0, 1.5]), upright(-1.0, [6.0, -4.0, 1.7])
+    sightings = [sees("S1", first, points[:5], rng), sees("S2", second, points[5:10], rng)]
+    shifted = first.inverse @ upright(-1.0, [9.0, -4.0, 1.7])
+    found = identify(sightings, control, groups=[{"S1": Pose.identity(), "S2": shifted}])
+    assert found.poses["S1"].translation == pytest.approx(first.translation, abs=0.02)
+    assert found.poses["S2"].translation == pytest.approx(second.translation, abs=0.02)
+
+
+def test_what_cannot_be_placed_is_left_with_its_reason() -> None:
+    rng = np.random.default_rng(14)
+    points = rng.uniform([-20, -20, 0], [20, 20, 6], (6, 3))
+    control = {f"C{i}": (points[i], 2e-3) for i in range(6)}
+    pose = upright(0.4, [1.0, 2.0, 1.5])
+    sightings = [sees("S1", pose, points[:5], rng), sees("S2", pose, points[:1], rng)]
+    found = identify(sightings, control, partial=True)
+    assert set(found.poses) == {"S1"}
+    assert "1 targets found and 3 needed" in found.unplaced["S2"]
+    with pytest.raises(InputError, match="S2"):
+        identify(sightings, control)
