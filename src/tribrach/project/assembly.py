@@ -81,10 +81,10 @@ class Assembly:
             self.calibrations.apply(further, self._scanner_of)
             self._merge(further)
         self._scale_bars()
-        if further is not None or not self.project.scans:
-            self.calibrations.finish(self.survey)
-        if further is not None or not self.project.scans:
-            self._stations()
+        # without what scans add, stations that only they observe are not there yet
+        whole = further is not None or not self.project.scans
+        self.calibrations.finish(self.survey, whole=whole)
+        self._stations(whole=whole)
         self._lever_arms()
         project, site = self.project, self.project.site
         self.survey.info["title"] = project.title
