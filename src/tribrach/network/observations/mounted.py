@@ -42,7 +42,9 @@ class MountedPoints(Observations):
         ]
 
     def _arm(self, state: State) -> Array:
-        return np.einsum("nij,nj->ni", state.pose_r[self.station], state.vectors[self.lever_arm])
+        r, arm = state.pose_r[self.station], state.vectors[self.lever_arm]
+        turned: Array = np.einsum("nij,nj->ni", r, arm)
+        return turned
 
     def predict(self, state: State) -> Array:
         """Points relative to where their lever arms end, (n, 3)."""
