@@ -178,6 +178,8 @@ def fit_points(points: CommonPoints, model: Model) -> Fit:
     a, b = points.a[used], points.b[used]
     spread_a, spread_b = points.spread_a.part(used, d), points.spread_b.part(used, d)
     found = start(model, a, b)
+    # steps below this no longer matter: rounding of the coordinates
+    limit = 1e-12 + 16 * np.finfo(float).eps * max(np.abs(a).max(), np.abs(b).max())
     for step_number in range(1, _STEPS + 1):
         metric = Metric(spread_a, spread_b, found.matrix, len(a))
         w = b - found(a)
@@ -189,17 +191,12 @@ def fit_points(points: CommonPoints, model: Model) -> Fit:
         cofactor = _inverse(model, design, solved)
         step = cofactor @ np.einsum("nik,ni->k", design, force)
         found, moved = _descend(found, step, cost, a, b, spread_a, spread_b)
-        if np.abs(np.einsum("nik,k->ni", design, step)).max() * moved < _small(a - found.centre):
+        if np.abs(np.einsum("nik,k->ni", design, step)).max() * moved < limit:
             return _finished(points, found, (spread_a, spread_b), step_number)
     raise NotConverged(
         f"the transformation did not converge in {_STEPS} steps",
         ["look at the points with the largest differences, or take fewer parameters"],
     )
-
-
-def _small(local: Array) -> float:
-    """Steps below this [m] no longer matter: rounding of the coordinates."""
-    return 1e-12 + 1e-12 * float(np.abs(local).max())
 
 
 def _descend(
