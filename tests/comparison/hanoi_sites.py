@@ -79,7 +79,10 @@ def adjusted(made: Twin, folder: Path, seed: int = 0) -> Adjustment:
 
 
 def compared(
-    clouds: list[Placed], pair: StationPair, incidence: bool = True, chosen: list[Site] | None = None
+    clouds: list[Placed],
+    pair: StationPair,
+    incidence: bool = True,
+    chosen: list[Site] | None = None,
 ) -> list[SiteResult]:
     a, b = clouds
     return compare_clouds(a, b, chosen or sites(), stations=pair, incidence=incidence)  # type: ignore[arg-type]
