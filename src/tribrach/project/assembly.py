@@ -268,11 +268,16 @@ class Assembly:
                 group="scale bar",
             )
 
-    def _stations(self) -> None:
-        """Levelled stations: inclination zero with the compensator's sigma."""
+    def _stations(self, *, whole: bool) -> None:
+        """Levelled stations: inclination zero with the compensator's sigma.
+
+        whole : all stations must be there; otherwise those that are not are passed over.
+        """
         plumb = plumb_columns(self.survey, self.project.site.deflection, self.folder, self.error)
         for name, station in self.project.stations.items():
             if name not in self.survey.stations:
+                if not whole:
+                    continue
                 raise self.error(
                     ("stations", name),
                     f"scanner station {name} is observed by nothing",

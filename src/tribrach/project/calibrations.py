@@ -122,8 +122,11 @@ class Calibrations:
         if models:
             calibrate_survey(survey, models)
 
-    def finish(self, survey: Survey) -> None:
-        """Add what is known of parameters, and the conditions of orientation."""
+    def finish(self, survey: Survey, *, whole: bool) -> None:
+        """Add what is known of parameters, and the conditions of orientation.
+
+        whole : all stations must be there; otherwise conditions of others are passed over.
+        """
         for name, known in self.known.items():
             names = [unknown_name(p, name) for p in known.parameters]
             if names[0] in survey.scalars:
@@ -131,13 +134,15 @@ class Calibrations:
                 add_priors(survey, names, known.values, known.covariance, source)
         section = self.project.calibration
         for k, hold in enumerate(() if section is None else section.hold):
-            for station in self._stations(hold):
-                if station not in survey.stations:
-                    raise self.error(
-                        ("calibration", "hold", k),
-                        f"scanner station {station} is observed by nothing",
-                        "name a station that has observations",
-                    )
+            missing = [s for s in self._stations(hold) if s not in survey.stations]
+            if missing and not whole:
+                continue
+            if missing:
+                raise self.error(
+                    ("calibration", "hold", k),
+                    f"scanner station {missing[0]} is observed by nothing",
+                    "name a station that has observations",
+                )
             _add_hold(survey, hold, f"hold {k + 1}")
 
     @staticmethod

@@ -37,7 +37,7 @@ def calibrate_project(
             (), "the project has no section calibration", "add [calibration] with a model"
         )
     work = find_and_name(project, project.results, progress) if project.scans else None
-    further = None if work is None or work.named is None else work.named.survey
+    further = None if work is None else work.registered.survey
     progress("calibration", 0, None)
     wishes = Wishes(
         near=section.near_correlation,
