@@ -111,13 +111,13 @@ KINDS: tuple[Kind, ...] = (
     Kind(
         "scanner polar observations",
         ("station", "target", "range", "horizontal", "zenith"),
-        ("station", "target"),
+        ("station", "target", "set"),
         (*_with_sigma("range", "horizontal", "zenith"), "face"),
     ),
     Kind(
         "scanner targets",
         ("station", "target", "x", "y", "z"),
-        ("station", "target"),
+        ("station", "target", "set"),
         (*_with_sigma("x", "y", "z"), *COVARIANCE, "sigma_range", "sigma_across", "face"),
     ),
     Kind(

@@ -15,17 +15,30 @@ from tribrach.network.observations.inclination import Inclinations
 from tribrach.network.observations.polar import NEAREST, POLE, ScannerPolar
 from tribrach.network.observations.target_centre import TargetCentres
 
-__all__ = ["InclinationReader", "PolarReader", "TargetReader"]
+__all__ = ["SERIES", "InclinationReader", "PolarReader", "TargetReader", "series_name"]
+
+#: between a station and a series in the name of a set-up
+SERIES = ", series "
 
 Array = NDArray[np.float64]
+
+
+def series_name(station: str, series: str) -> str:
+    """Name of a station's set-up in a series; the station's own without one."""
+    return f"{station}{SERIES}{series}" if series else station
 
 
 class _Scanned(Reader):
     """Readers of tables with scanner stations."""
 
     def stations(self) -> list[str]:
-        """Station of each row; stations that are new are added to the survey."""
+        """Station of each row; stations that are new are added to the survey.
+
+        A ``set`` is a series with a set-up of its own: its station has a name of its own.
+        """
         names = self.table.names("station", self.all)
+        sets = self.table.words.get("set", [""] * len(names))
+        names = [series_name(name, one) for name, one in zip(names, sets, strict=True)]
         for name, source in zip(names, self.sources, strict=True):
             if name not in self.survey.stations:
                 self.survey.station(name, source=source)
