@@ -6,13 +6,9 @@ from scipy.stats import binom
 
 from tribrach.geometry import rotation
 from tribrach.transformation.fit import fit_transformation
-from tribrach.transformation.testing import (
-    check_points,
-    ladder,
-    point_tests,
-    scale_test,
-    snoop_points,
-)
+from tribrach.transformation.model_choice import ladder, scale_test
+from tribrach.transformation.snooping import snoop_points
+from tribrach.transformation.testing import check_points, point_tests
 
 SIGMA = 0.003
 

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from tribrach.geometry import euler
 from tribrach.report.style import Style
 from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
+from tribrach.transformation.model_choice import Rung
 from tribrach.transformation.outcome import CHECK, Outcome
-from tribrach.transformation.testing import Rung
 
 __all__ = ["transformation_results", "transformation_tables"]
 
@@ -69,7 +69,8 @@ def _parameter_table(outcome: Outcome, style: Style) -> Table:
         (Column("value", numeric=False), lambda p: _written(style, p)),
         (Column("σ", numeric=False), lambda p: _small(style, p)),
     ]
-    return build_table("parameters", fit.model.words.capitalize(), note, _parameters(outcome), columns)
+    title = fit.model.words.capitalize()
+    return build_table("parameters", title, note, _parameters(outcome), columns)
 
 
 def _parameters(outcome: Outcome) -> list[_Parameter]:

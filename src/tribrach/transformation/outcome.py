@@ -8,18 +8,10 @@ from scipy.stats import chi2
 
 from tribrach.transformation.axes import axis_sentences
 from tribrach.transformation.fit import CommonPoints, Fit, fit_points
+from tribrach.transformation.model_choice import Rung, ScaleTest, ladder, scale_test
 from tribrach.transformation.models import Model
-from tribrach.transformation.testing import (
-    CheckResult,
-    PointTests,
-    Rung,
-    ScaleTest,
-    check_points,
-    ladder,
-    point_tests,
-    scale_test,
-    snoop_points,
-)
+from tribrach.transformation.snooping import snoop_points
+from tribrach.transformation.testing import CheckResult, PointTests, check_points, point_tests
 
 __all__ = ["Outcome", "examine"]
 

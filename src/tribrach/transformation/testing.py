@@ -1,33 +1,28 @@
-"""Which common points do not fit, is the scale real, and which model is enough?
+"""Which common points do not fit, and what do check points say?
 
 Point test: the force ``C^-1 w`` of a point against its covariance, chi-square with d values where
-the covariances are given and the global test does not fail, else F against the fit without the
-point. Whether A or B is wrong in a point cannot be told. Method section 3.4.
+covariances are given, else F against the fit without the point. Whether A or B is wrong in a point
+cannot be told. Method section 3.4.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2, f, norm, t
+from scipy.stats import chi2, f
 
-from tribrach.errors import AdjustmentError, InputError
-from tribrach.transformation.fit import CommonPoints, Fit, fit_points
-from tribrach.transformation.models import MODELS
+from tribrach.transformation.fit import Fit
 
 __all__ = [
+    "ALPHA0",
     "CheckResult",
     "PointTests",
-    "Rung",
-    "ScaleTest",
-    "Snooped",
     "check_points",
-    "ladder",
+    "compare_points",
     "point_tests",
-    "scale_test",
-    "snoop_points",
+    "trusted",
 ]
 
 Array = NDArray[np.float64]
@@ -98,126 +93,6 @@ def point_tests(fit: Fit, alpha0: float = ALPHA0, *, prior: bool | None = None) 
 
 
 @dataclass(frozen=True)
-class Snooped:
-    """A fit without what does not fit; steps say what was done, in words."""
-
-    fit: Fit
-    steps: tuple[str, ...]
-    removed: tuple[str, ...]
-
-
-def snoop_points(fit: Fit, alpha0: float = ALPHA0) -> Snooped:
-    """Switch the worst point off, fit again, and so on; those that fit after all come back.
-
-    The redundancy never falls below one.
-    """
-    steps: list[str] = []
-    removed: list[int] = []
-    while True:
-        tests = point_tests(fit, alpha0)
-        ahead = 0 if tests.suspicious.any() else _hidden(fit, alpha0)
-        if not tests.suspicious.any() and not ahead:
-            break
-        # without sigmas several wrong points hide each other in a large sigma0
-        trial = _one_less(fit, tests, steps, removed, hidden=ahead > 0)
-        if trial is None:
-            break
-        fit = trial
-        for _ in range(ahead - 1):
-            fit = _one_less(fit, point_tests(fit, alpha0), steps, removed, hidden=True) or fit
-    fit, kept = _recalled(fit, removed, steps, alpha0)
-    return Snooped(fit, tuple(steps), tuple(fit.points.names[k] for k in kept))
-
-
-def _one_less(
-    fit: Fit, tests: PointTests, steps: list[str], removed: list[int], *, hidden: bool
-) -> Fit | None:
-    """The fit without its worst point; None if that cannot be spared. Steps and removed grow."""
-    places = np.flatnonzero(fit.points.used)
-    worst = int(np.argmax(np.nan_to_num(tests.statistic / tests.limit)))
-    k = int(places[worst])
-    words = _words(fit, tests, worst, k)
-    try:
-        trial = _without(fit, k, f"does not fit: {words}")
-    except (AdjustmentError, InputError):
-        trial = None
-    if trial is None or trial.dof < 1:
-        steps.append(f"{words}; kept, since without it nothing would check the others")
-        return None
-    others = [] if hidden else _alternatives(fit, tests, worst, places)
-    doubt = f"; it could as well be {' or '.join(others)}" if others else ""
-    together = " together with others" if hidden else ""
-    steps.append(f"{words}; switched off{together}{doubt}")
-    removed.append(k)
-    return trial
-
-
-def _hidden(fit: Fit, alpha0: float) -> int:
-    """How many points must go before all of them are seen to be wrong; 0 if none are.
-
-    Only for fits without sigmas, at most a quarter of the points, at a stricter level, since the
-    points were chosen to leave little.
-    """
-    if fit.points.weighted:
-        return 0
-    gone: list[int] = []
-    most = int(fit.points.used.sum()) // 4
-    level = 1 - alpha0 / max(int(fit.points.used.sum()), 1) / 10
-    for _ in range(most):
-        trial = _one_less(fit, point_tests(fit, alpha0), [], gone, hidden=True)
-        if trial is None or trial.dof < 2 * trial.points.dimension:
-            return 0
-        fit = trial
-        result = _compare(fit, np.array(gone))
-        if len(gone) > 1 and (result.statistic > result.limit(level)).all():
-            return len(gone)
-    return 0
-
-
-def _words(fit: Fit, tests: PointTests, row: int, k: int) -> str:
-    size = 1e3 * tests.error[row]
-    parts = ", ".join(f"{axis} {value:+.1f}" for axis, value in zip("xyz", size, strict=False))
-    return (
-        f"point {fit.points.names[k]} is off by about ({parts}) mm in B (test "
-        f"{tests.statistic[row]:.1f} against {tests.limit[row]:.1f}); A or B may be wrong"
-    )
-
-
-def _without(fit: Fit, k: int, reason: str) -> Fit:
-    used, reasons = fit.points.used.copy(), list(fit.points.reasons)
-    used[k], reasons[k] = False, reason
-    return fit_points(replace(fit.points, used=used, reasons=tuple(reasons)), fit.model)
-
-
-def _alternatives(fit: Fit, tests: PointTests, worst: int, places: NDArray[np.int64]) -> list[str]:
-    """Other points whose removal would leave about as good a fit."""
-    best = max(float(tests.left[worst]), 1e-12 * fit.vtpv)
-    d = fit.points.dimension
-    level = 1.0 if fit.points.weighted else best / max(fit.dof - d, 1)
-    # twice the logarithm of the likelihood, as far as chance moves it
-    near = tests.left - best <= chi2.ppf(0.95, 1) * level
-    near[worst] = False
-    return [fit.points.names[int(k)] for k in places[near & tests.suspicious]][:3]
-
-
-def _recalled(
-    fit: Fit, removed: list[int], steps: list[str], alpha0: float
-) -> tuple[Fit, list[int]]:
-    """Removed points that agree with the final fit take part again."""
-    kept: list[int] = []
-    for k in removed:
-        result = _compare(fit, np.array([k]))
-        if result.statistic[0] > result.limit(1 - alpha0)[0]:
-            kept.append(k)
-            continue
-        used, reasons = fit.points.used.copy(), list(fit.points.reasons)
-        used[k], reasons[k] = True, ""
-        fit = fit_points(replace(fit.points, used=used, reasons=tuple(reasons)), fit.model)
-        steps.append(f"point {fit.points.names[k]} fits the others after all and is back")
-    return fit, kept
-
-
-@dataclass(frozen=True)
 class CheckResult:
     """Points held out against the transformation.
 
@@ -250,10 +125,11 @@ class CheckResult:
 def check_points(fit: Fit) -> CheckResult | None:
     """Check points against the fit; None if there are none."""
     place = np.flatnonzero(fit.points.check)
-    return _compare(fit, place) if len(place) else None
+    return compare_points(fit, place) if len(place) else None
 
 
-def _compare(fit: Fit, place: NDArray[np.int64]) -> CheckResult:
+def compare_points(fit: Fit, place: NDArray[np.int64]) -> CheckResult:
+    """Points (c,) that take no part in a fit, by their numbers, against it."""
     points = fit.points
     n, d = points.a.shape
     own_a, own_b = (s.of_points(n, d)[place] for s in (points.spread_a, points.spread_b))
@@ -264,101 +140,3 @@ def _compare(fit: Fit, place: NDArray[np.int64]) -> CheckResult:
     solved = np.linalg.solve(c, w[:, :, None])[:, :, 0] if np.isfinite(c).all() else np.nan * w
     dof = None if points.weighted else fit.dof
     return CheckResult(place, w, c, np.einsum("ni,ni->n", w, solved), dof)
-
-
-@dataclass(frozen=True)
-class ScaleTest:
-    """Does the scale differ from one? scale - 1 with its sigma, t and its limit at 95 %."""
-
-    excess: float
-    sigma: float
-    t: float
-    limit: float
-    posterior: bool
-
-    @property
-    def needed(self) -> bool:
-        """True if the scale is significant."""
-        return abs(self.t) > self.limit
-
-    def sentence(self, rigid: int, scaled: int) -> str:
-        """The verdict in words, with the numbers of parameters of both models."""
-        origin = "a posteriori" if self.posterior else "a priori"
-        end = (
-            f"the scale is significant: {scaled} parameters are needed, or a length is wrong"
-            if self.needed
-            else f"{rigid} parameters are enough"
-        )
-        return (
-            f"scale - 1 = {1e6 * self.excess:+.1f} ppm with sigma {1e6 * self.sigma:.1f} ppm "
-            f"{origin}, t = {self.t:.2f} against {self.limit:.2f}: {end}"
-        )
-
-
-def scale_test(points: CommonPoints) -> ScaleTest | None:
-    """Student test of the similarity's scale; None where the points do not determine it.
-
-    The given covariances decide unless the global test of the similarity fails at 95 %; then, and
-    without covariances, sigma0 a posteriori.
-    """
-    count = 7 if points.dimension == 3 else 4
-    model = next(m for m in MODELS if (m.count, m.dimension) == (count, points.dimension))
-    try:
-        fit = fit_points(points, model)
-    except (InputError, AdjustmentError):
-        return None
-    if fit.dof < 1:
-        return None
-    posterior = not trusted(fit)
-    factor = fit.vtpv / fit.dof if posterior else 1.0
-    sigma = float(np.sqrt(factor * fit.cofactor[-1, -1]))
-    excess = float(fit.transformation.factors[0] - 1)
-    limit = float(t.ppf(0.975, fit.dof) if posterior else norm.ppf(0.975))
-    value = excess / sigma if sigma > 0 else float(np.sign(excess)) * np.inf
-    return ScaleTest(excess, sigma, float(value), limit, posterior)
-
-
-@dataclass(frozen=True)
-class Rung:
-    """A model on the ladder: its fit, and the test of what it gains over the one before it.
-
-    statistic against limit at 95 %: chi-square with given covariances that hold, else F; None on
-    the first rung and where nothing is left to compare with.
-    """
-
-    count: int
-    words: str
-    vtpv: float
-    dof: int
-    rms: float
-    statistic: float | None
-    limit: float | None
-
-
-def ladder(points: CommonPoints) -> list[Rung]:
-    """All models of the dimension that the points determine, from the stiffest on.
-
-    The noise that gains are measured with is that of the richest model with redundancy.
-    """
-    fits: list[Fit] = []
-    for model in (m for m in MODELS if m.dimension == points.dimension):
-        try:
-            fits.append(fit_points(points, model))
-        except (InputError, AdjustmentError):
-            continue
-    rich = [fit for fit in fits if fit.dof > 0]
-    rungs: list[Rung] = []
-    for fit in fits:
-        statistic = limit = None
-        if rungs and fit.dof > 0:
-            more = fit.model.count - rungs[-1].count
-            gain = max(rungs[-1].vtpv - fit.vtpv, 0.0)
-            best = rich[-1]
-            if trusted(best):
-                statistic, limit = gain, float(chi2.ppf(0.95, more))
-            elif best.vtpv > 0:
-                statistic = gain / more / (best.vtpv / best.dof)
-                limit = float(f.ppf(0.95, more, best.dof))
-        count, words = fit.model.count, fit.model.words
-        rungs.append(Rung(count, words, fit.vtpv, fit.dof, fit.rms, statistic, limit))
-    return rungs

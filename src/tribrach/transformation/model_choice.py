@@ -1,0 +1,117 @@
+"""Is the scale real, and which model is enough?
+
+The given covariances judge where the global test of the richest fit lets them, else sigma0 a
+posteriori.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import chi2, f, norm, t
+
+from tribrach.errors import AdjustmentError, InputError
+from tribrach.transformation.fit import CommonPoints, Fit, fit_points
+from tribrach.transformation.models import MODELS
+from tribrach.transformation.testing import trusted
+
+__all__ = ["Rung", "ScaleTest", "ladder", "scale_test"]
+
+
+@dataclass(frozen=True)
+class ScaleTest:
+    """Does the scale differ from one? scale - 1 with its sigma, t and its limit at 95 %."""
+
+    excess: float
+    sigma: float
+    t: float
+    limit: float
+    posterior: bool
+
+    @property
+    def needed(self) -> bool:
+        """True if the scale is significant."""
+        return abs(self.t) > self.limit
+
+    def sentence(self, rigid: int, scaled: int) -> str:
+        """The verdict in words, with the numbers of parameters of both models."""
+        origin = "a posteriori" if self.posterior else "a priori"
+        end = (
+            f"the scale is significant: {scaled} parameters are needed, or a length is wrong"
+            if self.needed
+            else f"{rigid} parameters are enough"
+        )
+        return (
+            f"scale - 1 = {1e6 * self.excess:+.1f} ppm with sigma {1e6 * self.sigma:.1f} ppm "
+            f"{origin}, t = {self.t:.2f} against {self.limit:.2f}: {end}"
+        )
+
+
+def scale_test(points: CommonPoints) -> ScaleTest | None:
+    """Student test of the similarity's scale; None where the points do not determine it.
+
+    The given covariances decide unless the global test of the similarity fails at 95 %; then, and
+    without covariances, sigma0 a posteriori.
+    """
+    count = 7 if points.dimension == 3 else 4
+    model = next(m for m in MODELS if (m.count, m.dimension) == (count, points.dimension))
+    try:
+        fit = fit_points(points, model)
+    except (InputError, AdjustmentError):
+        return None
+    if fit.dof < 1:
+        return None
+    posterior = not trusted(fit)
+    factor = fit.vtpv / fit.dof if posterior else 1.0
+    sigma = float(np.sqrt(factor * fit.cofactor[-1, -1]))
+    excess = float(fit.transformation.factors[0] - 1)
+    limit = float(t.ppf(0.975, fit.dof) if posterior else norm.ppf(0.975))
+    value = excess / sigma if sigma > 0 else float(np.sign(excess)) * np.inf
+    return ScaleTest(excess, sigma, float(value), limit, posterior)
+
+
+@dataclass(frozen=True)
+class Rung:
+    """A model on the ladder: its fit, and the test of what it gains over the one before it.
+
+    statistic against limit at 95 %: chi-square with given covariances that hold, else F; None on
+    the first rung and where nothing is left to compare with.
+    """
+
+    count: int
+    words: str
+    vtpv: float
+    dof: int
+    rms: float
+    statistic: float | None
+    limit: float | None
+
+
+def ladder(points: CommonPoints) -> list[Rung]:
+    """All models of the dimension that the points determine, from the stiffest on.
+
+    The noise that gains are measured with is that of the richest model with redundancy.
+    """
+    fits: list[Fit] = []
+    for model in (m for m in MODELS if m.dimension == points.dimension):
+        try:
+            fits.append(fit_points(points, model))
+        except (InputError, AdjustmentError):
+            continue
+    rich = [fit for fit in fits if fit.dof > 0]
+    rungs: list[Rung] = []
+    for fit in fits:
+        statistic = limit = None
+        if rungs and fit.dof > 0:
+            more = fit.model.count - rungs[-1].count
+            gain = max(rungs[-1].vtpv - fit.vtpv, 0.0)
+            best = rich[-1]
+            if trusted(best):
+                statistic, limit = gain, float(chi2.ppf(0.95, more))
+            elif best.vtpv > 0:
+                statistic = gain / more / (best.vtpv / best.dof)
+                limit = float(f.ppf(0.95, more, best.dof))
+        count, words = fit.model.count, fit.model.words
+        rungs.append(Rung(count, words, fit.vtpv, fit.dof, fit.rms, statistic, limit))
+    return rungs
