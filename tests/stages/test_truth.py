@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from tests.project.test_lever_arms import ARM, write
 from tribrach.errors import InputError
 from tribrach.network.adjustment import adjust
 from tribrach.project import Project
@@ -91,3 +92,19 @@ def test_a_truth_file_that_is_none(tmp_path):
     path.write_text("[1]")
     with pytest.raises(InputError, match="no stations"):
         read_truth(path)
+
+
+def test_lever_arms_are_compared(tmp_path):
+    """z held 2 mm beside the truth is no error that was estimated; x and y are."""
+    arm = "x_m=0\ny_m=0\nz_m=0.331\nsigma_x_mm=50\nsigma_y_mm=50\nsigma_z_mm=0"
+    adjustment = adjust(Project.load(write(tmp_path, arm)).network())
+    facts = {"lever_arm_m": ARM.tolist(), "lever_arms": {"S": "antenna"}}
+    truth = {"stations": {}, "points": {}, "targets": {}, "facts": facts}
+    rows = against_truth(truth, tmp_path, adjustment, (), {}, None)
+    (row,) = [r for r in rows if r.what == "lever arm"]
+    assert (row.name, row.dof) == ("antenna", 2)
+    assert row.agrees
+    facts["lever_arm_m"] = [0.112, -0.004, 0.331]
+    rows = against_truth(truth, tmp_path, adjustment, (), {}, None)
+    (row,) = [r for r in rows if r.what == "lever arm"]
+    assert row.side == "above"

@@ -74,6 +74,7 @@ def against_truth(
     grow with the incidence angle, as in the clouds?
     """
     rows = [*_stations(truth, adjustment), *_points(truth, adjustment, named)]
+    rows += _lever_arms(truth, adjustment)
     for scan in scans:
         file = folder / f"truth-{scan.name}.npz"
         where = placements[scan.name]
@@ -144,6 +145,22 @@ def _stations(truth: Mapping[str, Any], adjustment: Adjustment) -> list[TruthRow
         where = np.concatenate(columns)
         joint = adjustment.covariance_columns(where, where)
         return [*_family(rows), _jointly("stations", errors, joint)]
+    return _family(rows)
+
+
+def _lever_arms(truth: Mapping[str, Any], adjustment: Adjustment) -> list[TruthRow]:
+    """Each lever arm that was estimated, against the one that all simulated stations carry."""
+    facts, layout = truth.get("facts", {}), adjustment.layout
+    arm = facts.get("lever_arm_m")
+    if arm is None:
+        return []
+    rows = []
+    for name in sorted(set(facts.get("lever_arms", {}).values()) & set(layout.names["vector"])):
+        covariance = adjustment.covariance(name)
+        free = np.diag(covariance) > 0
+        if free.any():
+            error = adjustment.state.vectors[layout.index("vector", name)] - np.array(arm)
+            rows.append(_single("lever arm", name, error[free], covariance[np.ix_(free, free)]))
     return _family(rows)
 
 
