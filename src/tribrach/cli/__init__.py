@@ -6,11 +6,13 @@ import sys
 
 from tribrach.cli import (
     calibrate,
+    check,
     compare,
     complete,
     gnss,
     network,
     plan,
+    register,
     regress,
     scans,
     transform,
@@ -20,12 +22,14 @@ from tribrach.cli.shell import app
 __all__ = [
     "app",
     "calibrate",
+    "check",
     "compare",
     "complete",
     "gnss",
     "main",
     "network",
     "plan",
+    "register",
     "regress",
     "scans",
     "transform",

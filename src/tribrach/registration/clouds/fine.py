@@ -222,7 +222,8 @@ def _compared(s, t, pairs, pose):  # type: ignore[no-untyped-def]
         out[n, :3] = p if forward[n] else q
         out[n, 3:6] = normal
         out[n, 6] = r
-        variance = s[2][i] ** 2 + t[2][j] ** 2 + along * tilt**2
+        # the weaker axis of the plane counts by half: the point lies anywhere around its middle
+        variance = s[2][i] ** 2 + t[2][j] ** 2 + 0.5 * along * tilt**2
         out[n, 7] = np.sqrt(variance)
     return out
 

@@ -89,9 +89,9 @@ def register_pair(
 ) -> CloudPair:
     """The pose of b in a without approximate values.
 
-    prior : an approximate pose of b in a; it is one proposal among others, and said to be wrong
-    if it is; floor : sigmas [m], [rad] of what residuals never show; further : proposals of other
-    methods with their names.
+    prior : an approximate pose of b in a; it is one proposal among others, decides between places
+    that fit alike, and is said to be wrong if it is; floor : sigmas [m], [rad] of what residuals
+    never show; further : proposals of other methods with their names.
     """
     proposed = [] if prior is None else [(prior, "approximate pose")]
     proposed += [*further, *((p, "plan") for p in plan_poses(a.coarse.surfels, b.coarse.surfels))]
@@ -104,6 +104,14 @@ def register_pair(
     if not _consistent(best.verdict):
         return CloudPair(a.name, b.name, None, (), (_contradicted(a.name, b.name, best),))
     rivals = _rivals(best, fits[1:])
+    near = [f for f in (best, *rivals) if prior is not None and not _wrong(f.pose, prior)]
+    if rivals and len(near) == 1:
+        said = (
+            f"{a.name} and {b.name} fit in {len(rivals) + 1} places alike; the one at the "
+            "approximate pose is taken"
+        )
+        sentences = [said, *near[0].precision.sentences(a.name, b.name)]
+        return CloudPair(a.name, b.name, near[0], (), tuple(sentences))
     if rivals:
         said = _ambiguous(a.name, b.name, best, rivals)
         return CloudPair(a.name, b.name, None, (best, *rivals), (said,))
@@ -162,6 +170,12 @@ def _same(one: Fit, two: Fit) -> bool:
     return bool(np.linalg.norm(rest) < _SAME and turn * lever < _SAME)
 
 
+def _wrong(pose: Pose, prior: Pose) -> bool:
+    """Is an approximate pose nowhere near?"""
+    shift, turn = apart(pose, prior)
+    return shift >= _WRONG[0] or turn >= _WRONG[1]
+
+
 def _no_overlap(a: str, b: str) -> str:
     return (
         f"no overlap was found between {a} and {b}: wherever one is laid on the other, less than "
@@ -189,9 +203,9 @@ def _ambiguous(a: str, b: str, best: Fit, rivals: Sequence[Fit]) -> str:
 
 
 def _prior_sentences(a: str, b: str, pose: Pose, prior: Pose) -> list[str]:
-    shift, turn = apart(pose, prior)
-    if shift < _WRONG[0] and turn < _WRONG[1]:
+    if not _wrong(pose, prior):
         return []
+    shift, turn = apart(pose, prior)
     return [
         f"the approximate pose of {b} in {a} is wrong by {shift:.1f} m and "
         f"{np.degrees(turn):.0f} degrees; the clouds say otherwise"

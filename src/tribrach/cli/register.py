@@ -1,0 +1,64 @@
+"""The command register: whole clouds from nothing, with covariances, loops and poses."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from tribrach.cli.printing import printed
+from tribrach.cli.shell import app, guarded, shown
+from tribrach.io.outputs import write_texts
+from tribrach.report.cloud_registration_page import cloud_registration_tables
+from tribrach.stages.registering import register_files, registration_json, write_placed
+from tribrach.units import SEC
+
+__all__ = ["register"]
+
+#: terminals with as many columns show all columns of the tables
+_WIDE = 118
+
+
+@app.command()
+def register(
+    files: Annotated[list[Path], typer.Argument(help="Files of scans, in their scanners' frames.")],
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder for poses.csv, poses.json and E57 files with the new poses."),
+    ] = None,
+    approximate: Annotated[
+        bool, typer.Option(help="Try the poses that the files have, among others.")
+    ] = True,
+    floor_mm: Annotated[
+        float, typer.Option(min=0, max=1000, help="Sigma of shifts that residuals do not show.")
+    ] = 1.0,
+    floor_arcsec: Annotated[
+        float, typer.Option(min=0, max=36000, help="Sigma of turns that residuals do not show.")
+    ] = 10.0,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write it as JSON.")] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+) -> None:
+    """Register scans by their clouds, without approximate poses, targets or planes."""
+
+    def work() -> None:
+        floor = (floor_mm / 1e3, floor_arcsec * SEC)
+        with shown(quiet) as progress:
+            found = register_files(files, approximate=approximate, floor=floor, progress=progress)
+            written = [] if out is None else write_placed(found, out, progress)
+        if json_file is not None:
+            text = json.dumps(registration_json(found), indent=1, allow_nan=False) + "\n"
+            written += write_texts({json_file: text})
+        if quiet:
+            return
+        console = Console()
+        for table in cloud_registration_tables(found.registration):
+            console.print(printed(table if console.width >= _WIDE else table.narrow()))
+        for sentence in found.registration.sentences:
+            console.print(f"! {sentence}", markup=False)
+        for path in written:
+            console.print(str(path), markup=False)
+
+    guarded(work)

@@ -1,0 +1,255 @@
+"""Stations joined by their clouds: loops that close as their covariances say, or which pair is bad.
+
+Every pair is a relative pose with its covariance. Around a loop these compose to no motion at all;
+what is left has a covariance of its own and is tested (chi-square, six degrees of freedom). A pair
+that only loops contain which do not close is named and left out; the rest becomes observations of
+one network with the first station held. Metres and radians.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations, pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from tribrach.geometry.pose import Pose
+from tribrach.geometry.rotation import log, skew
+from tribrach.network.network import Network
+from tribrach.network.observations.relative_pose import RelativePoses
+from tribrach.network.survey import Survey
+
+__all__ = [
+    "CloudEdge",
+    "Consistency",
+    "Loop",
+    "consistent",
+    "groups",
+    "loops",
+    "network_of",
+    "observe",
+]
+
+Array = NDArray[np.float64]
+
+#: probability that a good loop is called open
+ALPHA = 0.001
+
+
+@dataclass(frozen=True, eq=False)
+class CloudEdge:
+    """A pose of the second station in the first.
+
+    covariance (6, 6) : in the order of
+    :class:`~tribrach.network.observations.relative_pose.RelativePoses`.
+    """
+
+    first: str
+    second: str
+    pose: Pose
+    covariance: Array
+
+    @property
+    def ends(self) -> frozenset[str]:
+        """Both names."""
+        return frozenset((self.first, self.second))
+
+    @property
+    def name(self) -> str:
+        """Both names, for sentences."""
+        return f"{self.first} - {self.second}"
+
+
+@dataclass(frozen=True, eq=False)
+class Loop:
+    """What is left around a loop of stations: shift [m], turn [rad], their test.
+
+    shift_sigma, turn_sigma : predicted for them (of the length of three components).
+    """
+
+    stations: tuple[str, ...]
+    edges: tuple[CloudEdge, ...]
+    shift: float
+    turn: float
+    shift_sigma: float
+    turn_sigma: float
+    statistic: float
+    limit: float
+
+    @property
+    def closes(self) -> bool:
+        """Within what the covariances allow?"""
+        return self.statistic <= self.limit
+
+    @property
+    def words(self) -> str:
+        """The loop and its closure."""
+        return (
+            f"{' - '.join((*self.stations, self.stations[0]))}: {1e3 * self.shift:.1f} mm "
+            f'(predicted {1e3 * self.shift_sigma:.1f}), {np.degrees(self.turn) * 3600:.0f}" '
+            f"(predicted {np.degrees(self.turn_sigma) * 3600:.0f}), test {self.statistic:.1f} "
+            f"of {self.limit:.1f}"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Consistency:
+    """Edges that are used, those that are not, all loops of the given edges, sentences."""
+
+    used: tuple[CloudEdge, ...]
+    dropped: tuple[CloudEdge, ...]
+    loops: tuple[Loop, ...]
+    sentences: tuple[str, ...]
+
+
+def consistent(edges: Sequence[CloudEdge]) -> Consistency:
+    """Which edges the loops bear out.
+
+    While a loop does not close, the edge of it that the fewest closed and the most open loops
+    contain is left out; where several are alike, all of them: nothing tells which is wrong.
+    """
+    kept = list(edges)
+    dropped: list[CloudEdge] = []
+    said: list[str] = []
+    every = loops(edges)
+    while True:
+        present = loops(kept)
+        bad = [loop for loop in present if not loop.closes]
+        if not bad:
+            return Consistency(tuple(kept), tuple(dropped), tuple(every), tuple(said))
+        worst = max(bad, key=lambda loop: loop.statistic / loop.limit)
+        standing = {id(e): _standing(e, present) for e in worst.edges}
+        least = min(standing.values())
+        doubtful = [e for e in worst.edges if standing[id(e)] == least]
+        names = " and ".join(e.name for e in doubtful)
+        how = "is" if len(doubtful) == 1 else "are"
+        said.append(f"the loop {worst.words} does not close; {names} {how} not used")
+        kept = [e for e in kept if not any(e is d for d in doubtful)]
+        dropped += doubtful
+
+
+def _standing(edge: CloudEdge, among: Sequence[Loop]) -> tuple[int, int]:
+    """Closed loops, less open ones: the less, the more doubtful."""
+    mine = [loop for loop in among if any(edge is e for e in loop.edges)]
+    closed = sum(loop.closes for loop in mine)
+    return closed - (len(mine) - closed), closed
+
+
+def loops(edges: Sequence[CloudEdge]) -> list[Loop]:
+    """All triangles, and of edges in none of them the shortest loops."""
+    by_ends = {e.ends: e for e in edges}
+    out, covered = [], set()
+    for three in combinations(sorted({n for e in edges for n in e.ends}), 3):
+        sides = [frozenset((three[k], three[(k + 1) % 3])) for k in range(3)]
+        if all(side in by_ends for side in sides):
+            out.append(_closed(three, [by_ends[side] for side in sides]))
+            covered.update(sides)
+    for edge in edges:
+        if edge.ends not in covered:
+            path = _shortest([e for e in edges if e is not edge], edge.second, edge.first)
+            if path:
+                around = [by_ends[frozenset(pair)] for pair in pairwise(path)]
+                out.append(_closed((edge.first, *path[:-1]), [edge, *around]))
+                covered.update(e.ends for e in (edge, *around))
+    return out
+
+
+def _shortest(edges: Sequence[CloudEdge], start: str, end: str) -> list[str]:
+    """Stations of a shortest path, both ends included; none if there is no path."""
+    before: dict[str, str] = {start: start}
+    front = [start]
+    while front and end not in before:
+        near = []
+        for at in front:
+            for e in edges:
+                if at in e.ends:
+                    other = e.second if e.first == at else e.first
+                    if other not in before:
+                        before[other] = at
+                        near.append(other)
+        front = near
+    if end not in before:
+        return []
+    path = [end]
+    while path[-1] != start:
+        path.append(before[path[-1]])
+    return path[::-1]
+
+
+def _closed(stations: tuple[str, ...], edges: Sequence[CloudEdge]) -> Loop:
+    """The loop over edges that follow each other; errors are carried to the first station.
+
+    An edge's error moves points X of its first frame by dt + w x (X - t), with w = R w_right.
+    """
+    at, pose = stations[0], Pose.identity()
+    frames = []
+    for edge in edges:
+        forward = edge.first == at
+        step = edge.pose if forward else edge.pose.inverse
+        frames.append((pose if forward else pose @ step, edge))
+        pose, at = pose @ step, edge.second if forward else edge.first
+    covariance = np.zeros((6, 6))
+    for frame, edge in frames:
+        turn = frame.rotation @ edge.pose.rotation
+        move = np.zeros((6, 6))
+        move[:3, :3] = frame.rotation
+        move[:3, 3:] = -skew(pose.translation - frame @ edge.pose.translation) @ turn
+        move[3:, 3:] = turn
+        covariance += move @ edge.covariance @ move.T
+    closure = np.concatenate([pose.translation, log(pose.rotation)])
+    return Loop(
+        stations,
+        tuple(edges),
+        float(np.linalg.norm(closure[:3])),
+        float(np.linalg.norm(closure[3:])),
+        float(np.sqrt(np.trace(covariance[:3, :3]))),
+        float(np.sqrt(np.trace(covariance[3:, 3:]))),
+        float(closure @ np.linalg.solve(covariance, closure)),
+        float(chi2.ppf(1 - ALPHA, 6)),
+    )
+
+
+def groups(stations: Sequence[str], edges: Sequence[CloudEdge]) -> list[tuple[str, ...]]:
+    """Stations that hang together, the largest group first, names in their order."""
+    left, out = list(stations), []
+    while left:
+        group, front = {left[0]}, [left[0]]
+        while front:
+            at = front.pop()
+            for e in edges:
+                if at in e.ends:
+                    new = set(e.ends) - group
+                    group |= new
+                    front += new
+        out.append(tuple(n for n in left if n in group))
+        left = [n for n in left if n not in group]
+    return sorted(out, key=lambda group: -len(group))
+
+
+def observe(survey: Survey, edges: Sequence[CloudEdge]) -> None:
+    """Add edges to a survey as observations between its stations."""
+    if edges:
+        survey.add(
+            RelativePoses,
+            values=[[*e.pose.translation, 0.0, 0.0, 0.0] for e in edges],
+            covariance=np.array([e.covariance for e in edges]),
+            rotation=np.array([e.pose.rotation for e in edges]),
+            start=[e.first for e in edges],
+            end=[e.second for e in edges],
+            source=[f"clouds {e.name}" for e in edges],
+        )
+
+
+def network_of(stations: Sequence[str], edges: Sequence[CloudEdge]) -> Network:
+    """Stations that hang together as a network in the frame of the first, which is held."""
+    survey = Survey()
+    survey.station(
+        stations[0], translation=np.zeros(3), rotation=np.eye(3), free=np.zeros(6, dtype=bool)
+    )
+    for name in stations[1:]:
+        survey.station(name)
+    observe(survey, [e for e in edges if e.ends <= set(stations)])
+    return survey.network()

@@ -1,0 +1,161 @@
+"""All scans from nothing: pairs, loops, one adjustment, and what the clouds say of it afterwards.
+
+Every pair of scans is tried; what overlaps is found, not told. Pairs become observations of a
+network (one for each group of stations that hang together), the first station of each held.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.comparison.station_pair import StationPair
+from tribrach.geometry.pose import Pose
+from tribrach.network.adjustment import Adjustment, adjust
+from tribrach.registration.clouds.differences import Differences, differences
+from tribrach.registration.clouds.graph import (
+    CloudEdge,
+    Consistency,
+    consistent,
+    groups,
+    network_of,
+)
+from tribrach.registration.clouds.pair import CloudPair, register_pair
+from tribrach.registration.clouds.prepared import PreparedScan
+from tribrach.registration.clouds.relative_covariance import FLOOR
+from tribrach.registration.edges import Edge, edges
+
+__all__ = ["CloudGroup", "CloudRegistration", "pairwise", "register_clouds", "settled"]
+
+Array = NDArray[np.float64]
+Progress = Callable[[str, int, int | None], None]
+
+
+@dataclass(frozen=True, eq=False)
+class CloudGroup:
+    """Stations that hang together, in the frame of the first.
+
+    poses : by name; covariances : of translation [m] and left rotation increments [rad], zero for
+    the first; adjustment : None for a single station; edges : each pair against the network;
+    differences : of the clouds as placed, by pairs of names.
+    """
+
+    poses: Mapping[str, Pose]
+    covariances: Mapping[str, Array]
+    adjustment: Adjustment | None
+    edges: Sequence[Edge]
+    differences: Mapping[tuple[str, str], Differences]
+
+    @property
+    def stations(self) -> tuple[str, ...]:
+        """Names, the one that holds the frame first."""
+        return tuple(self.poses)
+
+
+@dataclass(frozen=True, eq=False)
+class CloudRegistration:
+    """What became of all scans: pairs tried, loops, groups (the largest first), sentences."""
+
+    pairs: Sequence[CloudPair]
+    consistency: Consistency
+    groups: Sequence[CloudGroup]
+    sentences: tuple[str, ...]
+
+
+def register_clouds(
+    scans: Sequence[PreparedScan],
+    priors: Mapping[str, Pose] | None = None,
+    *,
+    floor: tuple[float, float] = FLOOR,
+    progress: Progress = lambda what, done, total: None,
+) -> CloudRegistration:
+    """Register scans of distinct names; priors : approximate poses, all in one frame, by name."""
+    return settled(scans, pairwise(scans, priors, floor=floor, progress=progress))
+
+
+def pairwise(
+    scans: Sequence[PreparedScan],
+    priors: Mapping[str, Pose] | None = None,
+    *,
+    floor: tuple[float, float] = FLOOR,
+    progress: Progress = lambda what, done, total: None,
+) -> list[CloudPair]:
+    """Every pair of scans."""
+    priors = priors or {}
+    both = list(combinations(scans, 2))
+    out = []
+    for number, (a, b) in enumerate(both):
+        progress("pairs of clouds", number, len(both))
+        prior = None
+        if a.name in priors and b.name in priors:
+            prior = priors[a.name].inverse @ priors[b.name]
+        out.append(register_pair(a, b, prior, floor=floor))
+    progress("pairs of clouds", len(both), len(both))
+    return out
+
+
+def settled(scans: Sequence[PreparedScan], pairs: Sequence[CloudPair]) -> CloudRegistration:
+    """Loops, groups and adjusted poses from pairs."""
+    joints = [CloudEdge(p.a, p.b, p.fit.pose, p.fit.precision.covariance) for p in pairs if p.fit]
+    found = consistent(joints)
+    names = [scan.name for scan in scans]
+    by_name = {scan.name: scan for scan in scans}
+    hung = [_group(by_name, group, found.used) for group in groups(names, found.used)]
+    said = [s for p in pairs if p.fit for s in p.sentences]
+    said += [s for p in pairs if not p.fit and p.rivals for s in p.sentences]
+    said += found.sentences
+    for group in hung:
+        said += [
+            f"the pair {e.first} - {e.second} contradicts the network (test {e.statistic:.1f}, "
+            f"limit {e.limit:.1f})"
+            for e in group.edges
+            if e.outlying and e.statistic is not None and e.limit is not None
+        ]
+    if len(hung) > 1:
+        said.append(_apart(pairs, hung))
+    return CloudRegistration(pairs, found, hung, tuple(said))
+
+
+def _group(
+    scans: Mapping[str, PreparedScan], names: tuple[str, ...], used: Sequence[CloudEdge]
+) -> CloudGroup:
+    """One group, adjusted."""
+    if len(names) == 1:
+        none = {names[0]: np.zeros((6, 6))}
+        return CloudGroup({names[0]: Pose.identity()}, none, None, (), {})
+    adjustment = adjust(network_of(names, used))
+    state, layout = adjustment.state, adjustment.layout
+    at = {name: layout.index("pose", name) for name in names}
+    poses = {name: Pose(state.pose_r[k], state.pose_t[k]) for name, k in at.items()}
+    covariances = {name: adjustment.covariance(name) for name in names}
+    placed = {}
+    for a, b in combinations(names, 2):
+        pose = poses[a].inverse @ poses[b]
+        covariance = _between(adjustment, a, b, poses)
+        one = differences(scans[a], scans[b], pose, covariance)
+        if one is not None:
+            placed[a, b] = one
+    return CloudGroup(poses, covariances, adjustment, edges(adjustment), placed)
+
+
+def _between(adjustment: Adjustment, a: str, b: str, poses: Mapping[str, Pose]) -> Array:
+    """Covariance (6, 6) of b in the frame of a, left increments there."""
+    pair = StationPair.from_adjustment(adjustment, a, b)
+    back = np.kron(np.eye(2), poses[a].rotation.T)
+    covariance: Array = back @ pair.relative(poses[b].translation) @ back.T
+    return covariance
+
+
+def _apart(pairs: Sequence[CloudPair], hung: Sequence[CloudGroup]) -> str:
+    """Which stations nothing joins to the first group."""
+    lost = [name for group in hung[1:] for name in group.stations]
+    doubtful = {n for p in pairs if not p.fit and p.rivals for n in (p.a, p.b)} & set(lost)
+    words = f"{', '.join(lost)} {'is' if len(lost) == 1 else 'are'} not joined to "
+    words += f"{', '.join(hung[0].stations)} by clouds"
+    if doubtful:
+        words += f" ({', '.join(sorted(doubtful))}: several places fit alike)"
+    return words + "; add targets, planes, or a station between them"

@@ -1,0 +1,134 @@
+"""The registration of clouds as tables: pairs, loops, stations."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tribrach.registration.clouds.graph import Loop
+from tribrach.registration.clouds.pair import CloudPair, Fit
+from tribrach.registration.clouds.together import CloudGroup, CloudRegistration
+from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
+from tribrach.units import SEC
+
+__all__ = ["cloud_registration_tables"]
+
+
+def cloud_registration_tables(found: CloudRegistration) -> list[Table]:
+    """Pairs that were registered, loops, and the stations of each group."""
+    out = [_pairs(found)]
+    if found.consistency.loops:
+        out.append(_loops(found))
+    return out + [_stations(group) for group in found.groups if group.adjustment is not None]
+
+
+def _pairs(found: CloudRegistration) -> Table:
+    """One row for each registered pair."""
+    pairs = [p for p in found.pairs if p.fit is not None]
+    placed = {frozenset(k): d for group in found.groups for k, d in group.differences.items()}
+
+    def fit(p: CloudPair) -> Fit:
+        assert p.fit is not None
+        return p.fit
+
+    def sigma(p: CloudPair, first: int) -> float:
+        part = np.diag(fit(p).precision.local)[first : first + 3]
+        return float(np.sqrt(part.sum()))
+
+    def difference(p: CloudPair, which: str) -> Cell:
+        one = placed.get(frozenset((p.a, p.b)))
+        return text_cell("") if one is None else _mm(getattr(one, which))
+
+    columns = [
+        (Column("Pair", numeric=False), lambda p: text_cell(f"{p.a} - {p.b}")),
+        (
+            Column("Overlap", "%"),
+            lambda p: number_cell(
+                max(fit(p).verdict.overlap), f"{100 * max(fit(p).verdict.overlap):.0f}"
+            ),
+        ),
+        (Column("RMS", "mm"), lambda p: _mm(fit(p).alignment.rms)),
+        (
+            Column("Matches", wide=True),
+            lambda p: number_cell(
+                len(fit(p).alignment.matches), str(len(fit(p).alignment.matches))
+            ),
+        ),
+        (
+            Column("Effective", wide=True),
+            lambda p: number_cell(fit(p).precision.effective, f"{fit(p).precision.effective:.0f}"),
+        ),
+        (Column("Sigma shift", "mm"), lambda p: _mm(sigma(p, 0))),
+        (Column("Sigma turn", '"'), lambda p: _arcsec(sigma(p, 3))),
+        (Column("Held", "of 6"), lambda p: _held(fit(p).precision.rank)),
+        (Column("Observed", "mm", wide=True), lambda p: difference(p, "observed")),
+        (Column("Predicted", "mm", wide=True), lambda p: difference(p, "predicted")),
+    ]
+    tried = len(found.pairs)
+    title = f"Registered pairs ({len(pairs)} of {tried} tried)"
+    note = "Sigmas a priori, of the middle of the overlap, with the floor."
+    return build_table("cloud_pairs", title, note, pairs, columns)
+
+
+def _loops(found: CloudRegistration) -> Table:
+    """One row for each loop."""
+    columns = [
+        (
+            Column("Loop", numeric=False),
+            lambda x: text_cell(" - ".join((*x.stations, x.stations[0]))),
+        ),
+        (Column("Shift", "mm"), lambda x: _mm(x.shift)),
+        (Column("Predicted", "mm"), lambda x: _mm(x.shift_sigma)),
+        (Column("Turn", '"'), lambda x: _arcsec(x.turn)),
+        (Column("Predicted", '"'), lambda x: _arcsec(x.turn_sigma)),
+        (Column("Test"), lambda x: number_cell(x.statistic, f"{x.statistic:.1f}")),
+        (Column("Limit", wide=True), lambda x: number_cell(x.limit, f"{x.limit:.1f}")),
+        (Column("Closes", numeric=False), _closes),
+    ]
+    return build_table("cloud_loops", "Loops", "", list(found.consistency.loops), columns)
+
+
+def _stations(group: CloudGroup) -> Table:
+    """One row for each station."""
+    first = group.stations[0]
+
+    def sigma(name: str, begin: int) -> float:
+        part = np.diag(group.covariances[name])[begin : begin + 3]
+        return float(np.sqrt(np.maximum(part, 0.0).sum()))
+
+    def coordinate(axis: int) -> tuple[Column, object]:
+        def cell(name: str) -> Cell:
+            value = float(group.poses[name].translation[axis])
+            return number_cell(value, f"{value:.4f}")
+
+        return Column("xyz"[axis], "m"), cell
+
+    def heading(name: str) -> Cell:
+        r = group.poses[name].rotation
+        value = float(np.degrees(np.arctan2(r[1, 0], r[0, 0])))
+        return number_cell(value, f"{value:.4f}")
+
+    columns = [
+        (Column("Station", numeric=False), text_cell),
+        *(coordinate(axis) for axis in range(3)),
+        (Column("Turn about z", "deg"), heading),
+        (Column("Sigma place", "mm"), lambda name: _mm(sigma(name, 0))),
+        (Column("Sigma turn", '"'), lambda name: _arcsec(sigma(name, 3))),
+    ]
+    title = f"Stations in the frame of {first}, which is held"
+    return build_table("cloud_stations", title, "", list(group.stations), columns)  # type: ignore[arg-type]
+
+
+def _mm(value: float) -> Cell:
+    return number_cell(value, f"{1e3 * value:.2f}" if value < 1 else f"{1e3 * value:.0f}")
+
+
+def _arcsec(value: float) -> Cell:
+    return number_cell(value, f"{value / SEC:.1f}" if value < 0.1 else f"{value / SEC:.0f}")
+
+
+def _held(rank: int) -> Cell:
+    return number_cell(rank, str(rank), "" if rank == 6 else "bad")
+
+
+def _closes(loop: Loop) -> Cell:
+    return text_cell("yes" if loop.closes else "no", "" if loop.closes else "bad")
