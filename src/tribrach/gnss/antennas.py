@@ -8,6 +8,7 @@ centres are left out, which cancels between equal antennas on short baselines.
 from __future__ import annotations
 
 import re
+import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -44,9 +45,9 @@ class AntennaSetup:
 
 
 def antenna_options(
-    base: AntennaSetup, rover: AntennaSetup, antex: Path | None
+    base: AntennaSetup, rover: AntennaSetup, antex: Path | None, folder: Path
 ) -> dict[str, object]:
-    """Options of the engine.
+    """Options of the engine; the ANTEX file is copied into its folder.
 
     Raises
     ------
@@ -60,7 +61,9 @@ def antenna_options(
         if antex is not None:
             options[f"{key}-anttype"] = _known(antex, antenna.type)
     if antex is not None:
-        options["file-rcvantfile"] = antex.resolve()
+        copy = folder / "antennas.atx"
+        shutil.copyfile(antex, copy)
+        options["file-rcvantfile"] = copy
         options["pos1-posopt2"] = 1  # phase centres of receivers
     return options
 

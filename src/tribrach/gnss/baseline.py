@@ -137,7 +137,8 @@ def compute_baseline(
     progress("computing baseline", 0, 1)
     with tempfile.TemporaryDirectory(prefix="tribrach-") as name:
         folder = Path(name)
-        options = _options(wish, reference, systems) | antenna_options(*setups, wish.antex)
+        options = _options(wish, reference, systems)
+        options |= antenna_options(*setups, wish.antex, folder)
         files = _staged(folder, [second, first, *orbits])
         out, engine = run_engine(options, files, folder, engine=wish.engine, seconds=wish.seconds)
         solution = read_solution(out)
@@ -195,6 +196,15 @@ def _file_warnings(*files: ObservationFile) -> list[str]:
     ]
 
 
+def _common(first: Array, second: Array) -> int:
+    """Epochs of the second receiver that the first has as well, clocks apart by up to 50 ms."""
+    place = np.clip(np.searchsorted(first, second), 1, max(len(first) - 1, 1))
+    near = np.minimum(
+        np.abs(second - first[place - 1]), np.abs(second - first[np.minimum(place, len(first) - 1)])
+    )
+    return int((near < 0.05).sum())
+
+
 def _baseline(
     first: ObservationFile,
     second: ObservationFile,
@@ -216,7 +226,6 @@ def _baseline(
     fixed = phase[solution.quality[phase] == FIXED]
     chosen = fixed if len(fixed) else phase
     best = int(chosen[np.argmin(np.einsum("nii->n", solution.covariance[chosen]))])
-    common = np.intersect1d(np.round(first.times), np.round(second.times))
     interval = max(first.interval, second.interval)
     factor, source = wish.factor, "given"
     if factor is None:
@@ -243,7 +252,7 @@ def _baseline(
         ambiguities="fixed" if len(fixed) else "float",
         fixed_share=share,
         epochs=len(phase),
-        epochs_common=len(common),
+        epochs_common=_common(first.times, second.times),
         ratio=float(np.median(solution.ratio[phase])),
         satellites=float(solution.satellites[phase].mean()),
         start=float(times[0]),

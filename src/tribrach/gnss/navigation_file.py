@@ -16,7 +16,7 @@ from tribrach.gnss.rinex_file import read_rinex
 __all__ = ["NavigationFile", "read_navigation"]
 
 _RECORD_2 = re.compile(
-    rb"^([ \d]\d) (\d\d) ([ \d]\d) ([ \d]\d) ([ \d]\d) ([ \d]\d)([ \d]{2}\d\.\d)", re.M
+    rb"^([ \d]\d) (\d\d) ([ \d]\d) ([ \d]\d) ([ \d]\d) ([ \d]\d)((?: {2}| \d|\d\d)\d\.\d)", re.M
 )
 _RECORD_3 = re.compile(
     rb"^([GREJCIS])([ \d]\d) (\d{4}) ([ \d]\d) ([ \d]\d) ([ \d]\d) ([ \d]\d) ([ \d]\d)", re.M

@@ -20,10 +20,14 @@ from tribrach.gnss.rinex_file import read_rinex
 
 __all__ = ["ObservationFile", "header_of", "header_text", "read_observations", "seconds_of"]
 
-_CLOCK = rb" ([ \d]\d) ([ \d]\d) ([ \d]\d) ([ \d]\d)([ \d]{2}\d\.\d{7})"
+_CLOCK = rb" ([ \d]\d) ([ \d]\d) ([ \d]\d) ([ \d]\d)((?: {2}| \d|\d\d)\d\.\d{7})"
 # events other than measurements may leave the date blank
-_EPOCH_2 = re.compile(rb"^(?: ([ \d]\d)" + _CLOCK + rb"| {26})  (\d)([ \d]{2}\d)(.*)$", re.M)
-_EPOCH_3 = re.compile(rb"^>(?: (\d{4})" + _CLOCK + rb"| {28})  (\d)([ \d]{2}\d)(.*)$", re.M)
+_EPOCH_2 = re.compile(
+    rb"^(?: ([ \d]\d)" + _CLOCK + rb"| {26})  (\d)((?: {2}| \d|\d\d)\d)(.*)$", re.M
+)
+_EPOCH_3 = re.compile(
+    rb"^>(?: (\d{4})" + _CLOCK + rb"| {28})  (\d)((?: {2}| \d|\d\d)\d)(.*)$", re.M
+)
 _SATELLITE_3 = re.compile(rb"^[GREJCIS][ \d]\d", re.M)
 #: what a line of measurements may consist of
 _VALUES = re.compile(rb"^(?:[GREJCIS][ \d]\d)?[ \d.+-]*$")
@@ -90,7 +94,7 @@ def header_of(path: Path, lines: list[tuple[str, str]]) -> tuple[float, str]:
         version = float(first[:9])
     except ValueError:
         version = 0.0
-    if not 2 <= version < 5:
+    if not 2 <= version < 4:
         raise InputError(
             f"RINEX version {first[:9].strip() or 'of the file'} is not read",
             file=path,

@@ -31,6 +31,7 @@ MAX_BYTES = 500_000_000
 #: half of the last decimal of the standard deviations [m]
 ROUNDING = 5e-5
 _WGS84 = (6378137.0, 1 / 298.257223563)
+_STAMP = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(\.\d*)?")
 _GPS_START = np.datetime64("1980-01-06T00:00:00", "us")
 
 
@@ -139,6 +140,9 @@ def _table(path: Path, rows: list[str], lines: NDArray[np.int64]) -> tuple[Array
         if clock:
             words = [row.split(None, 2) for row in joined.splitlines()]
             stamps = [f"{day.replace('/', '-')}T{hour}" for day, hour, _ in words]
+            odd = next((k for k, stamp in enumerate(stamps) if not _STAMP.fullmatch(stamp)), None)
+            if odd is not None:
+                raise ValueError(f"no time in row {odd + 1}")
             since = np.array(stamps, dtype="datetime64[us]") - _GPS_START
             times = since.astype(np.int64) / 1e6
             body = "\n".join(rest for _, _, rest in words)

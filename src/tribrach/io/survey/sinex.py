@@ -61,6 +61,9 @@ def read_sinex(path: Path) -> GnssRecords:
         raise InputError("the file has no station coordinates", file=path)
     places = _columns(path, by_name, stations, "STA", parameters)
     covariance = _covariance(path, lines, parameters)
+    finite = np.isfinite(covariance).all() and all(np.isfinite(p.value) for p in parameters)
+    if not finite:
+        raise InputError("a value of the estimate or the matrix is not a number", file=path)
     wanted = [(p.station, p.kind) in by_name and p.kind in _KINDS for p in parameters]
     epochs = {parameters[k].epoch for k in places.ravel()}
     if max(epochs) - min(epochs) > 0.01:
