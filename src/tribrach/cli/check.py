@@ -1,0 +1,84 @@
+"""The command check: is the scanner in order? Faces, distances from two stations, series."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tribrach.cli.shell import app, guarded, shown
+from tribrach.errors import InputError
+from tribrach.io.outputs import write_texts
+from tribrach.network.field_check import check_readings
+from tribrach.project.sections import Instrument
+from tribrach.report.field_page import check_json, check_page, check_text
+from tribrach.stages.field_check import read_earlier, readings_of, survey_to_check
+
+__all__ = ["check"]
+
+
+@app.command()
+def check(
+    source: Annotated[
+        Path, typer.Argument(metavar="PROJECT-OR-CSV", help="A project, or a table of targets.")
+    ],
+    range_mm: Annotated[
+        float | None, typer.Option(min=1e-4, help="Sigma of ranges of a table without sigmas.")
+    ] = None,
+    range_ppm: Annotated[float, typer.Option(min=0, help="Its part that grows.")] = 0.0,
+    angle_arcsec: Annotated[
+        float | None, typer.Option(min=1e-4, help="Sigma of both angles.")
+    ] = None,
+    sheet: Annotated[
+        str | None, typer.Option(help="A model whose data sheet gives these sigmas.")
+    ] = None,
+    alpha: Annotated[
+        float, typer.Option(min=1e-6, max=0.5, help="Error probability of the whole verdict.")
+    ] = 0.05,
+    earlier: Annotated[
+        Path | None, typer.Option(help="JSON of an earlier check to compare with.")
+    ] = None,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write it as JSON.")] = None,
+    html_file: Annotated[
+        Path | None, typer.Option("--html", help="Write a page with charts.")
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+) -> None:
+    """Test a scanner in the field: both faces, distances between targets, repeated series."""
+
+    def work() -> None:
+        if (range_mm is None) != (angle_arcsec is None):
+            raise InputError("the sigma of ranges and that of angles go together", cure="give both")
+        given = {} if range_mm is None else {
+            "range_mm": range_mm,
+            "range_ppm": range_ppm,
+            "scan_angle_arcsec": angle_arcsec,
+        }  # fmt: skip
+        instrument = _instrument(sheet, given)
+        before = None if earlier is None else read_earlier(earlier)
+        with shown(quiet) as progress:
+            survey, title = survey_to_check(source, instrument.precision(), progress)
+        found = check_readings(readings_of(survey), title, alpha, before)
+        texts = {}
+        if json_file is not None:
+            data = check_json(found)
+            texts[json_file] = json.dumps(data, indent=1, allow_nan=False) + "\n"
+        if html_file is not None:
+            texts[html_file] = check_page(found)
+        write_texts(texts)
+        if not quiet:
+            typer.echo(check_text(found))
+
+    guarded(work)
+
+
+def _instrument(sheet: str | None, given: dict[str, float | None]) -> Instrument:
+    """The instrument of a table without sigmas."""
+    try:
+        return Instrument.model_validate({"sheet": sheet, **given} if sheet else given)
+    except ValueError as error:
+        raise InputError(
+            f"there is no data sheet {sheet}", cure="see the list of instruments"
+        ) from error

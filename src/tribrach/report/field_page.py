@@ -1,0 +1,393 @@
+"""The field check of a scanner as sentences, text, JSON and a page with charts."""
+
+from __future__ import annotations
+
+import math
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from tribrach.instruments.misalignment_search import Cause, Explanation
+from tribrach.instruments.target_distances import DistanceCheck
+from tribrach.instruments.two_face import SIGNATURES, ComponentTest, TwoFaceTest
+from tribrach.network.field_check import FieldCheck
+from tribrach.network.field_series import FTest, SeriesCheck
+from tribrach.report.numbers import number
+from tribrach.report.page import page, picture
+from tribrach.report.scan_content import Picture
+from tribrach.report.tables import Column, Table, build_table, number_cell, text_cell
+from tribrach.report.text import table_text, wrapped
+from tribrach.units import SEC
+
+__all__ = ["check_json", "check_page", "check_sentences", "check_text"]
+
+#: what was implemented, and from where
+SOURCES = (
+    "Two-face test: half differences of front and back against the signatures of the panoramic "
+    "model (Muralikrishnan et al. 2015). Distances from two stations: after what is published "
+    "about DVW-Merkblatt 7. Series: after what is published about ISO 17123-9:2018. The texts of "
+    "both were not at hand; no conformity with them is claimed."
+)
+_METRES = ("x1n", "x1z", "x2", "x3", "x10")
+#: shift of a test value that is found with 80 % at 0.1 %
+_FOUND = 4.132
+
+
+def check_sentences(found: FieldCheck) -> list[str]:
+    """The verdict first, then what each test says, with its limits."""
+    failures = found.failures
+    verdict = (
+        "The scanner passes: every test is within its limit."
+        if not failures
+        else f"The scanner does not pass: {'; '.join(failures)}."
+    )
+    out = [
+        verdict,
+        f"A scanner that is as precise as stated and has no misalignments fails with at most "
+        f"{found.alpha:.1%}; each test has {found.alpha_each:.2%}.",
+    ]
+    if found.two_face is not None:
+        out += _two_face_words(found.two_face)
+    for one in found.distances:
+        out += _distance_words(one)
+    if found.repeated is not None:
+        out += _series_words(found.repeated)
+    if found.change is not None and found.earlier is not None and found.repeated is not None:
+        out.append(
+            _change_words(found.change, found.repeated, found.earlier.s, found.earlier.title)
+        )
+    return [*out, *(f"{note[:1].upper()}{note[1:]}." for note in found.notes)]
+
+
+def _amount(name: str, value: float) -> str:
+    """A parameter with its unit."""
+    return f"{value * 1e3:.2f} mm" if name in _METRES else f"{value / SEC:.1f}″"
+
+
+def _component_words(test: ComponentTest) -> str:
+    size = f"{test.rms_metres * 1e3:.2f} mm"
+    if test.name != "range":
+        size = f"{test.rms / SEC:.1f}″ ({size})"
+    verdict = "within" if test.passed else "beyond"
+    return (
+        f"Both faces, {test.name}: rms of the half differences {size}; {test.statistic:.1f} is "
+        f"{verdict} the limit {test.limit:.1f} (chi-square, {test.dof} pairs), largest at "
+        f"{test.at}."
+    )
+
+
+def _two_face_words(test: TwoFaceTest) -> list[str]:
+    out = [_component_words(component) for component in test.components]
+    return out + _explained(test.explanation, "the faces")
+
+
+def _explained(explanation: Explanation, what: str) -> list[str]:
+    if not explanation.causes:
+        return [
+            f"No single misalignment is significant in {what} (|t| > {explanation.t_limit:.2f})."
+        ]
+    out = [_cause_words(cause, what) for cause in explanation.causes]
+    if not explanation.fits:
+        out.append(
+            f"What these leave of {what} is still more than noise ({explanation.after:.1f} against "
+            f"{explanation.limit:.1f}): another error, or a misread target."
+        )
+    return out
+
+
+def _cause_words(cause: Cause, what: str) -> str:
+    alike = (
+        f"; {', '.join(cause.alternatives)} would explain it as well" if cause.alternatives else ""
+    )
+    return (
+        f"{what[:1].upper()}{what[1:]} point to {cause.name}, {cause.words}: "
+        f"{_amount(cause.name, cause.value)} ± {_amount(cause.name, cause.sigma)} "
+        f"(t = {cause.t:.1f}){alike}."
+    )
+
+
+def _distance_words(test: DistanceCheck) -> list[str]:
+    a, b = test.stations
+    where = f" in series {test.series}" if test.series else ""
+    worst = int(np.argmax(np.abs(test.difference) / test.limit))
+    verdict = "within" if test.passed else "beyond"
+    out = [
+        f"Distances from {a} and {b}{where}: {test.statistic:.1f} is {verdict} the limit "
+        f"{test.critical:.1f} (chi-square, {test.dof} degrees of freedom); the worst is "
+        f"{test.pairs[worst][0]} to {test.pairs[worst][1]}, {test.difference[worst] * 1e3:.2f} mm "
+        f"against ± {test.limit[worst] * 1e3:.2f} mm."
+    ]
+    least = _FOUND * test.sigma_zero
+    out.append(
+        f"Range zero from these distances: {test.zero * 1e3:.2f} ± {test.sigma_zero * 1e3:.2f} mm; "
+        f"one of {least * 1e3:.1f} mm would be found with 80 %."
+        if math.isfinite(least)
+        else "These stations do not show a range zero: set up one between the targets and one "
+        "outside on their line."
+    )
+    if not test.passed:
+        out += _explained(test.explanation, "the distances")
+    return out
+
+
+def _series_words(test: SeriesCheck) -> list[str]:
+    verdict = "within" if test.passed else "beyond"
+    out = [
+        f"Series: experimental standard deviation of a coordinate {test.s * 1e3:.2f} mm from "
+        f"{test.scans} scans of {test.targets} targets (redundancy {test.dof}); stated are "
+        f"{test.sigma * 1e3:.2f} mm. With the stated precision {test.statistic:.1f} is {verdict} "
+        f"the limit {test.critical:.1f} (chi-square).",
+    ]
+    if test.stations is not None:
+        f = test.stations
+        out.append(
+            f"The stations differ {f.ratio:.2f} times as much as their own series do, "
+            + ("within" if f.passed else "beyond")
+            + f" the limit {f.upper:.2f} (F, {f.dof[0]} and {f.dof[1]})"
+            + ("." if f.passed else ": errors that depend on where the scanner stands.")
+        )
+    if test.series < 3 or test.targets < 4:
+        out.append("A full check takes three series of four targets from two stations.")
+    return out
+
+
+def _change_words(test: FTest, now: SeriesCheck, before: float, title: str) -> str:
+    words = "no significant change" if test.passed else "a significant change"
+    return (
+        f"Against {title}: {now.s * 1e3:.2f} mm after {before * 1e3:.2f} mm is {words} (F "
+        f"{test.ratio:.2f}, limits {test.lower:.2f} to {test.upper:.2f})."
+    )
+
+
+def check_text(found: FieldCheck) -> str:
+    """What a terminal shows."""
+    lines = [wrapped(f"- {sentence}") for sentence in check_sentences(found)]
+    tables = [table_text(table) for table in _tables(found) if table.rows]
+    return "\n\n".join([found.title, "\n".join(lines), *tables, wrapped(SOURCES)])
+
+
+def check_page(found: FieldCheck) -> str:
+    """The whole check as one HTML file."""
+    return page(
+        "Field check of a scanner",
+        found.title,
+        check_sentences(found),
+        _pictures(found),
+        _tables(found),
+        SOURCES,
+    )
+
+
+def _tables(found: FieldCheck) -> list[Table]:
+    out = [] if found.two_face is None else [_components(found.two_face), _found(found.two_face)]
+    return [*out, *(_distances(one) for one in found.distances)]
+
+
+def _components(test: TwoFaceTest) -> Table:
+    columns = [
+        (Column("Reading", numeric=False), lambda c: text_cell(c.name)),
+        (Column("rms", "mm"), lambda c: number_cell(c.rms_metres, f"{c.rms_metres * 1e3:.2f}")),
+        (
+            Column("rms", "″"),
+            lambda c: number_cell(c.rms, "" if c.name == "range" else f"{c.rms / SEC:.1f}"),
+        ),
+        (Column("test value"), lambda c: number_cell(c.statistic, f"{c.statistic:.1f}")),
+        (Column("limit"), lambda c: number_cell(c.limit, f"{c.limit:.1f}")),
+        (Column("p"), lambda c: number_cell(c.p, f"{c.p:.2g}")),
+        (
+            Column("", numeric=False),
+            lambda c: text_cell("passed" if c.passed else "failed", "good" if c.passed else "bad"),
+        ),
+    ]
+    note = "Half differences of front and back; the limit is that of a chi-square."
+    return build_table("faces", "Both faces", note, test.components, columns)
+
+
+def _found(test: TwoFaceTest) -> Table:
+    """The smallest misalignment of each kind that these readings show."""
+    rows = list(zip(SIGNATURES, test.detectable, strict=True))
+    columns = [
+        (Column("Parameter", numeric=False), lambda r: text_cell(r[0])),
+        (
+            Column("is found from"),
+            lambda r: number_cell(
+                number(r[1]), _amount(r[0], r[1]) if math.isfinite(r[1]) else "never"
+            ),
+        ),
+    ]
+    note = "Alone, with 80 % at an error probability of 0.1 %."
+    return build_table("signatures", "What these faces show", note, rows, columns)
+
+
+def _distances(test: DistanceCheck) -> Table:
+    rows = range(len(test.pairs))
+    series = f", series {test.series}" if test.series else ""
+
+    def mm(values: Any) -> Any:
+        return lambda k: number_cell(float(values[k]), f"{values[k] * 1e3:.2f}")
+
+    beyond = np.abs(test.difference) > test.limit
+    columns = [
+        (Column("From", numeric=False), lambda k: text_cell(test.pairs[k][0])),
+        (Column("to", numeric=False), lambda k: text_cell(test.pairs[k][1])),
+        (
+            Column("distance", "m"),
+            lambda k: number_cell(float(test.lengths[k, 0]), f"{test.lengths[k, 0]:.4f}"),
+        ),
+        (Column("difference", "mm"), mm(test.difference)),
+        (Column("σ", "mm"), mm(test.sigma)),
+        (Column("limit", "mm"), mm(test.limit)),
+        (
+            Column("", numeric=False),
+            lambda k: text_cell("beyond" if beyond[k] else "", "bad" if beyond[k] else ""),
+        ),
+    ]
+    a, b = test.stations
+    note = (
+        f"{a} less {b}. The limits hold together with {1 - test.alpha:.2%} or more (Šidák); the "
+        "verdict is that of the chi-square over all."
+    )
+    name = f"distances-{a}-{b}-{test.series}".replace(" ", "-")
+    return build_table(name, f"Distances from {a} and {b}{series}", note, rows, columns)
+
+
+def _pictures(found: FieldCheck) -> list[Picture]:
+    if found.two_face is None:
+        return []
+    pairs = found.two_face.pairs
+    figure = Figure(figsize=(10.5, 6.2), dpi=100, layout="constrained")
+    panels = figure.subplots(2, 3)
+    across = [np.degrees(pairs.polar[:, 2]), pairs.polar[:, 0]]
+    labels = ("zenith angle [°]", "range [m]")
+    sigma = np.sqrt(np.einsum("nii->ni", pairs.covariance))
+    for k, (name, factor, unit) in enumerate(
+        (("range", 1e3, "mm"), ("horizontal", 1 / SEC, "″"), ("zenith", 1 / SEC, "″"))
+    ):
+        for row, (x, label) in enumerate(zip(across, labels, strict=True)):
+            panel = panels[row][k]
+            panel.errorbar(
+                x,
+                pairs.half[:, k] * factor,
+                yerr=2 * sigma[:, k] * factor,
+                fmt="o",
+                color="#1d2327",
+                ecolor="#9aa4ad",
+                markersize=4,
+            )
+            panel.axhline(0, color="#4878a8", linewidth=0.8)
+            panel.set(xlabel=label, ylabel=f"{name} [{unit}]")
+    caption = "Half of front less back with twice its standard deviation."
+    return [picture("faces-chart", "Half differences of the faces", figure, caption)]
+
+
+def check_json(found: FieldCheck) -> dict[str, Any]:
+    """The check as data: metres and radians, None where there is no number."""
+    two, series = found.two_face, found.repeated
+    return {
+        "tribrach": version("tribrach"),
+        "schema": 1,
+        "title": found.title,
+        "passed": found.passed,
+        "failures": found.failures,
+        "alpha": found.alpha,
+        "alpha_each": found.alpha_each,
+        "readings": found.readings,
+        "stations": list(found.stations),
+        "targets": list(found.targets),
+        "two_face": None
+        if two is None
+        else {
+            "passed": two.passed,
+            "components": [
+                {
+                    "reading": c.name,
+                    "rms": number(c.rms),
+                    "rms_metres": number(c.rms_metres),
+                    "statistic": number(c.statistic),
+                    "dof": c.dof,
+                    "limit": number(c.limit),
+                    "p": number(c.p),
+                    "passed": c.passed,
+                }
+                for c in two.components
+            ],
+            "explanation": _explanation_json(two.explanation),
+            "detectable": dict(zip(SIGNATURES, (number(x) for x in two.detectable), strict=True)),
+        },
+        "distances": [_distance_json(one) for one in found.distances],
+        "series": None
+        if series is None
+        else {
+            "scans": series.scans,
+            "targets": series.targets,
+            "s": series.s,
+            "dof": series.dof,
+            "s_station": series.s_station,
+            "stated": series.sigma,
+            "statistic": number(series.statistic),
+            "limit": number(series.critical),
+            "p": number(series.p),
+            "passed": series.passed,
+            "stations": _f_json(series.stations),
+        },
+        "change": _f_json(found.change),
+        "findings": check_sentences(found),
+        "sources": SOURCES,
+    }
+
+
+def _explanation_json(explanation: Explanation) -> dict[str, Any]:
+    return {
+        "causes": [
+            {
+                "parameter": c.name,
+                "value": number(c.value),
+                "sigma": number(c.sigma),
+                "t": number(c.t),
+                "alternatives": list(c.alternatives),
+            }
+            for c in explanation.causes
+        ],
+        "before": number(explanation.before),
+        "after": number(explanation.after),
+        "limit": number(explanation.limit),
+    }
+
+
+def _distance_json(test: DistanceCheck) -> dict[str, Any]:
+    return {
+        "stations": list(test.stations),
+        "series": test.series,
+        "passed": test.passed,
+        "statistic": number(test.statistic),
+        "dof": test.dof,
+        "limit": number(test.critical),
+        "p": number(test.p),
+        "range_zero": {"value": number(test.zero), "sigma": number(test.sigma_zero)},
+        "pairs": [
+            {
+                "from": a,
+                "to": b,
+                "lengths": [number(x) for x in test.lengths[k]],
+                "difference": number(test.difference[k]),
+                "sigma": number(test.sigma[k]),
+                "limit": number(test.limit[k]),
+            }
+            for k, (a, b) in enumerate(test.pairs)
+        ],
+        "explanation": _explanation_json(test.explanation),
+    }
+
+
+def _f_json(test: FTest | None) -> dict[str, Any] | None:
+    if test is None:
+        return None
+    return {
+        "ratio": number(test.ratio),
+        "dof": list(test.dof),
+        "lower": number(test.lower),
+        "upper": number(test.upper),
+        "passed": test.passed,
+    }
