@@ -41,13 +41,16 @@ _TOTAL_STATION = (
     "distance",
 )
 _LINES = ("height_difference",)
+_TELESCOPE = ("frame_angle", "frame_distance", "frame_coordinate")
 #: what surveyors call the groups, in the order of a budget; a backsight is every sight from the
-#: scanner itself, own targets are those in scans of the station, levelling is that of the scanner
+#: scanner itself, own targets are those in scans of the station, levelling is that of the scanner,
+#: centring that of scanners and targets over marks, with their heights
 CATEGORIES = (
     "control",
     "GNSS",
     "levelling lines",
     "total station",
+    "centring",
     "backsight",
     "own targets",
     "targets of others",
@@ -82,7 +85,11 @@ class Contribution:
         if kinds == {"inclination"}:
             return "levelling" if self.own else "other"
         if kinds <= set(_TOTAL_STATION):
-            return CATEGORIES[4] if self.own else "total station"
+            return "backsight" if self.own else "total station"
+        if kinds <= set(_TELESCOPE):
+            return "backsight" if self.own else "other"
+        if kinds == {"offset"}:
+            return "centring"
         return "levelling lines" if kinds <= set(_LINES) else "other"
 
 

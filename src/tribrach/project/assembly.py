@@ -36,6 +36,7 @@ from tribrach.project.gnss_observations import (
     job_realisation,
     mover,
 )
+from tribrach.project.known_setups import add_known_setups
 from tribrach.project.lever_arms import add_lever_arms, add_mounted_points, lever_arms_of
 from tribrach.project.plumb_line import plumb_columns
 from tribrach.project.sections import MM, ObservationFile
@@ -81,6 +82,7 @@ class Assembly:
             self.calibrations.apply(further, self._scanner_of)
             self._merge(further)
         self._scale_bars()
+        add_known_setups(self.project, self.survey, self.error)
         # without what scans add, stations that only they observe are not there yet
         whole = further is not None or not self.project.scans
         self.calibrations.finish(self.survey, whole=whole)

@@ -24,6 +24,7 @@ from tribrach.units import SEC
 
 __all__ = [
     "AdjustmentSection",
+    "Backsight",
     "CloudSection",
     "ComparisonSection",
     "DatumSection",
@@ -198,6 +199,7 @@ class Instrument(Section):
     beam_divergence_mrad: NonNegativeFloat = 0.0
     target_floor_mm: NonNegativeFloat = 0.0
     levelling_arcsec: PositiveFloat | None = None
+    magnification: PositiveFloat | None = None
     gnss_plan_mm: PositiveFloat | None = None
     gnss_up_mm: PositiveFloat | None = None
     gnss_common_share: float = Field(default=0.5, ge=0, lt=1)
@@ -319,9 +321,24 @@ class ObservationFile(EpochKeys, Section):
         return self.files if self.file is None else (self.file,)
 
 
+class Backsight(Section):
+    """A sight of the scanner's telescope: its horizontal angle, counter-clockwise from its x axis.
+
+    sigma of one pointing is 60" over the instrument's magnification unless given here.
+    """
+
+    to: str
+    horizontal_deg: float = Field(ge=-360, le=360)
+    height_target_m: float = 0.0
+    pointings: int = Field(default=1, ge=1)
+    sigma_arcsec: PositiveFloat | None = None
+
+
 class Station(Section):
     """A scanner station: levelled by its compensator or not, and the antenna on it.
 
+    occupies : the mark that it stands over, its centre height_m above it; backsights : sights of
+    its telescope.
     mounted_point : name of the antenna or prism in observations that are made to it and not to the
     station.
     The sigma of the compensator is the instrument's levelling_arcsec unless given here.
@@ -332,6 +349,9 @@ class Station(Section):
     instrument: str | None = None
     lever_arm: str | None = None
     mounted_point: str | None = None
+    occupies: str | None = None
+    height_m: float = 0.0
+    backsights: tuple[Backsight, ...] = ()
 
 
 class ScaleBar(Section):
