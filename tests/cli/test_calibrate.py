@@ -1,0 +1,306 @@
+"""The command calibrate: figures, files, real data, and sentences for what is wrong."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from tests.network.lab import TRUTH, lab, measured
+from tribrach.cli import app
+from tribrach.errors import InputError
+from tribrach.geometry.polar import xyz_from_polar
+from tribrach.instruments.calibration_sets import MODELS, ORDER, find_model, unit_of
+from tribrach.io.calibration_file import read_calibration
+from tribrach.network.network import Network
+from tribrach.project import Project
+from tribrach.simulate.twins.newcastle_lab import MISALIGNMENTS
+
+RUN = CliRunner()
+HEAD = """\
+title = "Lab"
+datum = "free"
+
+[instruments.scanner]
+serial = "N 1"
+range_mm = 1.2
+range_ppm = 10.0
+scan_angle_arcsec = 8.0
+
+[[observations]]
+file = "targets.csv"
+
+[calibration]
+model = "nist"
+"""
+FIVE = 'parameters = ["x10", "x2", "x3", "x4", "x6"]\n'
+
+
+def table(network: Network, cartesian: bool = False) -> str:
+    """The readings of a network as CSV, polar or as coordinates."""
+    o = network.observations[0]
+    layout = network.start.layout
+    if cartesian:
+        head, values = "scan,point,x_m,y_m,z_m,face", xyz_from_polar(o.values)
+    else:
+        head = "scan,point,range_m,horizontal_deg,zenith_deg,face"
+        values = np.column_stack([o.values[:, 0], np.degrees(o.values[:, 1:])])
+    lines = [head]
+    for station, target, v, face in zip(o.station, o.target, values, o.face, strict=True):
+        names = f"{layout.names['pose'][station]},{layout.position_name(int(target))}"
+        lines.append(f"{names},{v[0]:.8f},{v[1]:.8f},{v[2]:.8f},{face:.0f}")
+    return "\n".join([*lines, ""])
+
+
+def job(folder: Path, network: Network, text: str = HEAD + FIVE, **how: bool) -> Path:
+    (folder / "targets.csv").write_text(table(network, **how))
+    path = folder / "lab.toml"
+    path.write_text(text)
+    return path
+
+
+def call(*words: object) -> tuple[int, str]:
+    result = RUN.invoke(app, ["calibrate", *map(str, words)])
+    return result.exit_code, result.output
+
+
+@pytest.mark.parametrize("cartesian", [False, True])
+def test_figures_page_json_and_file(tmp_path: Path, cartesian: bool) -> None:
+    network = measured(lab(tuple(MISALIGNMENTS)), dict(MISALIGNMENTS), 7)
+    path = job(tmp_path, network, cartesian=cartesian)
+    names = [tmp_path / name for name in ("c.json", "c.html", "scanner.toml")]
+    code, text = call(path, "--json", names[0], "--html", names[1], "--save", names[2])
+    assert code == 0, text
+    assert "5 of 5 are significant" in text
+    data = json.loads(names[0].read_text())
+    found = {p["name"]: p for p in data["parameters"]}
+    for name, true in MISALIGNMENTS.items():
+        p = found[f"{name}(scanner)"]
+        assert abs(p["value"] - true) < 4 * p["sigma"]
+        assert p["unit"] == unit_of(name)
+    sigma = np.array([p["sigma"] for p in data["parameters"]])
+    np.testing.assert_allclose(np.sqrt(np.diag(data["covariance"])), sigma)
+    assert data["datum"] == "inner constraints over all points"
+    assert data["sigma_origin"].startswith("a priori")
+    page = names[1].read_text()
+    assert page.count("data:image/png;base64,") == 4
+    for words in ("Correlations of the parameters with orientations", "Parameters in other datums"):
+        assert words in page
+    saved = read_calibration(names[2])
+    assert (saved.instrument, saved.serial, saved.model) == ("scanner", "N 1", "nist")
+    np.testing.assert_allclose(saved.covariance, data["covariance"])
+    assert saved.redundancy == data["sigma0"]["dof"]
+
+
+def test_what_cannot_be_separated_is_refused_and_left_out_on_request(tmp_path: Path) -> None:
+    network = measured(lab(tuple(TRUTH)), TRUTH, 7)
+    path = job(tmp_path, network, HEAD)
+    code, text = call(path, "--json", tmp_path / "c.json")
+    assert code == 2
+    assert "x5n(scanner) is to be left out" in text
+    assert not (tmp_path / "c.json").exists()
+    code, text = call(path, "--estimable")
+    assert code == 0, text
+    assert "Left out because they cannot be separated" in text
+    assert "x12a(scanner): it is hardly separated from x4(scanner)" in text
+
+
+def test_parameters_of_stations_are_tested_and_not_saved(tmp_path: Path) -> None:
+    network = measured(lab(tuple(MISALIGNMENTS)), dict(MISALIGNMENTS), 7)
+    path = job(tmp_path, network, HEAD + FIVE + 'per = "station"\n')
+    code, text = call(path)
+    assert code == 0, text
+    assert "x10(S1)" in text
+    code, text = call(path, "--save", tmp_path / "scanner.toml")
+    assert code == 2
+    assert "hold for these set-ups only" in text
+    assert not (tmp_path / "scanner.toml").exists()
+
+
+def test_a_hybrid_scanner_has_no_back_face(tmp_path: Path) -> None:
+    network = measured(lab(tuple(MISALIGNMENTS)), dict(MISALIGNMENTS), 7)
+    path = job(tmp_path, network, HEAD + FIVE + 'scanner = "hybrid"\n')
+    code, text = call(path)
+    assert code == 2
+    assert "hybrid scanner and has no back face" in text
+    assert "targets.csv" in text
+    front = measured(lab(("x10",), faces=(1.0,)), {"x10": 0.001}, 7)
+    text = HEAD + 'parameters = ["x10", "x6"]\nscanner = "hybrid"\n'
+    code, text = call(job(tmp_path, front, text))
+    assert code == 0, text
+
+
+def test_weighted_conditions_of_orientation(tmp_path: Path) -> None:
+    """A tilt that is known well improves the vertical index of a scanner with one face."""
+    network = measured(lab(("x10", "x4"), faces=(1.0,)), {"x10": 0.001, "x4": 7e-5}, 3)
+    text = HEAD + 'parameters = ["x10", "x4"]\n'
+    sigma = []
+    levelled = (
+        '[[calibration.hold]]\nstation = "S2"\ncomponent = "tilt_e"\nrelative_to = "S1"\n'
+        "value_deg = {:.6f}\nsigma_arcsec = 0.5\n"
+    )
+    r1, r2 = network.start.pose_r
+    turn = r1.T @ r2
+    angle = np.arccos((np.trace(turn) - 1) / 2)
+    axis = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
+    about_x = float(np.degrees(axis[0] / 2 / np.sin(angle) * angle))
+    for more in ("", levelled.format(about_x)):
+        out = tmp_path / "c.json"
+        code, words = call(job(tmp_path, network, text + more), "--json", out)
+        assert code == 0, words
+        parameters = {p["name"]: p for p in json.loads(out.read_text())["parameters"]}
+        sigma.append(parameters["x4(scanner)"]["sigma"])
+        x4 = parameters["x4(scanner)"]
+        assert abs(x4["value"] - 7e-5) < 4 * x4["sigma"]
+    assert sigma[1] < 0.7 * sigma[0]
+
+
+@pytest.mark.parametrize(
+    ("section", "match"),
+    [
+        ('model = "nest"\n', "calibration.model"),
+        ('model = "nist"\nparameters = ["x99"]\n', "no parameter x99"),
+        ('model = "nist"\nparameters = ["x10", "x10"]\n', "named twice"),
+        ('model = "lichti"\nparameters = ["B1"]\n', "the circle closes"),
+        ('model = "lichti"\nparameters = ["A3"]\n', "needs the unit lengths"),
+        ('model = "nist"\nunit_lengths_m = [1.0, 2.0]\n', "has no unit lengths"),
+        ('instrument = "other"\n', "instrument other is not defined"),
+        ('model = "nist"\nparameters = ["x10"]\nleave_out = ["x10"]\n', "no parameter is left"),
+        ("near_correlation = 1.0\n", "a correlation is below 1"),
+        (
+            '[[calibration.hold]]\nstation = "S2"\ncomponent = "e"\nvalue_deg = 1.0\n',
+            "value_m and sigma_mm",
+        ),
+        ('[[calibration.hold]]\nstation = "S9"\ncomponent = "e"\n', "S9 is observed by nothing"),
+    ],
+)
+def test_what_is_wrong_is_said_with_its_line(tmp_path: Path, section: str, match: str) -> None:
+    network = lab(("x10",))
+    text = HEAD.replace('model = "nist"\n', "") + section
+    code, words = call(job(tmp_path, network, text))
+    assert code == 2, words
+    assert match in " ".join(words.split())
+    assert "lab.toml:" in words
+
+
+def test_a_project_without_the_section(tmp_path: Path) -> None:
+    path = job(tmp_path, lab(("x10",)), HEAD.split("[calibration]")[0])
+    code, text = call(path)
+    assert code == 2
+    assert "no section calibration" in text
+
+
+def test_a_known_calibration_holds_for_all_stations(tmp_path: Path) -> None:
+    network = measured(lab(tuple(MISALIGNMENTS)), dict(MISALIGNMENTS), 7)
+    path = job(tmp_path, network)
+    assert call(path, "--save", tmp_path / "scanner.toml")[0] == 0
+    known = HEAD.replace("range_mm", 'calibration = "scanner.toml"\nrange_mm')
+    code, text = call(job(tmp_path, network, known + FIVE + 'per = "station"\n'))
+    assert code == 2
+    assert "holds for all of its stations" in text
+    # the same observations again, with what is known of the parameters before
+    code, text = call(job(tmp_path, network, known + FIVE), "--json", tmp_path / "again.json")
+    assert code == 0, text
+    before = read_calibration(tmp_path / "scanner.toml").sigma
+    after = [p["sigma"] for p in json.loads((tmp_path / "again.json").read_text())["parameters"]]
+    np.testing.assert_allclose(after, before / np.sqrt(2), rtol=0.02)
+
+
+def test_models_by_name() -> None:
+    for name in MODELS:
+        model = find_model(name)
+        assert set(model.parameters) <= set(ORDER)
+    assert "A3" not in find_model("lichti").parameters
+    assert "A3" in find_model("lichti", (), (1.0, 8.0)).parameters
+    assert find_model("high-end", ("x5n",)).parameters == ("x5n",)
+    with pytest.raises(InputError, match="no calibration model"):
+        find_model("nobody")
+
+
+ETH = {
+    1: {"A0": -4e-3, "B6": 1e-3, "B7": -1e-3, "C0": -2e-3},
+    2: {"A0": 3e-3, "B6": -0.5e-3, "B7": 0.5e-3, "C0": 0.0},
+}
+
+
+@pytest.mark.data
+@pytest.mark.parametrize("number", [1, 2])
+def test_simulated_data_of_another_program(shared_data: Path, tmp_path: Path, number: int) -> None:
+    """True parameters within three sigma; the first set to the rounding of its coordinates."""
+    rows = ["scan,point,x_m,y_m,z_m,face,cxx_m2,cyy_m2,czz_m2,cxy_m2,cxz_m2,cyz_m2"]
+    if number == 2:
+        rows = ["scan,point,x_m,y_m,z_m,face"]
+    for setup in (1, 2):
+        name = f"Testdata_{number}/Scans/PPE_TLS_T{number}_Scan{setup}.dat"
+        for point, x, y, z in np.loadtxt(shared_data / "selfcal" / name)[:, :4]:
+            row = f"Setup{setup},{point:.0f},{x},{y},{z},1"
+            rounding = ",".join(["8.3333e-10"] * 3 + ["0"] * 3)
+            rows.append(row if number == 2 else f"{row},{rounding}")
+    (tmp_path / "targets.csv").write_text("\n".join(rows) + "\n")
+    text = HEAD.replace('model = "nist"', 'model = "lichti"')
+    text = text.replace("range_mm = 1.2\nrange_ppm = 10.0", "range_mm = 10.0")
+    text += 'parameters = ["A0", "B6", "B7", "C0"]\n'
+    if number == 2:
+        text = text.replace('file = "targets.csv"', 'file = "polar.csv"')
+        _polar(tmp_path)
+    path = tmp_path / "lab.toml"
+    path.write_text(text)
+    code, words = call(path, "--json", tmp_path / "c.json")
+    assert code == 0, words
+    data = json.loads((tmp_path / "c.json").read_text())
+    for p in data["parameters"]:
+        true = ETH[number][p["name"].split("(")[0]]
+        assert abs(p["value"] - true) < 3 * p["sigma"], p
+    assert not data["open"]
+    if number == 1:
+        # residuals are those of coordinates rounded to 0.1 mm
+        assert data["sigma0"]["posterior"] == pytest.approx(1.0, abs=0.25)
+
+
+def _polar(folder: Path) -> None:
+    """The second set with its sigmas: 10 mm, 0.01 and 0.001 degrees."""
+    lines = (folder / "targets.csv").read_text().splitlines()[1:]
+    rows = [
+        "scan,point,range_m,horizontal_deg,zenith_deg,"
+        "sigma_range_mm,sigma_horizontal_deg,sigma_zenith_deg"
+    ]
+    for line in lines:
+        scan, point, *xyz = line.split(",")[:5]
+        x, y, z = map(float, xyz)
+        flat = np.hypot(x, y)
+        h, v = np.degrees(np.arctan2(y, x)), np.degrees(np.arctan2(flat, z))
+        rows.append(f"{scan},{point},{np.hypot(flat, z):.9f},{h:.9f},{v:.9f},10,0.01,0.001")
+    (folder / "polar.csv").write_text("\n".join(rows) + "\n")
+
+
+@pytest.mark.data
+def test_reflectors_of_a_real_hybrid_scanner(shared_data: Path, tmp_path: Path) -> None:
+    """RiSCAN PRO: the range zero can be estimated, its sigma says how well."""
+    project = shared_data / "scans" / "riegl_project" / "project.rsp"
+    text = f"""
+title = "Reflectors"
+datum = "free"
+[instruments.vz]
+range_mm = 5.0
+scan_angle_arcsec = 8.0
+[[observations]]
+file = "{project}"
+[calibration]
+model = "nist"
+parameters = ["x10"]
+scanner = "hybrid"
+"""
+    path = tmp_path / "vz.toml"
+    path.write_text(text)
+    code, words = call(path, "--json", tmp_path / "c.json")
+    assert code == 0, words
+    (p,) = json.loads((tmp_path / "c.json").read_text())["parameters"]
+    assert abs(p["value"]) < 0.02
+    assert 0 < p["sigma"] < 0.02
+
+
+def test_the_project_model_knows_its_names(tmp_path: Path) -> None:
+    path = job(tmp_path, lab(("x10",)))
+    network = Project.load(path).network()
+    assert set(network.start.layout.names["scalar"]) == {f"{p}(scanner)" for p in MISALIGNMENTS}
