@@ -6,6 +6,7 @@ the data of RTKLIB; the two engines check each other.
 
 import gzip
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -104,6 +105,33 @@ def test_antenna_heights_go_from_the_antennas_to_the_marks(shared_data: Path) ->
     moved = (raised.rover - plain.rover) @ up
     # a rover mark 1.5 m under its antenna, seen from a base whose antenna is 1.2 m up
     assert moved == pytest.approx(-0.3, abs=2e-3)
+
+
+def minutes(source: Path, target: Path, first: int, last: int) -> Path:
+    """The epochs of some minutes of an hour, without the remarks between them."""
+    text = source.read_text()
+    start = text.index("\n", text.index("END OF HEADER")) + 1
+    records = re.split(r"(?m)^(?= 05  4  2 |  {26}4  1)", text[start:])
+    kept = [r for r in records if r[:9] == " 05  4  2" and first <= int(r[13:15]) < last]
+    target.write_text(text[:start] + "".join(kept))
+    return target
+
+
+@needs_engine
+@pytest.mark.data
+def test_scatter_of_short_sessions_is_as_stated(shared_data: Path, tmp_path: Path) -> None:
+    """Five sessions of ten minutes: formal sigmas are too small, the scaled ones are not."""
+    base, rover, orbits = geonet(shared_data)
+    scaled, formal = 0.0, 0.0
+    for k in range(0, 50, 10):
+        files = [minutes(p, tmp_path / p.name, k, k + 10) for p in (base, rover)]
+        found = compute_baseline(*files, orbits, BASE_3040)
+        assert found.epochs == 20
+        error = found.rover - ROVER_0759
+        scaled += error @ np.linalg.solve(found.covariance, error)
+        formal += error @ np.linalg.solve(found.formal, error)
+    assert scaled < chi2.ppf(0.95, 15)
+    assert formal > chi2.ppf(0.95, 15)
 
 
 ANTEX = """\
