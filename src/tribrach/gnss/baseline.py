@@ -31,6 +31,10 @@ __all__ = ["Baseline", "Processing", "compute_baseline"]
 Array = NDArray[np.float64]
 Progress = Callable[[str, int, int | None], None]
 
+#: beyond this length the covariance is too small [m]
+LONG = 20_000.0
+#: fixed epochs of the second half of a session agree better than this [m]
+DISAGREEING = 0.05
 #: bits of RTKLIB's satellite systems
 _SYSTEM_BITS = {"G": 1, "S": 2, "R": 4, "E": 8, "J": 16, "C": 32, "I": 64}
 
@@ -196,6 +200,25 @@ def _file_warnings(*files: ObservationFile) -> list[str]:
     ]
 
 
+def _doubts(
+    name: str, solution: Solution, fixed: NDArray[np.int64], share: float, best: int
+) -> list[str]:
+    """Sentences on ambiguities that are float, rarely fixed, or fixed in different ways."""
+    if not len(fixed):
+        return [f"{name}: the ambiguities could not be fixed, the baseline is a float solution"]
+    out = []
+    if share < 0.5:
+        out.append(f"{name}: only {100 * share:.0f} % of the epochs are fixed")
+    late = fixed[len(fixed) // 2 :]
+    apart = np.linalg.norm(solution.values[late] - solution.values[best], axis=1).max()
+    if apart > DISAGREEING:
+        out.append(
+            f"{name}: fixed epochs differ by {apart:.3f} m, some of them are fixed to wrong "
+            "integers: measure longer, or raise the threshold of the ratio"
+        )
+    return out
+
+
 def _common(first: Array, second: Array) -> int:
     """Epochs of the second receiver that the first has as well, clocks apart by up to 50 ms."""
     place = np.clip(np.searchsorted(first, second), 1, max(len(first) - 1, 1))
@@ -231,15 +254,12 @@ def _baseline(
     if factor is None:
         factor, source = sigma_factor(interval, len(phase)), SOURCE
     share = len(fixed) / len(phase)
-    if not len(fixed):
+    warnings += _doubts(f"{first.path.name} to {second.path.name}", solution, fixed, share, best)
+    length = float(np.linalg.norm(solution.values[best] - reference))
+    if length > LONG and wish.atmosphere:
         warnings.append(
-            f"{first.path.name} to {second.path.name}: the ambiguities could not be fixed, the "
-            "baseline is a float solution"
-        )
-    elif share < 0.5:
-        warnings.append(
-            f"{first.path.name} to {second.path.name}: only {100 * share:.0f} % of the epochs are "
-            "fixed"
+            f"{first.path.name} to {second.path.name}: over {length / 1000:.0f} km errors of "
+            "broadcast orbits, ionosphere and troposphere add up, which the covariance leaves out"
         )
     times = solution.times[phase]
     return Baseline(

@@ -21,6 +21,7 @@ __all__ = ["EngineName", "engines", "run_engine"]
 
 EngineName = Literal["auto", "pyrtklib", "rnx2rtkp"]
 PROGRAM = "rnx2rtkp"
+_NOTHING = {"rnx2rtkp": 1, "pyrtklib": 4}
 WORKER = Path(__file__).with_name("engine_worker.py")
 
 
@@ -69,14 +70,14 @@ def run_engine(
     if chosen == "rnx2rtkp":
         command = [PROGRAM, "-k", str(wishes), "-o", str(out), *names]
     else:
-        command = [sys.executable, "-I", str(WORKER), str(wishes), str(out), *names]
+        command = [sys.executable, "-P", str(WORKER), str(wishes), str(out), *names]
     _run(command, folder, chosen, seconds)
     if not out.is_file():
         out.write_text("")
     return out, chosen
 
 
-def _run(command: list[str], folder: Path, engine: str, seconds: float) -> None:
+def _run(command: list[str], folder: Path, engine: EngineName, seconds: float) -> None:
     try:
         done = subprocess.run(
             command,
@@ -99,6 +100,6 @@ def _run(command: list[str], folder: Path, engine: str, seconds: float) -> None:
             f"{engine} crashed on these files (signal {-done.returncode})",
             cure="check that the files are whole, or use the other engine",
         )
-    # rnx2rtkp ends with 1 where it has nothing to compute; the empty solution says the rest
-    if done.returncode not in (0, 1):
+    # both say by a status that there was nothing to compute; the empty solution says the rest
+    if done.returncode not in (0, _NOTHING[engine]):
         raise InputError(f"{engine} ended with status {done.returncode}")

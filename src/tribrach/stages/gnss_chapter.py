@@ -89,14 +89,18 @@ def _loop_sentences(found: BaselineSet, loops: Sequence[Loop]) -> list[str]:
     failing = sum(not loop.passes for loop in loops)
     further = len(loops) - len(basis)
     more = f" and {_count(further, 'further triangle')}" if further else ""
-    out = [
+    words = (
         f"{_count(len(basis), 'minimal loop')}{more}: the largest closure is "
         f"{1e3 * largest.size:.1f} mm ({largest.ppm:.2f} ppm of {largest.length:.0f} m) in "
-        f"{_path(found, largest)}, the largest in proportion {steepest.ppm:.2f} ppm "
-        f"({1e3 * steepest.size:.1f} mm) in {_path(found, steepest)}; "
-        f"{failing or 'none'} of {len(loops)} {'fails' if failing in (0, 1) else 'fail'} "
-        "the test at 5 %."
-    ]
+        f"{_path(found, largest)}"
+    )
+    if steepest is not largest:
+        words += (
+            f", the largest in proportion {steepest.ppm:.2f} ppm "
+            f"({1e3 * steepest.size:.1f} mm) in {_path(found, steepest)}"
+        )
+    verb = "fails" if failing in (0, 1) else "fail"
+    out = [f"{words}; {failing or 'none'} of {len(loops)} {verb} the test at 5 %."]
     dof = sum(loop.dof for loop in basis)
     if dof >= 3:
         factor = float(np.sqrt(sum(loop.statistic for loop in basis) / dof))

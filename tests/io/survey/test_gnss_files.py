@@ -53,6 +53,7 @@ BROKEN_GVX: dict[str, tuple[str, str, str]] = {
     "correlation": ("<PXY>-", "<PXY>-9", "no covariance matrix"),
     "missing": ("<PXY>", "<QXY>", "cannot be read"),
     "point": ("<INITIAL_POINT_ID>0", "<INITIAL_POINT_ID>99", "point 99 is not in the file"),
+    "twice": ("<NAME>B</NAME>", "<NAME>A</NAME>", "two points are named A"),
     "entity": ('<?xml version="1.0"?>', '<!DOCTYPE g [<!ENTITY a "b">]>', "entities"),
 }
 

@@ -38,10 +38,19 @@ def read_gvx(path: Path) -> GnssRecords:
             raise InputError(
                 f"lengths are in {name!r}, and only metres are read", file=path, line=line_of(unit)
             )
-    names = {}
+    names: dict[str, str] = {}
     for point in root.iter("POINT"):
-        names[_needed(path, point, "ID")] = _text(point, "NAME") or _needed(path, point, "ID")
-        _add_point(path, records, point, names[_needed(path, point, "ID")], systems)
+        number = _needed(path, point, "ID")
+        name = _text(point, "NAME") or number
+        if name in names.values():
+            raise InputError(
+                f"two points are named {name}",
+                file=path,
+                line=line_of(point),
+                cure="give each point a name of its own",
+            )
+        names[number] = name
+        _add_point(path, records, point, name, systems)
     vectors, blocks = [], []
     for vector in root.iter("GNSS_VECTOR"):
         ends = [_needed(path, vector, f"{which}_POINT_ID") for which in ("INITIAL", "TERMINAL")]
