@@ -15,10 +15,12 @@ from tribrach.registration.clouds.prepared import PreparedScan
 from tribrach.registration.clouds.surfels import Surfels
 from tribrach.registration.clouds.verdict import Verdict, judge
 
-__all__ = ["Candidate", "apart", "judged", "refined"]
+__all__ = ["GIVEN", "Candidate", "apart", "judged", "refined"]
 
 Array = NDArray[np.float64]
 
+#: origin of approximate poses that were given
+GIVEN = "approximate pose"
 #: gates of the first and of the second look, in coarse surfels [sizes]
 _FIRST, _SECOND = (4.0, 2.0, 1.0), (1.0, 0.5)
 #: surfels that the first look takes
@@ -56,7 +58,10 @@ def judged(
         looked.append(_candidate(a, b, moved, origin, size))
     looked.sort(key=lambda c: -c.verdict.score)
     least = _OF_BEST * looked[0].verdict.score if looked else 0.0
-    return refined(a, b, [c for c in looked[:_SECONDS] if c.verdict.score >= least])
+    good = [c for c in looked[:_SECONDS] if c.verdict.score >= least]
+    # what the user gave is looked at in any case
+    good += [c for c in looked[_SECONDS:] if c.origin == GIVEN]
+    return refined(a, b, good)
 
 
 def refined(a: PreparedScan, b: PreparedScan, some: Sequence[Candidate]) -> list[Candidate]:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach.geometry.pose import Pose
-from tribrach.registration.clouds.candidates import Candidate, apart, judged
+from tribrach.registration.clouds.candidates import GIVEN, Candidate, apart, judged
 from tribrach.registration.clouds.fine import Alignment, align
 from tribrach.registration.clouds.plan_search import plan_poses
 from tribrach.registration.clouds.prepared import PreparedScan
@@ -93,17 +93,18 @@ def register_pair(
     that fit alike, and is said to be wrong if it is; floor : sigmas [m], [rad] of what residuals
     never show; further : proposals of other methods with their names.
     """
-    proposed = [] if prior is None else [(prior, "approximate pose")]
+    proposed = [] if prior is None else [(prior, GIVEN)]
     proposed += [*further, *((p, "plan") for p in plan_poses(a.coarse.surfels, b.coarse.surfels))]
     candidates = [c for c in judged(a, b, proposed) if _possible(c.verdict)]
-    fits = [f for f in (_fitted(a, b, c, floor) for c in candidates[:_FITTED]) if f is not None]
+    some = candidates[:_FITTED] + [c for c in candidates[_FITTED:] if c.origin == GIVEN]
+    fits = [f for f in (_fitted(a, b, c, floor) for c in some) if f is not None]
     fits = sorted((f for f in fits if _possible(f.verdict)), key=lambda f: -f.verdict.score)
     if not fits:
         return CloudPair(a.name, b.name, None, (), (_no_overlap(a.name, b.name),))
-    best = fits[0]
+    best = fits[0] if prior is None else _nearest(fits, prior)
     if not _consistent(best.verdict):
         return CloudPair(a.name, b.name, None, (), (_contradicted(a.name, b.name, best),))
-    rivals = _rivals(best, fits[1:])
+    rivals = _rivals(best, [f for f in fits if f is not best])
     near = [f for f in (best, *rivals) if prior is not None and not _wrong(f.pose, prior)]
     if rivals and len(near) == 1:
         said = (
@@ -157,6 +158,12 @@ def _excluded(best: Fit, other: Fit) -> bool:
     patch = _PATCH**2
     more, less = other.verdict.through / patch, best.verdict.through / patch
     return more - less > _SIGMAS * float(np.sqrt(more + less + 1.0))
+
+
+def _nearest(fits: Sequence[Fit], prior: Pose) -> Fit:
+    """Of the best fit and those that differ from it only where nothing holds, the nearest."""
+    alike = [f for f in fits if f is fits[0] or _same(fits[0], f)]
+    return min(alike, key=lambda f: apart(f.pose, prior)[0])
 
 
 def _same(one: Fit, two: Fit) -> bool:

@@ -1,0 +1,119 @@
+"""Scenes for the registration of clouds: a yard, a long facade, a corridor, two rooms."""
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.geometry.pose import Pose
+from tribrach.instruments.scan_noise import ScanNoise
+from tribrach.registration.clouds.prepared import PreparedScan, prepare
+from tribrach.simulate.scanner import Grid, Scanner, scan
+from tribrach.simulate.scene import Primitive, Scene, box, cylinder, ground, rectangle
+from tribrach.simulate.setups import levelled, tilted
+from tribrach.units import SEC
+
+Array = NDArray[np.float64]
+
+NOISE = ScanNoise(0.001, 1e-5, 10 * SEC, 10 * SEC, 0.002, 0.0002)
+_V = (np.radians(35.0), np.radians(135.0))
+
+
+def yard() -> Scene:
+    """Houses of different sizes around a yard, some things in it."""
+    return Scene.of(
+        [
+            ground((0, 0, 0), 200),
+            box((2, 17, 4), (26, 8, 8), 0.5),
+            box((-19, 3, 3), (8, 21, 6), 0.5),
+            box((18, -1, 5), (7, 17, 10), 0.5, 0.15),
+            box((-3, -15, 2.5), (20, 6, 5), 0.5, -0.1),
+            box((6, 4, 0.6), (2.0, 1.0, 1.2), 0.4, 0.4),
+            box((-6, -4, 1.0), (1.2, 2.0, 2.0), 0.4, 1.0),
+            cylinder((1, -6, 2), 0.2, 4, 0.4),
+        ]
+    )
+
+
+def facade() -> Scene:
+    """A facade with a pillar every 3 m, longer than a scanner sees."""
+    wall = rectangle((0, 12, 5), (0, -1, 0), 400, 10, 0.5)
+    parts: list[Primitive] = [ground((0, 0, 0), 400), wall]
+    parts += [box((x, 11.7, 5.0), (0.8, 1.0, 10.0), 0.3) for x in np.arange(-99.0, 100.0, 3.0)]
+    return Scene.of(parts)
+
+
+def corridor() -> Scene:
+    """Floor, ceiling and two walls that go on for ever."""
+    return Scene.of(
+        [
+            ground((0, 0, 0), 400),
+            rectangle((0, 0, 2.8), (0, 0, -1), 400, 400, 0.5),
+            rectangle((0, 1.1, 1.4), (0, -1, 0), 400, 2.8, 0.5),
+            rectangle((0, -1.3, 1.4), (0, 1, 0), 400, 2.8, 0.5),
+        ]
+    )
+
+
+def rooms() -> Scene:
+    """Two rooms without a door between them."""
+    parts: list[Primitive] = []
+    for x, (width, depth, height) in ((0.0, (7.0, 5.0, 2.6)), (30.0, (9.0, 11.0, 3.4))):
+        parts += [
+            rectangle((x, 0, 0), (0, 0, 1), width, depth, 0.5),
+            rectangle((x, 0, height), (0, 0, -1), width, depth, 0.5),
+            rectangle((x - width / 2, 0, height / 2), (1, 0, 0), depth, height, 0.5),
+            rectangle((x + width / 2, 0, height / 2), (-1, 0, 0), depth, height, 0.5),
+            rectangle((x, depth / 2, height / 2), (0, -1, 0), width, height, 0.5),
+            rectangle((x, -depth / 2, height / 2), (0, 1, 0), width, height, 0.5),
+            box((x + 1.2, depth / 2 - 0.4, 0.9), (1.6, 0.5, 1.8), 0.4),
+            box((x - 2.0, -0.8, 0.4), (0.8, 1.4, 0.8), 0.4, 0.5),
+        ]
+    return Scene.of(parts)
+
+
+def points_of(scene: Scene, pose: Pose, points: int, seed: int, farthest: float = 60.0) -> Array:
+    """A scan (n, 3) in its scanner's frame [m]."""
+    scanner = Scanner(NOISE, farthest=farthest)
+    blocks = scan(scene, pose, scanner, Grid.panorama(_V, points), seed)
+    return np.concatenate([block.xyz for block in blocks])
+
+
+def scanned(
+    scene: Scene,
+    places: Sequence[tuple[float, float, float]],
+    *,
+    points: int = 60_000,
+    seed: int = 1,
+    farthest: float = 60.0,
+    tilt: float = 0.0,
+) -> tuple[list[PreparedScan], list[Pose]]:
+    """Scans from places (x, y, heading), 1.7 m above the ground, and their true poses."""
+    rng = np.random.default_rng(seed)
+    scans, poses = [], []
+    for number, (x, y, heading) in enumerate(places):
+        place = (x, y, 1.6 + 0.05 * number)
+        if tilt:
+            pose = tilted(place, heading, tilt, rng)
+        else:
+            pose = levelled(place, heading, 10 * SEC, rng)
+        xyz = points_of(scene, pose, points, 100 * seed + number, farthest)
+        scans.append(prepare(f"S{number + 1}", [xyz]))
+        poses.append(pose)
+    return scans, poses
+
+
+@lru_cache(maxsize=1)
+def yard_scans() -> tuple[tuple[PreparedScan, ...], tuple[Pose, ...]]:
+    """Three scans of the yard, made once."""
+    places = ((-4.0, 3.0, 0.3), (5.0, -2.0, 2.5), (2.0, 8.0, -1.4))
+    scans, poses = scanned(yard(), places)
+    return tuple(scans), tuple(poses)
+
+
+def error(found: Pose, true: Pose) -> tuple[float, float]:
+    """Shift [m] and turn [rad] between two poses."""
+    turn = found.rotation @ true.rotation.T
+    cosine = np.clip((np.trace(turn) - 1) / 2, -1, 1)
+    return float(np.linalg.norm(found.translation - true.translation)), float(np.arccos(cosine))
