@@ -103,6 +103,21 @@ def test_report_of_a_run(tmp_path: Path) -> None:
     assert "GNSS loops" in page
 
 
+def test_adjust_takes_a_project(tmp_path: Path) -> None:
+    path, out = ghilani(tmp_path, "v.csv"), tmp_path / "r.json"
+    result = RUN.invoke(app, ["adjust", str(path), "--json", str(out), "--vce"])
+    assert result.exit_code == 0, result.output
+    data = json.loads(out.read_text())
+    assert data["title"] == "Ghilani, chapter 17"
+    assert data["reference"] == {"crs": None, "frame": "ITRF2014", "epoch": 2010.0}
+    assert len(data["gnss"]["loops"]) == 9
+    with_scans = tmp_path / "s.toml"
+    with_scans.write_text(path.read_text() + '[[scans]]\nfile = "a.e57"\n')
+    result = RUN.invoke(app, ["adjust", str(with_scans)])
+    assert result.exit_code == 2
+    assert "use tribrach run" in result.output
+
+
 def test_a_blunder_in_a_baseline_is_named(tmp_path: Path) -> None:
     path = ghilani(tmp_path, "v.csv")
     table = tmp_path / "v.csv"

@@ -11,6 +11,7 @@ import typer
 from tribrach import demo as demonstration
 from tribrach import pipeline
 from tribrach.cli.shell import app, fail, guarded, shown
+from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
 from tribrach.io.survey.formats import read_files
 from tribrach.project import Project, parse_datum
@@ -25,7 +26,8 @@ Robust = Literal["none", "huber", "danish", "igg3"]
 @app.command()
 def adjust(
     files: Annotated[
-        list[Path], typer.Argument(help="Networks: gkf, xml, stn/msr, cor/obs, csv, rsp.")
+        list[Path],
+        typer.Argument(help="Networks: gkf, xml, stn/msr, cor/obs, csv, rsp, gvx, snx; or a toml."),
     ],
     datum: Annotated[
         str | None,
@@ -46,14 +48,23 @@ def adjust(
     text_file: Annotated[Path | None, typer.Option("--text", help="Write the text report.")] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
-    """Adjust a network from files of any known format."""
+    """Adjust a network from files of any known format, or a project without scans."""
 
     def work() -> None:
-        network = read_files(files).network()
+        with shown(quiet) as progress:
+            project = _project(files)
+            network = (
+                read_files(files).network()
+                if project is None
+                else project.network(progress=progress)
+            )
         if datum is not None:
             network = network.with_datum(parse_datum(datum))
         settings = pipeline.Settings(snoop, robust, vce, posterior, confidence, angle)
-        content = pipeline.adjust_network(network, settings)
+        facts, sessions = (
+            ({}, ()) if project is None else (project.facts, project.computed_sessions)
+        )
+        content = pipeline.solve(network, settings, facts, sessions)[1]
         outputs: list[tuple[Path | None, Callable[[Content], str]]] = [
             (json_file, json_result.dumps),
             (html_file, html.render),
@@ -63,6 +74,25 @@ def adjust(
         _finish(content, quiet)
 
     guarded(work)
+
+
+def _project(files: list[Path]) -> Project | None:
+    """The project if its file is given and nothing else.
+
+    Raises
+    ------
+    InputError : it has scans, which only run looks at.
+    """
+    if len(files) != 1 or files[0].suffix.lower() != ".toml":
+        return None
+    project = Project.load(files[0])
+    if project.scans:
+        raise InputError(
+            "the project has scans, which adjust does not look at",
+            file=files[0],
+            cure="use tribrach run",
+        )
+    return project
 
 
 @app.command()
