@@ -27,6 +27,8 @@ __all__ = ["DISTANCE_PARAMETERS", "DistanceCheck", "compare_distances"]
 
 Array = NDArray[np.float64]
 
+#: targets whose distances are compared, evenly chosen from more
+MOST = 40
 #: parameters that means of faces still contain and distances show
 DISTANCE_PARAMETERS = ("x10", "x1z", "x9z", "x12b", "x11a", "x11b", "x1n")
 #: and those of readings of one face
@@ -40,7 +42,8 @@ class DistanceCheck:
     pairs (p,) of target names; lengths (p, 2) [m] from either station; difference, sigma and limit
     (p,) [m], the limits so that all hold together with 1 - alpha or more; statistic against its
     chi-square limit with dof; zero, sigma_zero : range zero from the differences alone [m];
-    faces : is every reading a mean of both?
+    faces : is every reading a mean of both? in_common : targets that both stations saw, of which
+    40 are compared at most.
     """
 
     stations: tuple[str, str]
@@ -59,6 +62,7 @@ class DistanceCheck:
     explanation: Explanation
     alpha: float
     faces: bool
+    in_common: int
 
     @property
     def passed(self) -> bool:
@@ -79,11 +83,14 @@ def compare_distances(
     """
     mine = [_of(readings, station, series) for station in (first, second)]
     common = [t for t in mine[0] if t in mine[1]]
+    in_common = len(common)
     if len(common) < 3:
         raise InputError(
             f"stations {first} and {second} have {len(common)} targets in common",
             cure="a field check takes four, and three at least",
         )
+    if in_common > MOST:
+        common = [common[int(k)] for k in np.linspace(0, in_common - 1, MOST)]
     parts = [readings.take(np.array([rows[t] for t in common])) for rows in mine]
     index = np.array(list(combinations(range(len(common)), 2)))
     faces = bool(all((part.face == 0).all() for part in parts))
@@ -118,6 +125,7 @@ def compare_distances(
         explain(names, design, white),
         alpha,
         faces,
+        in_common,
     )
 
 

@@ -31,6 +31,8 @@ SOURCES = (
     "both were not at hand; no conformity with them is claimed."
 )
 _METRES = ("x1n", "x1z", "x2", "x3", "x10")
+#: distances in a table
+_SHOWN = 40
 #: shift of a test value that is found with 80 % at 0.1 %
 _FOUND = 4.132
 
@@ -127,6 +129,9 @@ def _distance_words(test: DistanceCheck) -> list[str]:
         else "These stations do not show a range zero: set up one between the targets and one "
         "outside on their line."
     )
+    targets = len({name for pair in test.pairs for name in pair})
+    if targets < test.in_common:
+        out.append(f"{targets} of {test.in_common} common targets were compared, evenly chosen.")
     if not test.passed:
         out += _explained(test.explanation, "the distances")
     return out
@@ -222,7 +227,7 @@ def _found(test: TwoFaceTest) -> Table:
 
 
 def _distances(test: DistanceCheck) -> Table:
-    rows = range(len(test.pairs))
+    rows = [int(k) for k in np.argsort(-np.abs(test.difference) / test.limit, kind="stable")]
     series = f", series {test.series}" if test.series else ""
 
     def mm(values: Any) -> Any:
@@ -246,11 +251,13 @@ def _distances(test: DistanceCheck) -> Table:
     ]
     a, b = test.stations
     note = (
-        f"{a} less {b}. The limits hold together with {1 - test.alpha:.2%} or more (Šidák); the "
-        "verdict is that of the chi-square over all."
+        f"{a} less {b}, the largest first. The limits hold together with {1 - test.alpha:.2%} or "
+        "more (Šidák); the verdict is that of the chi-square over all."
     )
     name = f"distances-{a}-{b}-{test.series}".replace(" ", "-")
-    return build_table(name, f"Distances from {a} and {b}{series}", note, rows, columns)
+    return build_table(
+        name, f"Distances from {a} and {b}{series}", note, rows, columns, most=_SHOWN
+    )
 
 
 def _pictures(found: FieldCheck) -> list[Picture]:

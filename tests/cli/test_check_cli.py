@@ -1,0 +1,128 @@
+"""The command check: tables of both sorts, projects, files, sentences for what is wrong."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from tests.instruments.field_surveys import readings
+from tribrach.cli import app
+from tribrach.geometry.polar import xyz_from_polar
+from tribrach.instruments.scanner_readings import Readings
+
+RUN = CliRunner()
+SIGMAS = ("--range-mm", "1.2", "--angle-arcsec", "8.25")
+THREE = ("1", "2", "3")
+
+
+def polar_table(given: Readings, *, raw: bool = False) -> str:
+    """Range and angles; raw: the back face as its circles read."""
+    rows = ["scan,point,set,face,range_m,horizontal_deg,zenith_deg"]
+    for station, one, target, face, (r, h, v) in zip(
+        given.station, given.series, given.target, given.face, given.polar, strict=True
+    ):
+        if raw and face < 0:
+            h, v = h + np.pi, 2 * np.pi - v
+        cell = "" if raw else f"{face:.0f}"
+        rows.append(
+            f"{station},{target},{one},{cell},{r:.6f},{np.degrees(h):.7f},{np.degrees(v):.7f}"
+        )
+    return "\n".join([*rows, ""])
+
+
+def xyz_table(given: Readings) -> str:
+    rows = ["scan,point,set,face,x_m,y_m,z_m"]
+    xyz = xyz_from_polar(given.polar)
+    for k in range(len(given)):
+        x, y, z = xyz[k]
+        rows.append(
+            f"{given.station[k]},{given.target[k]},{given.series[k]},{given.face[k]:.0f},"
+            f"{x:.6f},{y:.6f},{z:.6f}"
+        )
+    return "\n".join([*rows, ""])
+
+
+def checked(folder: Path, text: str, *options: str) -> dict:
+    table = folder / "targets.csv"
+    table.write_text(text)
+    out = folder / "check.json"
+    result = RUN.invoke(app, ["check", str(table), *options, "--json", str(out), "-q"])
+    assert result.exit_code == 0, result.output
+    return json.loads(out.read_text())
+
+
+def test_a_full_check_from_readings_and_from_coordinates(tmp_path: Path) -> None:
+    given = readings(np.random.default_rng(3), series=THREE)
+    polar = checked(tmp_path, polar_table(given), *SIGMAS)
+    raw = checked(tmp_path, polar_table(given, raw=True), *SIGMAS)
+    xyz = checked(tmp_path, xyz_table(given), *SIGMAS)
+    assert polar["passed"]
+    assert polar["series"]["dof"] == 30
+    for other, tolerance in ((raw, 1e-6), (xyz, 3e-2)):
+        assert other["passed"]
+        for a, b in zip(
+            polar["two_face"]["components"], other["two_face"]["components"], strict=True
+        ):
+            assert b["statistic"] == pytest.approx(a["statistic"], rel=tolerance)
+        assert other["series"]["s"] == pytest.approx(polar["series"]["s"], rel=tolerance)
+
+
+def test_words_and_page_and_comparison_with_an_earlier_check(tmp_path: Path) -> None:
+    rng = np.random.default_rng(3)
+    before = tmp_path / "before.json"
+    table = tmp_path / "good.csv"
+    table.write_text(polar_table(readings(rng, series=THREE)))
+    result = RUN.invoke(app, ["check", str(table), *SIGMAS, "--json", str(before)])
+    assert "The scanner passes: every test is within its limit." in result.output
+    assert "no conformity" in " ".join(result.output.split())
+    table = tmp_path / "bad.csv"
+    table.write_text(polar_table(readings(rng, {"x6": 2e-4, "x10": 6e-3}, series=THREE)))
+    page = tmp_path / "check.html"
+    result = RUN.invoke(
+        app, ["check", str(table), *SIGMAS, "--earlier", str(before), "--html", str(page)]
+    )
+    assert result.exit_code == 0, result.output
+    words = " ".join(result.output.split())
+    assert "The scanner does not pass: horizontal of both faces" in words
+    assert "point to x6, mirror tilt (collimation)" in words
+    assert "point to x10, range zero" in words
+    assert "a significant change" in words
+    text = page.read_text()
+    assert "data:image/png;base64," in text
+    assert "does not pass" in text
+
+
+def test_a_project_has_its_own_instruments(tmp_path: Path) -> None:
+    (tmp_path / "targets.csv").write_text(polar_table(readings(np.random.default_rng(3))))
+    (tmp_path / "job.toml").write_text(
+        'title = "Yard"\n[instruments.scanner]\nrange_mm = 1.2\nscan_angle_arcsec = 8.25\n'
+        '[[observations]]\nfile = "targets.csv"\n'
+    )
+    result = RUN.invoke(app, ["check", str(tmp_path / "job.toml")])
+    assert result.exit_code == 0, result.output
+    assert result.output.startswith("Yard")
+    assert "The scanner passes" in result.output
+
+
+def test_wrong_calls_end_in_a_sentence(tmp_path: Path) -> None:
+    table = tmp_path / "t.csv"
+    rows = polar_table(readings(np.random.default_rng(3)))
+    earlier = tmp_path / "e.json"
+    earlier.write_text('{"series": null, "title": "x"}')
+    for text, options, words in (
+        (rows, [], "there is no sigma_range"),
+        (rows, ["--range-mm", "1"], "go together"),
+        (rows, ["--sheet", "Nobody 5"], "there is no data sheet Nobody 5"),
+        (rows, [*SIGMAS, "--earlier", str(earlier)], "has no repeated series"),
+        (rows, [*SIGMAS, "--earlier", str(table)], "this is no JSON of a check"),
+        (rows + rows.split("\n")[1] + "\n", SIGMAS, "twice on one face"),
+        ("point,e_m,n_m,u_m\nA,1,2,3\n", SIGMAS, "no observations"),
+        ("from,to,distance_m,sigma_mm\nA,B,3,1\n", SIGMAS, "no targets that a scanner saw"),
+    ):
+        table.write_text(text)
+        result = RUN.invoke(app, ["check", str(table), *options])
+        assert result.exit_code == 2, (words, result.output)
+        assert words in result.output
+        assert "Traceback" not in result.output
