@@ -1,0 +1,60 @@
+"""A static baseline from RINEX, files checked and staged, against the bare program rnx2rtkp.
+
+Both run the same engine with the same options; the ratio is what checking, staging and the
+process of the wheel cost. Needs files of your own and rnx2rtkp on the path.
+Run: ``python benchmarks/gnss_baseline.py BASE.obs ROVER.obs NAV ... --base-xyz X,Y,Z``.
+"""
+
+import argparse
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from tribrach.gnss.baseline import Processing, compute_baseline
+from tribrach.gnss.engine import engines, run_engine
+from tribrach.gnss.rinex_file import read_rinex
+
+REPEATS = 5
+
+
+def fastest(work: Callable[[], object]) -> float:
+    """Least seconds of some runs."""
+    seconds = []
+    for _ in range(REPEATS):
+        start = time.perf_counter()
+        work()
+        seconds.append(time.perf_counter() - start)
+    return min(seconds)
+
+
+def main() -> None:
+    """Print seconds of each engine and ratios to the program alone."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("files", nargs="+", type=Path)
+    parser.add_argument("--base-xyz", required=True)
+    call = parser.parse_args()
+    base, rover, *orbits = call.files
+    place = np.array([float(word) for word in call.base_xyz.split(",")])
+    options = {"pos1-posmode": 3, "pos1-frequency": 2, "pos1-elmask": 15, "pos1-ionoopt": 1,
+               "pos1-tropopt": 1, "pos2-armode": 1, "out-solformat": 1, "ant2-postype": 1}  # fmt: skip
+    options |= {f"ant2-pos{k + 1}": v for k, v in enumerate(place)}
+    with tempfile.TemporaryDirectory() as name:
+        folder, plain = Path(name), []
+        for k, path in enumerate((rover, base, *orbits)):
+            plain.append(folder / f"{k}.rnx")
+            plain[-1].write_bytes(read_rinex(path))
+        if "rnx2rtkp" not in engines():
+            raise SystemExit("rnx2rtkp is not on the path")
+        bare = fastest(lambda: run_engine(options, plain, folder, engine="rnx2rtkp"))
+    print(f"rnx2rtkp alone: {bare:.3f} s")
+    for engine in engines():
+        wish = Processing(engine=engine)
+        seconds = fastest(lambda wish=wish: compute_baseline(base, rover, orbits, place, wish))
+        print(f"with {engine}: {seconds:.3f} s, ratio {seconds / bare:.2f}")
+
+
+if __name__ == "__main__":
+    main()
