@@ -38,8 +38,9 @@ def main() -> None:
     call = parser.parse_args()
     base, rover, *orbits = call.files
     place = np.array([float(word) for word in call.base_xyz.split(",")])
-    options = {"pos1-posmode": 3, "pos1-frequency": 2, "pos1-elmask": 15, "pos1-ionoopt": 1,
-               "pos1-tropopt": 1, "pos2-armode": 1, "out-solformat": 1, "ant2-postype": 1}  # fmt: skip
+    options: dict[str, object] = dict.fromkeys(("pos1-ionoopt", "pos1-tropopt", "pos2-armode"), 1)
+    options |= {"pos1-posmode": 3, "pos1-frequency": 2, "pos1-elmask": 15}
+    options |= {"out-solformat": 1, "ant2-postype": 1}
     options |= {f"ant2-pos{k + 1}": v for k, v in enumerate(place)}
     with tempfile.TemporaryDirectory() as name:
         folder, plain = Path(name), []
