@@ -49,12 +49,20 @@ class _Placed(Reader):
             positions, turned = self.frame.from_geodetic(given, covariance)
         elif self.table.has("ecef_x"):
             positions, turned = self.frame.from_ecef(given, covariance)
+            if covariance is not None and not self._geocentric_sigmas():
+                axes = self.frame.site.axes(positions)
+                turned = axes.transpose(0, 2, 1) @ covariance @ axes
         else:
             positions, turned = self.frame.from_own(given, covariance)
         if self.carry is not None and isinstance(self.frame.site, EllipsoidSite):
             site = self.frame.site
             positions = site.from_ecef(self.carry(site.to_ecef(positions)))
         return positions, turned
+
+    def _geocentric_sigmas(self) -> bool:
+        """True if sigmas stand along X, Y, Z, by their titles; an instrument's are E, N, U."""
+        titles = [self.table.titles.get(name, "") for name in ("sigma_e", "cee")]
+        return any(title.startswith(("sigma_x", "cxx")) for title in titles)
 
     def complete(self, given: Array) -> Array:
         """The same coordinates, none of them empty."""
