@@ -12,6 +12,9 @@ from tests.targets.prints import TOLD, alone, gap, scanned, squares
 from tribrach.errors import InputError
 from tribrach.scan.range_image import organise
 from tribrach.simulate import scene as sc
+from tribrach.simulate.aiming import fine_scan
+from tribrach.simulate.scanner import scan
+from tribrach.simulate.twins import newcastle_lab
 from tribrach.targets.checkerboard_search import find_checkerboards
 
 SIDE = 0.3
@@ -106,6 +109,34 @@ def test_boards_seen_obliquely_are_found(incidence):
         assert len(found) == 1
         assert gap(found[0].center, center) < 1e-3
         assert found[0].incidence == pytest.approx(np.radians(incidence), abs=0.03)
+
+
+@pytest.mark.parametrize("seed", [7, 8])
+def test_coarse_boards_whose_edges_follow_rows_of_points(seed):
+    """Prints hang level, so an edge may lie between two rows, and no point tells where."""
+    twin = newcastle_lab.build(10_000, seed)
+    station = twin.station("S2")
+    boards = [target for target in twin.targets if target.name in ("T06", "T23", "T24")]
+    fine = fine_scan("S2", station.pose, boards, newcastle_lab.FINE_STEP)
+    blocks = list(scan(twin.scene, station.pose, twin.scanner, fine.grid, (seed, 2, 0), fine.mask))
+    xyz, light, row, column = (
+        np.concatenate([getattr(b, name) for b in blocks])
+        for name in ("xyz", "intensity", "row", "column")
+    )
+    noise = newcastle_lab.NOISE
+    told = {
+        "sigma_angle": noise.vertical,
+        "footprint": (noise.beam_exit, noise.beam_divergence),
+        "floor": 0.0,
+    }
+    image = organise(xyz, row, column)
+    found, _ = find_checkerboards(xyz, light, image, [newcastle_lab.SIDE], **told)
+    assert len(found) == len(boards)
+    for board in boards:
+        center = station.pose.inverse @ board.center
+        (d,) = (d for d in found if gap(d.center, center) < 0.02)
+        e = d.center - center
+        assert e @ np.linalg.solve(d.covariance, e) < chi2.ppf(0.9999, 3)
 
 
 def test_bad_light_and_bad_sides():
