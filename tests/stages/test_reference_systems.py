@@ -11,6 +11,7 @@ from tests.geodesy.test_geoid_grid import write_gtx
 from tribrach.errors import InputError
 from tribrach.geodesy.geoid_grid import GeoidGrid
 from tribrach.geodesy.proj_grids import missing_grid_sentences, vertical_name
+from tribrach.geodesy.site import enu_rotation
 from tribrach.geometry import rotation
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader
@@ -180,3 +181,62 @@ def test_heights_that_are_not_ellipsoidal_want_a_geoid(tmp_path: Path) -> None:
         path, _ = write_project(tmp_path, site=site)
         with pytest.raises(InputError, match=words):
             Project.load(path)
+
+
+def test_rods_stand_along_the_plumb_line_of_the_place(tmp_path: Path) -> None:
+    """GNSS of marks as geocentric coordinates, rods on top: same latitude, height and rod more."""
+    place = np.array([[37.871, 32.502, 1018.0], [37.874, 32.505, 1025.0], [37.868, 32.497, 1011.0]])
+    to_ecef = Transformer.from_crs("EPSG:4979", "EPSG:4978")
+    ecef = np.stack(to_ecef.transform(*place.T), axis=1)
+    rows = ["gnss,set,ecef_x_m,ecef_y_m,ecef_z_m"]
+    rows += [f"M{k},one,{x:.5f},{y:.5f},{z:.5f}" for k, (x, y, z) in enumerate(ecef)]
+    (tmp_path / "gnss.csv").write_text("\n".join(rows))
+    rods = [1.5, 2.0, 2.5]
+    (tmp_path / "rods.csv").write_text(
+        "\n".join(["mark,target,rod_m", *(f"M{k},P{k},{rod}" for k, rod in enumerate(rods))])
+    )
+    path = tmp_path / "p.toml"
+    path.write_text(
+        f"[site]\nlatitude_deg = {LATITUDE}\nlongitude_deg = {LONGITUDE}\nheight_m = {HEIGHT}\n"
+        '[instruments.rtk]\nsheet = "NetRTK"\n[instruments.rod]\nsheet = "Target on rod"\n'
+        '[[observations]]\nfile = "gnss.csv"\ninstrument = "rtk"\n'
+        '[[observations]]\nfile = "rods.csv"\ninstrument = "rod"\n'
+    )
+    content = run(Project.load(path))
+    points = {p.name: p for p in content.points}
+    for k, rod in enumerate(rods):
+        geodetic = points[f"P{k}"].geodetic
+        assert geodetic is not None
+        assert np.degrees(geodetic[:2]) == pytest.approx(place[k, :2], abs=2e-9)
+        assert geodetic[2] == pytest.approx(place[k, 2] + rod, abs=2e-4)
+        # 2 cm, 5 cm along the axes of the place, with a bubble of 8 arc minutes on top
+        up = points[f"P{k}"].sigma[2]
+        assert up == pytest.approx(np.hypot(0.05, 0.0005), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "title", ["sigma_e_mm,sigma_n_mm,sigma_u_mm", "sigma_x_mm,sigma_y_mm,sigma_z_mm"]
+)
+def test_sigmas_of_geocentric_coordinates_are_along_their_titles(
+    tmp_path: Path, title: str
+) -> None:
+    """Method 1.1: 1.1, 1.5, 2.7 mm in E, N, U at Konya are 2.05, 1.55, 2.04 mm in X, Y, Z."""
+    to_ecef = Transformer.from_crs("EPSG:4979", "EPSG:4978")
+    x, y, z = to_ecef.transform(LATITUDE, LONGITUDE, HEIGHT)
+    local = (1.1, 1.5, 2.7)
+    enu = enu_rotation(np.radians(LATITUDE), np.radians(LONGITUDE))
+    (tmp_path / "gnss.csv").write_text(
+        f"gnss,ecef_x_m,ecef_y_m,ecef_z_m,{title}\nA,{x},{y},{z},1.1,1.5,2.7\n"
+    )
+    path = tmp_path / "p.toml"
+    path.write_text(
+        f"[site]\nlatitude_deg = {LATITUDE}\nlongitude_deg = {LONGITUDE}\nheight_m = {HEIGHT}\n"
+        '[[observations]]\nfile = "gnss.csv"\n'
+    )
+    (o,) = Project.load(path).network().observations
+    given = np.diag(np.square(local)) * 1e-6
+    expected = given if title.startswith("sigma_e") else enu @ given @ enu.T
+    assert o.covariance[0] == pytest.approx(expected, abs=1e-12)
+    if title.startswith("sigma_e"):
+        turned = enu.T @ o.covariance[0] @ enu
+        assert 1e3 * np.sqrt(np.diag(turned)) == pytest.approx([2.05, 1.55, 2.04], abs=0.01)
