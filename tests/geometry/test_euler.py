@@ -22,6 +22,7 @@ def passive(axis: int, a: float) -> np.ndarray:
 
 @given(angle, tilt, angle)
 def test_equation_is_three_passive_rotations(w, p, k):
+    """AC-13: equation 5 of S1 is R3(kappa) R2(phi) R1(omega), object to sensor, and proper."""
     m = euler.scanner_from_world_from_opk(np.array([w, p, k]))
     np.testing.assert_allclose(m, passive(2, k) @ passive(1, p) @ passive(0, w), atol=1e-15)
     assert np.linalg.det(m) == pytest.approx(1.0, abs=1e-14)
