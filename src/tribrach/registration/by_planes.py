@@ -23,7 +23,7 @@ from tribrach.registration.plane_poses import (
     pair_poses,
 )
 from tribrach.registration.plane_shifts import open_directions
-from tribrach.registration.pose_graph import Joint, PoseGraph, join
+from tribrach.registration.pose_graph import CLOSES, Joint, PoseGraph, join
 from tribrach.registration.station_view import Agreement, agreement
 
 __all__ = ["PlaneRegistration", "lacking_words", "register_by_planes"]
@@ -53,17 +53,22 @@ class PlaneRegistration:
 def register_by_planes(
     stations: Sequence[Surroundings],
     progress: Callable[[int, int], None] = lambda done, total: None,
+    further: Sequence[Joint] = (),
 ) -> PlaneRegistration:
-    """Relative poses of all stations from their planes alone."""
+    """Relative poses of all stations from their planes.
+
+    further : joints from elsewhere, of clouds for instance. One that a pair has from its planes as
+    well confirms it; if the two contradict each other neither is used.
+    """
     chosen = list(combinations(stations, 2))
     pairs: list[PairPoses] = []
     for number, (a, b) in enumerate(chosen):
         progress(number, len(chosen))
         pairs.append(pair_poses(a, b))
     names = [s.name for s in stations]
-    joints = [_joint(p) for p in pairs if p.sure]
+    joints, clashes = _united([_joint(p) for p in pairs if p.sure], further)
     graph = join(names, joints)
-    said = list(graph.sentences)
+    said = [*clashes, *graph.sentences]
     by_name = {s.name: s for s in stations}
     while True:
         more = _settled(by_name, pairs, graph)
@@ -85,6 +90,28 @@ def _joint(pair: PairPoses, chosen: PlanePose | None = None) -> Joint:
     best = pair.poses[0] if chosen is None else chosen
     alone = best.seen.conflict <= _CONFLICT and len(best.pairs) >= _PLANES
     return Joint(pair.first, pair.second, best.pose, float(best.seen.agree), alone)
+
+
+def _united(joints: Sequence[Joint], further: Sequence[Joint]) -> tuple[list[Joint], list[str]]:
+    """Joints of two kinds, one for each pair; pairs on which they contradict each other."""
+    others = {j.ends: j for j in further}
+    out, said = [], []
+    for joint in joints:
+        other = others.pop(joint.ends, None)
+        if other is None:
+            out.append(joint)
+            continue
+        left = joint.pose.inverse @ other.from_to(joint.first)
+        gap = float(np.linalg.norm(left.translation))
+        turn = float(np.arccos(np.clip((np.trace(left.rotation) - 1) / 2, -1, 1)))
+        if gap < CLOSES[0] and turn < CLOSES[1]:
+            out.append(replace(joint, alone=True))
+        else:
+            said.append(
+                f"planes and clouds of {joint.first} and {joint.second} contradict each other by "
+                f"{gap:.2f} m and {np.degrees(turn):.2f} deg: neither joins them"
+            )
+    return [*out, *others.values()], said
 
 
 def _settled(

@@ -28,6 +28,7 @@ __all__ = [
     "Surroundings",
     "common_planes",
     "decided",
+    "information",
     "offsets",
     "pair_poses",
     "refined",
@@ -188,31 +189,47 @@ def offsets(first: PlaneSet, second: PlaneSet, i: Index, j: Index, pose: Pose) -
     return np.asarray(np.where(np.abs(here) < np.abs(back), here, back))
 
 
-def _fitted(first: PlaneSet, second: PlaneSet, pairs: Index, pose: Pose, levelled: bool) -> Pose:
-    """The pose with least squares of tilts and offsets of common planes, one step."""
+def information(
+    first: PlaneSet,
+    second: PlaneSet,
+    pairs: Index,
+    pose: Pose,
+    floor: tuple[float, float] = (0.0, 0.0),
+) -> tuple[Array, Array]:
+    """Normal matrix (6, 6) and right side (6,) of a relative pose from common planes (p, 2).
+
+    Of the shift [m] and the left turn [rad] of the second station in the frame of the first, about
+    its origin. floor : sigmas [rad], [m] that no plane falls below.
+    """
     i, j = pairs.T
     normal, anchor = first.normal[i], pose @ second.center[j]
     turned = second.normal[j] @ pose.rotation.T
     basis = plane_basis(normal).transpose(0, 2, 1)
     joint = first.covariance[i] + second.covariance[j]
-    tilt = 1 / np.sqrt(np.einsum("pkk->pk", joint)[:, :2] + _TURN**2)
-    away = 1 / np.sqrt(joint[:, 2, 2] + _OFFSET**2)
+    tilt = 1 / np.sqrt(np.einsum("pkk->pk", joint)[:, :2] + floor[0] ** 2)
+    away = 1 / np.sqrt(joint[:, 2, 2] + floor[1] ** 2)
     # a turn by d about the first station's origin moves normals by d x n, points by d x X
     by_turn = -basis @ skew(turned)
     rows = np.concatenate([np.zeros_like(by_turn), by_turn], axis=2) * tilt[:, :, None]
     right = np.einsum("pki,pi->pk", basis, normal - turned) * tilt
     by_pose = np.concatenate([normal, np.cross(anchor, normal)], axis=1)
     off = first.offset[i] - np.einsum("pi,pi->p", normal, anchor)
-    parts = [rows.reshape(-1, 6), by_pose * away[:, None], np.diag(1 / _START)]
-    design = np.concatenate(parts)
-    values = np.concatenate([right.ravel(), off * away, np.zeros(6)])
+    design = np.concatenate([rows.reshape(-1, 6), by_pose * away[:, None]])
+    values = np.concatenate([right.ravel(), off * away])
+    return design.T @ design, design.T @ values
+
+
+def _fitted(first: PlaneSet, second: PlaneSet, pairs: Index, pose: Pose, levelled: bool) -> Pose:
+    """The pose with least squares of tilts and offsets of common planes, one step."""
+    normal, right = information(first, second, pairs, pose, (_TURN, _OFFSET))
+    normal = normal + np.diag(1 / _START**2)
     if levelled:
-        plumb = np.zeros((2, 6))
-        plumb[0, 3] = plumb[1, 4] = 1 / _TILT
+        # the turn brings the third axis of the second station onto that of the first
         up = pose.rotation[:, 2]
-        design = np.concatenate([design, plumb])
-        values = np.concatenate([values, np.array([up[1], -up[0]]) / _TILT])
-    step, *_ = np.linalg.lstsq(design, values, rcond=None)
+        normal[[3, 4], [3, 4]] += 1 / _TILT**2
+        right[3:5] += np.array([up[1], -up[0]]) / _TILT**2
+    scale = 1 / np.sqrt(np.diag(normal))
+    step = scale * np.linalg.solve(normal * scale[:, None] * scale, scale * right)
     turn = turns.exp(step[None, 3:])[0]
     return Pose(turn @ pose.rotation, turn @ pose.translation + step[:3])
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from tribrach.geometry.pose import Pose
 
-__all__ = ["Joint", "PoseGraph", "join"]
+__all__ = ["CLOSES", "Joint", "PoseGraph", "join"]
 
 Array = NDArray[np.float64]
 

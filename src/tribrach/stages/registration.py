@@ -1,8 +1,8 @@
 """What ties the stations of a project to each other: targets, planes, clouds, all in one network.
 
-Planes join stations without targets and approximate poses; what they join is matched to the known
-points as one. A station that planes leave open is placed by its targets: once a first adjustment
-has its pose to millimetres, its planes are tied to those of the others as well.
+Planes and clouds join stations without targets and approximate poses; what they join is matched to
+the known points as one. A station that they leave open is placed by its targets: once a first
+adjustment has its pose to millimetres, its planes are tied to those of the others as well.
 """
 
 from __future__ import annotations
@@ -11,29 +11,26 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from tribrach.errors import AdjustmentError, InputError
+from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
-from tribrach.network.adjustment import adjust
-from tribrach.network.observations.plane import FittedPlanes
 from tribrach.network.survey import Survey
 from tribrach.registration.by_planes import PlaneRegistration, register_by_planes
 from tribrach.registration.plane_poses import Surroundings
-from tribrach.registration.plane_ties import PlaneTies, tie_planes
+from tribrach.registration.plane_set import PlaneSet
+from tribrach.registration.plane_ties import PlaneTies
+from tribrach.registration.station_view import StationView
+from tribrach.stages.cloud_pairs import CloudPairs, cloud_pairs
 from tribrach.stages.extraction import Findings
 from tribrach.stages.naming import Named, name_targets
 from tribrach.stages.planes import surroundings
 from tribrach.stages.scans import StationScan
 from tribrach.stages.state import State
+from tribrach.stages.tying import Tying
 
 if TYPE_CHECKING:
     from tribrach.project import Project
 
 __all__ = ["Registered", "register"]
-
-#: adjusted poses may be wrong by this where planes are tied between groups [m]
-_SLACK = 0.004
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,15 +38,14 @@ class Registered:
     """Stations before the adjustment.
 
     survey : what the scans add to the survey; named : their targets, None if none are sought;
-    stations : planes and views, empty without planes; planes : how planes join them; ties :
-    surfaces in common; poses : approximate, in one frame; sentences : how stations were placed and
-    what was not used.
+    stations : planes and views, empty without planes and clouds; ties : surfaces in common, None
+    if planes are not used; poses : approximate, in one frame; sentences : how stations were
+    placed and what was not used.
     """
 
     survey: Survey | None
     named: Named | None
     stations: Sequence[Surroundings] = ()
-    planes: PlaneRegistration | None = None
     ties: PlaneTies | None = None
     poses: Mapping[str, Pose] | None = None
     sentences: tuple[str, ...] = ()
@@ -70,65 +66,51 @@ def register(
     """
     by = project.registration.by
     wanted = "targets" in by and project.targets.wanted
-    if "planes" not in by:
+    if by == ("targets",):
         named = name_targets(project, scans, findings) if wanted else None
         return Registered(None if named is None else named.survey, named)
-    around = surroundings(scans, project.registration, state, lambda what: progress(what, 0, None))
-    found = register_by_planes(around, lambda k, n: progress("pairs of stations by planes", k, n))
+    around = _stations(project, scans, state, progress)
+    clouds = cloud_pairs(scans, state, progress) if "clouds" in by else None
+    found = register_by_planes(
+        around,
+        lambda k, n: progress("pairs of stations by planes", k, n),
+        () if clouds is None else clouds.joints,
+    )
     groups = [group for group in found.groups if len(group) > 1]
     named = name_targets(project, scans, findings, groups, partial=True) if wanted else None
     poses, adrift = _poses(named, found)
-    _refuse_lost(project, scans, poses, found, named)
-    framed = not adrift or (project.datum.kind == "free" and not project.survey().points)
-    survey, ties, poses = _tied(project, named, around, groups, poses, framed=framed)
+    surveyed = project.survey()
+    obstacles = _obstacles(by, found, clouds)
+    _refuse_lost(surveyed, scans, poses, found, obstacles, named)
+    framed = not adrift or (project.datum.kind == "free" and not surveyed.points)
+    tying = Tying(
+        project.network,
+        surveyed.site,
+        None if named is None else named.survey,
+        around if "planes" in by else (),
+        () if clouds is None else clouds.edges,
+        groups,
+    )
+    survey, ties, poses = tying.tied(poses, framed=framed)
     if named is not None:
         named = replace(named, survey=survey)
-    return Registered(survey, named, around, found, ties, poses, _sentences(found, ties, poses))
+    said = _sentences(found, obstacles, ties, clouds, poses)
+    return Registered(survey, named, around, ties if "planes" in by else None, poses, said)
 
 
-def _tied(
+def _stations(
     project: Project,
-    named: Named | None,
-    stations: Sequence[Surroundings],
-    groups: Sequence[Mapping[str, Pose]],
-    poses: Mapping[str, Pose],
-    *,
-    framed: bool,
-) -> tuple[Survey, PlaneTies, Mapping[str, Pose]]:
-    """The survey with planes: tied within the groups that they form, then between all stations.
-
-    Poses from the matching of targets are too coarse to tell a wall from a window in it.
-    """
-    ties = tie_planes(stations, poses, groups=groups)
-    survey = _with_planes(project, named, stations, ties, poses, framed=framed)
-    if len(groups) == 1 and len(groups[0]) == len(poses):
-        return survey, ties, poses
-    try:
-        first = adjust(project.network(survey))
-    except AdjustmentError:
-        return survey, ties, poses
-    state, layout = first.state, first.layout
-    at = {name: layout.index("pose", name) for name in poses}
-    poses = {name: Pose(state.pose_r[k], state.pose_t[k]) for name, k in at.items()}
-    ties = tie_planes(stations, poses, _SLACK)
-    return _with_planes(project, named, stations, ties, poses, framed=True), ties, poses
-
-
-def _with_planes(
-    project: Project,
-    named: Named | None,
-    stations: Sequence[Surroundings],
-    ties: PlaneTies,
-    poses: Mapping[str, Pose],
-    *,
-    framed: bool,
-) -> Survey:
-    """What targets and planes add to the survey."""
-    survey = Survey(site=project.survey().site)
-    if named is not None:
-        survey.merge(named.survey)
-    _observe(survey, stations, ties, poses, framed=framed)
-    return survey
+    scans: Sequence[StationScan],
+    state: State,
+    progress: Callable[[str, int, int | None], None],
+) -> list[Surroundings]:
+    """Planes and views of all stations; both empty where planes are not wanted."""
+    wish = project.registration
+    if "planes" in wish.by:
+        return surroundings(scans, wish, state, lambda what: progress(what, 0, None))
+    blank, blind = PlaneSet.joined([]), StationView.empty()
+    levelled = {scan.station: scan.levelled for scan in scans}
+    return [Surroundings(name, blank, blind, flat) for name, flat in levelled.items()]
 
 
 def _poses(named: Named | None, found: PlaneRegistration) -> tuple[Mapping[str, Pose], bool]:
@@ -138,30 +120,45 @@ def _poses(named: Named | None, found: PlaneRegistration) -> tuple[Mapping[str, 
     return found.groups[0], True
 
 
+def _obstacles(
+    by: Sequence[str], found: PlaneRegistration, clouds: CloudPairs | None
+) -> dict[str, str]:
+    """Why stations are alone, by planes and by clouds."""
+    out = {}
+    for name, reason in found.obstacles.items():
+        words = [f"by planes {reason}"] if "planes" in by else []
+        if clouds is not None:
+            mine = [why for pair, why in clouds.obstacles.items() if name in pair]
+            words.append(f"by clouds {mine[0]}" if mine else "no pair of clouds holds it")
+        out[name] = "; ".join(words)
+    return out
+
+
 def _refuse_lost(
-    project: Project,
+    surveyed: Survey,
     scans: Sequence[StationScan],
     poses: Mapping[str, Pose],
     found: PlaneRegistration,
+    obstacles: Mapping[str, str],
     named: Named | None,
 ) -> None:
     """Say which stations nothing places, unless the survey itself observes them."""
     lost = [s for s in dict.fromkeys(scan.station for scan in scans) if s not in poses]
-    lost = [name for name in lost if name not in project.survey().stations]
+    lost = [name for name in lost if name not in surveyed.stations]
     if not lost:
         return
     name = lost[0]
-    reason = found.obstacles.get(name)
+    reason = obstacles.get(name)
     if reason is None:
         group = next(group for group in found.groups if name in group)
         reason = (
-            f"its planes join it to {', '.join(n for n in group if n != name)}, and nothing joins "
+            f"it hangs together with {', '.join(n for n in group if n != name)}, and nothing joins "
             "these to the rest"
         )
-    words = f"station {name} cannot be registered by planes: {reason}"
+    words = f"station {name} cannot be registered: {reason}"
     if named is not None:
         why = named.identification.unplaced.get(name, "it shows none")
-        words += f"; nor by targets: {why}"
+        words += f"; by targets: {why}"
     if len(lost) > 1:
         words += f" (and so for {', '.join(lost[1:6])}{' ...' * (len(lost) > 6)})"
     raise InputError(
@@ -171,55 +168,27 @@ def _refuse_lost(
     )
 
 
-def _observe(
-    survey: Survey,
-    stations: Sequence[Surroundings],
-    ties: PlaneTies,
-    poses: Mapping[str, Pose],
-    *,
-    framed: bool,
-) -> None:
-    """Stations, surfaces and their observations; with start values if the frame is the site's."""
-    for name, pose in poses.items():
-        if name not in survey.stations:
-            survey.station(name, source=f"scan {name}")
-        if framed:
-            known = survey.stations[name]
-            survey.stations[name] = replace(
-                known, translation=pose.translation, rotation=pose.rotation
-            )
-    if len(ties.surface) == 0:
-        return
-    names = [f"plane {k + 1}" for k in range(len(ties.normal))]
-    if framed:
-        for name, normal, offset in zip(names, ties.normal, ties.offset, strict=True):
-            survey.planes[name] = (normal, float(offset))
-    planes = {s.name: s.planes for s in stations}
-    rows = [(planes[name], k) for name, k in zip(ties.station, ties.number, strict=True)]
-    survey.add(
-        FittedPlanes,
-        values=np.zeros((len(rows), 3)),
-        covariance=np.array([p.covariance[k] for p, k in rows]),
-        station=list(ties.station),
-        plane=[names[k] for k in ties.surface],
-        normal=np.array([p.normal[k] for p, k in rows]),
-        centroid=np.array([p.center[k] for p, k in rows]),
-        source=[f"{p.scans[k]}: plane" for p, k in rows],
-    )
-
-
 def _sentences(
-    found: PlaneRegistration, ties: PlaneTies, poses: Mapping[str, Pose]
+    found: PlaneRegistration,
+    obstacles: Mapping[str, str],
+    ties: PlaneTies,
+    clouds: CloudPairs | None,
+    poses: Mapping[str, Pose],
 ) -> tuple[str, ...]:
-    """How planes joined the stations, what they left to others and what was not used."""
+    """What joined the stations, what was left to others and what was not used."""
     said = []
+    by = "planes and clouds" if clouds is not None and len(ties.normal) else "clouds"
+    by = "planes" if clouds is None else by
     for group in found.groups:
         if len(group) > 1:
             names = list(group)
-            said.append(f"planes join {', '.join(names[:-1])} and {names[-1]}")
-    for name, reason in found.obstacles.items():
+            said.append(f"{by} join {', '.join(names[:-1])} and {names[-1]}")
+    for name, reason in obstacles.items():
         how = "its targets place it" if name in poses else "other observations have to place it"
-        said.append(f"{name} is not registered by planes: {reason}; {how}")
+        said.append(f"{name} is not joined to the others: {reason}; {how}")
     said += found.sentences
-    said.append(f"{len(ties.normal)} surfaces are seen by two or more stations")
+    if clouds is not None:
+        said += clouds.sentences
+    if len(ties.normal):
+        said.append(f"{len(ties.normal)} surfaces are seen by two or more stations")
     return tuple(said)
