@@ -1,9 +1,12 @@
 """The command line: results for good input, one sentence and status 2 for bad input."""
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 
+import click
 import pytest
+import typer
 from typer.testing import CliRunner
 
 from tribrach.cli import app
@@ -221,3 +224,25 @@ def test_bad_projects(tmp_path: Path, file: str, old: str, new: str, words: str)
 def test_station_observed_by_nothing(tmp_path: Path) -> None:
     text = LEVEL_PROJECT + "\n[stations.S9]\nlevelled = true\n"
     assert "S9" in fails("run", level_project(tmp_path, project=text))
+
+
+def _helps(command: click.Command) -> Iterator[str]:
+    """Every text of help of a command and of those below it."""
+    yield command.help or ""
+    for parameter in command.params:
+        yield getattr(parameter, "help", None) or ""
+    for other in getattr(command, "commands", {}).values():
+        yield from _helps(other)
+
+
+def test_no_help_is_taken_for_markup() -> None:
+    """Units in brackets would vanish from what the terminal shows."""
+    for text in _helps(typer.main.get_command(app)):
+        assert "[" not in text, text
+
+
+def test_commands_are_listed_as_a_job_needs_them() -> None:
+    group = typer.main.get_command(app)
+    names = group.list_commands(click.Context(group))  # type: ignore[attr-defined]
+    assert names[:3] == ["run", "demo", "adjust"]
+    assert sorted(names) == sorted(group.commands)  # type: ignore[attr-defined]

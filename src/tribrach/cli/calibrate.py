@@ -21,7 +21,7 @@ __all__ = ["calibrate"]
 
 @app.command()
 def calibrate(
-    project: Annotated[Path, typer.Argument(help="The project file, with [calibration].")],
+    project: Annotated[Path, typer.Argument(help="The project file, with a section calibration.")],
     json_file: Annotated[Path | None, typer.Option("--json", help="Write it as JSON.")] = None,
     html_file: Annotated[
         Path | None, typer.Option("--html", help="Write a page with charts.")

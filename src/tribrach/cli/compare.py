@@ -45,7 +45,7 @@ def compare(
         typer.Option(help="The poses.json of the clouds; else the one in their folder."),
     ] = None,
     limit: Annotated[
-        float, typer.Option(min=1e-4, max=100, help="Longest distance that is compared [m].")
+        float, typer.Option(min=1e-4, max=100, help="Longest distance that is compared in metres.")
     ] = LIMIT,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write it as JSON.")] = None,
     html_file: Annotated[

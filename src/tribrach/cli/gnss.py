@@ -27,24 +27,28 @@ def baseline(
     rover: Annotated[Path, typer.Argument(help="Observations of the rover.")],
     navigation: Annotated[list[Path], typer.Argument(help="Broadcast orbits of the day.")],
     base_xyz: Annotated[str, typer.Option(help="X,Y,Z of the base mark, geocentric, metres.")],
-    mask: Annotated[float, typer.Option(min=0, max=60, help="Elevation mask [deg].")] = 15.0,
+    mask: Annotated[float, typer.Option(min=0, max=60, help="Elevation mask in degrees.")] = 15.0,
     frequencies: Annotated[int, typer.Option(min=1, max=3)] = 2,
     systems: Annotated[str, typer.Option(help="G GPS, R GLONASS, E Galileo, C BDS, J.")] = "GEJC",
     atmosphere: Annotated[
         bool, typer.Option(help="Models of troposphere and ionosphere; off for simulated data.")
     ] = True,
     base_height: Annotated[
-        float | None, typer.Option(help="Antenna over the base mark [m]; else as in the file.")
+        float | None,
+        typer.Option(help="Antenna over the base mark in metres; else as in the file."),
     ] = None,
     rover_height: Annotated[
-        float | None, typer.Option(help="Antenna over the rover mark [m]; else as in the file.")
+        float | None,
+        typer.Option(help="Antenna over the rover mark in metres; else as in the file."),
     ] = None,
     sigma_factor: Annotated[
         float | None, typer.Option(min=0.01, max=1000, help="Factor on formal sigmas.")
     ] = None,
     antex: Annotated[Path | None, typer.Option(help="ANTEX file of phase centres.")] = None,
     engine: Annotated[EngineName, typer.Option(help="RTKLIB as wheel or program.")] = "auto",
-    seconds: Annotated[float, typer.Option(min=1, help="Time limit of the engine [s].")] = 600.0,
+    seconds: Annotated[
+        float, typer.Option(min=1, help="Time limit of the engine in seconds.")
+    ] = 600.0,
     json_file: Annotated[
         Path | None, typer.Option("--json", help="Write the result as JSON.")
     ] = None,

@@ -21,7 +21,7 @@ __all__ = ["plan"]
 
 @app.command()
 def plan(
-    project: Annotated[Path, typer.Argument(help="The project file (TOML) with a section [plan].")],
+    project: Annotated[Path, typer.Argument(help="The project file (TOML) with a section plan.")],
     json_file: Annotated[Path | None, typer.Option("--json", help="Write it as JSON.")] = None,
     html_file: Annotated[
         Path | None, typer.Option("--html", help="Write a page with a map for the crew.")

@@ -90,19 +90,19 @@ def targets(
     scan: Annotated[Path, typer.Argument(help="A file of scans.")],
     sphere: Annotated[
         list[float] | None,
-        typer.Option(min=1e-3, max=10, help="Radius of spheres [m]; may be repeated."),
+        typer.Option(min=1e-3, max=10, help="Radius of spheres in metres; may be repeated."),
     ] = None,
     checkerboard: Annotated[
         list[float] | None,
-        typer.Option(min=1e-3, max=10, help="Side of checkerboards [m]; may be repeated."),
+        typer.Option(min=1e-3, max=10, help="Side of checkerboards in metres; may be repeated."),
     ] = None,
     disc: Annotated[
         list[float] | None,
-        typer.Option(min=1e-3, max=10, help="Radius of white discs [m]; may be repeated."),
+        typer.Option(min=1e-3, max=10, help="Radius of white discs in metres; may be repeated."),
     ] = None,
     origin: Annotated[
         tuple[float, float, float] | None,
-        typer.Option(help="Where the scanner stood in the coordinates of the file [m]."),
+        typer.Option(help="Where the scanner stood in the coordinates of the file in metres."),
     ] = None,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write it as JSON.")] = None,
     png_file: Annotated[

@@ -21,13 +21,32 @@ from rich.progress import (
     TextColumn,
     TimeElapsedColumn,
 )
+from typer.core import TyperGroup
 
 import tribrach
 from tribrach.errors import TribrachError
 
 __all__ = ["app", "fail", "guarded", "shown"]
 
+#: commands in the order of a job; others follow
+_ORDER = (
+    *("run", "demo", "adjust", "plan", "baseline", "targets", "register", "transform"),
+    *("calibrate", "check", "compare", "regress", "complete", "info", "convert", "simulate"),
+)
+
+
+class _Ordered(TyperGroup):
+    """Lists commands as a job needs them, not as they were imported."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Names of the commands."""
+        known = super().list_commands(ctx)
+        first = [name for name in _ORDER if name in known]
+        return first + [name for name in known if name not in first]
+
+
 app = typer.Typer(
+    cls=_Ordered,
     add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
