@@ -90,7 +90,13 @@ def test_closures_of_ghilani_by_hand(tmp_path: Path) -> None:
 def test_report_of_a_run(tmp_path: Path) -> None:
     result = RUN.invoke(app, ["run", str(ghilani(tmp_path, "v.csv"))])
     assert result.exit_code == 0, result.output
-    data = json.loads((tmp_path / "out" / "result.json").read_text())["gnss"]
+    found = json.loads((tmp_path / "out" / "result.json").read_text())
+    for name, xyz in ADJUSTED.items():
+        np.testing.assert_allclose(found["points"][name]["ecef"], xyz, atol=1e-4)
+        # the same uncertainty in any direction
+        traces = [np.trace(found["points"][name][k]) for k in ("covariance", "ecef_covariance")]
+        assert traces[0] == pytest.approx(traces[1], rel=1e-9)
+    data = found["gnss"]
     assert (data["frame"], data["epoch"]) == ("ITRF2014", 2010.0)
     largest = max(data["loops"], key=lambda loop: loop["size"])
     text = " ".join((tmp_path / "out" / "report.txt").read_text().split())
@@ -101,6 +107,29 @@ def test_report_of_a_run(tmp_path: Path) -> None:
     page = (tmp_path / "out" / "report.html").read_text()
     assert 'id="gnss-map"' in page
     assert "GNSS loops" in page
+
+
+def test_projected_coordinates_come_back(tmp_path: Path) -> None:
+    (tmp_path / "p.csv").write_text(
+        "point,easting_m,northing_m,height_m,role\nA,512345.678,5401234.567,312.345,fixed\n"
+        "B,512845.0,5401734.0,320.0,approximate\n"
+    )
+    (tmp_path / "v.csv").write_text(
+        "from,to,dx_m,dy_m,dz_m,sigma_dx_mm,sigma_dy_mm,sigma_dz_mm\n"
+        "A,B,-350.0,520.0,330.0,3,3,3\nB,A,350.001,-520.0,-330.0,3,3,3\n"
+    )
+    (tmp_path / "p.toml").write_text(
+        '[site]\ncrs = "EPSG:25832"\ngeoid_height_m = 48.2\n[[points]]\nfile = "p.csv"\n'
+        '[[observations]]\nfile = "v.csv"\n'
+    )
+    out = tmp_path / "r.json"
+    result = RUN.invoke(app, ["adjust", str(tmp_path / "p.toml"), "--json", str(out)])
+    assert result.exit_code == 0, result.output
+    points = json.loads(out.read_text())["points"]
+    np.testing.assert_allclose(points["A"]["projected"], [512345.678, 5401234.567, 312.345])
+    # the adjusted vector in ECEF is the mean of both, whatever the projection does
+    vector = np.subtract(points["B"]["ecef"], points["A"]["ecef"])
+    np.testing.assert_allclose(vector, [-350.0005, 520, 330], atol=1e-6)
 
 
 def test_adjust_takes_a_project(tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from tribrach.geodesy.epochs import Realisation
 from tribrach.geodesy.flatness import flat_warnings
 from tribrach.geodesy.geoid_grid import GeoidGrid
 from tribrach.geodesy.grid import Grid
+from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.geodesy.proj_grids import missing_grid_sentences, vertical_name
 from tribrach.geodesy.site import EllipsoidSite, FlatSite, ecef_from_geodetic
 from tribrach.geodesy.work_frame import WorkFrame
@@ -94,6 +95,8 @@ class Assembly:
             self.survey.info["crs"] = site.crs
             if site.kind == "projected":
                 self.survey.warnings += missing_grid_sentences(site.crs)
+        if self.context.frame.grid is not None:
+            self.survey.info["grid"] = OutputFrame(self.context.frame, "projected", site.crs)
         if self.job is not None or site.epoch is not None:
             name, epoch = (
                 (site.frame, site.epoch) if self.job is None else (self.job.frame, self.job.epoch)

@@ -174,15 +174,24 @@ class Chapters:
         return Column(head, "mm²"), cell
 
     def geodetic(self) -> Table:
-        """Latitude, longitude and height where the site knows them."""
+        """Latitude, longitude and height, geocentric and projected coordinates of known sites."""
         columns: list[Spec] = [
             self.columns.word("Point", "name"),
             (Column("latitude", "° ′ ″"), lambda p: _dms(p.geodetic[0])),
             (Column("longitude", "° ′ ″"), lambda p: _dms(p.geodetic[1])),
             self.columns.metres("ellipsoidal height", lambda p: p.geodetic[2]),
+            *(self.columns.metres(name, _part("ecef", k)) for k, name in enumerate("XYZ")),
+            *(
+                self.columns.metres(name, _part("projected", k))
+                for k, name in enumerate(("easting", "northing", "height"))
+            ),
         ]
+        note = (
+            "X, Y, Z are geocentric; easting, northing and height are those of the site's grid. "
+            "All are at the epoch of the reference system, where it has one."
+        )
         rows = [p for p in self.content.points if p.geodetic]
-        return build_table("geodetic", "Geodetic coordinates", "", rows, columns, most=self.most)
+        return build_table("geodetic", "Geodetic coordinates", note, rows, columns, most=self.most)
 
     def stations(self) -> Table:
         """Scanner stations with attitude."""
@@ -300,6 +309,16 @@ def _semi_axis(k: int) -> Callable[[Point], float | None]:
 
 def _group(k: KindCount) -> str:
     return "" if k.group == k.kind else k.group
+
+
+def _part(name: str, k: int) -> Callable[[Point], float | None]:
+    """One of three coordinates of a point, None where it has none of that kind."""
+
+    def get(point: Point) -> float | None:
+        found: tuple[float, ...] | None = getattr(point, name)
+        return None if found is None else found[k]
+
+    return get
 
 
 def _dms(value: float) -> Cell:

@@ -139,7 +139,8 @@ class Point:
 
     xyz : E, N, U [m], None where the network has no such coordinate; sigma (3,), None where
     held; covariance 3x3 [m^2]; ellipse, height interval (half width) and ellipsoid at the
-    confidence; geodetic latitude, longitude [rad] and height [m] where the site knows them.
+    confidence; where the site knows them geodetic latitude, longitude [rad] and height [m], ecef
+    [m] with its covariance 3x3 [m^2], projected easting, northing and height [m] of its grid.
     """
 
     name: str
@@ -151,6 +152,9 @@ class Point:
     height_interval: Number = None
     ellipsoid: Ellipsoid | None = None
     geodetic: tuple[float, float, float] | None = None
+    ecef: tuple[float, float, float] | None = None
+    ecef_covariance: Matrix | None = None
+    projected: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True)

@@ -97,7 +97,9 @@ def _sigma0(content: Content) -> dict[str, Any]:
 
 def _point(point: Point) -> dict[str, Any]:
     out = {"xyz": point.xyz, "covariance": point.covariance, "role": point.role}
-    return out | ({"geodetic": point.geodetic} if point.geodetic else {})
+    further = ("geodetic", "ecef", "ecef_covariance", "projected")
+    known = {key: getattr(point, key) for key in further}
+    return out | {key: value for key, value in known.items() if value is not None}
 
 
 def _stations(content: Content) -> dict[str, Any]:

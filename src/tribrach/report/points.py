@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.ellipsoids import confidence_factor, plan_ellipses, principal_axes
@@ -101,7 +102,7 @@ def points(
     xyz = np.where(used_axes(adjustment), adjustment.state.points, np.nan)
     sigma = sigmas(covariances[: len(names)]) if names else np.zeros((0, 3))
     roles = _roles(adjustment)
-    geodetic = _geodetic(adjustment)
+    places = _places(adjustment, covariances)
     return tuple(
         Point(
             name=name,
@@ -112,18 +113,33 @@ def points(
             ellipse=uncertainty.ellipse(i),
             height_interval=uncertainty.height(i),
             ellipsoid=uncertainty.ellipsoid(i),
-            geodetic=geodetic[i] if geodetic else None,
+            **{key: found[i] for key, found in places.items()},
         )
         for i, name in enumerate(names)
     )
 
 
-def _geodetic(adjustment: Adjustment) -> list[tuple[float, float, float]]:
-    """Latitude, longitude [rad], height [m] of the points on a site that knows them."""
+def _places(adjustment: Adjustment, covariances: Array) -> dict[str, list[Any]]:
+    """Coordinates of all points in the other systems that the site knows, by field."""
     site, x = adjustment.network.site, adjustment.state.points
     if not isinstance(site, EllipsoidSite) or len(x) == 0:
-        return []
-    return [(float(a), float(b), float(c)) for a, b, c in site.geodetic(x)]
+        return {}
+    turn = site.w_from_ecef
+    turned = turn.T @ covariances[: len(x)] @ turn
+    found: dict[str, list[Any]] = {
+        "geodetic": [_three(row) for row in site.geodetic(x)],
+        "ecef": [_three(row) for row in site.to_ecef(x)],
+        "ecef_covariance": [matrix(block) for block in turned],
+    }
+    grid = adjustment.network.info.get("grid")
+    if isinstance(grid, OutputFrame):
+        found["projected"] = [_three(row) for row in grid.from_work(x)]
+    return found
+
+
+def _three(row: Array) -> tuple[float, float, float]:
+    a, b, c = row.tolist()
+    return a, b, c
 
 
 def _roles(adjustment: Adjustment) -> dict[str, Role]:
