@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import re
+import tokenize
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -143,7 +144,7 @@ def _joint(path: Path, stations: tuple[str, ...]) -> Array:
             file=path,
             cure=cure,
         ) from error
-    except (ValueError, SyntaxError, EOFError) as error:
+    except (ValueError, SyntaxError, EOFError, tokenize.TokenError) as error:
         what = f"the file is no joint covariance of {len(stations)} stations"
         raise InputError(what, file=path, cure=cure) from error
     if not np.isfinite(values).all():

@@ -44,7 +44,7 @@ PLACES = {
     "S3": ((1060.9, 2031.8, FLOOR + 1.78), -1.3),
     "S4": ((1058.2, 2010.6, FLOOR + 1.69), 3.0),
 }
-NOISE = ScanNoise(0.0012, 1e-5, 8 * SEC, 8 * SEC, 0.0035, 0.00023)
+NOISE = ScanNoise(0.002, 1e-5, 8 * SEC, 8 * SEC, 0.0035, 0.00023)
 LEVELLING = 3 * SEC
 FINE_STEP = 0.0004
 #: test sites: along the eastern facade and height [m]; their radius [m], who scans them, how finely
@@ -95,7 +95,7 @@ refraction = 0.13
 levelling_mm_per_sqrt_km = 1.0
 
 [instruments.scanner]
-range_mm = 1.2
+range_mm = 2.0
 range_ppm = 10.0
 scan_angle_arcsec = 8.0
 beam_exit_mm = 3.5
