@@ -94,6 +94,16 @@ def test_rooms_without_a_door_do_not_overlap() -> None:
     assert "S1 and S2" in found.sentences[0]
 
 
+def test_scans_that_nobody_levelled() -> None:
+    """Leaning by up to 28 degrees."""
+    scans, poses = scanned(yard(), ((-4.0, 3.0, 0.3), (5.0, -2.0, 2.5)), tilt=0.5)
+    found = register_pair(*scans)
+    assert found.fit is not None, found.sentences
+    shift, turn = error(found.fit.pose, poses[0].inverse @ poses[1])
+    assert shift < 5e-4
+    assert turn < np.radians(0.005)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2, 8))
 def test_no_pose_is_confidently_wrong(seed: int) -> None:

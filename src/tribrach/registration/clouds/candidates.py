@@ -52,7 +52,7 @@ def judged(
     for pose, origin in proposed:
         if any(_same(c.pose, pose, size) for c in looked):
             continue
-        moved = align(few[0], few[1], pose, [k * size for k in _FIRST], steps=5).pose
+        moved = align(few[0], few[1], pose, [k * size for k in _FIRST], steps=3).pose
         if any(_same(c.pose, moved, size) for c in looked):
             continue
         looked.append(_candidate(a, b, moved, origin, size))

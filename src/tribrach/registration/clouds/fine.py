@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 from pykdtree.kdtree import KDTree
 
@@ -140,6 +140,7 @@ class _Pairs:
         self.forward = np.empty(0, dtype=bool)
         self._pose: Pose | None = None
         self._gate = np.inf
+        self._sigmas = [(_sigma(x.surfels), x.surfels.sigma_normal) for x in (a, b)]
         self._small = float(min(np.median(x.surfels.size) for x in (a, b)))
         self._reach = float(np.linalg.norm(np.quantile(np.abs(b.surfels.center), 0.8, axis=0)))
 
@@ -164,8 +165,8 @@ class _Pairs:
         """The comparison at a pose."""
         s, t = self.a.surfels, self.b.surfels
         table = _compared(
-            (s.center, s.normal, _sigma(s), s.sigma_normal),
-            (t.center, t.normal, _sigma(t), t.sigma_normal),
+            (s.center, s.normal, *self._sigmas[0]),
+            (t.center, t.normal, *self._sigmas[1]),
             (self.first, self.second, self.forward),
             (pose.rotation, pose.translation),
         )
@@ -199,32 +200,34 @@ def _nearest(reference: Indexed, surfels: Surfels, pose: Pose, gate: float) -> I
     return np.where(np.isfinite(far) & alike & (far < reach), index, -1)
 
 
-@njit(cache=True, parallel=True, nogil=True)
+@njit(cache=True, nogil=True)
 def _compared(s, t, pairs, pose):  # type: ignore[no-untyped-def]
     """Point, normal, residual and its sigma (n, 8) of each match, in the frame of a."""
     first, second, forward = pairs
-    rotation, translation = pose
+    r, shift = pose
     out = np.empty((len(first), 8))
-    for n in prange(len(first)):
+    p = np.empty(3)
+    normal = np.empty(3)
+    for n in range(len(first)):
         i, j = first[n], second[n]
-        p = rotation @ t[0][j] + translation
-        q = s[0][i]
-        if forward[n]:
-            normal, tilt = s[1][i], s[3][i]
-        else:
-            normal, tilt = rotation @ t[1][j], t[3][j]
-        r = 0.0
-        square = 0.0
+        c, m = t[0][j], t[1][j]
+        residual, square = 0.0, 0.0
         for k in range(3):
-            r += normal[k] * (p[k] - q[k])
-            square += (p[k] - q[k]) ** 2
-        along = max(square - r * r, 0.0)
-        out[n, :3] = p if forward[n] else q
-        out[n, 3:6] = normal
-        out[n, 6] = r
+            p[k] = r[k, 0] * c[0] + r[k, 1] * c[1] + r[k, 2] * c[2] + shift[k]
+            if forward[n]:
+                normal[k] = s[1][i, k]
+            else:
+                normal[k] = r[k, 0] * m[0] + r[k, 1] * m[1] + r[k, 2] * m[2]
+            off = p[k] - s[0][i, k]
+            residual += normal[k] * off
+            square += off * off
+            out[n, k] = p[k] if forward[n] else s[0][i, k]
+            out[n, 3 + k] = normal[k]
+        tilt = s[3][i] if forward[n] else t[3][j]
+        along = max(square - residual * residual, 0.0)
+        out[n, 6] = residual
         # the weaker axis of the plane counts by half: the point lies anywhere around its middle
-        variance = s[2][i] ** 2 + t[2][j] ** 2 + 0.5 * along * tilt**2
-        out[n, 7] = np.sqrt(variance)
+        out[n, 7] = np.sqrt(s[2][i] ** 2 + t[2][j] ** 2 + 0.5 * along * tilt**2)
     return out
 
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from tribrach.geometry.pose import Pose
 from tribrach.registration.clouds.candidates import GIVEN, Candidate, apart, judged
 from tribrach.registration.clouds.fine import Alignment, align
+from tribrach.registration.clouds.kiss import kiss_pose
 from tribrach.registration.clouds.plan_search import plan_poses
 from tribrach.registration.clouds.prepared import PreparedScan
 from tribrach.registration.clouds.relative_covariance import (
@@ -85,20 +86,20 @@ def register_pair(
     prior: Pose | None = None,
     *,
     floor: tuple[float, float] = FLOOR,
-    further: Sequence[tuple[Pose, str]] = (),
 ) -> CloudPair:
     """The pose of b in a without approximate values.
 
     prior : an approximate pose of b in a; it is one proposal among others, decides between places
     that fit alike, and is said to be wrong if it is; floor : sigmas [m], [rad] of what residuals
-    never show; further : proposals of other methods with their names.
+    never show.
     """
     proposed = [] if prior is None else [(prior, GIVEN)]
-    proposed += [*further, *((p, "plan") for p in plan_poses(a.coarse.surfels, b.coarse.surfels))]
-    candidates = [c for c in judged(a, b, proposed) if _possible(c.verdict)]
-    some = candidates[:_FITTED] + [c for c in candidates[_FITTED:] if c.origin == GIVEN]
-    fits = [f for f in (_fitted(a, b, c, floor) for c in some) if f is not None]
-    fits = sorted((f for f in fits if _possible(f.verdict)), key=lambda f: -f.verdict.score)
+    proposed += [(p, "plan") for p in plan_poses(a.coarse.surfels, b.coarse.surfels)]
+    fits = _fits(a, b, proposed, floor)
+    if not fits or not _consistent(fits[0].verdict):
+        matched = kiss_pose(a.coarse.surfels, b.coarse.surfels)
+        fits += [] if matched is None else _fits(a, b, [(matched, "kiss-matcher")], floor)
+        fits.sort(key=lambda f: -f.verdict.score)
     if not fits:
         return CloudPair(a.name, b.name, None, (), (_no_overlap(a.name, b.name),))
     best = fits[0] if prior is None else _nearest(fits, prior)
@@ -120,6 +121,19 @@ def register_pair(
     if prior is not None:
         sentences += _prior_sentences(a.name, b.name, best.pose, prior)
     return CloudPair(a.name, b.name, best, (), tuple(sentences))
+
+
+def _fits(
+    a: PreparedScan,
+    b: PreparedScan,
+    proposed: Sequence[tuple[Pose, str]],
+    floor: tuple[float, float],
+) -> list[Fit]:
+    """Proposals with all surfels, those with enough overlap, the best first."""
+    candidates = [c for c in judged(a, b, proposed) if _possible(c.verdict)]
+    some = candidates[:_FITTED] + [c for c in candidates[_FITTED:] if c.origin == GIVEN]
+    fits = [f for f in (_fitted(a, b, c, floor) for c in some) if f is not None]
+    return sorted((f for f in fits if _possible(f.verdict)), key=lambda f: -f.verdict.score)
 
 
 def _fitted(

@@ -34,13 +34,47 @@ _FINEST, _COARSEST = np.radians(1.0), np.radians(3.0)
 _SAME_CELLS, _SAME_STEPS = 3.0, 2.5
 #: normals: of walls below, of floors and ceilings above [sine of the slope]
 _WALL, _LEVEL = 0.5, 0.9
+#: floors lean by so much, no more and no less; their surfaces are alike within this [rad]
+_LEAST_TILT, _MOST_TILT, _ALIKE = np.radians(3.0), np.radians(60.0), np.radians(4.0)
 #: width of the classes of differences of height [m]
 _CLASS = 0.15
 _MOST_LEVEL = 20_000
 
 
 def plan_poses(a: Surfels, b: Surfels, kept: int = _KEPT) -> list[Pose]:
-    """Poses of b in a that are worth a look, the best correlation first; none without walls."""
+    """Poses of b in a that are worth a look, the best correlation first; none without walls.
+
+    Scans are taken as upright, and once more levelled by what seems to be their floor, if that
+    leans by more than three degrees.
+    """
+    out = _upright_poses(a, b, kept)
+    level = [_levelling(x) for x in (a, b)]
+    if level[0] is None and level[1] is None:
+        return out
+    one, two = (Pose.identity() if x is None else x for x in level)
+    poses = _upright_poses(a.placed(one), b.placed(two), kept)
+    return out + [one.inverse @ pose @ two for pose in poses]
+
+
+def _levelling(s: Surfels) -> Pose | None:
+    """The turn that makes the largest set of upward surfaces level; None if it is, or has none."""
+    up = s.subset(s.normal[:, 2] > np.cos(_MOST_TILT))
+    if len(up) < 20:
+        return None
+    seeds = up.normal[:: max(1, len(up) // 300)]
+    near = seeds @ up.normal.T > np.cos(_ALIKE)
+    best = int(np.argmax(near @ up.area))
+    floor = up.area[near[best]] @ up.normal[near[best]]
+    floor /= np.linalg.norm(floor)
+    lean = float(np.arccos(np.clip(floor[2], -1, 1)))
+    if lean < _LEAST_TILT:
+        return None
+    axis = np.cross(floor, [0.0, 0.0, 1.0])
+    return Pose(exp(lean * axis / np.linalg.norm(axis)), np.zeros(3))
+
+
+def _upright_poses(a: Surfels, b: Surfels, kept: int) -> list[Pose]:
+    """The same for scans whose z axes are upright."""
     walls = [x.subset(np.abs(x.normal[:, 2]) < _WALL) for x in (a, b)]
     if min(map(len, walls)) < 20:
         return []
