@@ -31,7 +31,7 @@ from tribrach.network.calibrated import StationModel, calibrate_survey
 from tribrach.network.calibration_correlations import calibration_correlations
 from tribrach.network.calibration_tests import omitted_parameters
 from tribrach.network.datum_effects import datum_effects
-from tribrach.network.estimability import propose
+from tribrach.network.estimability import estimability, propose
 from tribrach.network.network import Datum, Network
 from tribrach.network.observations.polar import ScannerPolar
 from tribrach.network.self_calibration import calibration_names
@@ -96,7 +96,8 @@ def run(stations: int, targets: int) -> dict[str, Any]:
         sp.csc_array(sp.csr_array(design.T) @ design)
 
     timed("(one linearisation)", linearised)
-    timed("estimability", lambda: propose(network, state, names))
+    timed("open combinations", lambda: estimability(network, state))
+    timed("proposal of parameters", lambda: propose(network, state, names))
     adjustment = timed("adjustment", lambda: adjust(network))
     timed("tests of other parameters", lambda: omitted_parameters(adjustment, NIST))
     timed("correlations", lambda: calibration_correlations(adjustment, names))

@@ -10,6 +10,7 @@ import numpy as np
 from tribrach.errors import InputError
 from tribrach.instruments.calibration import NIST
 from tribrach.io.calibration_file import Calibration
+from tribrach.network.network import Datum, Network
 from tribrach.network.self_calibration import SelfCalibration, Wishes, calibrate
 from tribrach.project.calibrations import Calibrations
 from tribrach.report.calibration_words import datum_words
@@ -25,6 +26,8 @@ def calibrate_project(
     project: Project, progress: Progress, *, reduce: bool = False
 ) -> SelfCalibration:
     """Calibrate the scanner of a project; reduce : leave out what cannot be separated.
+
+    Without control and without a datum of its own the project has inner constraints.
 
     Raises
     ------
@@ -48,8 +51,16 @@ def calibrate_project(
         back=section.scanner == "panoramic",
         snoop=project.adjustment.snoop,
     )
-    models = [NIST]
-    return calibrate(project.network(further), wishes, models)
+    network = project.network(further)
+    if "datum" not in project.model_fields_set and not _has_control(network):
+        network = network.with_datum(Datum("free"))
+    return calibrate(network, wishes, [NIST])
+
+
+def _has_control(network: Network) -> bool:
+    """True if any coordinate is given as control or held."""
+    points = network.free[: 3 * network.start.layout.count("point")]
+    return not points.all() or any(o.group == "control" for o in network.observations)
 
 
 def calibration_of(project: Project, found: SelfCalibration) -> Calibration:
