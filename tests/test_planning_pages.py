@@ -1,0 +1,83 @@
+"""The pages on planning and on the field check, run as they stand."""
+
+import json
+import re
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from tests.cli.test_check_cli import polar_table
+from tests.instruments.field_surveys import readings
+from tribrach.cli import app
+from tribrach.io.survey.csv_planned import PLANNED
+from tribrach.network.planning import CRITERIA
+from tribrach.project.plan_section import PlanSection, SceneBody
+
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+RUN = CliRunner()
+
+
+def page(name: str) -> str:
+    return (DOCS / f"{name}.md").read_text()
+
+
+def commands(name: str) -> list[list[str]]:
+    found = re.findall(r"^```(\w*)\n(.*?)^```$", page(name), re.DOTALL | re.MULTILINE)
+    lines = [line for language, block in found if not language for line in block.splitlines()]
+    return [shlex.split(line)[1:] for line in lines if line.startswith("tribrach")]
+
+
+def files(name: str, folder: Path) -> None:
+    """Every block that follows the name of a file is that file."""
+    text = page(name)
+    for file, block in re.findall(r"`(\w+\.\w+)`[^`]*?:\n\n```\w+\n(.*?)^```$", text, re.S | re.M):
+        (folder / file).write_text(block)
+
+
+def test_the_plan_of_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    files("planning", tmp_path)
+    assert {p.name for p in tmp_path.iterdir()} == {"hall.toml", "targets.csv", "stations.csv"}
+    monkeypatch.chdir(tmp_path)
+    (call,) = commands("planning")
+    result = RUN.invoke(app, call)
+    assert result.exit_code == 0, result.output
+    plan = json.loads((tmp_path / "plan.json").read_text())
+    assert plan["criterion"]["points"] == ["A", "B"]
+    # the machine hides something from somebody
+    assert len(plan["sights"]) < 2 * len(plan["points"])
+    assert 1 <= len(plan["proposals"]) <= 2
+    assert (tmp_path / "plan.html").is_file()
+    assert (tmp_path / "plan.txt").is_file()
+
+
+def test_the_checks_of_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    given = readings(np.random.default_rng(3), series=("1", "2", "3"))
+    table = polar_table(given)
+    header = re.search(r"```csv\n(.*)\n", page("field_check"))
+    assert header is not None
+    assert table.startswith(header.group(1))
+    (tmp_path / "targets.csv").write_text(table)
+    monkeypatch.chdir(tmp_path)
+    first, second = commands("field_check")
+    for call in (first, second):
+        result = RUN.invoke(app, call)
+        assert result.exit_code == 0, result.output
+    assert "Against targets.csv" in result.output
+
+
+def words_of(name: str) -> set[str]:
+    """What stands in backticks outside of blocks."""
+    text = re.sub(r"^```.*?^```$", "", page(name), flags=re.DOTALL | re.MULTILINE)
+    return set(re.findall(r"`([^`]+)`", text))
+
+
+def test_kinds_criteria_and_keys_are_listed() -> None:
+    words = words_of("planning")
+    assert set(CRITERIA) <= words
+    assert set(PLANNED) - {"direction", "zenith", "slope_distance"} <= words
+    listed = words_of("project") | {"scene"}  # as [[plan.scene]]
+    for model in (PlanSection, SceneBody):
+        assert set(model.model_fields) - {"kind"} <= listed, model.__name__
