@@ -156,7 +156,7 @@ def test_what_planes_do_not_hold_is_refused_with_its_sentence(tmp_path, scene, p
     file = write(tmp_path, scene, poses, 0.016)
     with pytest.raises(InputError, match=words) as caught:
         pipeline.run(Project.load(file), tmp_path / "out")
-    assert "cannot be registered by planes" in caught.value.what
+    assert "cannot be registered: by planes" in caught.value.what
     assert not (tmp_path / "out" / "report.html").exists()
 
 
