@@ -124,6 +124,8 @@ def run(
     settings = Settings(
         wish.snoop, wish.robust, wish.vce, wish.posterior, project.confidence, project.output.angle
     )
+    if project.gnss.sessions and project.scans:
+        project.survey(progress=progress)  # baselines show their progress, and are kept
     work = find_and_name(project, folder, progress) if project.scans else None
     further = None if work is None else work.registered.survey
     survey = project.survey(further, progress)

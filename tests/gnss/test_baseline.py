@@ -73,6 +73,21 @@ def test_simulated_receivers(shared_data: Path) -> None:
     assert error @ np.linalg.solve(found.covariance, error) < chi2.ppf(0.95, 3)
 
 
+@needs_engine
+@pytest.mark.data
+def test_hatanaka_files_give_the_same_baseline(shared_data: Path, tmp_path: Path) -> None:
+    hatanaka = pytest.importorskip("hatanaka")
+    base, rover, orbits = geonet(shared_data)
+    packed = []
+    for path in (base, rover):
+        packed.append(tmp_path / f"{path.stem}.05d.gz")
+        packed[-1].write_bytes(gzip.compress(hatanaka.rnx2crx(path.read_bytes())))
+    one = compute_baseline(base, rover, orbits, BASE_3040)
+    two = compute_baseline(*packed, orbits, BASE_3040)
+    np.testing.assert_allclose(one.rover, two.rover, atol=1.1e-4)
+    assert two.epochs == 115
+
+
 @pytest.mark.data
 def test_engines_agree(shared_data: Path) -> None:
     if len(engines()) < 2:

@@ -210,6 +210,12 @@ def test_baselines_are_computed_once(tmp_path: Path, monkeypatch: pytest.MonkeyP
             "in m, not mm",
         ),
         ('frame = "ITRF2014"\nepoch = 2021.2', "curvature_radius_m = 6.4e6", "site is flat"),
+        (
+            'frame = "ITRF2014"\nepoch = 2021.2',
+            'kind = "flat"\nframe = "ITRF2014"\nepoch = 2021.2',
+            "ellipsoid, and the site is flat",
+        ),
+        ("[gnss]", '[[observations]]\nfile = "n.gkf"\nepoch = 2000.0\n[gnss]', "says nothing"),
         ("two_B.obs", "two_X.obs", "cannot be read"),
     ],
 )
@@ -221,6 +227,7 @@ def test_wrong_projects_end_in_a_sentence(
     path = tmp_path / "p.toml"
     assert old in PROJECT
     path.write_text(PROJECT.replace(old, new))
+    (tmp_path / "n.gkf").write_text("<gama-local/>")
     if "flat" in words:
         (tmp_path / "control.csv").write_text("point,e_m,n_m,u_m\nA,0,0,0\n")
     with pytest.raises(InputError, match=words):

@@ -48,6 +48,8 @@ if TYPE_CHECKING:
 __all__ = ["Assembly"]
 
 Array = NDArray[np.float64]
+#: keys of files whose coordinates have a frame and an epoch
+GNSS_KEYS = {*EpochKeys.model_fields, "point", "base", "sigma_factor"}
 
 
 class Assembly:
@@ -179,9 +181,17 @@ class Assembly:
     ) -> Callable[[Array], Array] | None:
         """What takes coordinates of a file to the frame and epoch of the site."""
         try:
-            return mover(part, self.job)
+            found = mover(part, self.job)
         except InputError as error:
             raise self.error(keys, error.what, error.cure) from error
+        if found is not None and not isinstance(self.context.frame.site, EllipsoidSite):
+            raise self.error(
+                keys,
+                "coordinates of another frame or epoch need a place on the ellipsoid, and the site "
+                "is flat",
+                "give the site latitude_deg and longitude_deg, a crs, or a frame",
+            )
+        return found
 
     def _observations(self, k: int, entry: ObservationFile) -> Survey:
         """One entry of observations."""
@@ -202,6 +212,12 @@ class Assembly:
             return totalstation.read(paths, precision, alone=alone, site=site, known=known)
         if set(kinds) == {"gnss"}:
             return self._gnss_files(k, entry, paths)
+        if stray := entry.model_fields_set & GNSS_KEYS:
+            raise self.error(
+                ("observations", k, min(stray)),
+                f"{min(stray)} says nothing about {entry.names[0]}",
+                "it belongs to CSV files of GNSS positions, and to pos, snx and gvx files",
+            )
         survey = read_files(paths, entry.format)
         if survey.site != FlatSite() and self.project.site.model_fields_set:
             raise self.error(
