@@ -103,3 +103,33 @@ def test_empty_result_on_clutter():
     xyz = np.random.default_rng(5).normal(size=(5000, 3)) * 3 + [0, 0, 0.1]
     planes, _ = find_planes(xyz, organise(xyz), sigma_range=SIGMA, sigma_angle=ANGLE)
     assert planes == []
+
+
+def test_waves_of_a_surface_count_as_few_points():
+    """Waves of 1 mm and 1.5 m length: the stated covariance holds, that of white noise does not."""
+    d, row, column = directions((-0.5, 0.5), (1.25, 1.9), 8e-3)
+    rng, total, count, white = np.random.default_rng(6), 0.0, 0, 0.0
+    wall = np.array([8.0, 30.0, 30.0])
+    for _ in range(30):
+        r = room(d, -wall, wall)
+        xyz = d * r[:, None]
+        phase = rng.uniform(0, 2 * np.pi, 12)
+        turn = rng.uniform(0, 2 * np.pi, 12)
+        wave = np.cos(
+            2 * np.pi / 1.5 * (xyz[:, 1:2] * np.cos(turn) + xyz[:, 2:] * np.sin(turn)) + phase
+        )
+        r = r + 1e-3 / np.sqrt(6) * wave.sum(axis=1)
+        xyz = scan(d, [r], rng, 5e-4, 1e-6)
+        planes, _ = find_planes(
+            xyz, organise(xyz, row, column), sigma_range=5e-4, sigma_angle=1e-6, floor=0.0
+        )
+        plane = planes[0]
+        e = np.array(
+            [*(plane.tangents @ (plane.normal + np.array([1.0, 0, 0]))), 8.0 - plane.center[0]]
+        )
+        square = e @ np.linalg.solve(plane.covariance, e)
+        total, count = total + square, count + 3
+        share = plane.detection.facts["effective_points"] / plane.detection.inliers
+        white += square / share
+    assert total < chi2.ppf(0.9999, count)
+    assert white > 3 * chi2.ppf(0.9999, count)

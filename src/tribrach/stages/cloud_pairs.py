@@ -132,7 +132,7 @@ class _Clouds:
 def _facts(clouds: _Clouds, state: State, a: str, b: str) -> dict[str, Any]:
     """What became of a pair, from the last run if nothing changed."""
     sources = [
-        [state.file_digest(s.scan.path), s.scan.name] for n in (a, b) for s in clouds.stations[n]
+        [state.file_digest(s.scan.path), s.mark] for n in (a, b) for s in clouds.stations[n]
     ]
     key = digest("cloud pair", _METHOD, sources)
     product = f"clouds-{a}-{b}"
