@@ -29,8 +29,8 @@ from tribrach.report import html, json_result, text
 from tribrach.report.build import build
 from tribrach.report.content import Content
 from tribrach.stages.antennas import add_antennas
-from tribrach.stages.gnss_chapter import gnss_chapter
 from tribrach.stages.georeferencing_chapter import add_georeferencing
+from tribrach.stages.gnss_chapter import gnss_chapter
 from tribrach.stages.instruments import instrument_figures
 from tribrach.stages.registration_chapter import add_registration
 from tribrach.stages.survey_run import Progress, compare, find_and_name, georeference
