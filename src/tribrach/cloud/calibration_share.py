@@ -8,10 +8,10 @@ and poses of one network are correlated, so the sum may be smaller than either p
 from __future__ import annotations
 
 import numpy as np
+from numba import njit, prange
 from numpy.typing import NDArray
 
 from tribrach.cloud.placement import Placement
-from tribrach.geometry.rotation import skew
 
 __all__ = ["share_of"]
 
@@ -19,7 +19,6 @@ Array = NDArray[np.float64]
 
 #: points whose derivatives are in memory at a time
 _BLOCK = 50_000
-_ELEMENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
 def share_of(xyz: Array, placement: Placement) -> Array:
@@ -34,16 +33,43 @@ def share_of(xyz: Array, placement: Placement) -> Array:
     share = placement.calibration
     if share is None:
         raise ValueError("the scan was not corrected")
-    turn = placement.pose.rotation
+    turn = np.ascontiguousarray(placement.pose.rotation)
+    half = np.ascontiguousarray(share.own / 2)
+    cross = np.ascontiguousarray(share.cross)
     out = np.empty((len(xyz), 6))
     for first in range(0, len(xyz), _BLOCK):
-        part = xyz[first : first + _BLOCK]
-        by_c = turn @ share.correction.jacobian(part)
-        # J_geo C_gc without forming [I | -[R x]x]
-        geo = share.cross[:3] - skew(part @ turn.T) @ share.cross[3:]
-        left = by_c @ (share.own / 2) + geo
-        for k, (i, j) in enumerate(_ELEMENTS):
-            one = np.einsum("nk,nk->n", left[:, i], by_c[:, j])
-            other = np.einsum("nk,nk->n", left[:, j], by_c[:, i])
-            out[first : first + _BLOCK, k] = one + other
+        part = slice(first, first + _BLOCK)
+        by_polar, columns = share.correction.factors(xyz[part])
+        _add_up(by_polar, columns, xyz[part] @ turn.T, turn, half, cross, out[part])
     return out
+
+
+@njit(cache=True, fastmath=True, parallel=True)
+def _add_up(by_polar, columns, arm, turn, half, cross, out):  # type: ignore[no-untyped-def]
+    """``A B^T + B A^T``: ``B = R by_polar columns``, ``A = B half + [I | -[arm]x] cross``."""
+    k = columns.shape[2]
+    for n in prange(len(columns)):
+        b = np.zeros((3, k))
+        a = np.empty((3, k))
+        for i in range(3):
+            for j in range(3):
+                whole = 0.0
+                for q in range(3):
+                    whole += turn[i, q] * by_polar[n, q, j]
+                for m in range(k):
+                    b[i, m] += whole * columns[n, j, m]
+        for i in range(3):
+            i1, i2 = (i + 1) % 3, (i + 2) % 3
+            for m in range(k):
+                # row i of -[p]x has p[i2] at column i1 and -p[i1] at column i2
+                value = cross[i, m] + arm[n, i2] * cross[3 + i1, m] - arm[n, i1] * cross[3 + i2, m]
+                for q in range(k):
+                    value += b[i, q] * half[q, m]
+                a[i, m] = value
+        for e in range(6):
+            i = e if e < 3 else (0 if e < 5 else 1)
+            j = e if e < 3 else (1 if e == 3 else 2)
+            total = 0.0
+            for m in range(k):
+                total += a[i, m] * b[j, m] + a[j, m] * b[i, m]
+            out[n, e] = total

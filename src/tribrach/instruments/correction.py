@@ -71,11 +71,15 @@ class Correction:
 
     def jacobian(self, xyz: Array) -> Array:
         """Derivatives (n, 3, k) of corrected points by the parameters."""
+        by_polar, columns = self.factors(xyz)
+        out: Array = by_polar @ columns
+        return out
+
+    def factors(self, xyz: Array) -> tuple[Array, Array]:
+        """Derivatives (n, 3, 3) by range and angles, and columns (n, 3, k) of these."""
         polar = polar_from_xyz(xyz)
         r, h, v = _limited(polar).T
-        b = self.model.columns(r, h, v, self.face(polar[:, 1]))
-        out: Array = xyz_by_polar(polar) @ b
-        return out
+        return xyz_by_polar(polar), self.model.columns(r, h, v, self.face(polar[:, 1]))
 
 
 def _limited(polar: Array) -> Array:
