@@ -30,9 +30,10 @@ def baseline(
     mask: Annotated[float, typer.Option(min=0, max=60, help="Elevation mask in degrees.")] = 15.0,
     frequencies: Annotated[int, typer.Option(min=1, max=3)] = 2,
     systems: Annotated[str, typer.Option(help="G GPS, R GLONASS, E Galileo, C BDS, J.")] = "GEJC",
-    atmosphere: Annotated[
-        bool, typer.Option(help="Models of troposphere and ionosphere; off for simulated data.")
-    ] = True,
+    no_atmosphere: Annotated[
+        bool,
+        typer.Option("--no-atmosphere", help="No models of troposphere and ionosphere."),
+    ] = False,
     base_height: Annotated[
         float | None,
         typer.Option(help="Antenna over the base mark in metres; else as in the file."),
@@ -58,7 +59,7 @@ def baseline(
 
     def work() -> None:
         wish = Processing(
-            mask, frequencies, systems, atmosphere, 3.0, sigma_factor, antex, engine, seconds
+            mask, frequencies, systems, not no_atmosphere, 3.0, sigma_factor, antex, engine, seconds
         )
         place = _numbers(base_xyz)
         with shown(quiet) as progress:
