@@ -1,6 +1,6 @@
 """Faces from the order of a grid: both layouts that keep them, and those that do not."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -42,7 +42,7 @@ def scan_of(xyz, row, column, fields=FIELDS) -> Listed:
         Chunk(xyz[a:b], {k: v[a:b] for k, v in values.items()})
         for a, b in ((0, half), (half, len(xyz)))
     ]
-    return Listed("S", Path("s.e57"), records=len(xyz), fields=fields, parts=parts)
+    return Listed("S", Path("s.e57"), records=len(xyz), fields=fields, origin="stated", parts=parts)
 
 
 @pytest.mark.parametrize("turn", [180.0, 360.0])
@@ -95,3 +95,9 @@ def test_columns_that_mean_nothing_are_refused() -> None:
     noise = np.random.default_rng(1).integers(0, 90, len(xyz))
     with pytest.raises(InputError, match="do not lie in one plane"):
         head_turn(scan_of(xyz, row, noise))
+
+
+def test_without_the_place_of_the_scanner_it_is_refused() -> None:
+    xyz, row, column, _ = panoramic(np.pi)
+    with pytest.raises(InputError, match="where the scanner stood"):
+        head_turn(replace(scan_of(xyz, row, column), origin="unknown"))

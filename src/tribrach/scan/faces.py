@@ -102,6 +102,8 @@ def head_turn(scan: Scan) -> HeadTurn:
             cure='say face = "front", "back" or "dome" in [[scans]] if you know it',
         )
 
+    if scan.origin == "unknown":
+        raise refused("where the scanner stood among the points is unknown")
     if "column" not in scan.names or "row" not in scan.names:
         raise refused("the file has no rows and columns of the scanner's grid")
     xyz, column = _sample(scan)

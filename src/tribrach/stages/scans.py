@@ -53,10 +53,9 @@ class StationScan:
     @property
     def mark(self) -> tuple[int | float | str, ...]:
         """What the points depend on besides the file: scan, place of the scanner, correction."""
-        inner, more = self.scan, []
-        if isinstance(inner, CorrectedScan):
-            more.append(inner.correction.mark)
-            inner = inner.source_scan
+        inner, more = _inner(self.scan), []
+        if isinstance(self.scan, CorrectedScan):
+            more.append(self.scan.correction.mark)
         if isinstance(inner, SideScan):
             more.append(f"face {inner.face:+.0f}")
         return (self.scan.index, *self.scan.scanner, *more)
@@ -88,10 +87,17 @@ def open_scans(project: Project) -> list[StationScan]:
     return found
 
 
+def _inner(scan: Scan) -> Scan:
+    """The scan before it was corrected."""
+    return scan.source_scan if isinstance(scan, CorrectedScan) else scan
+
+
 def _several(scan: StationScan) -> StationScan:
     """A scan at a station with several, named after both."""
     if scan.scan.name == scan.station:
         return scan
+    if isinstance(_inner(scan.scan), SideScan) and scan.scan.name.startswith(f"{scan.station} "):
+        return replace(scan, name=scan.scan.name)
     return replace(scan, name=f"{scan.station} {scan.scan.name}")
 
 
