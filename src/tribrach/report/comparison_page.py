@@ -63,12 +63,16 @@ def comparison_sentences(
     sites: Sequence[SiteResult], offsets: OffsetTest | None = None
 ) -> list[str]:
     """What predictions came to, and what is to be known of single sites."""
-    said = prediction_sentences(sites, offsets)
+    said: dict[str, list[str]] = {}
     for site in sites:
         notes = () if site.c2c is None else site.c2c.sentences
         notes += () if site.m3c2 is None else site.m3c2.sentences
-        said += [f"{site.name}: {note.rstrip('.')}." for note in notes]
-    return said
+        for note in notes:
+            said.setdefault(note.rstrip("."), []).append(site.name)
+    return [
+        *prediction_sentences(sites, offsets),
+        *(f"{', '.join(names)}: {note}." for note, names in said.items()),
+    ]
 
 
 def prediction_sentences(
