@@ -217,8 +217,11 @@ def _plane(fits: PlaneFits, k: int, points: Array, floor: float, scan: str) -> P
     hull = ConvexHull(flat[:: max(1, len(flat) // _OUTLINE)])
     outline = center + hull.points[hull.vertices] @ tangents
     spacing = max(float(np.sqrt(fits.area[k] / _CELLS)), _WIDTH)
-    cells = np.unique(np.floor(flat / spacing).astype(np.int64), axis=0)
-    sample = center + spacing * (cells + 0.5) @ tangents
+    low = np.floor(flat.min(axis=0) / spacing)
+    cells = np.floor(flat / spacing).astype(np.int64) - low.astype(np.int64)
+    taken = np.zeros(cells.max(axis=0) + 1, dtype=bool)
+    taken[cells[:, 0], cells[:, 1]] = True
+    sample = center + spacing * (np.argwhere(taken) + low + 0.5) @ tangents
     facts = {"effective_points": float(independent)}
     detection = _detection(fits, k, center, outward, covariance[2, 2], hull, facts, scan)
     area = float(fits.area[k])
@@ -237,8 +240,8 @@ def _correlation(flat: Array, away: Array) -> float:
     number = part[:, 0] * _PARTS + part[:, 1]
     middle = flat.mean(axis=0)
     pull = np.column_stack([np.ones(len(flat)), flat - middle])
-    q, _ = np.linalg.qr(pull)
-    pull *= (away - q @ (q.T @ away))[:, None]
+    plane = np.linalg.lstsq(pull.T @ pull, pull.T @ away, rcond=None)[0]
+    pull *= (away - pull @ plane)[:, None]
     used = np.bincount(number, minlength=_PARTS**2) > 0
     sums = np.stack([np.bincount(number, c, minlength=_PARTS**2) for c in pull.T], axis=1)[used]
     alone = pull.T @ pull
