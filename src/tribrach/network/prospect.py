@@ -16,6 +16,7 @@ factor, see :mod:`~tribrach.network.planning`.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -148,22 +149,30 @@ class Prospect:
         root = np.sqrt(np.where(value > _SPARED, value, np.inf))
         return vector.transpose(0, 2, 1) / root[:, :, None], good
 
+    @cached_property
+    def _padded(self) -> Array:
+        """The covariance with a last row and column of zeros, which the index -1 finds."""
+        return np.pad(self.covariance, (0, 1))
+
     def _gather(self, i: Index, j: Index) -> Array:
         """Entries of the covariance, zero where an index is negative."""
-        out = self.covariance[i, j]
-        out[np.broadcast_to((i < 0) | (j < 0), out.shape)] = 0.0
-        return out
+        return np.asarray(self._padded[i, j])
 
     def _loads(self, blocks: Blocks, lower: Array, kept: Index) -> Array:
         """``L^-1 B Q`` (c, k, m) of kept columns (m,)."""
-        q = self._gather(blocks.columns[:, :, None], kept[None, None, :])
+        q = self._padded[:, kept][blocks.columns]
         return np.asarray((lower @ blocks.rows) @ q)
 
     def _sigmas(self, blocks: Blocks, lower: Array, sign: int) -> tuple[Array, Array]:
         """Largest sigma (c,) at the named positions, and the mean of their variances."""
         c, p = len(blocks), len(self.points)
-        load = self._loads(blocks, lower, self.points.ravel()).reshape(c, -1, p, 3)
-        change = np.einsum("ckpi,ckpj->cpij", load, load, optimize=True)
+        # coordinates first, so that sums over rows run along memory
+        load = self._loads(blocks, lower, self.points.T.ravel()).reshape(c, -1, 3, p)
+        change = np.empty((c, p, 3, 3))
+        for i in range(3):
+            for j in range(i + 1):
+                change[:, :, i, j] = np.einsum("ckp,ckp->cp", load[:, :, i], load[:, :, j])
+                change[:, :, j, i] = change[:, :, i, j]
         now = self._gather(self.points[:, :, None], self.points[:, None, :])
         after = now - sign * change
         return largest_sigma(after).max(axis=1), np.einsum("cpii->c", after) / p
