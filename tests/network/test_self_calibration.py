@@ -12,7 +12,7 @@ from tribrach.network.adjustment import adjust
 from tribrach.network.datum_effects import datum_effects
 from tribrach.network.estimability import propose
 from tribrach.network.network import Datum, Network
-from tribrach.network.self_calibration import Wishes, calibrate
+from tribrach.network.self_calibration import Wishes, calibrate, without
 from tribrach.simulate.twins.newcastle_lab import MISALIGNMENTS
 from tribrach.units import SEC
 
@@ -248,3 +248,13 @@ def test_a_posteriori_sigmas_are_scaled() -> None:
     ratio = posterior.parameters[0].sigma / prior.parameters[0].sigma
     assert ratio == pytest.approx(np.sqrt(prior.adjustment.posterior_factor))
     assert "a posteriori" in posterior.sigma_origin
+
+
+def test_of_parameters_that_share_an_effect_one_is_proposed() -> None:
+    """One face without ceiling: none of a pair is significant by itself, both together are."""
+    network = measured(lab(("x10", "x2"), ceiling=False, faces=(1.0,)), {"x10": 4e-3, "x2": 0.0}, 1)
+    found = calibrate(network)
+    assert not any(p.significant for p in found.parameters)
+    assert found.suggested == ("x10(scanner)",)
+    alone = adjust(without(found.adjustment.network, ["x2(scanner)"]))
+    assert alone.state.scalars[0] > 3.29 * np.sqrt(alone.covariance("x10(scanner)")[0, 0])

@@ -42,7 +42,16 @@ from tribrach.network.remedies import Remedy, remedies
 from tribrach.network.snooping import SnoopingLog, snoop
 from tribrach.network.unknowns import State
 
-__all__ = ["Parameter", "Readings", "SelfCalibration", "Wishes", "calibrate", "calibration_names"]
+__all__ = [
+    "Parameter",
+    "Readings",
+    "SelfCalibration",
+    "Wishes",
+    "calibrate",
+    "calibration_names",
+    "remedy_sentences",
+    "without",
+]
 
 Array = NDArray[np.float64]
 
@@ -121,6 +130,7 @@ class SelfCalibration:
     sigma_origin: str
     left_out: tuple[str, ...]
     log: SnoopingLog | None
+    limit_t: float = 3.29
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -135,9 +145,15 @@ class SelfCalibration:
 
     @property
     def suggested(self) -> tuple[str, ...]:
-        """Parameters that are worth keeping: separated well, and significant."""
-        good = {p.name for p in self.parameters if p.significant}
-        return tuple(name for name in self.proposal.recommended if name in good)
+        """Parameters that are worth keeping, by elimination.
+
+        What is hardly separated goes first, then the least significant one after the other, each
+        time with the others as they are without it, until all are significant: of two that share
+        an effect one stays.
+        """
+        hardly = {item.name for item in self.proposal.hardly}
+        values = np.array([p.value for p in self.parameters])
+        return _eliminated(self.names, values, self.covariance, hardly, self.limit_t)
 
 
 def calibration_names(network: Network) -> tuple[str, ...]:
@@ -258,7 +274,26 @@ def _analysed(
         sigma_origin=_origin(adjustment, posterior),
         left_out=left_out,
         log=log,
+        limit_t=wishes.limit_t,
     )
+
+
+def _eliminated(
+    names: Sequence[str], values: Array, covariance: Array, first: set[str], limit: float
+) -> tuple[str, ...]:
+    """Names that stay; values (k,) and covariance (k, k) follow as those of the others at zero."""
+    alive, c, q = list(names), values, covariance
+    while alive:
+        t = np.abs(c) / np.sqrt(np.diag(q))
+        marked = [k for k, name in enumerate(alive) if name in first]
+        k = marked[0] if marked else int(np.argmin(t))
+        if not marked and t[k] > limit:
+            break
+        rest = np.arange(len(alive)) != k
+        c = (c - q[:, k] * (c[k] / q[k, k]))[rest]
+        q = (q - np.outer(q[:, k], q[k]) / q[k, k])[np.ix_(rest, rest)]
+        alive.pop(k)
+    return tuple(alive)
 
 
 def _refusal(
