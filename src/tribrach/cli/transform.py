@@ -65,6 +65,8 @@ def fit(
         console = Console()
         for table in transformation_tables(outcome, angle):
             console.print(printed(table))
+            if table.left_out:
+                console.print(f"{table.left_out} more rows in the JSON file", style="dim")
             console.print(table.note, markup=False, style="dim")
         for sentence in [*outcome.sentences(), *left]:
             console.print(f"! {sentence}", markup=False)

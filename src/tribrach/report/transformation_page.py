@@ -43,12 +43,14 @@ class _Point:
     reason: str
 
 
-def transformation_tables(outcome: Outcome, angle: Literal["gon", "deg"] = "gon") -> list[Table]:
-    """Parameters, points, models."""
+def transformation_tables(
+    outcome: Outcome, angle: Literal["gon", "deg"] = "gon", most: int = 200
+) -> list[Table]:
+    """Parameters, points, models; of more points than ``most`` those that fit worst."""
     style = Style(angle)
     return [
         _parameter_table(outcome, style),
-        _point_table(outcome, style),
+        _point_table(outcome, style, most),
         _model_table(outcome, style),
     ]
 
@@ -153,7 +155,7 @@ def _points(outcome: Outcome) -> list[_Point]:
     return out
 
 
-def _point_table(outcome: Outcome, style: Style) -> Table:
+def _point_table(outcome: Outcome, style: Style, most: int) -> Table:
     note = (
         "Differences b - T(a). The test of a point is against 0.1 %, that of a check point "
         "against 1 %; it cannot tell whether A or B is wrong."
@@ -174,7 +176,10 @@ def _point_table(outcome: Outcome, style: Style) -> Table:
         (Column("verdict", numeric=False), lambda p: text_cell(p.verdict)),
         (Column("reason", numeric=False, wide=True), lambda p: text_cell(p.reason)),
     ]
-    return build_table("points", "Common points", note, _points(outcome), columns)
+    points = _points(outcome)
+    if len(points) > most:
+        points.sort(key=lambda p: -(p.statistic or 0.0) / (p.limit or 1.0))
+    return build_table("points", "Common points", note, points, columns, most=most)
 
 
 def _plain(value: float | None) -> Cell:

@@ -17,6 +17,9 @@ from tribrach.transformation.testing import ALPHA0, PointTests, compare_points, 
 
 __all__ = ["Snooped", "snoop_points"]
 
+#: wrong points are looked for that hide each other among so few points, so many of them at most
+_FEW, _DEEPEST = 100, 6
+
 
 @dataclass(frozen=True)
 class Snooped:
@@ -76,14 +79,15 @@ def _one_less(
 def _hidden(fit: Fit, alpha0: float) -> int:
     """How many points must go before all of them are seen to be wrong; 0 if none are.
 
-    Only for fits without sigmas, at most a quarter of the points, at a stricter level, since the
-    points were chosen to leave little.
+    Only for fits of few points without sigmas (among many, some cannot hide each other), at most a
+    quarter of them, at a stricter level, since the points were chosen to leave little.
     """
-    if fit.points.weighted:
+    count = int(fit.points.used.sum())
+    if fit.points.weighted or count > _FEW:
         return 0
     gone: list[int] = []
-    most = int(fit.points.used.sum()) // 4
-    level = 1 - alpha0 / max(int(fit.points.used.sum()), 1) / 10
+    most = min(count // 4, _DEEPEST)
+    level = 1 - alpha0 / max(count, 1) / 10
     for _ in range(most):
         trial = _one_less(fit, point_tests(fit, alpha0), [], gone, hidden=True)
         if trial is None or trial.dof < 2 * trial.points.dimension:
