@@ -13,7 +13,9 @@ from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.design_blocks import combine, join
 from tribrach.network.design_groups import coming, prospect_for
 from tribrach.network.planning import Criterion, figures, predict
+from tribrach.project import Project
 from tribrach.simulate.survey import observe
+from tribrach.simulate.twins import newcastle_lab
 from tribrach.simulate.twins.newcastle_lab import MISALIGNMENTS
 from tribrach.stages.plan_survey import PlanSurvey
 from tribrach.stages.planning import Plan, plan_project
@@ -182,6 +184,35 @@ def hidden_points(folder: Path) -> object:
     )
     (folder / "lab.toml").write_text(text + screen)
     return type(project).load(folder / "lab.toml")
+
+
+def test_a_measured_project_is_planned_on(tmp_path: Path) -> None:
+    """Two faces of all targets are measured; further targets are seen from the same stations."""
+    twin = newcastle_lab.build(points=1000)
+    for name in ("polar.csv", "control.csv"):
+        (tmp_path / name).write_text(twin.files[name])
+    places = {"W1": np.array([0.4, 1.2, -1.5]), "W2": np.array([6.0, 3.0, 1.2])}
+    (tmp_path / "places.csv").write_text(table(places))
+    text = (
+        '[[points]]\nfile = "control.csv"\n[[observations]]\nfile = "polar.csv"\n'
+        "[instruments.scanner]\nrange_mm = 1.2\nrange_ppm = 10\nscan_angle_arcsec = 8\n"
+        f'[calibration]\nmodel = "nist"\nparameters = {list(PARAMETERS)}\n'
+        '[plan]\nfaces = 2\nadd_targets = 1\ntarget_places = "places.csv"\n'
+        'criterion = "correlation"\n'
+    )
+    (tmp_path / "job.toml").write_text(text)
+    project = Project.load(tmp_path / "job.toml")
+    measured = adjust(project.network())
+    plan = plan_project(project)
+    assert plan.before is not None
+    # before, the plan is the adjustment that there is, but for misalignments in the geometry
+    own = figures(measured, plan.criterion)
+    np.testing.assert_allclose(plan.before.sigma, own.sigma, rtol=1e-3)
+    assert plan.before.redundancy == pytest.approx(own.redundancy, rel=1e-3)
+    assert [p.name for p in plan.proposals] == ["W1"]
+    assert plan.after.correlation < plan.before.correlation
+    seen = {s for o in plan.network.observations for s in o.source if "planned" in str(s)}
+    assert seen == {"planned scan S1", "planned scan S2"}
 
 
 def test_what_is_wrong_is_said(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tribrach.network.observations.polar import ScannerPolar
 from tribrach.network.planning import CRITERIA, Figures
 from tribrach.network.quality import assess
 from tribrach.report.build import build
@@ -23,6 +24,8 @@ __all__ = ["plan_json", "plan_report"]
 
 Array = NDArray[np.float64]
 
+#: zenith angles [deg] and ratio of ranges that calibrations take
+_STEEP, _SPREAD = (45, 110), 3
 #: what changes the criterion by less than this share can be spared
 _SPARE = 0.01
 
@@ -80,8 +83,7 @@ def _sentences(plan: Plan) -> list[str]:
             f"{after.correlation_at} have the largest correlation, {after.correlation:.3f}"
             + ("; they can hardly be told apart." if after.correlation > 0.95 else ".")
         )
-    out += _of_proposals(plan) + _of_weights(plan) + _of_datums(plan)
-    return out
+    return out + _of_proposals(plan) + _of_weights(plan) + _of_calibration(plan) + _of_datums(plan)
 
 
 def _of_proposals(plan: Plan) -> list[str]:
@@ -137,6 +139,36 @@ def _of_weights(plan: Plan) -> list[str]:
                 f"The requirement is reached if the {p.group} readings are "
                 f"{1 / p.factor:.2f} times as precise."
             )
+    return out
+
+
+def _of_calibration(plan: Plan) -> list[str]:
+    """What calibrations need and the scans of the plan lack (method section 3.7)."""
+    scans = [
+        o
+        for o in plan.network.observations
+        if isinstance(o, ScannerPolar) and o.model is not None and len(o)
+    ]
+    if not scans:
+        return []
+    v = np.concatenate([np.where(o.values[:, 2] > np.pi, 2 * np.pi, 0) for o in scans])
+    v = np.abs(np.concatenate([o.values[:, 2] for o in scans]) - v)
+    r = np.concatenate([o.values[:, 0] for o in scans])
+    faces = {float(face) for o in scans for face in np.unique(o.face)}
+    out = []
+    if len(faces) < 2:
+        out.append("Calibrations gain most from two faces; the plan has one.")
+    if np.degrees(v.min()) > _STEEP[0] or np.degrees(v.max()) < _STEEP[1]:
+        out.append(
+            f"For a calibration targets should be steep, at zenith angles below {_STEEP[0]}° and "
+            f"above {_STEEP[1]}°; the plan has {np.degrees(v.min()):.0f}° to "
+            f"{np.degrees(v.max()):.0f}°."
+        )
+    if r.max() < _SPREAD * r.min():
+        out.append(
+            f"For a calibration ranges should differ by a factor of {_SPREAD}; the plan has "
+            f"{r.min():.1f} to {r.max():.1f} m."
+        )
     return out
 
 

@@ -175,7 +175,10 @@ class PlanSurvey:
         self._stand(out, everywhere)
         self.scans.add(out, everywhere, all_targets, self.scans.seen(everywhere, all_targets))
         # stations that are measured already look at what is new only
-        self.scans.add(out, further, targets or {}, self.scans.seen(further, targets or {}))
+        if targets:
+            for name, place in further.items():
+                out.station(name, translation=place.position, rotation=place.rotation)
+            self.scans.add(out, further, targets, self.scans.seen(further, targets))
         return out
 
     def _stand(self, survey: Survey, stations: Mapping[str, Place]) -> None:
