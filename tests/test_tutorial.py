@@ -16,8 +16,9 @@ RUN = CliRunner()
 
 def calls() -> list[list[str]]:
     """The commands of the page, with fewer points in the panoramas."""
-    blocks = re.findall(r"^```\n(.*?)^```$", PAGE.read_text(), re.DOTALL | re.MULTILINE)
-    found = [shlex.split(line) for block in blocks for line in block.splitlines()]
+    blocks = re.findall(r"^```(\w*)\n(.*?)^```$", PAGE.read_text(), re.DOTALL | re.MULTILINE)
+    lines = [line for tag, block in blocks if not tag for line in block.splitlines()]
+    found = [shlex.split(line) for line in lines]
     return [[word.replace("200000", "20000") for word in call[1:]] for call in found]
 
 
