@@ -25,6 +25,7 @@ from tribrach.gnss.navigation_file import NavigationFile, read_navigation
 from tribrach.gnss.observation_file import ObservationFile, read_observations
 from tribrach.gnss.precision import SOURCE, sigma_factor
 from tribrach.gnss.solution_file import FIXED, FLOAT, Solution, read_solution
+from tribrach.gnss.status_file import Use, read_status
 
 __all__ = ["Baseline", "Processing", "compute_baseline"]
 
@@ -67,7 +68,8 @@ class Baseline:
     base, rover : ECEF (3,) [m] of the marks; covariance (3, 3) [m^2], formal times ``factor``
     squared; ambiguities of the chosen epoch; epochs with a solution and those both files have;
     fixed_share of the solved epochs; ratio median of them; satellites mean; start, end [s] since
-    1980-01-06, interval [s]; formal (3, 3).
+    1980-01-06, interval [s]; formal (3, 3); systems that were used; residual : root mean square
+    of the phases' double differences [m], None if the engine does not give it.
     """
 
     base: Array
@@ -87,6 +89,7 @@ class Baseline:
     interval: float
     systems: str
     engine: str
+    residual: float | None = None
     names: tuple[str, str] = ("", "")
     files: tuple[str, str] = ("", "")
     warnings: tuple[str, ...] = field(default=())
@@ -145,10 +148,12 @@ def compute_baseline(
         options |= antenna_options(*setups, wish.antex, folder)
         files = _staged(folder, [second, first, *orbits])
         out, engine = run_engine(options, files, folder, engine=wish.engine, seconds=wish.seconds)
-        solution = read_solution(out)
+        solution, used = read_solution(out), read_status(out.with_name(out.name + ".stat"))
     progress("computing baseline", 1, 1)
     warnings = [*_file_warnings(first, second), *antenna_warnings(*setups, wish.antex)]
-    return _baseline(first, second, reference, solution, wish, (systems, engine), warnings)
+    if used is None:
+        used = Use(tuple(systems), None)
+    return _baseline(first, second, reference, solution, wish, (used, engine), warnings)
 
 
 def _options(wish: Processing, base: Array, systems: str) -> dict[str, object]:
@@ -172,6 +177,7 @@ def _options(wish: Processing, base: Array, systems: str) -> dict[str, object]:
         "out-timeform": 0,  # GPS week and seconds
         "out-timendec": 6,
         "out-solstatic": 0,  # every epoch
+        "out-outstat": 2,  # residuals beside the solution
         "ant1-postype": 0,
         "ant2-postype": 1,  # x/y/z
         "ant2-pos1": f"{base[0]:.6f}",
@@ -234,7 +240,7 @@ def _baseline(
     reference: Array,
     solution: Solution,
     wish: Processing,
-    run: tuple[str, EngineName],
+    run: tuple[Use, EngineName],
     warnings: list[str],
 ) -> Baseline:
     """The baseline of a solution: its best determined epoch, fixed where any is."""
@@ -278,7 +284,8 @@ def _baseline(
         start=float(times[0]),
         end=float(times[-1]),
         interval=interval,
-        systems=run[0],
+        systems=run[0].systems,
+        residual=run[0].residual,
         engine=run[1],
         names=(first.marker or first.path.stem, second.marker or second.path.stem),
         files=(first.path.name, second.path.name),

@@ -32,6 +32,7 @@ def baseline_facts(baseline: Baseline) -> dict[str, Any]:
         "end": calendar(baseline.end),
         "interval_s": baseline.interval,
         "systems": baseline.systems,
+        "phase_residual_rms": baseline.residual,
         "engine": baseline.engine,
         "files": list(baseline.files),
         "warnings": list(baseline.warnings),
@@ -43,13 +44,14 @@ def baseline_lines(baseline: Baseline) -> list[str]:
     sigma = 1e3 * np.sqrt(np.diag(baseline.covariance))
     x, y, z = baseline.rover
     dx, dy, dz = baseline.vector
+    residual = "" if baseline.residual is None else f", phases {1e3 * baseline.residual:.1f} mm"
     words = [
         f"{baseline.names[0]} to {baseline.names[1]}: {baseline.length:.4f} m, "
         f"{baseline.ambiguities} ambiguities",
         f"session: {calendar(baseline.start)} to {calendar(baseline.end)}, "
         f"{baseline.epochs} of {baseline.epochs_common} common epochs solved, "
         f"{100 * baseline.fixed_share:.0f} % fixed, ratio {baseline.ratio:.1f}, "
-        f"{baseline.satellites:.1f} satellites ({baseline.systems})",
+        f"{baseline.satellites:.1f} satellites ({baseline.systems}){residual}",
         f"baseline: {dx:.4f} {dy:.4f} {dz:.4f} m",
         f"rover: {x:.4f} {y:.4f} {z:.4f} m (frame and epoch of the base coordinates)",
         f"sigma: {sigma[0]:.1f} {sigma[1]:.1f} {sigma[2]:.1f} mm, formal times "

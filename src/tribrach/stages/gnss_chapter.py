@@ -180,13 +180,20 @@ def _baseline_table(sessions: Sequence[SessionResult]) -> Table:
         (Column("of"), lambda r: _number(r[1].epochs_common, 0)),
         (Column("ratio"), lambda r: _number(r[1].ratio, 1)),
         (Column("satellites"), lambda r: _number(r[1].satellites, 1)),
+        (Column("phases", "mm"), lambda r: _residual(r[1])),
         (Column("σ factor"), lambda r: _number(r[1].factor, 2)),
     ]
     note = (
         "Standard deviations are the formal ones of the engine times the factor. Fixed: share of "
-        "the solved epochs; ratio: median of the ambiguity test."
+        "the solved epochs; ratio: median of the ambiguity test; phases: root mean square of the "
+        "residuals of their double differences."
     )
     return build_table("gnss-baselines", "GNSS baselines", note, _all(sessions), columns)
+
+
+def _residual(baseline: Baseline) -> Cell:
+    value = baseline.residual
+    return text_cell("") if value is None else _mm(value)
 
 
 def _ambiguities(baseline: Baseline) -> Cell:
