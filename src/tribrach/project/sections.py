@@ -426,12 +426,15 @@ class RegistrationSection(Section):
     """What ties the stations to each other: any of targets, planes and clouds, all in one network.
 
     plane_area : planes of a scan smaller than this are not used; plane_floor : standard deviation
-    that no plane falls below, for what a fit does not see of a surface.
+    that no plane falls below, for what a fit does not see of a surface; cloud_floor : the same of
+    shift and turn between two clouds.
     """
 
     by: tuple[Literal["targets", "planes", "clouds"], ...] = ("targets",)
     plane_area_m2: PositiveFloat = 0.5
     plane_floor_mm: NonNegativeFloat = 0.3
+    cloud_floor_mm: NonNegativeFloat = 1.0
+    cloud_floor_arcsec: NonNegativeFloat = 10.0
 
     @field_validator("by")
     @classmethod

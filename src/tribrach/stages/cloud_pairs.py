@@ -48,8 +48,12 @@ class CloudPairs:
     obstacles: Mapping[frozenset[str], str]
 
 
-def cloud_pairs(scans: Sequence[StationScan], state: State, progress: Progress) -> CloudPairs:
+def cloud_pairs(
+    scans: Sequence[StationScan], floor: tuple[float, float], state: State, progress: Progress
+) -> CloudPairs:
     """Every pair of stations; pairs of unchanged scans come from the last run.
+
+    floor : sigmas [m], [rad] of what residuals never show.
 
     Raises
     ------
@@ -72,7 +76,7 @@ def cloud_pairs(scans: Sequence[StationScan], state: State, progress: Progress) 
     obstacles: dict[frozenset[str], str] = {}
     for number, (a, b) in enumerate(chosen):
         progress("pairs of clouds", number, len(chosen))
-        facts = _facts(clouds, state, a, b)
+        facts = _facts(clouds, floor, state, a, b)
         if facts["pose"] is None:
             obstacles[frozenset((a, b))] = " ".join(facts["sentences"])
             continue
@@ -129,17 +133,17 @@ class _Clouds:
                 yield chunk.xyz
 
 
-def _facts(clouds: _Clouds, state: State, a: str, b: str) -> dict[str, Any]:
+def _facts(
+    clouds: _Clouds, floor: tuple[float, float], state: State, a: str, b: str
+) -> dict[str, Any]:
     """What became of a pair, from the last run if nothing changed."""
-    sources = [
-        [state.file_digest(s.scan.path), s.mark] for n in (a, b) for s in clouds.stations[n]
-    ]
-    key = digest("cloud pair", _METHOD, sources)
+    sources = [[state.file_digest(s.scan.path), s.mark] for n in (a, b) for s in clouds.stations[n]]
+    key = digest("cloud pair", _METHOD, floor, sources)
     product = f"clouds-{a}-{b}"
     known = state.recall(product, key)
     if known is not None:
         return known
-    facts = _to_facts(register_pair(clouds[a], clouds[b]))
+    facts = _to_facts(register_pair(clouds[a], clouds[b], floor=floor))
     state.remember(product, key, facts)
     return facts
 

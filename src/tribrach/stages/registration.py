@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.network.survey import Survey
+from tribrach.project.sections import MM
 from tribrach.registration.by_planes import PlaneRegistration, register_by_planes
 from tribrach.registration.plane_poses import Surroundings
 from tribrach.registration.plane_set import PlaneSet
@@ -26,6 +27,7 @@ from tribrach.stages.planes import surroundings
 from tribrach.stages.scans import StationScan
 from tribrach.stages.state import State
 from tribrach.stages.tying import Tying
+from tribrach.units import SEC
 
 if TYPE_CHECKING:
     from tribrach.project import Project
@@ -70,7 +72,9 @@ def register(
         named = name_targets(project, scans, findings) if wanted else None
         return Registered(None if named is None else named.survey, named)
     around = _stations(project, scans, state, progress)
-    clouds = cloud_pairs(scans, state, progress) if "clouds" in by else None
+    wish = project.registration
+    floor = wish.cloud_floor_mm * MM, wish.cloud_floor_arcsec * SEC
+    clouds = cloud_pairs(scans, floor, state, progress) if "clouds" in by else None
     found = register_by_planes(
         around,
         lambda k, n: progress("pairs of stations by planes", k, n),
