@@ -149,8 +149,10 @@ class SelfCalibration:
 
         What is hardly separated goes first, then the least significant one after the other, each
         time with the others as they are without it, until all are significant: of two that share
-        an effect one stays.
+        an effect one stays. A minimum norm proposes nothing.
         """
+        if not self.datums:
+            return ()
         hardly = {item.name for item in self.proposal.hardly}
         values = np.array([p.value for p in self.parameters])
         return _eliminated(self.names, values, self.covariance, hardly, self.limit_t)
