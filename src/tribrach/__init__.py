@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from tribrach.network.quality import assess
     from tribrach.network.survey import Survey
     from tribrach.project import Project
+    from tribrach.transformation.fit import fit_transformation
 
 __version__ = "0.1.0"
 __all__ = [
@@ -26,6 +27,7 @@ __all__ = [
     "Survey",
     "adjust",
     "assess",
+    "fit_transformation",
     "read_files",
 ]
 
@@ -37,6 +39,7 @@ _HOMES = {
     "Survey": "network.survey",
     "adjust": "network.adjustment",
     "assess": "network.quality",
+    "fit_transformation": "transformation.fit",
     "read_files": "io.survey.formats",
 }
 

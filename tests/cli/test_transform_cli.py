@@ -76,7 +76,7 @@ def test_fit_prints_and_writes(files: tuple[str, str, Path]) -> None:
 def test_check_points_and_models(files: tuple[str, str, Path]) -> None:
     a, b, folder = files
     out = run("fit", a, b, "--check", "2", "--json", str(folder / "f.json"))
-    assert "RMSE of 1 check points" in out
+    assert "RMSE of check points (1)" in out
     data = json.loads((folder / "f.json").read_text())
     assert {p["name"]: p["use"] for p in data["points"]}["2"] == "check"
     assert data["check_rmse"] is not None

@@ -79,7 +79,7 @@ class Outcome:
             names = [self.fit.points.names[k] for k in self.checks.place[bad]]
             size = " ".join(f"{1e3 * v:.2f}" for v in self.checks.rmse)
             end = f"; beyond their 99 % limit: {', '.join(names)}" if names else ""
-            out.append(f"RMSE of {len(bad)} check points, x y z: {size} mm{end}")
+            out.append(f"RMSE of check points ({len(bad)}), x y z: {size} mm{end}")
         elif self.fit.dof > 0:
             out.append(
                 f"the RMS of the fit, {1e3 * self.fit.rms:.2f} mm, is no accuracy: hold points out "
