@@ -189,6 +189,7 @@ def test_the_courtyard_by_planes_by_targets_and_by_both(tmp_path, seed):
         (["planes"], {"free": True, "without": ("S6",)}),
         (["targets"], {}),
         (["targets", "planes"], {}),
+        (["targets", "planes", "clouds"], {}),
     ):
         work, adjustment = solved(courtyard(tmp_path, by, **more), out)
         errors, covariance = relative(adjustment, truth, "S1")
@@ -199,3 +200,4 @@ def test_the_courtyard_by_planes_by_targets_and_by_both(tmp_path, seed):
     assert "its targets place it" in " ".join(work.registered.sentences)
     assert "S6" in work.registered.ties.station
     assert size[2, "planes"] < 0.5 * size[1, "targets"]
+    assert size[3, "clouds"] < 0.5 * size[1, "targets"]

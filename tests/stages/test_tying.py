@@ -1,0 +1,76 @@
+"""Planes and clouds in one network: what they share is not counted twice."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from tests.registration.plane_scenes import POSES, yard_station
+from tribrach.geometry.pose import Pose
+from tribrach.network.adjustment import adjust
+from tribrach.registration.by_planes import register_by_planes
+from tribrach.registration.clouds.graph import CloudEdge, network_of
+from tribrach.registration.plane_poses import information
+from tribrach.registration.plane_ties import tie_planes
+from tribrach.registration.pose_graph import Joint
+from tribrach.stages.cloud_pairs import observable
+from tribrach.stages.tying import Tying
+
+NAMES = tuple(POSES)
+C = np.diag([1e-3, 1e-3, 1e-3, 5e-5, 5e-5, 5e-5]) ** 2
+
+
+@pytest.mark.parametrize("count", [2, 4, 7])
+def test_all_pairs_of_clouds_know_no_more_than_a_single_pair(count):
+    """Each scan has one error that all its pairs share: no average over pairs removes it."""
+    names = [f"S{k}" for k in range(count)]
+    same = Pose.identity()
+    edges = [CloudEdge(a, b, same, 2 * C) for a, b in combinations(names, 2)]
+    adjustment = adjust(network_of(names, observable(edges, set(names))))
+    for name in names[1:]:
+        np.testing.assert_allclose(adjustment.covariance(name), 2 * C, rtol=1e-6, atol=1e-15)
+
+
+def test_pairs_of_stations_that_were_not_placed_do_not_count():
+    edges = [CloudEdge("A", "B", Pose.identity(), C), CloudEdge("B", "C", Pose.identity(), C)]
+    (kept,) = observable(edges, {"A", "B"})
+    np.testing.assert_allclose(kept.covariance, C)
+
+
+def tying(scale):
+    """The yard with clouds that know ``1 / scale`` of what the planes of each pair know."""
+    stations = [yard_station(name) for name in NAMES]
+    ties = tie_planes(stations, POSES)
+    edges = []
+    for (a, b), pairs in ties.pairs.items():
+        one, two = (next(s for s in stations if s.name == n) for n in (a, b))
+        between = POSES[a].inverse @ POSES[b]
+        matrix, _ = information(one.planes, two.planes, pairs, between)
+        edges.append(CloudEdge(a, b, between, scale * np.linalg.inv(matrix)))
+    return Tying(lambda survey: survey.network(), None, None, stations, edges, [POSES]), ties
+
+
+@pytest.mark.parametrize("scale", [1.0, 25.0, 0.04])
+def test_planes_and_clouds_share_their_points(scale):
+    """Equal ones count half each; the worse one hardly counts."""
+    work, ties = tying(scale)
+    planes, clouds = work._factors(ties, POSES)
+    assert 1 / planes + 1 / clouds == pytest.approx(1.0)
+    assert clouds / planes == pytest.approx(scale, rel=1e-6)
+
+
+def test_planes_alone_keep_their_covariance():
+    work, ties = tying(1.0)
+    alone = Tying(work.network, work.site, None, work.stations, (), work.groups)
+    assert alone._factors(ties, POSES) == (1.0, 1.0)
+
+
+def test_a_cloud_that_contradicts_the_planes_takes_their_joint_with_it():
+    stations = [yard_station(name) for name in ("S1", "S2")]
+    true = POSES["S1"].inverse @ POSES["S2"]
+    good = register_by_planes(stations, further=[Joint("S1", "S2", true, 100.0)])
+    assert len(good.groups) == 1
+    wrong = Pose(true.rotation, true.translation + np.array([2.0, 0, 0]))
+    found = register_by_planes(stations, further=[Joint("S1", "S2", wrong, 1e6)])
+    assert [len(g) for g in found.groups] == [1, 1]
+    assert "contradict each other by 2.00 m" in found.sentences[0]
