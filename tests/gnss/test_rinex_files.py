@@ -11,7 +11,7 @@ from tribrach.errors import InputError
 from tribrach.gnss.navigation_file import read_navigation
 from tribrach.gnss.observation_file import read_observations
 
-from .rinex_samples import HEADER_2, navigation, rinex_2, rinex_3
+from .rinex_samples import HEADER_2, VALUES, navigation, rinex_2, rinex_3
 
 
 def written(folder: Path, text: str | bytes, name: str = "a.obs") -> Path:
@@ -140,3 +140,28 @@ def test_orbits(tmp_path: Path) -> None:
     file = read_navigation(written(tmp_path, navigation(3, 6)))
     assert list(file.satellites) == [f"G{k:02d}" for k in range(1, 7)]
     np.testing.assert_array_equal(file.times, 9219 * 86400)
+
+
+def test_broken_orbits_are_refused(tmp_path: Path) -> None:
+    text = navigation()
+    lines = text.splitlines(keepends=True)
+    for broken, words in (
+        ("".join(lines[:-3]), "ends within a record"),
+        (text.replace("0.000000000000D+00", "0.0000#0000000D+00", 1), "damaged"),
+        (text.replace(" 05  4  2", " 05 14  2", 1), "date that does not exist"),
+    ):
+        with pytest.raises(InputError, match=words):
+            read_navigation(written(tmp_path, broken, "a.nav"))
+
+
+def test_measurements_of_several_lines(tmp_path: Path) -> None:
+    """Seven types of observation take two lines per satellite."""
+    values = [f"{k * 1000.0:14.3f}  " for k in range(1, 8)]
+    two = "".join(values[:5]).rstrip() + "\n" + "".join(values[5:]).rstrip()
+    text = rinex_2().replace(VALUES, two)
+    types = "     7    L1    C1    L2    P2    D1    S1    S2                  # / TYPES OF OBSERV"
+    old = "     4    L1    C1    L2    P2                              # / TYPES OF OBSERV"
+    file = read_observations(written(tmp_path, text.replace(old, types)))
+    assert len(file.times) == 3
+    with pytest.raises(InputError, match="belongs to no epoch"):
+        read_observations(written(tmp_path, text))

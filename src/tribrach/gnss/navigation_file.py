@@ -21,6 +21,8 @@ _RECORD_2 = re.compile(
 _RECORD_3 = re.compile(
     rb"^([GREJCIS])([ \d]\d) (\d{4}) ([ \d]\d) ([ \d]\d) ([ \d]\d) ([ \d]\d) ([ \d]\d)", re.M
 )
+_LINE = re.compile(rb"^.+$", re.M)
+_NUMBERS = re.compile(rb"^(?:[GREJCIS][ \d]\d)?[ \d+.DEde-]*\r?$")
 #: RINEX 2 keeps one system in a file: the letter of the file's type gives it
 _SYSTEMS_2 = {"N": "G", "G": "R", "H": "S"}
 
@@ -53,7 +55,9 @@ def read_navigation(path: Path) -> NavigationFile:
             cure="give the navigation file here",
         )
     names, years, rest = [], [], []
-    for match in (_RECORD_3 if version >= 3 else _RECORD_2).finditer(data, start):
+    found = list((_RECORD_3 if version >= 3 else _RECORD_2).finditer(data, start))
+    _check_lines(path, data, start, found)
+    for match in found:
         words = match.groups()
         system = words[0].decode() if version >= 3 else _SYSTEMS_2[letter]
         number, year, *date = (float(word) for word in words[version >= 3 :])
@@ -72,3 +76,29 @@ def read_navigation(path: Path) -> NavigationFile:
             cure="download or transfer it again",
         ) from error
     return NavigationFile(path, data, np.array(names), times)
+
+
+def _check_lines(path: Path, data: bytes, start: int, found: list[re.Match[bytes]]) -> None:
+    """Lines of numbers only, and a last record with as many lines as the one before it."""
+    for match in _LINE.finditer(data, start):
+        if not _NUMBERS.match(match.group()):
+            raise InputError(
+                "the navigation file is damaged: no numbers",
+                file=path,
+                line=data.count(b"\n", 0, match.start()) + 1,
+                cure="download or transfer it again",
+            )
+    if len(found) < 2:
+        return
+    last = data[found[-1].start() :].rstrip()
+    # other systems have other lengths: the shortest record has four lines
+    same = [m for m in found[:-1] if m.group()[:1] == last[:1]] or found[:-1]
+    k = found.index(same[-1])
+    whole = data[found[k].start() : found[k + 1].start()].rstrip()
+    if last.count(b"\n") < whole.count(b"\n"):
+        raise InputError(
+            "the navigation file ends within a record",
+            file=path,
+            line=data.count(b"\n") + 1,
+            cure="download or transfer it again",
+        )
