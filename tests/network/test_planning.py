@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.network.networks import scanner_network
 from tests.network.plan_networks import (
     KINDS,
     STATIONS,
@@ -15,7 +16,16 @@ from tribrach.errors import InputError
 from tribrach.network.design_blocks import combine, join
 from tribrach.network.design_groups import coming, going, prospect_for
 from tribrach.network.network import Datum
-from tribrach.network.planning import Criterion, figures, fixed_datum, largest_sigma, predict
+from tribrach.network.observations.target_centre import TargetCentres
+from tribrach.network.planning import (
+    Criterion,
+    figures,
+    fixed_datum,
+    largest_sigma,
+    predict,
+    redundancy_rows,
+)
+from tribrach.network.reliability import weigh
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -94,6 +104,28 @@ def test_largest_sigma_is_the_largest_eigenvalue():
     exact = np.sqrt(np.linalg.eigvalsh(c)[:, 2])
     np.testing.assert_allclose(largest_sigma(c), exact, rtol=1e-7)
     np.testing.assert_allclose(largest_sigma(np.stack([np.eye(3) * 4, np.zeros((3, 3))])), [2, 0])
+
+
+def test_redundancies_of_correlated_values_add_up():
+    """Target centres with elongated covariances: none is negative, the sum is the redundancy."""
+    survey, _ = scanner_network(np.random.default_rng(2))
+    along = np.array([3.0, 4.0, 1.0]) / np.sqrt(26)
+    survey.add(
+        TargetCentres,
+        values=np.ones((4, 3)),
+        covariance=np.tile(1e-8 * np.eye(3) + 1e-6 * np.outer(along, along), (4, 1, 1)),
+        station=["S0"] * 4,
+        target=["T0", "T1", "T2", "T3"],
+    )
+    adjustment = predict(fixed_datum(survey.network()))
+    _, share = redundancy_rows(weigh(adjustment))
+    assert share.sum() == pytest.approx(adjustment.dof, rel=1e-9)
+    assert (share > -1e-9).all()
+    assert (share < 1 + 1e-9).all()
+    criterion = Criterion("redundancy")
+    found = figures(adjustment, criterion).redundancy
+    assert found == pytest.approx(share.min())
+    assert prospect_for(adjustment, criterion).value() == pytest.approx(found)
 
 
 def test_a_plan_needs_places():

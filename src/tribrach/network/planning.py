@@ -14,12 +14,13 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from tribrach.errors import InputError
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.network import Datum, Network
-from tribrach.network.reliability import weigh
+from tribrach.network.reliability import WeightedResiduals, weigh
 from tribrach.network.significance import noncentrality
 from tribrach.network.unknowns import Layout, State
 
@@ -34,6 +35,7 @@ __all__ = [
     "parameter_columns",
     "position_columns",
     "predict",
+    "redundancy_rows",
     "with_parameters",
     "with_predicted_values",
 ]
@@ -81,10 +83,9 @@ class Figures:
     """The criteria of one design, a priori.
 
     names (p,) and sigma (p,) : largest standard deviation in any direction of each named position
-    [m], in the network's datum; redundancy : smallest share of its weight that the others control,
-    the redundancy number of an uncorrelated value; undetected : largest displacement of a named
-    position by an error that stays undetected [m], infinite where an uncontrolled value reaches
-    one; correlation : the largest, NaN without parameters. The last three have their places in
+    [m], in the network's datum; redundancy : the smallest, see :func:`redundancy_rows`;
+    undetected : largest displacement of a named position by an error that stays undetected [m],
+    infinite where an uncontrolled value reaches one; correlation : the largest, NaN without parameters. The last three have their places in
     words.
     """
 
@@ -219,7 +220,7 @@ def figures(adjustment: Adjustment, criterion: Criterion) -> Figures:
     names, columns = position_columns(adjustment.layout, criterion.names)
     covariances = adjustment.cofactor.blocks(adjustment.reduced[columns])
     system = weigh(adjustment)
-    share = system.s / system.weight
+    _, share = redundancy_rows(system)
     weakest = int(np.argmin(share)) if len(share) else -1
     undetected, row, where = _undetected(adjustment, columns, criterion.delta0)
     correlation, pair = _correlation(adjustment, criterion)
@@ -233,6 +234,30 @@ def figures(adjustment: Adjustment, criterion: Criterion) -> Figures:
         correlation=correlation,
         correlation_at=pair,
     )
+
+
+def redundancy_rows(system: WeightedResiduals) -> tuple[sp.csr_array, Array]:
+    """Rows (n, u) whose form with Q is what the unknowns take of each value; what is left (n,).
+
+    What is left is the redundancy number of an uncorrelated value. Values of one observation that
+    are correlated have none each; theirs are those of the whitened values, whose sum is the
+    redundancy of the observation.
+    """
+    adjustment = system.adjustment
+    correlated = np.zeros(len(system.s), dtype=bool)
+    rows = adjustment.rows
+    for number, o in enumerate(adjustment.network.observations):
+        if o.rows > 1:
+            away = np.abs(o.covariance * (1 - np.eye(o.rows))).max(axis=(1, 2), initial=0.0)
+            mine = rows.table == number
+            correlated[mine] = away[rows.item[mine]] > 0
+    for joint in adjustment.network.joint:
+        for table in np.unique(joint.table):
+            correlated |= (rows.table == table) & np.isin(rows.item, joint.item)
+    scale = sp.diags_array(np.where(correlated, 0.0, 1 / np.sqrt(system.weight)))
+    whitened = sp.diags_array(correlated.astype(float)) @ adjustment.design
+    out = sp.csr_array(scale @ system.rows + whitened)
+    return out, 1 - adjustment.cofactor.row_forms(out)
 
 
 def _undetected(adjustment: Adjustment, columns: Index, delta0: float) -> tuple[float, int, int]:

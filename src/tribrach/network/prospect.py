@@ -19,12 +19,19 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from tribrach.errors import InputError
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.design_blocks import Blocks
-from tribrach.network.planning import Criterion, largest_sigma, parameter_columns, position_columns
+from tribrach.network.planning import (
+    Criterion,
+    largest_sigma,
+    parameter_columns,
+    position_columns,
+    redundancy_rows,
+)
 from tribrach.network.reliability import UNCONTROLLED, weigh
 
 __all__ = ["LARGEST", "Prospect", "Scores", "prospect"]
@@ -289,33 +296,38 @@ def prospect(adjustment: Adjustment, criterion: Criterion, further: Index) -> Pr
             + (f" and {n} observed values" if n else ""),
             cure=f"plan at most {LARGEST} at once, or judge by the sigma",
         )
-    covariance, effect = _dense(adjustment, columns, system.rows if n else None)
+    root = np.sqrt(system.weight)
+    rows, share = sp.csr_array(sp.diags_array(1 / root) @ system.rows), system.s / system.weight
+    if criterion.kind == "redundancy":
+        rows, share = redundancy_rows(system)
+    covariance, effect = _dense(adjustment, columns, rows if n else None)
     place = np.full(adjustment.layout.size + 1, -1, dtype=np.int64)
     place[columns] = np.arange(len(columns))
-    root = np.sqrt(system.weight)
     return Prospect(
         criterion,
         columns,
         covariance,
-        system.s / system.weight if n else np.zeros(0),
-        effect / root[:, None] if n else effect,
+        share if n else np.zeros(0),
+        effect,
         place[points],
         place[parameters][place[parameters] >= 0],
         place[partners][place[partners] >= 0],
     )
 
 
-def _dense(adjustment: Adjustment, columns: Index, rows: object) -> tuple[Array, Array]:
-    """Covariance (k, k) of columns and ``P A Q`` (n, k) of all values, some columns at a time."""
+def _dense(
+    adjustment: Adjustment, columns: Index, rows: sp.csr_array | None
+) -> tuple[Array, Array]:
+    """Covariance (k, k) of columns and ``rows Q`` (n, k), some columns at a time."""
     index = adjustment.reduced[columns]
     covariance = np.empty((len(index), len(index)))
-    count = 0 if rows is None else rows.shape[0]  # type: ignore[attr-defined]
+    count = 0 if rows is None else rows.shape[0]
     effect = np.empty((count, len(index)))
     for part in np.array_split(np.arange(len(index)), max(1, len(index) // 200)):
         unit = np.zeros((adjustment.n_unknowns, len(part)))
         unit[index[part], np.arange(len(part))] = 1.0
         solved = adjustment.cofactor.solve(unit)
         covariance[:, part] = solved[index]
-        if count:
-            effect[:, part] = rows @ solved  # type: ignore[operator]
+        if rows is not None:
+            effect[:, part] = rows @ solved
     return (covariance + covariance.T) / 2, effect
