@@ -99,9 +99,16 @@ def test_compare_says_the_same_from_the_files(job: tuple[Path, Content], tmp_pat
     clouds, out = folder / "out" / "clouds", tmp_path / "c.json"
     said = works("compare", clouds / "S3_S3-sites.laz", clouds / "S4_S4-sites.laz",
                  "--sites", folder / "sites.csv", "--json", out,
-                 "--html", tmp_path / "c.html")  # fmt: skip
+                 "--html", tmp_path / "c.html", "--alignment", tmp_path / "a.json")  # fmt: skip
     data = json.loads(out.read_text())
     (chapter,) = content.comparisons
+    peer = json.loads((tmp_path / "a.json").read_text())
+    poses = read_poses(clouds / "poses.json")
+    pair = poses.pair(*(s.placement for s in (poses.scans[3], poses.scans[2])))
+    assert pair is not None
+    middle = (pair.first + pair.second) / 2
+    assert peer["refPointMov"] == pytest.approx(middle)
+    assert np.array(peer["Cxx"])[9:, 9:] == pytest.approx(pair.relative(middle)[:3, :3])
     for site, inside in zip(data["sites"], chapter.sites, strict=True):
         assert inside.prediction is not None
         # the files are rounded to a tenth of a millimetre
@@ -125,6 +132,10 @@ def test_clouds_without_the_joint_covariance_have_no_prediction(
     out = tmp_path / "c.json"
     works("compare", clouds / "S3_S3-sites.laz", clouds / "S4_S4-sites.laz", "--poses",
           tmp_path / "poses.json", "--sites", folder / "sites.csv", "--json", out)  # fmt: skip
+    assert "not known with their covariance" in fails(
+        "compare", clouds / "S3_S3-sites.laz", clouds / "S4_S4-sites.laz", "--poses",
+        tmp_path / "poses.json", "--alignment", tmp_path / "a.json")  # fmt: skip
+    assert not (tmp_path / "a.json").exists()
     assert {s["predicted_sigma"] for s in json.loads(out.read_text())["sites"]} == {None}
 
 

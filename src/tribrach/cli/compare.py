@@ -11,7 +11,10 @@ from rich.console import Console
 from rich.table import Table
 
 from tribrach.cli.shell import app, guarded, shown
+from tribrach.comparison.peer_exports import alignment
 from tribrach.comparison.results import comparison_json
+from tribrach.comparison.station_pair import StationPair
+from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
 from tribrach.io.site_table import read_sites
 from tribrach.report import tables
@@ -51,6 +54,13 @@ def compare(
     html_file: Annotated[
         Path | None, typer.Option("--html", help="Write a page with map and histogram.")
     ] = None,
+    alignment_file: Annotated[
+        Path | None,
+        typer.Option(
+            "--alignment",
+            help="Write what A's station is uncertain by for py4dgeo's M3C2-EP.",
+        ),
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
     """Compare two clouds, on test sites or as a whole, with the sampling floor beside."""
@@ -70,6 +80,8 @@ def compare(
             texts[json_file] = json.dumps(data, indent=1, allow_nan=False) + "\n"
         if html_file is not None:
             texts[html_file] = comparison_page(a.name, b.name, limit, found, offsets)
+        if alignment_file is not None:
+            texts[alignment_file] = _alignment(pair, a)
         write_texts(texts)
         if quiet:
             return
@@ -80,6 +92,17 @@ def compare(
             console.print(f"! {sentence}", markup=False)
 
     guarded(work)
+
+
+def _alignment(pair: StationPair | None, a: Path) -> str:
+    """What the second station may miss the first by, about the middle of both."""
+    if pair is None:
+        raise InputError(
+            "the stations of the clouds are not known with their covariance",
+            file=a,
+            cure="give clouds of one run with its poses.json and poses_covariance.npy",
+        )
+    return alignment(pair, (pair.first + pair.second) / 2).json()
 
 
 def _printed(table: tables.Table) -> Table:
