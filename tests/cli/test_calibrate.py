@@ -1,6 +1,7 @@
 """The command calibrate: figures, files, real data, and sentences for what is wrong."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from tribrach.instruments.calibration_sets import MODELS, ORDER, find_model, uni
 from tribrach.io.calibration_file import read_calibration
 from tribrach.network.network import Network
 from tribrach.project import Project
+from tribrach.project.calibration_section import CalibrationSection, Hold
 from tribrach.simulate.twins.newcastle_lab import MISALIGNMENTS
 
 RUN = CliRunner()
@@ -304,3 +306,13 @@ def test_the_project_model_knows_its_names(tmp_path: Path) -> None:
     path = job(tmp_path, lab(("x10",)))
     network = Project.load(path).network()
     assert set(network.start.layout.names["scalar"]) == {f"{p}(scanner)" for p in MISALIGNMENTS}
+
+
+def test_keys_are_documented() -> None:
+    docs = Path(__file__).parents[2] / "docs"
+    project, page = ((docs / f"{name}.md").read_text() for name in ("project", "calibration"))
+    section = project.split("\n## calibration\n")[1].split("\n## ")[0]
+    listed = set(re.findall(r"[a-z_0-9]+", " ".join(re.findall(r"`([^`]+)`", section))))
+    assert set(CalibrationSection.model_fields) | set(Hold.model_fields) <= listed
+    for name in MODELS:
+        assert f"`{name}`" in page

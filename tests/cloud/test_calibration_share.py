@@ -3,6 +3,7 @@
 import numpy as np
 from scipy.stats import chi2
 
+from tribrach.cloud.budget import point_budget
 from tribrach.cloud.calibration_share import share_of
 from tribrach.cloud.covariance import covariances, sigmas
 from tribrach.cloud.placement import CalibrationShare, Placement
@@ -81,3 +82,12 @@ def test_turned_axes_turn_the_share() -> None:
         return np.array([[s[0], s[3], s[4]], [s[3], s[1], s[5]], [s[4], s[5], s[2]]])
 
     np.testing.assert_allclose(full(b), turn @ full(a) @ turn.T, atol=1e-15)
+
+
+def test_the_budget_adds_up_with_a_calibration() -> None:
+    where = placement(joint())
+    xyz = np.array([[4.0, 3.0, 1.0], [-6.0, 2.0, -1.2]])
+    budget = point_budget(xyz, where)
+    assert budget.names[:2] == ("station", "calibration")
+    stated = covariances(xyz, where)[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(-1, 3, 3)
+    np.testing.assert_allclose(budget.total, stated, rtol=1e-9)

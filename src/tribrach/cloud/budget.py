@@ -2,9 +2,10 @@
 
 ``C_X = sum_g J_geo C_g J_geo^T + sum_k J_k s_k^2 J_k^T``: the groups g share the covariance of
 the station (method section 5.1), the parts k are range, incidence, both angles and the beam's
-footprint (5.2). Along the normal of the surface each gives ``n^T C n``; what remains of its trace
-lies in the surface. Points and normals (n, 3) in the scanner frame [m], covariances (n, 3, 3)
-in the axes of the world [m^2].
+footprint (5.2); a calibration of the scanner has a share of its own, which may be negative where
+its parameters and the poses are correlated. Along the normal of the surface each gives
+``n^T C n``; what remains of its trace lies in the surface. Points and normals (n, 3) in the scanner
+frame [m], covariances (n, 3, 3) in the axes of the world [m^2].
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tribrach.cloud.calibration_share import share_of
 from tribrach.cloud.placement import Placement
 from tribrach.geometry.rotation import skew
 from tribrach.scan.normals import FLATTEST
@@ -91,6 +93,10 @@ def point_budget(
     arm = xyz @ frame.T
     geo = np.concatenate([np.broadcast_to(np.eye(3), (len(xyz), 3, 3)), -skew(arm)], axis=2)
     parts = [geo @ share @ geo.transpose(0, 2, 1) for share in shares.values()]
+    names = tuple(shares)
+    if placement.calibration is not None:
+        parts.append(_symmetric(share_of(xyz, placement)))
+        names = (*names, "calibration")
     length = np.linalg.norm(xyz, axis=1)
     beam, horizontal, vertical = (axis @ frame.T for axis in _axes(xyz, length))
     straight = noise.range_sigma(length) ** 2
@@ -107,7 +113,12 @@ def point_budget(
         ((length * noise.vertical) ** 2)[:, None, None] * upright,
         spot[:, None, None] * (across + upright),
     ]
-    return PointBudget((*shares, *POINT_PARTS), np.array(parts), normals @ frame.T)
+    return PointBudget((*names, *POINT_PARTS), np.array(parts), normals @ frame.T)
+
+
+def _symmetric(elements: Array) -> Array:
+    """Matrices (n, 3, 3) of their elements (n, 6) xx, yy, zz, xy, xz, yz."""
+    return elements[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(-1, 3, 3)
 
 
 def _check_sum(shares: Mapping[str, Array], covariance: Array) -> None:
