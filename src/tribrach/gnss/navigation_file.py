@@ -95,7 +95,10 @@ def _check_lines(path: Path, data: bytes, start: int, found: list[re.Match[bytes
     same = [m for m in found[:-1] if m.group()[:1] == last[:1]] or found[:-1]
     k = found.index(same[-1])
     whole = data[found[k].start() : found[k + 1].start()].rstrip()
-    if last.count(b"\n") < whole.count(b"\n"):
+    lines, model = last.split(b"\n"), whole.split(b"\n")
+    # without its newline the last line may have lost its end
+    cut = not data.endswith((b"\n", b"\r")) and len(lines[-1]) < len(model[-1])
+    if len(lines) != len(model) or cut:
         raise InputError(
             "the navigation file ends within a record",
             file=path,
