@@ -14,10 +14,17 @@ from tests.registration.plane_scenes import (
     yard,
     yard_station,
 )
+from tribrach.errors import RankDefect
 from tribrach.geometry import rotation
 from tribrach.geometry.pose import Pose
+from tribrach.network.adjustment import adjust
+from tribrach.network.network import Datum
+from tribrach.network.observations.plane import FittedPlanes
+from tribrach.network.survey import Survey
 from tribrach.registration.by_planes import register_by_planes
-from tribrach.registration.plane_poses import pair_poses
+from tribrach.registration.plane_poses import information, pair_poses
+from tribrach.registration.plane_set import PlaneSet
+from tribrach.registration.plane_shifts import open_directions
 from tribrach.simulate.scene import Scene, box
 
 
@@ -103,3 +110,54 @@ def test_three_stations_form_one_group_with_closing_loops():
     root = next(name for name, pose in found.groups[0].items() if (pose.translation == 0).all())
     for name, pose in found.groups[0].items():
         assert apart(pose, POSES[root].inverse @ POSES[name])[0] < 0.01
+
+
+@pytest.mark.parametrize(
+    ("normals", "rank"),
+    [
+        ([[0, 0, 1]], 3),
+        ([[0, 0, 1], [1, 0, 0]], 5),
+        ([[0, 0, 1], [1, 0, 0], [0.5, 0.5, 0.7]], 6),
+        ([[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0.6, 0.8, 0], [0, -1, 0]], 5),
+    ],
+)
+def test_how_many_directions_planes_hold(normals, rank):
+    """One plane three, two five, three six, any number of walls five (method section 2.10)."""
+    n = np.array(normals, dtype=float)
+    n /= np.linalg.norm(n, axis=1, keepdims=True)
+    count = len(n)
+    planes = PlaneSet(
+        n,
+        -5.0 * n,
+        np.tile(np.diag([1e-8, 1e-8, 1e-6]), (count, 1, 1)),
+        np.full(count, 10.0),
+        (np.zeros((1, 3)),) * count,
+        np.full(count, 0.2),
+        ("scan",) * count,
+    )
+    pairs = np.stack([np.arange(count)] * 2, axis=1)
+    matrix, _ = information(planes, planes, pairs, Pose.identity())
+    assert np.linalg.matrix_rank(matrix, tol=1e-6 * np.linalg.norm(matrix)) == rank
+    assert len(open_directions(n)) == 3 - np.linalg.matrix_rank(n)
+
+
+def test_a_network_with_too_few_planes_says_what_stays_open():
+    """Asked for without the search: the adjustment names the station and the direction."""
+    survey = Survey(datum=Datum("free"))
+    normals = np.array([[0, 0, 1], [0, 1, 0], [0, -1, 0]], dtype=float)
+    for k, normal in enumerate(normals):
+        survey.planes[f"P{k}"] = normal, -5.0
+    for name, place in (("S1", [0.0, 0, 0]), ("S2", [3.0, 1, 0])):
+        survey.station(name, translation=place, rotation=np.eye(3))
+        survey.add(
+            FittedPlanes,
+            values=np.zeros((3, 3)),
+            sigma=np.tile([1e-4, 1e-4, 1e-3], (3, 1)),
+            station=[name] * 3,
+            plane=["P0", "P1", "P2"],
+            normal=normals,
+            centroid=normals * (-5.0 - normals @ place)[:, None],
+        )
+    with pytest.raises(RankDefect) as caught:
+        adjust(survey.network())
+    assert "E of station S2" in str(caught.value)
