@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tribrach.instruments.calibration_sets import unit_of
 from tribrach.network.calibration_correlations import LIMITS
@@ -12,6 +13,8 @@ from tribrach.network.self_calibration import SelfCalibration, remedy_sentences
 from tribrach.units import SEC
 
 __all__ = ["calibration_sentences", "calibration_text", "datum_words", "shown", "shown_unit"]
+
+Array = NDArray[np.float64]
 
 
 def shown_unit(unit: str) -> str:
@@ -168,12 +171,12 @@ def _datum(found: SelfCalibration) -> list[str]:
     ]
 
 
-def _ratio(a: np.ndarray, b: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
+def _ratio(a: Array, b: Array) -> Array:
     good = b > 0
     return np.asarray(a[good] / b[good])
 
 
-def _range(values: np.ndarray) -> str:  # type: ignore[type-arg]
+def _range(values: Array) -> str:
     if len(values) == 0:
         return "1"
     low, high = float(values.min()), float(values.max())
