@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 from tests.io.survey.gnss_samples import ADJUSTED, GIVEN, VECTORS, write_csv, write_gvx
 from tests.network.networks import trilateration
 from tribrach.cli import app
+from tribrach.geodesy.site import EllipsoidSite
 from tribrach.gnss.engine import engines
 from tribrach.network.adjustment import adjust
 from tribrach.network.network import Datum
@@ -130,6 +131,28 @@ def test_projected_coordinates_come_back(tmp_path: Path) -> None:
     # the adjusted vector in ECEF is the mean of both, whatever the projection does
     vector = np.subtract(points["B"]["ecef"], points["A"]["ecef"])
     np.testing.assert_allclose(vector, [-350.0005, 520, 330], atol=1e-6)
+
+
+def test_a_site_is_centred_on_geographic_points(tmp_path: Path) -> None:
+    (tmp_path / "p.csv").write_text(
+        "point,latitude_deg,longitude_deg,height_m,role\nA,37.87,32.5,1020.0,fixed\n"
+        "B,37.88,32.52,1030.0,approximate\n"
+    )
+    (tmp_path / "p.toml").write_text(
+        '[site]\nframe = "ITRF96"\nepoch = 2005.0\n[[points]]\nfile = "p.csv"\n'
+        '[[observations]]\nfile = "v.csv"\n'
+    )
+    (tmp_path / "v.csv").write_text(
+        "from,to,dx_m,dy_m,dz_m,sigma_dx_mm,sigma_dy_mm,sigma_dz_mm\nA,B,1,2,3,3,3,3\n"
+    )
+    network = Project.load(tmp_path / "p.toml").network()
+    site = network.site
+    assert isinstance(site, EllipsoidSite)
+    np.testing.assert_allclose(
+        np.degrees([site.latitude, site.longitude]), [37.875, 32.51], atol=1e-5
+    )
+    geodetic = site.geodetic(network.start.points)
+    np.testing.assert_allclose(geodetic[0], [*np.radians([37.87, 32.5]), 1020.0], atol=1e-8)
 
 
 def test_adjust_takes_a_project(tmp_path: Path) -> None:
