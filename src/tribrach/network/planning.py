@@ -85,8 +85,8 @@ class Figures:
     names (p,) and sigma (p,) : largest standard deviation in any direction of each named position
     [m], in the network's datum; redundancy : the smallest, see :func:`redundancy_rows`;
     undetected : largest displacement of a named position by an error that stays undetected [m],
-    infinite where an uncontrolled value reaches one; correlation : the largest, NaN without parameters. The last three have their places in
-    words.
+    infinite where an uncontrolled value reaches one; correlation : the largest, NaN without
+    parameters. The last three have their places in words.
     """
 
     names: tuple[str, ...]
