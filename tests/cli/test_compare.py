@@ -152,7 +152,7 @@ def test_a_site_without_points(folder: Path, tmp_path: Path) -> None:
         (("S1.laz", "S2.laz", "--method", "icp"), "--method"),
         (("S1.laz", "S2.laz", "--poses", "bad.csv"), "this is no file of poses"),
         (("S1.laz", "S2.laz", "--poses", "list.json"), "this is no file of poses"),
-        (("S1.laz", "S2.laz", "--poses", "short.json"), "the pose of S1 is not made of 4x4 numbers"),
+        (("S1.laz", "S2.laz", "--poses", "short.json"), "pose of S1 is not made of 4x4 numbers"),
         (("S1.laz", "S2.laz", "--poses", "words.json"), "the pose of S1 is not made of numbers"),
         (("S1.laz", "S2.laz", "--poses", "none.json"), "none.json"),
         (("S1.laz", "cut.laz"), "cut.laz"),

@@ -28,8 +28,8 @@ VARIANCE = ("m2", "mm2")
 
 _LENGTHS = (
     "slope_distance", "horizontal_distance", "height_difference", "distance", "height_instrument",
-    "height_target", "antenna_height", "rod", "eccentricity", "length", "range", "e", "n", "u", "easting", "northing",
-    "height", "x", "y", "z", "de", "dn", "du", "dx", "dy", "dz", "ecef_x", "ecef_y", "ecef_z",
+    "height_target", "antenna_height", "rod", "eccentricity", "length", "range", "e", "n", "u",
+    "easting", "northing", "height", "x", "y", "z", "de", "dn", "du", "dx", "dy", "dz", "ecef_x", "ecef_y", "ecef_z",
 )  # fmt: skip
 _ANGLES = (
     "direction", "angle", "azimuth", "zenith", "horizontal", "latitude", "longitude", "tilt_x",
@@ -59,8 +59,8 @@ NUMBERS = (
 )  # fmt: skip
 #: columns of names and words
 WORDS = (
-    "from", "to", "at", "point", "gnss", "station", "scan", "target", "mark", "set", "use", "reason",
-    "group", "role", "comment", "setup", "code", "kind",
+    "from", "to", "at", "point", "gnss", "station", "scan", "target", "mark", "set", "use",
+    "reason", "group", "role", "comment", "setup", "code", "kind",
 )  # fmt: skip
 
 _COMMON = ("use", "reason", "group", "comment")

@@ -4,8 +4,9 @@ What a file holds follows from its columns (:mod:`~tribrach.io.survey.csv_column
 levelling (``from,to``), angles (``at,from,to``), GNSS vectors (``from,to,de_m,dn_m,du_m``), scanner
 targets and polar observations (``station,target``), readings of a total station
 (``station,target,direction_gon``), inclinations (``station,tilt_x_arcsec``), GNSS
-positions (``gnss,e_m,n_m,u_m``), targets on rods (``mark,target,rod_m``) and given coordinates (``point,e_m,n_m,u_m``). Standard deviations
-stand in ``sigma_`` columns or come from the instrument of the project.
+positions (``gnss,e_m,n_m,u_m``), targets on rods (``mark,target,rod_m``) and given coordinates
+(``point,e_m,n_m,u_m``). Standard deviations stand in ``sigma_`` columns or come from the instrument
+of the project.
 """
 
 from __future__ import annotations

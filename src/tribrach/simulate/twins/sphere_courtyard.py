@@ -206,7 +206,8 @@ def _survey(
     targets: list[Target], marks: dict[str, Array], rng: np.random.Generator
 ) -> dict[str, str]:
     """GNSS on poles over the marks, lengths of the rods; check points to 5 mm."""
-    antennas = {name: x + [0, 0, ANTENNA] for name, x in marks.items()}
+    up = np.array([0.0, 0.0, ANTENNA])
+    antennas = {name: x + up for name, x in marks.items()}
     over = dict.fromkeys(marks, ANTENNA)
     rods = {name: (f"P{name[1:]}", MARKS[f"P{name[1:]}"][2]) for name in marks}
     checks = {t.name: t.center for t in targets if t.name in CHECKS}
