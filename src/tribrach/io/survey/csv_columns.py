@@ -29,7 +29,8 @@ VARIANCE = ("m2", "mm2")
 _LENGTHS = (
     "slope_distance", "horizontal_distance", "height_difference", "distance", "height_instrument",
     "height_target", "antenna_height", "rod", "eccentricity", "length", "range", "e", "n", "u",
-    "easting", "northing", "height", "x", "y", "z", "de", "dn", "du", "dx", "dy", "dz", "ecef_x", "ecef_y", "ecef_z",
+    "easting", "northing", "height", "x", "y", "z", "de", "dn", "du", "dx", "dy", "dz", "ecef_x",
+    "ecef_y", "ecef_z",
 )  # fmt: skip
 _ANGLES = (
     "direction", "angle", "azimuth", "zenith", "horizontal", "latitude", "longitude", "tilt_x",
