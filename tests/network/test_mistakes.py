@@ -17,6 +17,7 @@ from tribrach.network.snooping import snoop
 from tribrach.network.survey import Survey
 from tribrach.network.suspects import find_suspects
 from tribrach.network.swapped_names import swapped_names
+from tribrach.pipeline import Settings, adjust_network
 from tribrach.simulate.twin import Twin
 from tribrach.stages.naming import known_points
 
@@ -114,3 +115,13 @@ def test_an_exchange_is_told_from_a_wild_reading(made: Twin, tmp_path: Path) -> 
     worst = find_suspects(weigh(adjustment))[0]
     assert worst.key == (table, 10)
     assert "direction" in Network.describe(direction, 10, adjustment.state)
+
+
+def test_the_report_names_them_first(made: Twin, tmp_path: Path) -> None:
+    """Also where snooping then switches single observations off."""
+    found = survey(made, tmp_path, lambda text: higher(text, "D", -0.005)).network()
+    for settings in (Settings(), Settings(snoop=True)):
+        content = adjust_network(found, settings)
+        (named,) = [w for w in content.warnings if "in the way of one mistake" in w]
+        assert "the height of instrument at D" in named
+        assert "too low" in named
