@@ -24,7 +24,7 @@ __all__ = ["Differences", "differences"]
 Array = NDArray[np.float64]
 
 #: surfels with as many points, and no rougher than this many times the median, are flat places
-_POINTS, _SMOOTH = 12, 1.5
+_POINTS, _SMOOTH = 12, 2.5
 #: fewer places tell nothing
 _PLACES = 30
 

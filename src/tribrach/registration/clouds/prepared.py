@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach.errors import InputError
-from tribrach.registration.clouds.cells import CellSum, coarser
+from tribrach.geometry.pose import Pose
+from tribrach.geometry.rotation import exp
+from tribrach.registration.clouds.cells import Cells, CellSum, coarser
 from tribrach.registration.clouds.fine import Indexed
 from tribrach.registration.clouds.surfels import Surfels, surfels_of
 from tribrach.registration.clouds.view import View
@@ -23,10 +25,15 @@ Array = NDArray[np.float64]
 
 #: edges of the cubes: fine ones for the last tenths, coarse ones for the search [m]
 FINE, _COARSE = 0.1, 0.4
+#: turn of the cubes: a floor or wall that runs along faces of cubes would be cut by them, its noise
+#: above in one cube and below in the other
+_ASKEW = Pose(exp(np.array([0.37, 0.53, 0.29])), np.zeros(3))
 #: no scan is coarser than this share of its radius: rooms and models have small cubes
 _OF_RADIUS = 0.04
 #: surfels that are kept, at most
 _FINE_MOST, _COARSE_MOST = 200_000, 12_000
+#: times that cubes are merged; once more for a scan with fewer surfels than this
+_MERGES, _SPARSE = 3, 3000
 #: fewer are no scan to register
 _FEWEST = 50
 
@@ -56,19 +63,22 @@ def prepare(name: str, chunks: Iterable[Array], size: float = FINE) -> PreparedS
     """
     total, view, cubes = 0, View(), CellSum(size)
     for xyz in chunks:
-        cubes.add(xyz)
+        cubes.add(_ASKEW @ xyz)
         view.add(xyz)
         total += len(xyz)
     view.settle()
     cells = cubes.cells
-    fine = _thinned(surfels_of(cells), _FINE_MOST)
+    fine = _upright(cells, _MERGES)
+    if len(fine) < _SPARSE:
+        fine = _upright(cells, _MERGES + 1)
+    fine = _thinned(fine, _FINE_MOST)
     radius = float(np.quantile(np.linalg.norm(fine.center, axis=1), 0.9)) if len(fine) else 0.0
     while cells.size < min(_COARSE, _OF_RADIUS * radius) - 1e-6:
         cells = coarser(cells)
-    coarse = surfels_of(cells, 2)
+    coarse = _upright(cells, 2)
     while len(coarse) > _COARSE_MOST:
         cells = coarser(cells)
-        coarse = surfels_of(cells, 2)
+        coarse = _upright(cells, 2)
     if len(fine) < _FEWEST or len(coarse) < _FEWEST:
         raise InputError(
             f"scan {name} has {total} points that make {len(fine)} pieces of surface, too few to "
@@ -76,6 +86,11 @@ def prepare(name: str, chunks: Iterable[Array], size: float = FINE) -> PreparedS
             cure="give the whole scan, with surfaces in it",
         )
     return PreparedScan(name, total, Indexed.of(fine), Indexed.of(coarse), view)
+
+
+def _upright(cells: Cells, merges: int) -> Surfels:
+    """Surfels of cubes that stand askew, in the scanner's frame."""
+    return surfels_of(cells, merges).placed(_ASKEW.inverse)
 
 
 def _thinned(surfels: Surfels, most: int) -> Surfels:

@@ -101,8 +101,12 @@ def relative_covariance(
     middle = m.point.mean(axis=0)
     lever = float(np.sqrt(((m.point - middle) ** 2).sum(axis=1).mean()))
     design = np.concatenate([m.normal, np.cross((m.point - middle) / lever, m.normal)], axis=1)
-    weight = (1 - (m.residual / found.gate) ** 2) ** 2 / (m.sigma**2 + (found.gate / 4.5) ** 2)
-    normal = (design * weight[:, None]).T @ design
+    u = (m.residual / found.gate) ** 2
+    alone = 1 / (m.sigma**2 + (found.gate / 4.5) ** 2)
+    weight = (1 - u) ** 2 * alone
+    # Tukey's loss gives way: its slope, not its weight, is what holds (Huber 1981, chapter 7)
+    slope = (1 - u) * (1 - 5 * u) * alone
+    normal = (design * slope[:, None]).T @ design
     unheld, held, places = _directions(a, b, m, design, weight, normal, middle, lever)
     half = held @ _inverse_root(held.T @ normal @ held)
     scores = (design @ half) * (weight * m.residual)[:, None]

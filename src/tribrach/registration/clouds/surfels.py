@@ -1,7 +1,7 @@
 """A scan as surfels: small pieces of surface, each the mean and the plane of a cube of points.
 
 The normal is the direction of least spread of the points in the cube, towards the scanner. Cubes
-with too few points for a plane, or rough ones, count in one of twice the size, up to 16 times;
+with too few points for a plane, or rough ones, count in one of twice the size, up to 8 or 16 times;
 what is no plane then (edges, leaves) is left out. All points of a scan take part, so that its noise
 is averaged; what remains is shared by neighbours and is counted elsewhere. Scanner frame, metres.
 """
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 #: points that make a plane
 FEWEST = 6
 #: times that cubes with too few points are merged
-_MERGES = 4
+_MERGES = 3
 #: thickness over the lesser width of points that are still a plane
 _THIN = 0.2
 #: lesser over greater width of points that are no line

@@ -1,0 +1,129 @@
+"""The covariance of a fit against the scatter of fits, and what the clouds show of it."""
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from tests.registration.clouds.scenes import scanned, yard
+from tribrach.geometry.pose import Pose
+from tribrach.geometry.rotation import exp, log
+from tribrach.network.observations.relative_pose import RelativePoses
+from tribrach.network.unknowns import Layout, State
+from tribrach.registration.clouds.differences import differences
+from tribrach.registration.clouds.fine import align
+from tribrach.registration.clouds.prepared import PreparedScan, prepare
+from tribrach.registration.clouds.relative_covariance import relative_covariance
+from tribrach.simulate.twins import sphere_courtyard
+
+NO_FLOOR = (0.0, 0.0)
+START = Pose(exp(np.array([1e-3, -5e-4, 2e-3])), np.array([0.03, -0.02, 0.01]))
+
+
+def off(found: Pose, true: Pose, middle: np.ndarray) -> np.ndarray:
+    """Error (6,): shift of the middle and turn about it, frame of a."""
+    moved = found @ (true.inverse @ middle) - middle
+    return np.concatenate([moved, log(found.rotation @ true.rotation.T)])
+
+
+def normalised(a: PreparedScan, b: PreparedScan, true: Pose) -> float:
+    """Squared error over its covariance; six on the average."""
+    found = align(a.fine, b.fine, START @ true)
+    precision = relative_covariance(a.fine, b.fine, found, NO_FLOOR)
+    assert precision.rank == 6
+    error = off(found.pose, true, precision.middle)
+    return float(error @ np.linalg.solve(precision.local, error))
+
+
+def test_errors_are_as_large_as_their_covariance_says() -> None:
+    """Three draws of noise and attitude: chi-square with 18 degrees of freedom (99 %)."""
+    total = 0.0
+    for seed in range(1, 4):
+        places = ((-4.0, 3.0, 0.3), (5.0, -2.0, 2.5))
+        scans, poses = scanned(yard(), places, points=100_000, seed=seed)
+        total += normalised(scans[0], scans[1], poses[0].inverse @ poses[1])
+    low, high = chi2.ppf([0.005, 0.995], 18)
+    assert low < total < high
+
+
+def test_the_floor_is_added() -> None:
+    scans, poses = scanned(yard(), ((-4.0, 3.0, 0.3), (5.0, -2.0, 2.5)))
+    a, b = (s.fine for s in scans)
+    found = align(a, b, poses[0].inverse @ poses[1])
+    bare = relative_covariance(a, b, found, NO_FLOOR)
+    full = relative_covariance(a, b, found, (2e-3, 1e-4))
+    added = np.diag(np.repeat([4e-6, 1e-8], 3))
+    assert np.allclose(full.local - bare.local, added, atol=1e-15)
+    assert bare.effective <= 0.5 * bare.observations
+
+
+def test_covariance_is_in_the_order_of_the_observation() -> None:
+    """Errors drawn from the local covariance, as residuals of the observation they become."""
+    scans, poses = scanned(yard(), ((-4.0, 3.0, 0.3), (5.0, -2.0, 2.5)))
+    a, b = (s.fine for s in scans)
+    found = align(a, b, poses[0].inverse @ poses[1])
+    p = relative_covariance(a, b, found, (1e-3, 1e-3))
+    draws = np.random.default_rng(1).multivariate_normal(np.zeros(6), p.local, 4000)
+    pose, turns = found.pose, exp(draws[:, 3:])
+    moved = np.einsum("nij,j->ni", turns, pose.translation - p.middle) + p.middle + draws[:, :3]
+    n = len(draws)
+    layout = Layout(poses=[f"P{k}" for k in range(n + 1)])
+    state = State(
+        layout,
+        np.zeros((0, 3)),
+        np.concatenate([np.zeros((1, 3)), moved]),
+        np.concatenate([np.eye(3)[None], turns @ pose.rotation]),
+        np.zeros((0, 3)),
+        np.zeros(0),
+        np.zeros((0, 3)),
+        np.zeros(0),
+    )
+    observed = RelativePoses(
+        values=np.tile([*pose.translation, 0, 0, 0], (n, 1)),
+        covariance=np.tile(p.covariance, (n, 1, 1)),
+        start=np.zeros(n, dtype=np.int64),
+        end=np.arange(1, n + 1),
+        rotation=np.tile(pose.rotation, (n, 1, 1)),
+    )
+    residual = observed.predict(state) - observed.values
+    square = np.einsum("ni,ij,nj->n", residual, np.linalg.inv(p.covariance), residual)
+    low, high = chi2.ppf([0.005, 0.995], 6 * n)
+    assert low < square.sum() < high
+
+
+def test_clouds_differ_as_predicted() -> None:
+    """Observed differences of placed clouds against noise and registration, within 10 %."""
+    scans, poses = scanned(yard(), ((-4.0, 3.0, 0.3), (1.0, -2.0, 2.5)), points=400_000)
+    found = align(scans[0].fine, scans[1].fine, poses[0].inverse @ poses[1])
+    precision = relative_covariance(scans[0].fine, scans[1].fine, found, NO_FLOOR)
+    turn = np.eye(6)
+    turn[3:, 3:] = found.pose.rotation
+    one = differences(*scans, found.pose, turn @ precision.covariance @ turn.T)
+    assert one is not None
+    assert one.places > 100
+    assert one.ratio == pytest.approx(1.0, abs=0.1)
+
+
+@pytest.mark.slow
+def test_courtyard_by_clouds() -> None:
+    """Five seeds of the twin, six whole stations each: errors chi-square, differences as said."""
+    total, freedom, ratios = 0.0, 0, []
+    for seed in range(1, 6):
+        twin = sphere_courtyard.build(300_000, seed)
+        scans, poses = [], []
+        for k, one in enumerate(twin.scans):
+            if one.name == one.station and one.station != "S6":
+                scans.append(prepare(one.station, (block.xyz for block in twin.measure(k))))
+                poses.append(twin.station(one.station).pose)
+        for k in range(len(scans) - 1):
+            true = poses[k].inverse @ poses[k + 1]
+            total += normalised(scans[k], scans[k + 1], true)
+            freedom += 6
+            found = align(scans[k].fine, scans[k + 1].fine, true)
+            p = relative_covariance(scans[k].fine, scans[k + 1].fine, found, NO_FLOOR)
+            turn = np.eye(6)
+            turn[3:, 3:] = found.pose.rotation
+            one = differences(scans[k], scans[k + 1], found.pose, turn @ p.covariance @ turn.T)
+            ratios.append(one.ratio if one is not None else np.nan)
+    low, high = chi2.ppf([0.005, 0.995], freedom)
+    assert low < total < high
+    assert np.nanmean(ratios) == pytest.approx(1.0, abs=0.1)
