@@ -142,3 +142,33 @@ def test_the_common_share_is_the_instruments(tmp_path: Path) -> None:
         else:
             assert found == []
     assert sessions(adjust(own.network()))[0].sigma[2] == pytest.approx(0.05 * np.sqrt(0.5))
+
+
+def test_a_free_network_has_no_absolute_accuracy(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    places = rng.uniform(-10, 10, (5, 3))
+    rows = ["station,target,x_m,y_m,z_m,sigma_x_mm,sigma_y_mm,sigma_z_mm"]
+    for station, shift in (("S1", 0.0), ("S2", 3.0)):
+        rows += [
+            f"{station},T{k},{x - shift:.4f},{y:.4f},{z:.4f},1,1,1"
+            for k, (x, y, z) in enumerate(places)
+        ]
+    (tmp_path / "t.csv").write_text("\n".join(rows))
+    path = tmp_path / "p.toml"
+    path.write_text('datum = "free"\n[[observations]]\nfile = "t.csv"\n')
+    content = run(Project.load(path))
+    (chapter,) = [c for c in content.chapters if c.name == "georeferencing"]
+    assert any("There is no absolute accuracy" in text for text in chapter.sentences)
+    assert chapter.data["absolute"] is None
+    assert chapter.data["relative"]["pair"][0] < 0.002
+
+
+def test_held_points_count_as_free_of_errors(tmp_path: Path) -> None:
+    project(tmp_path)
+    (tmp_path / "c.csv").write_text("point,e_m,n_m,u_m\nP0,-20,-20,101.8\n")
+    path = tmp_path / "p.toml"
+    path.write_text(path.read_text() + '[[points]]\nfile = "c.csv"\nrole = "fixed"\n')
+    (chapter,) = [c for c in run(Project.load(path)).chapters if c.name == "georeferencing"]
+    assert any("count as free of errors" in text for text in chapter.sentences)
+    # three free spheres are left; the common shift is known through the held one
+    assert chapter.data["absolute"]["shift"][2] < 0.05 * np.sqrt(0.5 + 0.5 / 3)
