@@ -228,6 +228,19 @@ def test_command_and_its_json(shared_data: Path, tmp_path: Path) -> None:
 
 @needs_engine
 @pytest.mark.data
+def test_exchanged_receivers_are_noticed(shared_data: Path) -> None:
+    base, rover, orbits = geonet(shared_data)
+    with pytest.raises(InputError, match="are they right, or are base and rover exchanged"):
+        compute_baseline(rover, base, orbits, BASE_3040)
+    high = np.array(BASE_3040) * (1 + 200 / 6.37e6)
+    found = compute_baseline(base, rover, orbits, high)
+    assert "19" in found.warnings[0] or "20" in found.warnings[0]
+    assert "m from the position in the header" in found.warnings[0]
+    assert not compute_baseline(base, rover, orbits, BASE_3040).warnings
+
+
+@needs_engine
+@pytest.mark.data
 def test_float_solutions_say_so(shared_data: Path) -> None:
     # a threshold that no ratio reaches
     found = compute_baseline(*geonet(shared_data), BASE_3040, Processing(ratio=1e6))

@@ -36,6 +36,8 @@ Progress = Callable[[str, int, int | None], None]
 LONG = 20_000.0
 #: fixed epochs of the second half of a session agree better than this [m]
 DISAGREEING = 0.05
+#: receivers know their place better than this [m]
+ASTRAY = 100.0
 #: bits of RTKLIB's satellite systems
 _SYSTEM_BITS = {"G": 1, "S": 2, "R": 4, "E": 8, "J": 16, "C": 32, "I": 64}
 
@@ -150,7 +152,11 @@ def compute_baseline(
         out, engine = run_engine(options, files, folder, engine=wish.engine, seconds=wish.seconds)
         solution, used = read_solution(out), read_status(out.with_name(out.name + ".stat"))
     progress("computing baseline", 1, 1)
-    warnings = [*_file_warnings(first, second), *antenna_warnings(*setups, wish.antex)]
+    warnings = [
+        *_place_warnings(first, reference),
+        *_file_warnings(first, second),
+        *antenna_warnings(*setups, wish.antex),
+    ]
     if used is None:
         used = Use(tuple(systems), None)
     return _baseline(first, second, reference, solution, wish, (used, engine), warnings)
@@ -195,6 +201,19 @@ def _staged(folder: Path, files: Sequence[ObservationFile | NavigationFile]) -> 
         path.write_bytes(file.text)
         out.append(path)
     return out
+
+
+def _place_warnings(base: ObservationFile, reference: Array) -> list[str]:
+    """Coordinates of the base that are not where its receiver believed to be."""
+    away = float(np.linalg.norm(reference - base.approximate))
+    # no position in the header is not a number, and never too far
+    if not away > ASTRAY:
+        return []
+    return [
+        f"the coordinates of the base are {away:.0f} m from the position in the header of "
+        f"{base.path.name}: are they right, or are base and rover exchanged? The baseline would be "
+        f"off by some {1e6 * away / 6.4e6:.0f} ppm"
+    ]
 
 
 def _file_warnings(*files: ObservationFile) -> list[str]:
@@ -246,9 +265,13 @@ def _baseline(
     """The baseline of a solution: its best determined epoch, fixed where any is."""
     phase = np.flatnonzero(solution.quality <= FLOAT)
     if not len(phase):
+        what = f"no baseline from {first.path.name} to {second.path.name}: "
+        if astray := _place_warnings(first, reference):
+            raise InputError(
+                what + astray[0].split("?")[0], cure="give the coordinates of the base mark"
+            )
         raise InputError(
-            f"no baseline from {first.path.name} to {second.path.name}: no epoch has phases of "
-            "enough common satellites",
+            what + "no epoch has phases of enough common satellites",
             cure="lower the elevation mask, or check that both files hold phases and the "
             "navigation file their satellites",
         )
