@@ -1,0 +1,114 @@
+"""The command register: files in, poses with covariances out; refusals as sentences."""
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from tests.registration.clouds.scenes import NOISE, error, points_of, yard
+from tribrach.cli import app
+from tribrach.geometry.pose import Pose
+from tribrach.io.scans.formats import read_scans
+from tribrach.simulate.setups import levelled
+from tribrach.stages.pose_file import read_poses
+
+RUN = CliRunner()
+PLACES = ((-4.0, 3.0, 0.3), (5.0, -2.0, 2.5), (2.0, 8.0, -1.4))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Three scans of the yard as PLY, one as E57 too, and their true poses."""
+    place = tmp_path_factory.mktemp("register")
+    rng = np.random.default_rng(1)
+    poses = []
+    for k, (x, y, heading) in enumerate(PLACES):
+        pose = levelled((x, y, 1.6), heading, 5e-5, rng)
+        xyz = points_of(yard(), pose, 50_000, k)
+        np.savetxt(place / f"S{k + 1}.xyz", xyz, fmt="%.4f")
+        poses.append(pose.matrix.tolist())
+    for k in (1, 2):
+        source = place / f"S{k}.xyz"
+        result = RUN.invoke(app, ["convert", str(source), str(place / f"E{k}.e57"), "-q"])
+        assert result.exit_code == 0, result.output
+    (place / "truth.json").write_text(json.dumps(poses))
+    assert NOISE.range == 0.001
+    return place
+
+
+def true_poses(folder: Path) -> list[Pose]:
+    return [Pose.from_matrix(np.array(m)) for m in json.loads((folder / "truth.json").read_text())]
+
+
+def test_three_scans_from_nothing(folder: Path) -> None:
+    out = folder / "out"
+    files = [str(folder / f"S{k}.xyz") for k in (1, 2, 3)]
+    call = ["register", *files, "--out", str(out), "--json", str(folder / "found.json")]
+    result = RUN.invoke(app, call)
+    assert result.exit_code == 0, result.output
+    assert "S1 - S2 - S3 - S1" in result.output
+    true = true_poses(folder)
+    data = json.loads((folder / "found.json").read_text())
+    assert data["schema"] == 1
+    assert [p["registered"] for p in data["pairs"]] == [True] * 3
+    assert [loop["closes"] for loop in data["loops"]] == [True]
+    (group,) = data["groups"]
+    assert group["frame_of"] == "S1"
+    for k, name in enumerate(("S1", "S2", "S3")):
+        one = group["stations"][name]
+        found = Pose.from_matrix(np.array(one["world_from_scanner"]))
+        assert error(found, true[0].inverse @ true[k])[0] < 1e-3
+        covariance = np.array(one["covariance"])
+        assert (np.diag(covariance) > 0).all() == (name != "S1")
+    poses = read_poses(out / "poses.json")
+    assert poses.stations == ("S1", "S2", "S3")
+    assert poses.joint is not None
+    with (out / "poses.csv").open() as file:
+        assert [row["scan"] for row in csv.DictReader(file)] == ["S1", "S2", "S3"]
+
+
+def test_e57_files_get_their_poses(folder: Path) -> None:
+    out = folder / "placed"
+    files = [str(folder / f"E{k}.e57") for k in (1, 2)]
+    result = RUN.invoke(app, ["register", *files, "--out", str(out)])
+    assert result.exit_code == 0, result.output
+    true = true_poses(folder)
+    (second,) = read_scans(out / "E2.e57")
+    assert second.pose is not None
+    assert error(second.pose, true[0].inverse @ true[1])[0] < 1e-3
+
+
+def test_one_scan_is_refused(folder: Path) -> None:
+    result = RUN.invoke(app, ["register", str(folder / "S1.xyz")])
+    assert result.exit_code == 2
+    assert "there is one scan in these files; give at least two scans" in result.output
+
+
+def test_a_cloud_of_the_world_is_refused(folder: Path, tmp_path: Path) -> None:
+    away = tmp_path / "away.xyz"
+    xyz = np.loadtxt(folder / "S2.xyz")[:2000] + np.array([5000.0, 7000.0, 100.0])
+    np.savetxt(away, xyz, fmt="%.3f")
+    result = RUN.invoke(app, ["register", str(folder / "S1.xyz"), str(away)])
+    assert result.exit_code == 2
+    assert "it is not known where the scanner stood" in result.output
+
+
+def test_the_same_file_twice_is_refused(folder: Path) -> None:
+    result = RUN.invoke(app, ["register", str(folder / "S1.xyz"), str(folder / "S1.xyz")])
+    assert result.exit_code == 2
+    assert "two scans have the name" in result.output
+
+
+def test_nothing_is_written_where_nothing_hangs_together(folder: Path, tmp_path: Path) -> None:
+    rng = np.random.default_rng(2)
+    flat = rng.uniform((-3, -3, -1.5), (3, 3, -1.5), (20_000, 3))
+    lone = tmp_path / "lone.xyz"
+    np.savetxt(lone, flat + rng.normal(0, 1e-3, flat.shape), fmt="%.4f")
+    out = tmp_path / "out"
+    result = RUN.invoke(app, ["register", str(folder / "S1.xyz"), str(lone), "--out", str(out)])
+    assert result.exit_code == 2
+    assert "no two scans could be joined" in result.output
+    assert not (out / "poses.csv").exists()
