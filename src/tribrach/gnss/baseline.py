@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tribrach.errors import InputError
 from tribrach.gnss.antennas import AntennaSetup, antenna_options, antenna_warnings
+from tribrach.gnss.doubts import doubts_of_files, doubts_of_fixes, doubts_of_place
 from tribrach.gnss.engine import EngineName, run_engine
 from tribrach.gnss.matching_files import check_together, usable_systems
 from tribrach.gnss.navigation_file import NavigationFile, read_navigation
@@ -34,10 +35,6 @@ Progress = Callable[[str, int, int | None], None]
 
 #: beyond this length the covariance is too small [m]
 LONG = 20_000.0
-#: fixed epochs of the second half of a session agree better than this [m]
-DISAGREEING = 0.05
-#: receivers know their place better than this [m]
-ASTRAY = 100.0
 #: bits of RTKLIB's satellite systems
 _SYSTEM_BITS = {"G": 1, "S": 2, "R": 4, "E": 8, "J": 16, "C": 32, "I": 64}
 
@@ -153,8 +150,8 @@ def compute_baseline(
         solution, used = read_solution(out), read_status(out.with_name(out.name + ".stat"))
     progress("computing baseline", 1, 1)
     warnings = [
-        *_place_warnings(first, reference),
-        *_file_warnings(first, second),
+        *doubts_of_place(first, reference),
+        *doubts_of_files(first, second),
         *antenna_warnings(*setups, wish.antex),
     ]
     if used is None:
@@ -203,47 +200,6 @@ def _staged(folder: Path, files: Sequence[ObservationFile | NavigationFile]) -> 
     return out
 
 
-def _place_warnings(base: ObservationFile, reference: Array) -> list[str]:
-    """Coordinates of the base that are not where its receiver believed to be."""
-    away = float(np.linalg.norm(reference - base.approximate))
-    # no position in the header is not a number, and never too far
-    if not away > ASTRAY:
-        return []
-    return [
-        f"the coordinates of the base are {away:.0f} m from the position in the header of "
-        f"{base.path.name}: are they right, or are base and rover exchanged? The baseline would be "
-        f"off by some {1e6 * away / 6.4e6:.0f} ppm"
-    ]
-
-
-def _file_warnings(*files: ObservationFile) -> list[str]:
-    return [
-        f"{file.path.name}: {file.recounted} of {len(file.times)} epochs promise more satellites "
-        "than they list; they were counted anew"
-        for file in files
-        if file.recounted
-    ]
-
-
-def _doubts(
-    name: str, solution: Solution, fixed: NDArray[np.int64], share: float, best: int
-) -> list[str]:
-    """Sentences on ambiguities that are float, rarely fixed, or fixed in different ways."""
-    if not len(fixed):
-        return [f"{name}: the ambiguities could not be fixed, the baseline is a float solution"]
-    out = []
-    if share < 0.5:
-        out.append(f"{name}: only {100 * share:.0f} % of the epochs are fixed")
-    late = fixed[len(fixed) // 2 :]
-    apart = np.linalg.norm(solution.values[late] - solution.values[best], axis=1).max()
-    if apart > DISAGREEING:
-        out.append(
-            f"{name}: fixed epochs differ by {apart:.3f} m, some of them are fixed to wrong "
-            "integers: measure longer, or raise the threshold of the ratio"
-        )
-    return out
-
-
 def _common(first: Array, second: Array) -> int:
     """Epochs of the second receiver that the first has as well, clocks apart by up to 50 ms."""
     place = np.clip(np.searchsorted(first, second), 1, max(len(first) - 1, 1))
@@ -266,7 +222,7 @@ def _baseline(
     phase = np.flatnonzero(solution.quality <= FLOAT)
     if not len(phase):
         what = f"no baseline from {first.path.name} to {second.path.name}: "
-        if astray := _place_warnings(first, reference):
+        if astray := doubts_of_place(first, reference):
             raise InputError(
                 what + astray[0].split("?")[0], cure="give the coordinates of the base mark"
             )
@@ -283,7 +239,9 @@ def _baseline(
     if factor is None:
         factor, source = sigma_factor(interval, len(phase)), SOURCE
     share = len(fixed) / len(phase)
-    warnings += _doubts(f"{first.path.name} to {second.path.name}", solution, fixed, share, best)
+    warnings += doubts_of_fixes(
+        f"{first.path.name} to {second.path.name}", solution, fixed, share, best
+    )
     length = float(np.linalg.norm(solution.values[best] - reference))
     if length > LONG and wish.atmosphere:
         warnings.append(
