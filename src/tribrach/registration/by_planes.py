@@ -33,6 +33,8 @@ Array = NDArray[np.float64]
 #: a pair that no loop confirms has at most this share of points in empty space and at least so
 #: many common planes
 _CONFLICT, _PLANES = 0.03, 4
+#: poses from targets may be wrong by this [m], [rad]
+_KNOWN = 0.3, float(np.radians(1.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,11 +56,13 @@ def register_by_planes(
     stations: Sequence[Surroundings],
     progress: Callable[[int, int], None] = lambda done, total: None,
     further: Sequence[Joint] = (),
+    known: Mapping[str, Pose] | None = None,
 ) -> PlaneRegistration:
     """Relative poses of all stations from their planes.
 
     further : joints from elsewhere, of clouds for instance. One that a pair has from its planes as
-    well confirms it; if the two contradict each other neither is used.
+    well confirms it; if the two contradict each other neither is used. known : poses from
+    elsewhere, of targets for instance: a joint that contradicts them needs a loop to be believed.
     """
     chosen = list(combinations(stations, 2))
     pairs: list[PairPoses] = []
@@ -67,6 +71,7 @@ def register_by_planes(
         pairs.append(pair_poses(a, b))
     names = [s.name for s in stations]
     joints, clashes = _united([_joint(p) for p in pairs if p.sure], further)
+    joints = [_doubted(joint, known or {}) for joint in joints]
     graph = join(names, joints)
     said = [*clashes, *graph.sentences]
     by_name = {s.name: s for s in stations}
@@ -112,6 +117,16 @@ def _united(joints: Sequence[Joint], further: Sequence[Joint]) -> tuple[list[Joi
                 f"{gap:.2f} m and {np.degrees(turn):.2f} deg: neither joins them"
             )
     return [*out, *others.values()], said
+
+
+def _doubted(joint: Joint, known: Mapping[str, Pose]) -> Joint:
+    """The joint, not to be believed by itself if known poses of both stations contradict it."""
+    if joint.first not in known or joint.second not in known:
+        return joint
+    left = joint.pose.inverse @ known[joint.first].inverse @ known[joint.second]
+    gap = float(np.linalg.norm(left.translation))
+    turn = float(np.arccos(np.clip((np.trace(left.rotation) - 1) / 2, -1, 1)))
+    return joint if gap < _KNOWN[0] and turn < _KNOWN[1] else replace(joint, alone=False)
 
 
 def _settled(

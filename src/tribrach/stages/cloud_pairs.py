@@ -14,9 +14,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import chi2
 
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
+from tribrach.geometry.rotation import log
 from tribrach.registration.clouds.graph import CloudEdge, consistent
 from tribrach.registration.clouds.pair import CloudPair, register_pair
 from tribrach.registration.clouds.prepared import PreparedScan, prepare
@@ -24,13 +26,16 @@ from tribrach.registration.pose_graph import Joint
 from tribrach.stages.scans import StationScan
 from tribrach.stages.state import State, digest
 
-__all__ = ["CloudPairs", "cloud_pairs", "observable"]
+__all__ = ["CloudPairs", "cloud_pairs", "contradicted", "observable"]
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, int, int | None], None]
 
 #: changes of how pairs are registered make remembered ones void
 _METHOD = 1
+#: approximate poses may be wrong by this [m], [rad]; probability that a good edge contradicts them
+_SLACK = np.repeat([0.05, 5e-3], 3)
+_LEVEL = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,6 +115,28 @@ def observable(
         replace(e, covariance=e.covariance * shared * (degree[e.first] + degree[e.second] + 2) / 4)
         for e in mine
     ]
+
+
+def contradicted(
+    edges: Sequence[CloudEdge], poses: Mapping[str, Pose]
+) -> list[tuple[CloudEdge, float]]:
+    """Edges that poses of both stations contradict, and by how much [m].
+
+    Directions that the clouds leave open contradict nothing. poses : approximate, world from
+    scanner.
+    """
+    out = []
+    limit = float(chi2.ppf(1 - _LEVEL, 6))
+    for edge in edges:
+        if edge.first not in poses or edge.second not in poses:
+            continue
+        between = poses[edge.first].inverse @ poses[edge.second]
+        shift = edge.pose.translation - between.translation
+        turn = log((between.rotation.T @ edge.pose.rotation)[None])[0]
+        off = np.concatenate([shift, turn])
+        if off @ np.linalg.solve(edge.covariance + np.diag(_SLACK**2), off) > limit:
+            out.append((edge, float(np.linalg.norm(shift))))
+    return out
 
 
 class _Clouds:

@@ -16,11 +16,12 @@ from tribrach.geometry.pose import Pose
 from tribrach.network.survey import Survey
 from tribrach.project.sections import MM
 from tribrach.registration.by_planes import PlaneRegistration, register_by_planes
+from tribrach.registration.clouds.graph import CloudEdge
 from tribrach.registration.plane_poses import Surroundings
 from tribrach.registration.plane_set import PlaneSet
 from tribrach.registration.plane_ties import PlaneTies
 from tribrach.registration.station_view import StationView
-from tribrach.stages.cloud_pairs import CloudPairs, cloud_pairs
+from tribrach.stages.cloud_pairs import CloudPairs, cloud_pairs, contradicted
 from tribrach.stages.extraction import Findings
 from tribrach.stages.naming import Named, name_targets
 from tribrach.stages.planes import surroundings
@@ -79,6 +80,7 @@ def register(
         around,
         lambda k, n: progress("pairs of stations by planes", k, n),
         () if clouds is None else clouds.joints,
+        _by_targets(project, scans, findings) if wanted else None,
     )
     groups = [group for group in found.groups if len(group) > 1]
     named = name_targets(project, scans, findings, groups, partial=True) if wanted else None
@@ -87,19 +89,42 @@ def register(
     obstacles = _obstacles(by, found, clouds)
     _refuse_lost(surveyed, scans, poses, found, obstacles, named)
     framed = not adrift or (project.datum.kind == "free" and not surveyed.points)
+    edges, wrong = _believed(clouds, poses)
     tying = Tying(
         project.network,
         surveyed.site,
         None if named is None else named.survey,
         around if "planes" in by else (),
-        () if clouds is None else clouds.edges,
+        edges,
         groups,
     )
     survey, ties, poses = tying.tied(poses, framed=framed)
     if named is not None:
         named = replace(named, survey=survey)
-    said = _sentences(found, obstacles, ties, clouds, poses)
+    said = (*_sentences(found, obstacles, ties, clouds, poses), *wrong)
     return Registered(survey, named, around, ties if "planes" in by else None, poses, said)
+
+
+def _by_targets(
+    project: Project, scans: Sequence[StationScan], findings: Sequence[Findings]
+) -> Mapping[str, Pose]:
+    """Poses of the stations that their own targets place."""
+    return name_targets(project, scans, findings, partial=True).identification.poses
+
+
+def _believed(
+    clouds: CloudPairs | None, poses: Mapping[str, Pose]
+) -> tuple[list[CloudEdge], list[str]]:
+    """Pairs of clouds that the poses do not contradict, and sentences on the others."""
+    if clouds is None:
+        return [], []
+    wrong = contradicted(clouds.edges, poses)
+    said = [
+        f"the clouds of {e.first} and {e.second} fit at a place that contradicts the other ties by "
+        f"{gap:.2f} m: not used"
+        for e, gap in wrong
+    ]
+    return [e for e in clouds.edges if all(e is not bad for bad, _ in wrong)], said
 
 
 def _stations(
