@@ -17,7 +17,7 @@ from tribrach.io.calibration_file import read_calibration
 from tribrach.network.network import Network
 from tribrach.project import Project
 from tribrach.project.calibration_section import CalibrationSection, Hold
-from tribrach.simulate.twins.newcastle_lab import MISALIGNMENTS
+from tribrach.simulate.twins.newcastle_lab import MISALIGNMENTS, with_ceiling
 
 RUN = CliRunner()
 HEAD = """\
@@ -306,6 +306,16 @@ def test_the_project_model_knows_its_names(tmp_path: Path) -> None:
     path = job(tmp_path, lab(("x10",)))
     network = Project.load(path).network()
     assert set(network.start.layout.names["scalar"]) == {f"{p}(scanner)" for p in MISALIGNMENTS}
+
+
+def test_the_project_of_the_simulated_laboratory(tmp_path: Path) -> None:
+    twin = with_ceiling(10_000)
+    for name in ("polar.csv", "calibrate.toml"):
+        (tmp_path / name).write_text(twin.files[name])
+    code, text = call(tmp_path / "calibrate.toml", "--json", tmp_path / "c.json")
+    assert code == 0, text
+    for p in json.loads((tmp_path / "c.json").read_text())["parameters"]:
+        assert abs(p["value"] - MISALIGNMENTS[p["name"].split("(")[0]]) < 4 * p["sigma"]
 
 
 def test_keys_are_documented() -> None:

@@ -9,10 +9,16 @@ from tribrach.errors import InputError, RankDefect
 from tribrach.instruments.calibration import NIST, PAPER_EIGHT, PAPER_EIGHT_ELEVATION
 from tribrach.instruments.calibration_sets import HIGH_END
 from tribrach.network.adjustment import adjust
+from tribrach.network.approximate import find_start
+from tribrach.network.calibrated import StationModel, calibrate_survey
 from tribrach.network.datum_effects import datum_effects
+from tribrach.network.enlarged import Addition, enlarged
 from tribrach.network.estimability import propose
 from tribrach.network.network import Datum, Network
+from tribrach.network.observations.target_centre import TargetCentres
+from tribrach.network.remedies import remedies
 from tribrach.network.self_calibration import Wishes, calibrate, without
+from tribrach.network.survey import Survey
 from tribrach.simulate.twins.newcastle_lab import MISALIGNMENTS
 from tribrach.units import SEC
 
@@ -258,3 +264,47 @@ def test_of_parameters_that_share_an_effect_one_is_proposed() -> None:
     assert found.suggested == ("x10(scanner)",)
     alone = adjust(without(found.adjustment.network, ["x2(scanner)"]))
     assert alone.state.scalars[0] > 3.29 * np.sqrt(alone.covariance("x10(scanner)")[0, 0])
+
+
+def test_remedies_promise_what_they_give() -> None:
+    """Sigmas that are predicted for the back face are those of a network that has it."""
+    front, both = room((1.0,), PHYSICAL), room((1.0, -1.0), PHYSICAL)
+    names = front.start.layout.names["scalar"]
+    tried = {r.what: r.proposal for r in remedies(front, front.start, names, 0.95)}
+    back = tried["the back face of every target"]
+    actual = propose(both, both.start, names)
+    np.testing.assert_allclose(back.sigma, actual.sigma, rtol=1e-6)
+    known = tried["a known length between two targets"]
+    assert known.sigma[0] < propose(front, front.start, names).sigma[0]
+
+
+def test_remedies_leave_stations_that_are_targets_where_they_were() -> None:
+    """Further points come before the stations in the list of positions."""
+    survey = Survey()
+    places = {"S1": (0.0, 0.0, 0.0), "S2": (6.0, 1.0, 0.2)}
+    rng = np.random.default_rng(3)
+    x = rng.uniform([-5, -5, -1], [9, 6, 3], (12, 3))
+    for name, place in places.items():
+        survey.station(name, translation=place, rotation=np.eye(3))
+        others = [n for n in places if n != name]
+        seen = np.vstack([x, [places[n] for n in others]]) - place
+        survey.add(
+            TargetCentres,
+            values=seen,
+            sigma=0.001,
+            station=name,
+            target=[*(f"T{i}" for i in range(12)), *others],
+            source=[""] * len(seen),
+        )
+    given = StationModel(NIST.select(["x10", "x4"]), "scanner")
+    calibrate_survey(survey, dict.fromkeys(places, given))
+    survey.datum = Datum("free")
+    network = survey.network()
+    state = find_start(network)
+    new = Addition(("further",), np.array([[1.0, 2.0, 3.0]]))
+    grown, at = enlarged(network, state, new)
+    for before, after in zip(network.observations, grown.observations, strict=True):
+        np.testing.assert_allclose(after.predict(at), before.predict(state))
+    names = network.start.layout.names["scalar"]
+    for remedy in remedies(network, state, names, 0.95):
+        assert np.isfinite(remedy.proposal.sigma).all()

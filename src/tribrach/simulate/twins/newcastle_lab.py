@@ -2,7 +2,8 @@
 
 The layout of the targets is the deterministic one of the method; with ceiling targets, twelve more
 hang above. The list of polar observations, in two faces and with the scanner's misalignments, is
-for self-calibration; the scans are free of misalignments unless they are asked for.
+for self-calibration (``tribrach calibrate calibrate.toml``); the scans are free of misalignments
+unless they are asked for.
 """
 
 from __future__ import annotations
@@ -79,6 +80,24 @@ role = "check"
 checkerboard_side_m = [0.2]
 # simulated prints and spheres are perfect
 floor_mm = 0.0
+"""
+
+CALIBRATE = """\
+# Self-calibration of the scanner from the list of polar observations (simulated).
+title = "Laboratory room: calibration of the scanner (simulated)"
+datum = "free"
+
+[instruments.scanner]
+range_mm = 1.2
+range_ppm = 10.0
+scan_angle_arcsec = 8.0
+
+[[observations]]
+file = "polar.csv"
+
+[calibration]
+model = "nist"
+parameters = ["x10", "x2", "x3", "x4", "x6"]
 """
 
 
@@ -202,6 +221,7 @@ def _survey(
         "control.csv": surveying.coordinates(control, sigma, rng),
         "check.csv": surveying.coordinates(check, sigma, rng),
         "polar.csv": _polar(targets, stations, rng),
+        "calibrate.toml": CALIBRATE,
     }
 
 
