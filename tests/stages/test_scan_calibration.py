@@ -1,6 +1,7 @@
 """Calibrating, then applying: scans of a misaligned scanner come out true, with honest sigmas."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import laspy
@@ -8,15 +9,22 @@ import numpy as np
 import pytest
 
 from tests.network.lab import STATIONS
+from tests.stages.cloud_jobs import made, opened, placed, several
 from tribrach import pipeline
+from tribrach.geodesy.output_frame import OutputFrame
+from tribrach.geodesy.work_frame import WorkFrame
 from tribrach.geometry.polar import polar_from_xyz, xyz_from_polar
 from tribrach.geometry.rotation import exp
 from tribrach.instruments.calibration import NIST
+from tribrach.instruments.correction import Correction
 from tribrach.io.calibration_file import calibration_text, read_calibration
+from tribrach.io.scans.formats import read_scans
 from tribrach.io.twins import write_twin
 from tribrach.project import Project
+from tribrach.scan.corrected import corrected_scan
 from tribrach.simulate.twins.newcastle_lab import MISALIGNMENTS, build, places
 from tribrach.stages.calibrating import calibrate_project, calibration_of
+from tribrach.stages.grouping import whole_source
 from tribrach.units import SEC
 
 MODEL = NIST.select(list(MISALIGNMENTS))
@@ -188,6 +196,24 @@ def test_a_calibration_needs_the_place_of_the_scanner(folder: Path) -> None:
     (folder / "far.toml").write_text(text)
     with pytest.raises(Exception, match="calibration cannot be applied"):
         pipeline.run(Project.load(folder / "far.toml"))
+
+
+def test_corrected_scans_of_an_e57_file_are_written_anew(tmp_path: Path) -> None:
+    """A copy with new poses would have the points as they were."""
+    xyz = several(tmp_path / "two.e57", 2)
+    scans = opened(tmp_path / "two.e57")
+    correction = Correction(MODEL, VALUES)
+    corrected = [replace(s, scan=corrected_scan(s.scan, correction)) for s in scans]
+    assert whole_source(scans)
+    assert not whole_source(corrected)
+    frame = OutputFrame(WorkFrame(), "work", None)
+    products = made(corrected, placed(corrected), frame, tmp_path / "out", format="e57")
+    assert len(products) == 2
+    for k, product in enumerate(products):
+        (back,) = read_scans(product.path)
+        found = np.concatenate([chunk.xyz for chunk in back.chunks()])
+        np.testing.assert_allclose(found, correction.corrected(xyz[k]), atol=2e-4)
+        assert np.abs(found - xyz[k]).max() > 5e-4
 
 
 @pytest.mark.slow
