@@ -29,7 +29,7 @@ __all__ = ["Findings", "blind", "extract", "find_targets", "merged"]
 Array = NDArray[np.float64]
 
 #: changes of how targets are found make remembered ones void
-_METHOD = 4
+_METHOD = 5
 #: range for which the noise of fits is taken [m]
 _USUAL = 15.0
 #: two detections of a station this near to each other are one target [m]

@@ -284,7 +284,9 @@ def _solve(
     free = _descend(flat, light, led.p, scale, narrow, range(len(_WIDTHS), steps))
     if free is None:
         return None
-    before, after = (_unexplained(flat, light, s.p, scale[0]) for s in (led, free))
+    # the same blur for both, since a wide one explains less of the light wherever the edges are
+    sharp = np.append(led.p[:6], free.p[6])
+    before, after = (_unexplained(flat, light, p, scale[0]) for p in (sharp, free.p))
     return free if after < _WORSE * before else led
 
 
