@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -46,6 +46,11 @@ class Wish:
     a: tuple[StationScan, ...]
     b: tuple[StationScan, ...]
     sites: tuple[Site, ...] | None
+
+    def of(self, scans: Mapping[str, StationScan]) -> Wish:
+        """The same with the scans of these names, corrected for instance."""
+        a, b = (tuple(scans[scan.name] for scan in side) for side in (self.a, self.b))
+        return replace(self, a=a, b=b)
 
 
 def wishes(project: Project, scans: Sequence[StationScan]) -> list[Wish]:
@@ -117,6 +122,8 @@ def _chapter(
     sites = wish.sites
     if sites is None:
         sites, remarks = _chosen((a, b))
+    if any(place(s, adjustment).calibration is not None for s in (wish.a[0], wish.b[0])):
+        remarks.append("What the scanner's calibration leaves uncertain is not predicted here.")
     section = wish.section
     found = compare_clouds(
         a,

@@ -154,9 +154,9 @@ def compare(
 ) -> tuple[ComparisonChapter, ...]:
     """The comparisons between stations that the project asks for."""
     factor = adjustment.posterior_factor if project.adjustment.posterior else 1.0
-    return tuple(
-        compare_stations(work.comparisons, adjustment, output_frame(project), factor, progress)
-    )
+    scans = {scan.name: scan for scan in work.corrected(adjustment).scans}
+    wished = [wish.of(scans) for wish in work.comparisons]
+    return tuple(compare_stations(wished, adjustment, output_frame(project), factor, progress))
 
 
 def output_frame(project: Project) -> OutputFrame:
