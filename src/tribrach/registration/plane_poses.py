@@ -48,8 +48,8 @@ _ALIKE = 0.004
 _COMMON, _SHARE = 0.2, 0.05
 #: sigmas that no plane falls below in the fit of two stations [rad], [m]; tilt of levelled ones
 _TURN, _OFFSET, _TILT = 2e-4, 1e-3, 3e-4
-#: sigmas of the start of a step, which hold what the planes leave open [m], [rad]
-_START = np.repeat([0.3, 0.03], 3)
+#: sigmas of the start of a step [m], [rad], and along directions that the planes leave open [m]
+_START, _STILL = np.repeat([0.3, 0.03], 3), 1e-4
 #: poses within this [m] and [rad] are the same
 _SAME_PLACE, _SAME_TURN = 0.3, 0.03
 #: a pose is possible with at most this share of points in empty space, and this overlap
@@ -223,6 +223,9 @@ def _fitted(first: PlaneSet, second: PlaneSet, pairs: Index, pose: Pose, levelle
     """The pose with least squares of tilts and offsets of common planes, one step."""
     normal, right = information(first, second, pairs, pose, (_TURN, _OFFSET))
     normal = normal + np.diag(1 / _START**2)
+    # what the planes hardly hold, by the noise of their normals alone, stays where it is
+    lacking = open_directions(first.normal[pairs[:, 0]])
+    normal[:3, :3] += lacking.T @ lacking / _STILL**2
     if levelled:
         # the turn brings the third axis of the second station onto that of the first
         up = pose.rotation[:, 2]
