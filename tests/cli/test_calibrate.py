@@ -85,6 +85,7 @@ def test_figures_page_json_and_file(tmp_path: Path, cartesian: bool) -> None:
     np.testing.assert_allclose(np.sqrt(np.diag(data["covariance"])), sigma)
     assert data["datum"] == "inner constraints over all points"
     assert data["sigma_origin"].startswith("a priori")
+    assert all(len(d["points"]) == 64 for d in data["datums"])
     page = names[1].read_text()
     assert page.count("data:image/png;base64,") == 4
     for words in ("Correlations of the parameters with orientations", "Parameters in other datums"):

@@ -47,6 +47,7 @@ def calibration_page(title: str, found: SelfCalibration, further: Sequence[str] 
             _pairs(found),
             _datum_parameters(found),
             _datum_stations(found),
+            _datum_points(found),
             _remedies(found),
         ],
         footer,
@@ -158,6 +159,22 @@ def _datum_stations(found: SelfCalibration) -> Table:
     return build_table("datum-stations", "Stations and points by datum", note, rows, columns)
 
 
+def _datum_points(found: SelfCalibration) -> Table:
+    """Three-dimensional sigma of every point in every datum."""
+    names = found.adjustment.layout.names["point"]
+    sigmas = [np.sqrt((d.points**2).sum(axis=1)) for d in found.datums]
+    columns = [
+        (Column("Point", numeric=False), lambda k: text_cell(names[k])),
+        *[
+            (Column(f"σ 3D, {d.datum}", "mm"), lambda k, s=s: _small(float(s[k]), "m"))
+            for d, s in zip(found.datums, sigmas, strict=True)
+        ],
+    ]
+    note = "A priori. What a point is known by depends on what it is referred to."
+    rows = list(range(len(names))) if len(found.datums) > 1 else []
+    return build_table("datum-points", "Points by datum", note, rows, columns, most=2000)
+
+
 def _remedies(found: SelfCalibration) -> Table:
     own = dict(zip(found.proposal.names, found.proposal.sigma, strict=True))
 
@@ -239,7 +256,7 @@ def calibration_json(title: str, found: SelfCalibration) -> str:
                 "datum": d.datum,
                 "parameters": numbers(d.parameters),
                 "stations": matrix(d.stations),
-                "points_mean": numbers(np.sqrt((d.points**2).mean(axis=0))),
+                "points": dict(zip(a.layout.names["point"], matrix(d.points), strict=True)),
                 "distances": numbers(d.distances),
             }
             for d in found.datums
