@@ -8,8 +8,9 @@ one network with the first station held. Metres and radians.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -244,12 +245,23 @@ def observe(survey: Survey, edges: Sequence[CloudEdge]) -> None:
 
 
 def network_of(stations: Sequence[str], edges: Sequence[CloudEdge]) -> Network:
-    """Stations that hang together as a network in the frame of the first, which is held."""
+    """Stations that hang together as a network in the frame of the first, which is held.
+
+    The errors of a scan enter every pair that it is in: taken as independent, all pairs of n
+    stations would make relative poses n / 2 times better than one pair. Covariances are therefore
+    multiplied by (d_i + d_j + 2) / 4, d being the pairs of either station.
+    """
     survey = Survey()
     survey.station(
         stations[0], translation=np.zeros(3), rotation=np.eye(3), free=np.zeros(6, dtype=bool)
     )
     for name in stations[1:]:
         survey.station(name)
-    observe(survey, [e for e in edges if e.ends <= set(stations)])
+    mine = [e for e in edges if e.ends <= set(stations)]
+    pairs = Counter(name for e in mine for name in e.ends)
+    shared = [(pairs[e.first] + pairs[e.second] + 2) / 4 for e in mine]
+    observe(
+        survey,
+        [replace(e, covariance=f * e.covariance) for e, f in zip(mine, shared, strict=True)],
+    )
     return survey.network()
