@@ -121,6 +121,21 @@ def test_parameters_of_stations_are_tested_and_not_saved(tmp_path: Path) -> None
     assert not (tmp_path / "scanner.toml").exists()
 
 
+def test_a_station_that_too_few_targets_tie(tmp_path: Path) -> None:
+    """Two targets leave the turn about their line open."""
+    network = measured(lab(tuple(MISALIGNMENTS)), dict(MISALIGNMENTS), 7)
+    path = job(tmp_path, network)
+    lines = (tmp_path / "targets.csv").read_text().splitlines()
+    third = [
+        line.replace("S1,", "S3,") for line in lines[1:] if line.startswith(("S1,T4,", "S1,T9,"))
+    ]
+    (tmp_path / "targets.csv").write_text("\n".join([*lines, *third]) + "\n")
+    code, text = call(path)
+    assert code == 2, text
+    assert "S3" in text
+    assert "Traceback" not in text
+
+
 def test_a_hybrid_scanner_has_no_back_face(tmp_path: Path) -> None:
     network = measured(lab(tuple(MISALIGNMENTS)), dict(MISALIGNMENTS), 7)
     path = job(tmp_path, network, HEAD + FIVE + 'scanner = "hybrid"\n')

@@ -18,6 +18,7 @@ from tribrach.instruments.calibration import CalibrationModel
 from tribrach.network import defects
 from tribrach.network.assembly import Assembly
 from tribrach.network.datum import Cofactor, OpenMotions, open_motions, point_numbers
+from tribrach.network.linear import PIVOT_LIMIT, SingularMatrix
 from tribrach.network.network import Network
 from tribrach.network.observations.polar import ScannerPolar
 from tribrach.network.unknowns import State
@@ -62,6 +63,8 @@ def linearise(network: Network, state: State, held: Index) -> System:
     normal = sp.csc_array(transposed @ design)
     points = point_numbers(state.layout, assembly.free_columns)
     cofactor = Cofactor(normal, points, constraints, motions.basis, mask)
+    if cofactor.factor.smallest_pivot < PIVOT_LIMIT:
+        raise SingularMatrix("unknowns besides the parameters cannot be separated")
     return System(assembly, state, design, cofactor, motions)
 
 

@@ -34,6 +34,7 @@ from tribrach.network.estimability import (
     parameter_columns_of,
     propose,
 )
+from tribrach.network.linear import SingularMatrix
 from tribrach.network.minimum_norm import adjust_minimum_norm
 from tribrach.network.network import Network
 from tribrach.network.observations.base import Use
@@ -194,7 +195,12 @@ def calibrate(
     # with parameters at zero, where what acts alike does so exactly
     flat = _with_zero(state, names)
     found = estimability(network, flat)
-    proposal = propose(network, flat, names, wishes.near)
+    try:
+        proposal = propose(network, flat, names, wishes.near)
+    except SingularMatrix:
+        raise RankDefect(
+            "stations or targets cannot be determined, whatever is calibrated", found.open
+        ) from None
     further: list[Remedy] = []
     if proposal.left or proposal.hardly:
         further = remedies(network, flat, names, wishes.near, back=wishes.back)
