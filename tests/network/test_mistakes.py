@@ -35,6 +35,20 @@ def higher(text: str, station: str, by: float) -> str:
     return found.sub(lambda m: m[1] + f"{int(m[2]) + round(1e4 * by):016d}", text)
 
 
+def taller(text: str, target: str, by: float) -> str:
+    """The raw file with another height of the prism in all sights to a target [m]."""
+    lines = []
+    for line in text.splitlines():
+        if line[NAME].lstrip("0") == target and " 21." in line:
+            line = re.sub(
+                r"( 87\.\.\.6\+)(\d{16})",
+                lambda m: m[1] + f"{int(m[2]) + round(1e4 * by):016d}",
+                line,
+            )
+        lines.append(line)
+    return "\n".join([*lines, ""])
+
+
 def renamed(text: str, station: str, first: str, second: str) -> str:
     """The raw file with two names exchanged in the sights of a set-up."""
     lines, at = [], ""
@@ -85,6 +99,14 @@ def test_5_mm_in_a_height_of_instrument(made: Twin, tmp_path: Path, station: str
     assert cause.words.startswith(f"the height of instrument at {station} (1.")
     assert abs(cause.size[0] + 0.005) < 3.5 * cause.sigma[0]
     assert "too high" in cause.sentence()
+
+
+@pytest.mark.parametrize("target", ["B", "D"])
+def test_6_mm_in_a_height_of_target(made: Twin, tmp_path: Path, target: str) -> None:
+    found = survey(made, tmp_path, lambda text: taller(text, target, 0.006))
+    (cause,) = common_causes(adjust(found.network()))
+    assert cause.words == f"the height of target at {target} (1.5060 m)"
+    assert abs(cause.size[0] + 0.006) < 3.5 * cause.sigma[0]
 
 
 @pytest.mark.parametrize(
