@@ -42,6 +42,14 @@ def test_network_of_ghilani_as_gvx(tmp_path: Path) -> None:
     assert adjustment.sigma0_posterior == pytest.approx(0.7075, abs=5e-4)
 
 
+@pytest.mark.data
+def test_files_with_different_work_frames_are_refused(shared_data: Path, tmp_path: Path) -> None:
+    there = shared_data / "networks" / "dynadjust"
+    files = [there / "gnss-network.stn", there / "gnss-network.msr", write_gvx(tmp_path / "g.gvx")]
+    with pytest.raises(InputError, match="different work frames"):
+        read_files(files)
+
+
 def test_gvx_with_the_suffix_xml(tmp_path: Path) -> None:
     assert len(read_files([write_gvx(tmp_path / "g.xml")]).points) == 6
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tribrach.errors import InputError
+from tribrach.geodesy.site import FlatSite
 from tribrach.io.totalstation.formats import recognised
 from tribrach.network.survey import Survey
 
@@ -75,7 +76,7 @@ def read_files(paths: Sequence[Path], format: str | None = None) -> Survey:
 
     Raises
     ------
-    InputError : of the readers, and for points defined twice.
+    InputError : of the readers, and for points defined twice or different work frames.
     """
     by_format: dict[str, list[Path]] = {}
     for path in paths:
@@ -89,5 +90,11 @@ def read_files(paths: Sequence[Path], format: str | None = None) -> Survey:
             surveys += [module.read(path) for path in files]
     first, *others = surveys
     for other in others:
+        if FlatSite() not in (first.site, other.site) and first.site != other.site:
+            raise InputError(
+                "the files bring different work frames",
+                file=paths[0],
+                cure="give files of one format, or a project with a site and the files as entries",
+            )
         first.merge(other)
     return first
