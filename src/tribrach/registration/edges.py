@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from heapq import nlargest
 from itertools import combinations
 
 import numpy as np
@@ -24,7 +25,7 @@ from tribrach.comparison.station_pair import StationPair
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.observations.base import Observations, Use
 
-__all__ = ["Edge", "edges"]
+__all__ = ["ALPHA", "MOST", "Edge", "edges"]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -37,6 +38,8 @@ _HELD = 1e-9
 _CONTROLLED = 1e-3
 #: probability that a good pair is called an outlier
 ALPHA = 0.001
+#: pairs of one kind that are tested, at most
+MOST = 3000
 
 
 @dataclass(frozen=True)
@@ -77,11 +80,15 @@ class Edge:
         return self.statistic / self.limit
 
 
-def edges(adjustment: Adjustment, alpha: float = ALPHA) -> list[Edge]:
-    """All pairs of stations that share observations, kind by kind, in the order of stations."""
+def edges(adjustment: Adjustment, alpha: float = ALPHA, most: int = MOST) -> list[Edge]:
+    """All pairs of stations that share observations, kind by kind, in the order of stations.
+
+    most : of each kind no more than so many, those that have most in common.
+    """
     out = []
     for number, observations in enumerate(adjustment.network.observations):
-        for first, second, rows, count in _pairs(adjustment, number, observations):
+        found = _pairs(adjustment, number, observations)
+        for first, second, rows, count in nlargest(most, found, key=lambda pair: pair[3]):
             edge = _edge(adjustment, first, second, rows, count, observations.kind, alpha)
             if edge is not None:
                 out.append(edge)

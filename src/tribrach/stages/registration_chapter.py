@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 
 from tribrach.geometry.pose import Pose
 from tribrach.network.adjustment import Adjustment
-from tribrach.registration.edges import ALPHA, Edge, edges
+from tribrach.registration.edges import ALPHA, MOST, Edge, edges
 from tribrach.registration.station_view import Agreement, agreement
 from tribrach.report.chapter import Chapter
 from tribrach.report.columns import Columns, Spec
@@ -172,7 +172,8 @@ def _table(pairs: Sequence[_Pair], columns: Columns) -> Table:
         "pose (of the second station, along the directions that the pair holds) and what they "
         "should be from the covariances. The test is the squared difference in that metric against "
         f"chi-square at {100 * (1 - ALPHA):g} %. Overlap: share of the points of both scans on "
-        "surfaces that both see. The residual RMS is that of the adjusted lengths, not an accuracy."
+        "surfaces that both see. The residual RMS is that of the adjusted lengths, not an accuracy. "
+        f"Of each kind no more than {MOST} pairs, those with most in common."
     )
     rows = sorted(pairs, key=lambda p: -(p.edge.ratio or 0.0))
     return build_table("edges", "Pairs of stations", note, rows, specs, _state)
