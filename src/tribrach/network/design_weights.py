@@ -18,7 +18,7 @@ from tribrach.network.adjustment import Adjustment
 from tribrach.network.design_blocks import Blocks
 from tribrach.network.network import Network
 from tribrach.network.observations.base import Observations, Use
-from tribrach.network.planning import Criterion, figures, predict
+from tribrach.network.planning import Criterion, criterion_value, predict
 from tribrach.network.prospect import prospect
 
 __all__ = ["Precision", "Sets", "needed_precision", "needed_sets", "reading_groups", "scaled"]
@@ -109,25 +109,44 @@ def needed_sets(network: Network, criterion: Criterion, required: float, most: i
     readers = _readers(network)
     sets, sign = dict.fromkeys(readers, 1), _sign(criterion)
     adjustment = predict(network)
-    start = value = figures(adjustment, criterion).value(criterion.kind)
+    start = value = criterion_value(adjustment, criterion)
     steps: list[tuple[str, float]] = []
     trial = _ByUpdate if criterion.kind in ("sigma", "correlation") else _ByPrediction
     design = trial(adjustment, criterion, readers)
+    # gains hardly ever grow as sets come, so that old ones are bounds of those that are not known
+    gains = dict.fromkeys(sets, np.inf)
     while sign * value > sign * required:
-        open_ = [name for name, count in sets.items() if count < most]
-        after = [design.value_with(name, sets) for name in open_]
-        if not open_:
+        best = _best_station(design, sets, gains, sign * value, sign, most)
+        if best is None or gains[best] <= 1e-9 * abs(value):
             break
-        best = int(np.argmin([sign * v for v in after]))
-        if sign * after[best] >= sign * value - 1e-9 * abs(value):
-            break
-        name, value = open_[best], after[best]
-        sets[name] += 1
-        design.take(name)
-        steps.append((name, value))
-    value = figures(predict(_with_sets(network, readers, sets)), criterion).value(criterion.kind)
+        value -= sign * gains[best]
+        sets[best] += 1
+        design.take(best)
+        steps.append((best, value))
+    value = criterion_value(predict(_with_sets(network, readers, sets)), criterion)
     reached = sign * value <= sign * required + 1e-6 * abs(required)
     return Sets(sets, start, value, reached, tuple(steps))
+
+
+def _best_station(
+    design: _ByPrediction | _ByUpdate,
+    sets: dict[str, int],
+    gains: dict[str, float],
+    value: float,
+    sign: float,
+    most: int,
+) -> str | None:
+    """The station where one more set serves most; gains are brought up to date as far as needed."""
+    fresh: set[str] = set()
+    while True:
+        open_ = [name for name, count in sets.items() if count < most]
+        if not open_:
+            return None
+        best = max(open_, key=lambda name: gains[name])
+        if best in fresh:
+            return best
+        gains[best] = value - sign * design.value_with(best, sets)
+        fresh.add(best)
 
 
 def _sign(criterion: Criterion) -> float:
@@ -144,7 +163,7 @@ class _ByPrediction:
     def value_with(self, name: str, sets: Mapping[str, int]) -> float:
         """The criterion with one more set at a station."""
         trial = _with_sets(self.network, self.readers, {**sets, name: sets[name] + 1})
-        return figures(predict(trial), self.criterion).value(self.criterion.kind)
+        return criterion_value(predict(trial), self.criterion)
 
     def take(self, name: str) -> None:
         """Nothing is kept from one prediction to the next."""
@@ -267,5 +286,4 @@ def _with_factor(
             out[:, rows] = factor
         return out
 
-    adjustment: Adjustment = predict(scaled(network, factors))
-    return figures(adjustment, criterion).value(criterion.kind)
+    return criterion_value(predict(scaled(network, factors)), criterion)

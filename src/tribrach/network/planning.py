@@ -29,6 +29,7 @@ __all__ = [
     "Criterion",
     "CriterionKind",
     "Figures",
+    "criterion_value",
     "figures",
     "fixed_datum",
     "largest_sigma",
@@ -234,6 +235,24 @@ def figures(adjustment: Adjustment, criterion: Criterion) -> Figures:
         correlation=correlation,
         correlation_at=pair,
     )
+
+
+def criterion_value(adjustment: Adjustment, criterion: Criterion) -> float:
+    """The criterion alone, as :func:`figures` gives it.
+
+    Raises
+    ------
+    InputError : the criterion names what the network does not have.
+    """
+    _, columns = position_columns(adjustment.layout, criterion.names)
+    if criterion.kind == "sigma":
+        covariances = adjustment.cofactor.blocks(adjustment.reduced[columns])
+        return float(largest_sigma(covariances).max(initial=0.0))
+    if criterion.kind == "redundancy":
+        return float(redundancy_rows(weigh(adjustment))[1].min(initial=np.inf))
+    if criterion.kind == "undetected":
+        return _undetected(adjustment, columns, criterion.delta0)[0]
+    return _correlation(adjustment, criterion)[0]
 
 
 def redundancy_rows(system: WeightedResiduals) -> tuple[sp.csr_array, Array]:
