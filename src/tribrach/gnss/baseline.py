@@ -144,6 +144,7 @@ def compute_baseline(
     with tempfile.TemporaryDirectory(prefix="tribrach-") as name:
         folder = Path(name)
         options = _options(wish, reference, systems)
+        options["pos2-maxage"] = _tolerance(first, second)
         options |= antenna_options(*setups, wish.antex, folder)
         files = _staged(folder, [second, first, *orbits])
         out, engine = run_engine(options, files, folder, engine=wish.engine, seconds=wish.seconds)
@@ -200,13 +201,18 @@ def _staged(folder: Path, files: Sequence[ObservationFile | NavigationFile]) -> 
     return out
 
 
-def _common(first: Array, second: Array) -> int:
-    """Epochs of the second receiver that the first has as well, clocks apart by up to 50 ms."""
-    place = np.clip(np.searchsorted(first, second), 1, max(len(first) - 1, 1))
-    near = np.minimum(
-        np.abs(second - first[place - 1]), np.abs(second - first[np.minimum(place, len(first) - 1)])
-    )
-    return int((near < 0.05).sum())
+def _tolerance(first: ObservationFile, second: ObservationFile) -> float:
+    """Epochs of two receivers this far apart are the same [s]; others are not combined."""
+    shortest = min([f.interval for f in (first, second) if f.interval > 0], default=1.0)
+    return min(0.5, 0.45 * shortest)
+
+
+def _common(first: ObservationFile, second: ObservationFile) -> int:
+    """Epochs of the second receiver that the first has as well."""
+    a, b = first.times, second.times
+    place = np.clip(np.searchsorted(a, b), 1, max(len(a) - 1, 1))
+    near = np.minimum(np.abs(b - a[place - 1]), np.abs(b - a[np.minimum(place, len(a) - 1)]))
+    return int((near <= _tolerance(first, second)).sum())
 
 
 def _baseline(
@@ -259,7 +265,7 @@ def _baseline(
         ambiguities="fixed" if len(fixed) else "float",
         fixed_share=share,
         epochs=len(phase),
-        epochs_common=_common(first.times, second.times),
+        epochs_common=_common(first, second),
         ratio=float(np.median(solution.ratio[phase])),
         satellites=float(solution.satellites[phase].mean()),
         start=float(times[0]),
