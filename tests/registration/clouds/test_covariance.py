@@ -45,6 +45,18 @@ def test_errors_are_as_large_as_their_covariance_says() -> None:
     assert low < total < high
 
 
+def test_a_poor_fit_has_a_covariance_all_the_same() -> None:
+    """Residuals that fill the gate, of a pose that is far from the right one."""
+    scans, poses = scanned(yard(), ((-4.0, 3.0, 0.3), (5.0, -2.0, 2.5)))
+    a, b = (s.fine for s in scans)
+    true = poses[0].inverse @ poses[1]
+    wrong = Pose(true.rotation, true.translation + np.array([0.0, 0.6, 0.3]))
+    found = align(a, b, wrong, (0.2,), steps=0)
+    precision = relative_covariance(a, b, found, NO_FLOOR)
+    assert (np.linalg.eigvalsh(precision.local) >= 0).all()
+    assert np.isfinite(precision.covariance).all()
+
+
 def test_the_floor_is_added() -> None:
     scans, poses = scanned(yard(), ((-4.0, 3.0, 0.3), (5.0, -2.0, 2.5)))
     a, b = (s.fine for s in scans)

@@ -42,6 +42,8 @@ _CUBES = 40
 _NOISE = 0.3
 #: or if it has less than this share of the best held one: normals are not better than half a degree
 _SHARE = 1e-4
+#: least slope of the loss against its weight: residuals of poor fits fill the whole gate
+_LEAST_SLOPE = 0.05
 #: a direction that fewer places than this hold is weak
 _PLACES = 6.0
 
@@ -105,7 +107,7 @@ def relative_covariance(
     alone = 1 / (m.sigma**2 + (found.gate / 4.5) ** 2)
     weight = (1 - u) ** 2 * alone
     # Tukey's loss gives way: its slope, not its weight, is what holds (Huber 1981, chapter 7)
-    slope = (1 - u) * (1 - 5 * u) * alone
+    slope = np.maximum((1 - u) * (1 - 5 * u) * alone, _LEAST_SLOPE * weight)
     normal = (design * slope[:, None]).T @ design
     unheld, held, places = _directions(a, b, m, design, weight, normal, middle, lever)
     half = held @ _inverse_root(held.T @ normal @ held)
