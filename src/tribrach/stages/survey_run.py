@@ -136,6 +136,9 @@ def georeference(
     )
     if project.truth is None:
         return chapter
+    if adjustment.defect and not adjustment.layout.count("point"):
+        said = "Nothing ties the stations to the frame of the truth: they are not compared with it."
+        return replace(chapter, warnings=(*chapter.warnings, said))
     file = project.folder / project.truth
     rows = against_truth(
         read_truth(file),
