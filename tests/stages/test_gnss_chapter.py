@@ -12,6 +12,7 @@ import pytest
 from scipy.stats import chi2
 from typer.testing import CliRunner
 
+from tests.gnss.test_baseline import minutes
 from tests.io.survey.gnss_samples import ADJUSTED, GIVEN, VECTORS, write_csv, write_gvx
 from tests.network.networks import trilateration
 from tribrach.cli import app
@@ -254,3 +255,37 @@ def test_from_rinex_to_the_report(shared_data: Path, tmp_path: Path) -> None:
     assert "in 100.0 % of 115 epochs" in text
     assert "close no loop: nothing checks them" in text
     assert "ITRF2000 at epoch 2005.25" in text
+
+
+@pytest.mark.data
+@pytest.mark.skipif(not engines(), reason="RTKLIB is not installed")
+def test_two_sessions_check_each_other(shared_data: Path, tmp_path: Path) -> None:
+    """Two half hours of the same receivers: a repeated baseline is a loop of two."""
+    there = shared_data / "gnss" / "geonet_0759_3040"
+    sessions = ""
+    for name, first, last in (("one", 0, 28), ("two", 28, 57)):
+        for point in ("3040", "0759"):
+            minutes(there / f"{point}0920.05o", tmp_path / f"{name}_{point}.05o", first, last)
+        receivers = ", ".join(
+            f'{{ point = "{point}", file = "{name}_{point}.05o" }}' for point in ("3040", "0759")
+        )
+        sessions += f'[[gnss.sessions]]\nname = "{name}"\nreceivers = [{receivers}]\n'
+    head = RINEX.split("[[gnss.sessions]]")[0].format(there=there)
+    (tmp_path / "p.toml").write_text(head + sessions)
+    (tmp_path / "control.csv").write_text(
+        "point,ecef_x_m,ecef_y_m,ecef_z_m,role\n3040,-3978241.958,3382840.234,3649900.853,fixed\n"
+    )
+    result = RUN.invoke(app, ["run", str(tmp_path / "p.toml")])
+    assert result.exit_code == 0, result.output
+    data = json.loads((tmp_path / "out" / "result.json").read_text())
+    assert data["sigma0"]["dof"] == 3
+    (loop,) = data["gnss"]["loops"]
+    assert loop["points"] == ["3040", "0759"]
+    assert loop["passes"]
+    assert 0 < loop["size"] < 0.02
+    truth = [-3976219.1874, 3382371.6055, 3652511.1446]
+    np.testing.assert_allclose(data["points"]["0759"]["ecef"], truth, atol=0.015)
+    assert data["reference"] == {"crs": None, "frame": "ITRF2000", "epoch": 2005.25}
+    text = " ".join((tmp_path / "out" / "report.txt").read_text().split())
+    assert "2 sessions gave 2 independent baselines" in text
+    assert "1 minimal loop: the largest closure is" in text
