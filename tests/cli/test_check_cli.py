@@ -106,6 +106,24 @@ def test_a_project_has_its_own_instruments(tmp_path: Path) -> None:
     assert "The scanner passes" in result.output
 
 
+@pytest.mark.slow
+def test_targets_found_in_scans_are_checked(tmp_path: Path) -> None:
+    out = str(tmp_path / "lab")
+    simulated = RUN.invoke(app, ["simulate", "newcastle-lab", "--out", out, "--points", "10000"])
+    assert simulated.exit_code == 0, simulated.output
+    job = tmp_path / "lab" / "newcastle-lab.toml"
+    result = RUN.invoke(app, ["check", str(job), "--json", str(tmp_path / "c.json"), "-q"])
+    assert result.exit_code == 0, result.output
+    data = json.loads((tmp_path / "c.json").read_text())
+    # the scans of this twin have no misalignments
+    assert data["passed"]
+    (distances,) = data["distances"]
+    assert distances["stations"] == ["S1", "S2"]
+    assert len(distances["pairs"]) == 40 * 39 / 2
+    assert abs(distances["range_zero"]["value"]) < 4 * distances["range_zero"]["sigma"]
+    assert data["two_face"] is None
+
+
 def test_wrong_calls_end_in_a_sentence(tmp_path: Path) -> None:
     table = tmp_path / "t.csv"
     rows = polar_table(readings(np.random.default_rng(3)))

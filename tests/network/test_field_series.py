@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, f
 
-from tests.instruments.field_surveys import SIGMA, TARGETS, readings
+from tests.instruments.field_surveys import SIGMA, readings
 from tribrach.errors import InputError
 from tribrach.instruments.scanner_readings import face_means
 from tribrach.network.field_series import SeriesCheck, against_earlier, check_series
