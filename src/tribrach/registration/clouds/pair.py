@@ -9,14 +9,14 @@ what is wrong and no pose is given.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tribrach.geometry.pose import Pose
 from tribrach.registration.clouds.candidates import GIVEN, Candidate, apart, judged
-from tribrach.registration.clouds.fine import Alignment, align
+from tribrach.registration.clouds.fine import GATES, Alignment, align
 from tribrach.registration.clouds.kiss import kiss_pose
 from tribrach.registration.clouds.plan_search import plan_poses
 from tribrach.registration.clouds.prepared import PreparedScan
@@ -112,11 +112,13 @@ def register_pair(
             f"{a.name} and {b.name} fit in {len(rivals) + 1} places alike; the one at the "
             "approximate pose is taken"
         )
-        sentences = [said, *near[0].precision.sentences(a.name, b.name)]
-        return CloudPair(a.name, b.name, near[0], (), tuple(sentences))
+        best = _with_all(a, b, near[0], floor)
+        sentences = [said, *best.precision.sentences(a.name, b.name)]
+        return CloudPair(a.name, b.name, best, (), tuple(sentences))
     if rivals:
         said = _ambiguous(a.name, b.name, best, rivals)
         return CloudPair(a.name, b.name, None, (best, *rivals), (said,))
+    best = _with_all(a, b, best, floor)
     sentences = best.precision.sentences(a.name, b.name)
     if prior is not None:
         sentences += _prior_sentences(a.name, b.name, best.pose, prior)
@@ -139,14 +141,26 @@ def _fits(
 def _fitted(
     a: PreparedScan, b: PreparedScan, c: Candidate, floor: tuple[float, float]
 ) -> Fit | None:
-    """A candidate with all surfels; None if hardly any match."""
-    found = align(a.fine, b.fine, c.pose)
+    """A candidate with some of the fine surfels; None if hardly any match."""
+    found = align(a.some, b.some, c.pose)
     if len(found.matches) < 50:
         return None
-    precision = relative_covariance(a.fine, b.fine, found, floor)
+    precision = relative_covariance(a.some, b.some, found, floor)
     tolerance = max(_LEAST_TIGHT, _TIGHT * found.rms)
-    verdict = judge(a.fine, b.fine, (a.view, b.view), found.pose, tolerance)
+    verdict = judge(a.some, b.some, (a.view, b.view), found.pose, tolerance)
     return Fit(found, precision, verdict, c.origin)
+
+
+def _with_all(a: PreparedScan, b: PreparedScan, fit: Fit, floor: tuple[float, float]) -> Fit:
+    """The chosen one with all surfels."""
+    if a.some is a.fine and b.some is b.fine:
+        return fit
+    found = align(a.fine, b.fine, fit.pose, GATES[1:])
+    if len(found.matches) < len(fit.alignment.matches):
+        return fit
+    return replace(
+        fit, alignment=found, precision=relative_covariance(a.fine, b.fine, found, floor)
+    )
 
 
 def _possible(v: Verdict) -> bool:

@@ -31,7 +31,7 @@ _ASKEW = Pose(exp(np.array([0.37, 0.53, 0.29])), np.zeros(3))
 #: no scan is coarser than this share of its radius: rooms and models have small cubes
 _OF_RADIUS = 0.04
 #: surfels that are kept, at most
-_FINE_MOST, _COARSE_MOST = 200_000, 12_000
+_FINE_MOST, _SOME_MOST, _COARSE_MOST = 100_000, 15_000, 12_000
 #: times that cubes are merged; once more for a scan with fewer surfels than this
 _MERGES, _SPARSE = 3, 3000
 #: fewer are no scan to register
@@ -40,11 +40,15 @@ _FEWEST = 50
 
 @dataclass(frozen=True, eq=False)
 class PreparedScan:
-    """Surfels and view of a scan, scanner frame; points : how many it has."""
+    """Surfels and view of a scan, scanner frame; points : how many it has.
+
+    fine : for the fit; some : of these, for the choice between places; coarse : for the search.
+    """
 
     name: str
     points: int
     fine: Indexed
+    some: Indexed
     coarse: Indexed
     view: View
 
@@ -71,7 +75,7 @@ def prepare(name: str, chunks: Iterable[Array], size: float = FINE) -> PreparedS
     fine = _upright(cells, _MERGES)
     if len(fine) < _SPARSE:
         fine = _upright(cells, _MERGES + 1)
-    fine = _thinned(fine, _FINE_MOST)
+    fine = fine.thinned(_FINE_MOST)
     radius = float(np.quantile(np.linalg.norm(fine.center, axis=1), 0.9)) if len(fine) else 0.0
     while cells.size < min(_COARSE, _OF_RADIUS * radius) - 1e-6:
         cells = coarser(cells)
@@ -85,16 +89,11 @@ def prepare(name: str, chunks: Iterable[Array], size: float = FINE) -> PreparedS
             "register it",
             cure="give the whole scan, with surfaces in it",
         )
-    return PreparedScan(name, total, Indexed.of(fine), Indexed.of(coarse), view)
+    whole = Indexed.of(fine)
+    some = whole if len(fine) <= _SOME_MOST else Indexed.of(fine.thinned(_SOME_MOST))
+    return PreparedScan(name, total, whole, some, Indexed.of(coarse), view)
 
 
 def _upright(cells: Cells, merges: int) -> Surfels:
     """Surfels of cubes that stand askew, in the scanner's frame."""
     return surfels_of(cells, merges).placed(_ASKEW.inverse)
-
-
-def _thinned(surfels: Surfels, most: int) -> Surfels:
-    """At most so many surfels: every n-th in the order of the scan."""
-    if len(surfels) <= most:
-        return surfels
-    return surfels.subset(np.linspace(0, len(surfels) - 1, most).astype(np.int64))

@@ -8,7 +8,7 @@ is averaged; what remains is shared by neighbours and is counted elsewhere. Scan
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit, prange
@@ -36,7 +36,8 @@ class Surfels:
     """Pieces of surface.
 
     center, normal (n, 3) [m]; count (n,) of points; thickness (n,) : their standard deviation along
-    the normal; width (n, 2) : along the surface, the lesser first; size (n,) : edges of the cubes.
+    the normal; width (n, 2) : along the surface, the lesser first; size (n,) : edges of the cubes;
+    stands_for : how many surfels each stands for, where they were thinned.
     """
 
     center: Array
@@ -45,6 +46,7 @@ class Surfels:
     thickness: Array
     width: Array
     size: Array
+    stands_for: float = 1.0
 
     def __len__(self) -> int:
         return len(self.center)
@@ -52,7 +54,7 @@ class Surfels:
     @property
     def area(self) -> Array:
         """About how much surface (n,) each stands for [m^2]."""
-        area: Array = self.size**2
+        area: Array = self.stands_for * self.size**2
         return area
 
     @property
@@ -76,6 +78,7 @@ class Surfels:
             self.thickness,
             self.width,
             self.size,
+            self.stands_for,
         )
 
     def subset(self, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> Surfels:
@@ -87,7 +90,15 @@ class Surfels:
             self.thickness[chosen],
             self.width[chosen],
             self.size[chosen],
+            self.stands_for,
         )
+
+    def thinned(self, most: int) -> Surfels:
+        """At most so many: evenly in the order of the scan, each standing for several."""
+        if len(self) <= most:
+            return self
+        some = self.subset(np.linspace(0, len(self) - 1, most).astype(np.int64))
+        return replace(some, stands_for=self.stands_for * len(self) / most)
 
 
 def surfels_of(cells: Cells, merges: int = _MERGES, viewpoint: Array | None = None) -> Surfels:
@@ -105,7 +116,10 @@ def surfels_of(cells: Cells, merges: int = _MERGES, viewpoint: Array | None = No
             rest = np.ones(len(cells), dtype=bool)
             rest[enough[flat]] = False
             cells = coarser(cells.subset(rest))
-    return Surfels(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+    center, normal, count, thickness, width, size = (
+        np.concatenate(column) for column in zip(*parts, strict=True)
+    )
+    return Surfels(center, normal, count, thickness, width, size)
 
 
 def _planes(cells: Cells, eye: Array) -> tuple[tuple[Array, ...], NDArray[np.bool_]]:
