@@ -142,3 +142,36 @@ def test_what_cannot_be_placed_is_left_with_its_reason() -> None:
     assert "1 targets found and 3 needed" in found.unplaced["S2"]
     with pytest.raises(InputError, match="S2"):
         identify(sightings, control)
+
+
+def ring(seed: int, count: int = 20) -> tuple[list[Sighting], list[list[str]]]:
+    """Stations on a ring of 60 m, each with the targets within 20 m; centres to 4 mm."""
+    rng = np.random.default_rng(seed)
+    around = np.linspace(0, 2 * np.pi, 5 * count, endpoint=False)
+    spread = rng.uniform(-4, 4, (len(around), 3)) * [1, 1, 0.4]
+    targets = np.column_stack([60 * np.cos(around), 60 * np.sin(around), 0 * around]) + spread
+    sightings, names = [], []
+    for k in range(count):
+        turn = 2 * np.pi * (k + 0.5) / count
+        at = np.array([60 * np.cos(turn), 60 * np.sin(turn), 1.6])
+        r = rotation.exp(np.array([[0.01, 0.02, rng.uniform(-3, 3)]]))[0]
+        seen = np.flatnonzero(np.linalg.norm(targets - at, axis=1) < 20)
+        local = (targets[seen] - at) @ r + rng.normal(0, 0.004, (len(seen), 3))
+        sigmas = np.full(len(seen), 0.004)
+        sightings.append(Sighting(f"S{k}", local, sigmas, ["sphere"] * len(seen)))
+        names.append([str(i) for i in seen])
+    return sightings, names
+
+
+def test_a_chain_around_a_loop_meets_its_beginning() -> None:
+    """Each station adds its error; the last ones see points that came from both sides."""
+    for seed in (0, 3):
+        sightings, names = ring(seed)
+        found = identify(sightings, {}, free=True)
+        assert set(found.poses) == {s.station for s in sightings}
+        truth: dict[str, set[str]] = {}
+        for s, own in zip(sightings, names, strict=True):
+            for name, true in zip(found.names[s.station], own, strict=True):
+                if name:
+                    truth.setdefault(name, set()).add(true)
+        assert all(len(which) == 1 for which in truth.values())

@@ -25,12 +25,23 @@ from tribrach.targets.matching import Matching, match
 __all__ = ["Identification", "Sighting", "identify"]
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 #: a floor for the sigma of targets and points in matching, so that small systematic errors of a
 #: scanner do not part what belongs together [m]
 MATCHING_FLOOR = 0.003
 #: matchings of this many targets place a scan even where a smaller second solution exists
 _SURE = 6
+#: as many targets place a scan on what one station saw (one less if it is levelled)
+_ALONE = 4
+
+
+@dataclass
+class Drifts:
+    """Poses of the placed stations, and how uncertain they make the targets of each (n,) [m]."""
+
+    poses: dict[str, Pose] = field(default_factory=dict)
+    of: dict[str, Array] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -70,15 +81,16 @@ def identify(
     """
     pool = Pool(points)
     waiting = units_of(sightings, groups)
-    poses: dict[str, Pose] = {}
+    drifts = Drifts()
+    poses = drifts.poses
     said: list[str] = []
     obstacles: dict[str, str] = {}
     adrift = False
     while waiting:
-        placed = [u for u in waiting if _try(u, pool, poses, said, obstacles)]
+        placed = _placed(waiting, pool, drifts, said, obstacles)
         if not placed and not poses and (free or not points):
             first = waiting[0]
-            _settle(first, Pose.identity(), pool, poses)
+            _settle(first, Pose.identity(), pool, drifts, None)
             said.append(f"{first.name} is the frame of the matching: no scan sees given points")
             placed, adrift = [first], True
         if not placed:
@@ -93,37 +105,68 @@ def identify(
         raise _refusal([u.sighting for u in waiting], obstacles, Pool(points))
     seen = [s for s in sightings if s.station in poses]
     order = dict.fromkeys([*(s.station for s in seen), *poses])
-    found = _names(seen, {name: poses[name] for name in order}, Pool(points), said)
+    drifts.poses = {name: poses[name] for name in order}
+    found = _names(seen, drifts, Pool(points), said)
     unplaced = {name: obstacles[u.name] for u in waiting for name in u.members}
     return replace(found, unplaced=unplaced, adrift=adrift)
 
 
-def _settle(unit: Unit, pose: Pose, pool: Pool, poses: dict[str, Pose]) -> None:
-    """Note the poses of a unit's stations and what they see."""
+def _settle(unit: Unit, pose: Pose, pool: Pool, drifts: Drifts, found: Matching | None) -> None:
+    """Note the poses of a unit's stations and what they see.
+
+    found : the matching that the pose is of, None for the frame.
+    """
     for station, own in unit.members.items():
-        poses[station] = pose @ own
+        drifts.poses[station] = pose @ own
     for s in unit.own:
-        pool.add(s.station, poses[s.station] @ s.centers, s.sigmas, s.kinds)
+        drift = np.zeros(len(s.centers))
+        if found is not None:
+            start = pool.drift_of(found.pairs[:, 1])
+            drift = np.hypot(start, found.placed_sigma(unit.members[s.station] @ s.centers))
+        drifts.of[s.station] = drift
+        pool.add(s.station, drifts.poses[s.station] @ s.centers, s.sigmas, s.kinds, drift)
+
+
+def _placed(
+    waiting: Sequence[Unit], pool: Pool, drifts: Drifts, said: list[str], obstacles: dict[str, str]
+) -> list[Unit]:
+    """Units that are placed now: by many targets before any is placed by few.
+
+    Three distances agree by chance where there are many points; six do not.
+    """
+    for least in range(_SURE, 1, -1):
+        placed = [u for u in waiting if _try(u, pool, drifts, said, obstacles, least)]
+        if placed:
+            return placed
+    return []
 
 
 def _try(
     unit: Unit,
     pool: Pool,
-    poses: dict[str, Pose],
+    placed: Drifts,
     said: list[str],
     obstacles: dict[str, str],
+    least: int,
 ) -> bool:
-    """Place a unit on the points known so far; the reason why not goes to the obstacles."""
+    """Place a unit by at least so many of the points known so far.
+
+    The reason why not goes to the obstacles.
+    """
     sighting = unit.sighting
     try:
         found = _match(sighting, pool)
     except InputError as error:
         obstacles[unit.name] = error.what
-        return False
-    if found.ambiguous and not _decided(found):
+        found = None
+    if found is not None and found.ambiguous and not _decided(found):
         obstacles[unit.name] = f"{len(found.pairs)} targets fit in {len(found.others) + 1} ways"
+        found = None
+    if found is None:
+        found = _by_one_station(sighting, pool)
+    if found is None or len(found.pairs) < least:
         return False
-    _settle(unit, Pose(found.rotation, found.translation), pool, poses)
+    _settle(unit, Pose(found.rotation, found.translation), pool, placed, found)
     rms = np.sqrt(found.chi_square / max(1, 3 * len(found.pairs)))
     several = ("are", "their") if len(unit.members) > 1 else ("is", "its")
     said.append(
@@ -133,18 +176,50 @@ def _try(
     return True
 
 
-def _match(sighting: Sighting, pool: Pool, axes: tuple[int, int, int] = (0, 1, 2)) -> Matching:
-    """The targets of a scan against the pool, its coordinates in the order of the axes."""
+def _by_one_station(sighting: Sighting, pool: Pool) -> Matching | None:
+    """The best matching with what one placed station saw; None if there is none without doubt.
+
+    Points from both ends of a chain of stations lie beside each other by its drift: all together
+    they fit nothing, those of a single station fit.
+    """
+    least = _ALONE - 1 if sighting.levelled else _ALONE
+    best: Matching | None = None
+    for station in pool.stations:
+        chosen = pool.seen_by(station)
+        try:
+            found = _match(sighting, pool, chosen=chosen)
+        except InputError:
+            continue
+        if found.ambiguous or len(found.pairs) < least:
+            continue
+        if best is None or len(found.pairs) > len(best.pairs):
+            pairs = np.stack([found.pairs[:, 0], chosen[found.pairs[:, 1]]], axis=1)
+            best = replace(found, pairs=pairs)
+    return best
+
+
+def _match(
+    sighting: Sighting,
+    pool: Pool,
+    axes: tuple[int, int, int] = (0, 1, 2),
+    chosen: Index | None = None,
+) -> Matching:
+    """The targets of a scan against the pool, its coordinates in the order of the axes.
+
+    chosen : numbers of the points that count, all if not given.
+    """
     needed = 2 if sighting.levelled else 3
     if len(sighting.centers) < needed:
         raise InputError(f"{len(sighting.centers)} targets found and {needed} needed")
+    numbers = np.arange(len(pool.names)) if chosen is None else chosen
+    names = [pool.names[k] for k in numbers]
     return match(
         sighting.centers,
-        pool.xyz[:, axes],
+        pool.xyz[numbers][:, axes],
         sigma_targets=np.hypot(sighting.sigmas, MATCHING_FLOOR),
-        sigma_points=pool.sigmas,
+        sigma_points=pool.sigmas[numbers],
         levelled=sighting.levelled,
-        known={i: pool.names.index(n) for i, n in sighting.known.items() if n in pool.names},
+        known={i: names.index(n) for i, n in sighting.known.items() if n in names},
     )
 
 
@@ -187,12 +262,13 @@ def _mirrored(sighting: Sighting, given: Pool) -> bool:
 
 
 def _names(
-    sightings: Sequence[Sighting], poses: Mapping[str, Pose], pool: Pool, said: list[str]
+    sightings: Sequence[Sighting], drifts: Drifts, pool: Pool, said: list[str]
 ) -> Identification:
     """Final names: every detection to the nearest point within its gate, leftovers as ties."""
-    worlds = {s.station: poses[s.station] @ s.centers for s in sightings}
+    poses = drifts.poses
     for s in sightings:
-        pool.add(s.station, worlds[s.station], s.sigmas, s.kinds)
+        world = poses[s.station] @ s.centers
+        pool.add(s.station, world, s.sigmas, s.kinds, drifts.of[s.station])
     names = {}
     for s in sightings:
         found = pool.names_of(s.station)

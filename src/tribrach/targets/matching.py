@@ -10,7 +10,7 @@ Coordinates (n, 3) and sigmas in metres.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from scipy.stats import chi2
 
 from tribrach.errors import InputError
 from tribrach.geometry.alignment import group_planar, group_rigid
+from tribrach.geometry.rotation import skew
 
 __all__ = ["Matching", "match"]
 
@@ -38,7 +39,8 @@ class Matching:
 
     pairs (k, 2): target and point numbers; rotation (3, 3), translation (3,) world from scanner;
     chi_square: weighted sum of squared residuals; others: pairs of every other solution that
-    fits as well.
+    fits as well; cofactor (6, 6): covariance of translation [m] and rotation [rad] about centre
+    (3,), zero for what is not estimated.
     """
 
     pairs: Index
@@ -46,6 +48,16 @@ class Matching:
     translation: Array
     chi_square: float
     others: tuple[Index, ...] = ()
+    centre: Array = field(default_factory=lambda: np.zeros(3))
+    cofactor: Array = field(default_factory=lambda: np.zeros((6, 6)))
+
+    def placed_sigma(self, local: Array) -> Array:
+        """How uncertain the motion makes points (n, 3) that it carries, (n,) [m] a coordinate."""
+        world = local @ self.rotation.T + self.translation
+        lever = _lever(world - self.centre)
+        variance = np.einsum("nij,jk,nik->n", lever, self.cofactor, lever)
+        sigma: Array = np.sqrt(variance / 3)
+        return sigma
 
     @property
     def ambiguous(self) -> bool:
@@ -107,8 +119,7 @@ def match(
     rivals = [s for s in solutions if len(s.pairs) == size - 1 and s.chi_square < best.chi_square]
     # a smaller solution is a rival only where its residuals are less by more than one pair's share
     rivals = [s for s in rivals if best.chi_square - s.chi_square > chi2.ppf(0.999, 3)]
-    others = tuple(s.pairs for s in [*full[1:], *rivals])
-    return Matching(best.pairs, best.rotation, best.translation, best.chi_square, others)
+    return replace(best, others=tuple(s.pairs for s in [*full[1:], *rivals]))
 
 
 def _allowed(n: int, m: int, known: Mapping[int, int]) -> Index:
@@ -187,4 +198,23 @@ def _fit(targets: Array, points: Array, pairs: Index, s2: Array, levelled: bool)
     square = float((weights[:, None] * v**2).sum())
     if not sound or square > chi2.ppf(_FIT_LEVEL, 3 * len(pairs) - unknowns):
         return None
-    return Matching(pairs[np.argsort(pairs[:, 0])], rotation, translation, square)
+    centre = np.average(world, axis=0, weights=weights)
+    cofactor = _cofactor(world - centre, weights, levelled)
+    ordered = pairs[np.argsort(pairs[:, 0])]
+    return Matching(ordered, rotation, translation, square, (), centre, cofactor)
+
+
+def _lever(offset: Array) -> Array:
+    """Derivatives (n, 3, 6) of points at offsets (n, 3) by a translation and a rotation."""
+    eye = np.broadcast_to(np.eye(3), (len(offset), 3, 3))
+    return np.concatenate([eye, -skew(offset)], axis=2)
+
+
+def _cofactor(offset: Array, weights: Array, levelled: bool) -> Array:
+    """Covariance (6, 6) of a motion fitted to points at offsets (n, 3) from their centroid."""
+    free = [0, 1, 2, 5] if levelled else [0, 1, 2, 3, 4, 5]
+    lever = _lever(offset)[:, :, free]
+    normal = np.einsum("n,nij,nik->jk", weights, lever, lever)
+    out = np.zeros((6, 6))
+    out[np.ix_(free, free)] = np.linalg.pinv(normal, rcond=1e-12, hermitian=True)
+    return out
