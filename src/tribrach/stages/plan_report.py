@@ -123,8 +123,11 @@ def _of_weights(plan: Plan) -> list[str]:
     out = []
     if plan.sets is not None:
         if plan.sets.reached and plan.sets.steps:
-            many = ", ".join(f"{n} sets at {s}" for s, n in plan.sets.sets.items())
-            out.append(f"With {many} the requirement is reached ({shown(kind, plan.sets.value)}).")
+            many = ", ".join(f"{n} sets at {s}" for s, n in plan.sets.sets.items() if n > 1)
+            once = " and one elsewhere" if min(plan.sets.sets.values()) == 1 else ""
+            out.append(
+                f"With {many}{once} the requirement is reached ({shown(kind, plan.sets.value)})."
+            )
         elif not plan.sets.reached:
             out.append(
                 f"More sets do not reach the requirement: at best {shown(kind, plan.sets.value)}."
