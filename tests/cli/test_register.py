@@ -111,4 +111,9 @@ def test_nothing_is_written_where_nothing_hangs_together(folder: Path, tmp_path:
     result = RUN.invoke(app, ["register", str(folder / "S1.xyz"), str(lone), "--out", str(out)])
     assert result.exit_code == 2
     assert "no two scans could be joined" in result.output
+    alone = RUN.invoke(app, ["register", str(folder / "S1.xyz"), str(lone)])
+    assert alone.exit_code == 0
+    words = " ".join(alone.output.split())
+    assert "S1 and lone" in words
+    assert "lone is not joined to S1 by clouds" in words
     assert not (out / "poses.csv").exists()

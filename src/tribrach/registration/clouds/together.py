@@ -34,6 +34,9 @@ __all__ = ["CloudGroup", "CloudRegistration", "pairwise", "register_clouds", "se
 Array = NDArray[np.float64]
 Progress = Callable[[str, int, int | None], None]
 
+#: pairs that were not registered and are said to be
+_REFUSALS = 10
+
 
 @dataclass(frozen=True, eq=False)
 class CloudGroup:
@@ -106,7 +109,7 @@ def settled(scans: Sequence[PreparedScan], pairs: Sequence[CloudPair]) -> CloudR
     by_name = {scan.name: scan for scan in scans}
     hung = [_group(by_name, group, found.used) for group in groups(names, found.used)]
     said = [s for p in pairs if p.fit for s in p.sentences]
-    said += [s for p in pairs if not p.fit and p.rivals for s in p.sentences]
+    said += _refusals(pairs, hung)
     said += found.sentences
     for group in hung:
         said += [
@@ -118,6 +121,14 @@ def settled(scans: Sequence[PreparedScan], pairs: Sequence[CloudPair]) -> CloudR
     if len(hung) > 1:
         said.append(_apart(pairs, hung))
     return CloudRegistration(pairs, found, hung, tuple(said))
+
+
+def _refusals(pairs: Sequence[CloudPair], hung: Sequence[CloudGroup]) -> list[str]:
+    """Why pairs between stations that nothing else joins were not registered, at most ten."""
+    number = {name: k for k, group in enumerate(hung) for name in group.stations}
+    said = [s for p in pairs if not p.fit and number[p.a] != number[p.b] for s in p.sentences]
+    left = len(said) - _REFUSALS
+    return said[:_REFUSALS] + ([f"{left} more pairs were not registered"] if left > 0 else [])
 
 
 def _group(
