@@ -32,6 +32,8 @@ GATES = (0.2, 0.05, 0.015)
 _SIGMAS = 4.5
 #: steps at one gate, at most; smaller steps than these end it [m at the mean lever]
 _STEPS, _SETTLED = 20, 2e-6
+#: surfels of either scan that are looked up before the last gate
+_SOME = 15_000
 #: matches are looked up again when surfels have moved by this share of their size
 _MOVED = 0.05
 #: normals of matches differ by less than this [cosine]
@@ -107,9 +109,11 @@ def align(
     pose, settled = start, False
     pairs = _Pairs(a, b)
     spread = np.inf
-    for gate in gates:
+    for number, gate in enumerate(gates):
         gate = max(gate, _SIGMAS * spread if np.isfinite(spread) else 0.0)
         settled = False
+        # until the last gate some surfels will do
+        pairs.most = _SOME if number < len(gates) - 1 else None
         for _ in range(steps):
             pairs.look_up(pose, gate)
             pose, size, spread = _step(pairs, pose, gate)
@@ -117,6 +121,7 @@ def align(
                 settled = True
                 break
     gate = max(gates[-1], _SIGMAS * spread if np.isfinite(spread) else 0.0)
+    pairs.most = None
     pairs.look_up(pose, gate, anew=True)
     found = pairs.matches(pose)
     return Alignment(pose, found.subset(np.abs(found.residual) < gate), gate, settled)
@@ -138,28 +143,40 @@ class _Pairs:
         self.first = np.empty(0, dtype=np.int64)
         self.second = np.empty(0, dtype=np.int64)
         self.forward = np.empty(0, dtype=bool)
+        self.most: int | None = None
         self._pose: Pose | None = None
         self._gate = np.inf
+        self._looked: int | None = None
         self._sigmas = [(_sigma(x.surfels), x.surfels.sigma_normal) for x in (a, b)]
         self._small = float(min(np.median(x.surfels.size) for x in (a, b)))
         self._reach = float(np.linalg.norm(np.quantile(np.abs(b.surfels.center), 0.8, axis=0)))
 
     def look_up(self, pose: Pose, gate: float, anew: bool = False) -> None:
         """Nearest surfels both ways, where they are not known well enough."""
-        if not anew and self._pose is not None and gate >= 0.5 * self._gate:
+        known = self._pose is not None and self._looked == self.most
+        if not anew and self._pose is not None and known and gate >= 0.5 * self._gate:
             moved = self._pose.inverse @ pose
             turn = np.linalg.norm(moved.rotation - np.eye(3)) / np.sqrt(2)
             far = float(np.linalg.norm(moved.translation) + turn * self._reach)
             if far < _MOVED * self._small:
                 return
-        self._pose, self._gate = pose, gate
-        s, t = self.a.surfels, self.b.surfels
-        one = _nearest(self.a, t, pose, gate)
-        two = _nearest(self.b, s, pose.inverse, gate)
-        i, j = np.flatnonzero(one >= 0), np.flatnonzero(two >= 0)
-        self.first = np.concatenate([one[i], j])
-        self.second = np.concatenate([i, two[j]])
+        self._pose, self._gate, self._looked = pose, gate, self.most
+        i, one = self._nearest(self.a, self.b.surfels, pose, gate)
+        j, two = self._nearest(self.b, self.a.surfels, pose.inverse, gate)
+        self.first = np.concatenate([one, j])
+        self.second = np.concatenate([i, two])
         self.forward = np.concatenate([np.ones(len(i), dtype=bool), np.zeros(len(j), dtype=bool)])
+
+    def _nearest(
+        self, reference: Indexed, surfels: Surfels, pose: Pose, gate: float
+    ) -> tuple[Indices, Indices]:
+        """Surfels (k,) that have a match in the reference, and their matches (k,)."""
+        if self.most is None or len(surfels) <= self.most:
+            found = _nearest(reference, surfels, pose, gate)
+            return np.flatnonzero(found >= 0), found[found >= 0]
+        some = np.linspace(0, len(surfels) - 1, self.most).astype(np.int64)
+        found = _nearest(reference, surfels.subset(some), pose, gate)
+        return some[found >= 0], found[found >= 0]
 
     def matches(self, pose: Pose) -> Matches:
         """The comparison at a pose."""
