@@ -8,6 +8,7 @@ import pytest
 import tribrach as tb
 from tests.geodesy.test_geoid_grid import write_gtx
 from tribrach.errors import InputError
+from tribrach.geodesy.site import EllipsoidSite
 from tribrach.geometry import rotation
 from tribrach.io.lever_arm_file import LeverArmResult, lever_arm_text, read_lever_arm
 from tribrach.network.adjustment import Adjustment
@@ -206,3 +207,55 @@ def test_a_geoid_grid_gives_the_deflection(tmp_path: Path) -> None:
     found = tb.Project.load(path).network()
     plumb = next(o for o in found.observations if o.kind == "inclination")
     assert plumb.xi[0] / SEC == pytest.approx(-10.31, abs=0.02)  # type: ignore[attr-defined]
+
+
+def test_vectors_of_a_session_place_a_scanner_by_its_antenna(tmp_path: Path) -> None:
+    """From a fixed base by geocentric vectors to the antenna and two targets: one scan is placed.
+
+    The same vectors, turned into the work frame at an antenna with a lever arm, give the pose.
+    """
+    frame = EllipsoidSite(float(np.radians(37.87)), float(np.radians(32.5)), 1020.0)
+    base = np.array([-300.0, 120.0, -4.0])
+    places = {"AN": PLACE + TURN @ ARM, "A": TARGETS["A"], "B": TARGETS["B"]}
+    table(tmp_path / "base.csv", "point,e_m,n_m,u_m,role", [("KNYA", *base, "fixed")])
+    rows = [
+        ("KNYA", name, *((np.array(xyz) - base) @ frame.w_from_ecef), 2, 2, 3)
+        for name, xyz in places.items()
+    ]
+    head = "from,to,dx_m,dy_m,dz_m,sigma_dx_mm,sigma_dy_mm,sigma_dz_mm"
+    table(tmp_path / "vectors.csv", head, rows)
+    seen = [("S", n, *(TURN.T @ (np.array(xyz) - PLACE)), 1, 1, 1) for n, xyz in TARGETS.items()]
+    head = "station,target,x_m,y_m,z_m,sigma_x_mm,sigma_y_mm,sigma_z_mm"
+    table(tmp_path / "targets.csv", head, seen)
+    path = tmp_path / "project.toml"
+    path.write_text(
+        """
+        [site]
+        latitude_deg = 37.87
+        longitude_deg = 32.5
+        height_m = 1020.0
+        [stations.S]
+        lever_arm = "antenna"
+        mounted_point = "AN"
+        [lever_arms.antenna]
+        x_m = 0.012
+        y_m = -0.004
+        z_m = 0.329
+        sigma_mm = 2.0
+        [[points]]
+        file = "base.csv"
+        [[observations]]
+        file = "vectors.csv"
+        [[observations]]
+        file = "targets.csv"
+        """.replace("        ", "")
+    )
+    found = adjusted(path)
+    assert found.state.pose_t[0] == pytest.approx(PLACE, abs=1e-6)
+    np.testing.assert_allclose(found.state.pose_r[0], TURN, atol=1e-7)
+    assert found.dof == 3  # nine vector components and a prior of three; pose, arm, two targets
+    d = found.state.points[found.layout.index("point", "D")]
+    assert d == pytest.approx(TARGETS["D"], abs=1e-5)
+    # the antenna stands near the line of both targets: what lies beside it is weak in height
+    sigma = np.sqrt(np.diag(found.covariance("D")))
+    assert sigma[:2].max() < 0.006 < sigma[2]

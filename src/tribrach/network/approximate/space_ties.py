@@ -167,6 +167,7 @@ READERS = {
     "height": _heights,
     "gnss_position": _gnss_positions,
     "antenna": _antennas,
+    "mounted_point": _mounted,
     "target_centre": _target_centres,
     "scanner_polar": _scanner_polar,
     "inclination": _inclinations,
