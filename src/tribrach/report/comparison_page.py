@@ -71,8 +71,15 @@ def comparison_sentences(
             said.setdefault(note.rstrip("."), []).append(site.name)
     return [
         *prediction_sentences(sites, offsets),
-        *(f"{', '.join(names)}: {note}." for note, names in said.items()),
+        *(f"{_sites_named(names)}: {note}." for note, names in said.items()),
     ]
+
+
+def _sites_named(names: Sequence[str]) -> str:
+    """Site 3; Sites 3 and 4."""
+    if len(names) == 1:
+        return f"Site {names[0]}"
+    return f"Sites {', '.join(names[:-1])} and {names[-1]}"
 
 
 def prediction_sentences(
@@ -97,7 +104,7 @@ def prediction_sentences(
         said.append(f"Too few points to tell 10 % on {', '.join(few)}.")
     if offsets is not None:
         said.append(f"{offsets.sentence()}.")
-    said += [f"{name}: {p.verdict}." for name, p in enough if p.verdict != "as predicted"]
+    said += [f"Site {name}: {p.verdict}." for name, p in enough if p.verdict != "as predicted"]
     return said
 
 
