@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any, Self
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 __all__ = ["CLASSES", "EDGES", "CloudSummary"]
@@ -61,19 +62,19 @@ class CloudSummary:
         """Take in points (n, 3) and their sigmas (n, 3), None where there are none."""
         if len(xyz) == 0:
             return
-        self.low, self.high = np.minimum(self.low, xyz.min(0)), np.maximum(self.high, xyz.max(0))
+        _bounds(np.ascontiguousarray(xyz), self.low, self.high)
         first = -self.points % self._step
         self.points += len(xyz)
         if sigma is None:
             return
-        total = np.sqrt(np.einsum("ni,ni->n", sigma, sigma))
-        self.squares = self.squares + np.einsum("ni,ni->i", sigma, sigma, dtype=np.float64)
-        self.smallest = min(self.smallest, float(sigma.min()))
-        self.largest = max(self.largest, float(total.max()))
-        self.counts += _histogram(total)
-        self.within += [int(np.count_nonzero(2 * total <= limit)) for limit in CLASSES.values()]
+        squares, counts, within = self.squares.copy(), self.counts.copy(), self.within.copy()
+        limits = np.array(list(CLASSES.values()))
+        smallest, largest = _tally(np.ascontiguousarray(sigma), squares, counts, within, limits)
+        self.squares, self.counts, self.within = squares, counts, within
+        self.smallest, self.largest = min(self.smallest, smallest), max(self.largest, largest)
         chosen = slice(first, None, self._step)
-        new = np.concatenate([xyz[chosen], total[chosen, None]], axis=1)
+        total = np.linalg.norm(sigma[chosen], axis=1)
+        new = np.concatenate([xyz[chosen], total[:, None]], axis=1)
         self.sample = np.concatenate([self.sample, new])
         while len(self.sample) > _SAMPLE:
             self.sample, self._step = self.sample[::2], 2 * self._step
@@ -127,7 +128,33 @@ class CloudSummary:
         )
 
 
-def _histogram(total: NDArray[np.floating[Any]]) -> NDArray[np.int64]:
-    """Counts (102,) of the bins, the first and last for what lies outside of the edges."""
-    where = np.floor(20 * (np.log10(np.maximum(total, 1e-9)) + 5)).astype(np.int64) + 1
-    return np.bincount(np.clip(where, 0, 101), minlength=102)
+@njit(cache=True, nogil=True)
+def _bounds(xyz, low, high):  # type: ignore[no-untyped-def]
+    """Widen bounds (3,) to points (n, 3)."""
+    for n in range(len(xyz)):
+        for k in range(3):
+            low[k] = min(low[k], xyz[n, k])
+            high[k] = max(high[k], xyz[n, k])
+
+
+@njit(cache=True, nogil=True)
+def _tally(sigma, squares, counts, within, limits):  # type: ignore[no-untyped-def]
+    """Add sigmas (n, 3) to sums, histogram and classes; the smallest, and the largest in space.
+
+    The first and last bin are for what lies outside of the edges.
+    """
+    smallest, largest = np.inf, 0.0
+    for n in range(len(sigma)):
+        total = 0.0
+        for k in range(3):
+            square = float(sigma[n, k]) ** 2
+            squares[k] += square
+            total += square
+            smallest = min(smallest, float(sigma[n, k]))
+        total = np.sqrt(total)
+        largest = max(largest, total)
+        bin_ = int(np.floor(20 * (np.log10(max(total, 1e-9)) + 5))) + 1
+        counts[min(max(bin_, 0), 101)] += 1
+        for j in range(len(limits)):
+            within[j] += 2 * total <= limits[j]
+    return smallest, largest

@@ -267,11 +267,14 @@ class Cloud:
             turn = self.frame.rotation(where.pose.translation)
             turned, rigid = where.turned(turn), self._delivered(where)
             for chunk in scan.scan.chunks():
-                world = where.pose @ chunk.xyz
                 cosine = incidence_cosines(chunk.xyz) if self.wish.incidence else None
-                sigma = None
+                sigma, world = None, None
                 if where.noise is not None:
-                    sigma = rounded(place_with_sigmas(chunk.xyz, turned, cosine)[1])
+                    placed, plain = place_with_sigmas(chunk.xyz, turned, cosine)
+                    sigma = rounded(plain)
+                    # only the work frame has the axes that the sigmas are along
+                    world = placed if self.frame.kind == "work" else None
+                world = where.pose @ chunk.xyz if world is None else world
                 out = self.frame.from_work(world) if to_frame is None else to_frame(world)
                 if self.in_scanner and to_frame is not None and len(out):
                     off = float(np.linalg.norm(rigid @ chunk.xyz - out, axis=1).max())
