@@ -8,19 +8,18 @@ sigmas it was found (a priori or a posteriori), so that nobody need guess.
 from __future__ import annotations
 
 import datetime
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from tribrach.errors import InputError
 from tribrach.instruments.calibration import CalibrationModel
 from tribrach.instruments.calibration_sets import Architecture, find_model, unit_of
-from tribrach.io.xml_file import read_bytes
+from tribrach.io.toml_model import read_model
 
 __all__ = ["SCHEMA", "Calibration", "calibration_text", "read_calibration"]
 
@@ -111,28 +110,8 @@ def read_calibration(path: Path) -> Calibration:
         model does not have, a covariance that is none or that contradicts the sigmas.
     """
     path = Path(path)
-    try:
-        data = tomllib.loads(read_bytes(path).decode("utf-8-sig"))
-        file = _File.model_validate(data)
-    except UnicodeDecodeError as error:
-        raise InputError(
-            "the file is not UTF-8 text", file=path, cure="save it as UTF-8"
-        ) from error
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"this is not TOML: {error}", file=path) from error
-    except ValidationError as error:
-        raise _refused(error, path) from error
+    file = read_model(path, _File, "write calibration files with tribrach calibrate --save")
     return _checked(file, path)
-
-
-def _refused(error: ValidationError, path: Path) -> InputError:
-    first = error.errors()[0]
-    key = ".".join(str(part) for part in first["loc"])
-    return InputError(
-        f"{key}: {first['msg'][:1].lower()}{first['msg'][1:]}",
-        file=path,
-        cure="write calibration files with tribrach calibrate --save",
-    )
 
 
 def _checked(file: _File, path: Path) -> Calibration:

@@ -7,16 +7,15 @@ squared. The file says in which datum and with which sigmas it was found (a prio
 from __future__ import annotations
 
 import json
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from tribrach.errors import InputError
-from tribrach.io.xml_file import read_bytes
+from tribrach.io.toml_model import read_model
 
 __all__ = ["SCHEMA", "LeverArmResult", "lever_arm_text", "read_lever_arm"]
 
@@ -87,22 +86,8 @@ def read_lever_arm(path: Path) -> LeverArmResult:
         is not symmetric or has a negative variance.
     """
     path = Path(path)
-    try:
-        file = _File.model_validate(tomllib.loads(read_bytes(path).decode("utf-8-sig")))
-    except UnicodeDecodeError as error:
-        raise InputError(
-            "the file is not UTF-8 text", file=path, cure="save it as UTF-8"
-        ) from error
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"this is not TOML: {error}", file=path) from error
-    except ValidationError as error:
-        first = error.errors()[0]
-        key = ".".join(str(part) for part in first["loc"])
-        raise InputError(
-            f"{key}: {first['msg'][:1].lower()}{first['msg'][1:]}",
-            file=path,
-            cure="take a lever arm file as a run leaves it beside its report",
-        ) from error
+    cure = "take a lever arm file as a run leaves it beside its report"
+    file = read_model(path, _File, cure)
     if file.schema_ != SCHEMA:
         raise InputError(
             f"schema {file.schema_} is not known",

@@ -114,19 +114,8 @@ def _faces(network: Network, state: State, tables: list[ScannerPolar]) -> tuple[
 def _like_each(o: ScannerPolar, state: State) -> ScannerPolar:
     """The same sights on the back face, each with its own parameters."""
     items = np.flatnonzero(o.use == Use.ACTIVE)
-    values = o.predict(state)[items]
-    return replace(
-        o,
-        values=values,
-        covariance=o.covariance[items],
-        source=o.source[items],
-        use=o.use[items],
-        reason=o.reason[items],
-        station=o.station[items],
-        target=o.target[items],
-        face=np.full(len(items), -1.0),
-        parameters=o.parameters[items],
-    )
+    face = np.full(len(items), -1.0)
+    return replace(replace_items(o, items), values=o.predict(state)[items], face=face)
 
 
 def _steep(network: Network, state: State, tables: list[ScannerPolar]) -> tuple[Network, State]:

@@ -23,9 +23,13 @@ from tribrach.transformation.fit import CommonPoints, Fit, fit_points
 from tribrach.transformation.models import find_model
 from tribrach.transformation.weights import Spread
 
-__all__ = ["RigidModel", "rigid_model"]
+__all__ = ["RigidModel", "TooFewPlaces", "rigid_model"]
 
 Array = NDArray[np.float64]
+
+
+class TooFewPlaces(InputError):
+    """Fewer places are known without scans than a rigid motion needs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +83,7 @@ def rigid_model(survey: Survey, arms: Mapping[str, Array] | None = None) -> Rigi
 
     Raises
     ------
-    InputError : fewer places than a rigid motion needs; RankDefect : stations that nothing ties
+    TooFewPlaces : fewer places than a rigid motion needs; RankDefect : stations that nothing ties
         to each other, or places on one line; NotConverged.
     """
     inner = survey.of_stations()
@@ -90,7 +94,7 @@ def rigid_model(survey: Survey, arms: Mapping[str, Array] | None = None) -> Rigi
     checked = places_to_check(survey, points)
     places = (*held, *checked)
     if len(held) < (2 if levelled else 3):
-        raise InputError(
+        raise TooFewPlaces(
             f"{len(held)} places are known without scans, too few for a rigid model",
             cure="measure antennas or control points of more stations",
         )

@@ -8,11 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from tribrach.errors import AdjustmentError, InputError
+from tribrach.errors import AdjustmentError
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.observations.antenna import Antennas
 from tribrach.network.observations.base import Use
 from tribrach.network.survey import Survey
+from tribrach.registration.rigid_model import TooFewPlaces
 from tribrach.report.content import Content
 from tribrach.stages.lever_arms import lever_arm_chapter, lever_arm_files, lever_arms
 from tribrach.stages.rigid_placing import place_rigidly, rigid_chapter
@@ -63,8 +64,8 @@ def add_antennas(
         files = lever_arm_files(found, folder, content.datum.sentence, origin)
     try:
         chapters.append(rigid_chapter(place_rigidly(survey, adjustment), adjustment, angle))
-    except InputError:
-        pass  # too few antennas for a rigid model: nothing to compare with
+    except TooFewPlaces:
+        pass  # a single scan, say: there is nothing to compare with
     except AdjustmentError as error:
         warnings.append(f"The stations make no rigid model by themselves: {error.headline}.")
     return replace(content, chapters=tuple(chapters), warnings=tuple(warnings)), files

@@ -1,0 +1,38 @@
+"""Small TOML files of ours, checked by a model: whatever is wrong becomes a sentence."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from tribrach.errors import InputError
+from tribrach.io.xml_file import read_bytes
+
+__all__ = ["read_model"]
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+def read_model(path: Path, model: type[Model], cure: str) -> Model:
+    """The file as the model; cure : what to do about a key that is wrong.
+
+    Raises
+    ------
+    InputError : unreadable, not UTF-8, not TOML, a key that is missing, unknown or wrong.
+    """
+    try:
+        return model.model_validate(tomllib.loads(read_bytes(path).decode("utf-8-sig")))
+    except UnicodeDecodeError as error:
+        raise InputError(
+            "the file is not UTF-8 text", file=path, cure="save it as UTF-8"
+        ) from error
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"this is not TOML: {error}", file=path) from error
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(str(part) for part in first["loc"])
+        words = f"{key}: {first['msg'][:1].lower()}{first['msg'][1:]}"
+        raise InputError(words, file=path, cure=cure) from error
