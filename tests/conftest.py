@@ -3,6 +3,11 @@
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+# A change is judged by its own faults: the check draws the same examples each time (see
+# .ci/check), and whoever runs pytest alone draws new ones.
+settings.register_profile("check", derandomize=True)
 
 
 @pytest.fixture(scope="session")

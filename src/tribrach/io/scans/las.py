@@ -124,9 +124,13 @@ def read(path: Path) -> tuple[Scan, ...]:
         bounds = np.stack([header.mins, header.maxs]).astype(float)
         records = int(header.point_count)
         fields = tuple(_field(d) for d in header.point_format.dimensions if not _coordinate(d.name))
-    smallest = 20 * records // 64  # LAZ rarely shrinks points below one part in sixty-four
-    if records and path.stat().st_size < min(smallest, 227):
-        raise _short(path, 0, records)
+    if (held := path.stat().st_size) < header.offset_to_point_data:
+        # laspy takes what is missing of a header for zeros, the number of points among them
+        raise InputError(
+            f"the points begin at byte {header.offset_to_point_data} and the file has {held} bytes",
+            file=path,
+            cure=_CURE,
+        )
     return (
         LasScan(
             name=scan_name(path),
