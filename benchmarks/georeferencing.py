@@ -65,7 +65,7 @@ def ours(source: str, destination: str) -> None:
     from tribrach.geometry.pose import Pose
     from tribrach.instruments.scan_noise import ScanNoise
     from tribrach.io.scans.formats import read_scans
-    from tribrach.project.sections import CloudSection
+    from tribrach.project.scan_sections import CloudSection
     from tribrach.stages.clouds import Cloud
     from tribrach.stages.scans import StationScan
 

@@ -16,7 +16,8 @@ from tribrach.cli import app
 from tribrach.io.survey.csv_columns import KINDS, QUANTITIES
 from tribrach.io.survey.csv_file import read_table
 from tribrach.io.survey.formats import SUFFIXES
-from tribrach.project import Project, sections
+from tribrach.project import Project
+from tribrach.project.section import Section
 from tribrach.report import json_result
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -157,8 +158,9 @@ def test_suffixes_are_listed() -> None:
 
 def test_project_keys_are_listed() -> None:
     listed = {key for word in words(DOCS["project"]) for key in re.findall(r"[a-z_0-9]+", word)}
-    models = [getattr(sections, name) for name in sections.__all__ if name[0].isupper()]
-    for model in [*models, Project]:
+    models = {Project, *Section.__subclasses__()}
+    assert len(models) > 20
+    for model in models:
         keys = {field.alias or name for name, field in model.model_fields.items()}
         assert keys <= listed, model.__name__
 

@@ -9,12 +9,14 @@ from __future__ import annotations
 import math
 import re
 
-__all__ = ["CC", "GON", "SEC", "UNITS", "format_angle", "parse_angle"]
+__all__ = ["CC", "GON", "MM", "SEC", "UNITS", "format_angle", "parse_angle"]
 
 #: radians per gon, per arc second, per ten-thousandth of a gon
 GON = math.pi / 200
 SEC = math.pi / 648000
 CC = GON / 10000
+#: metres per millimetre
+MM = 1e-3
 
 #: factor to metres, radians, their squares or one, by suffix
 UNITS: dict[str, float] = {

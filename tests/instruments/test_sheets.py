@@ -9,7 +9,7 @@ from tribrach.errors import InputError
 from tribrach.instruments.sheets import find_sheet, sheets
 from tribrach.pipeline import run
 from tribrach.project import Project
-from tribrach.project.sections import Instrument
+from tribrach.project.instrument_section import Instrument
 from tribrach.units import SEC
 
 PROJECT = """

@@ -13,7 +13,7 @@ from tribrach.geodesy.work_frame import WorkFrame
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.scans.formats import read_scans
-from tribrach.project.sections import CloudSection
+from tribrach.project.scan_sections import CloudSection
 from tribrach.stages.clouds import Product, write_clouds
 from tribrach.stages.scans import StationScan
 from tribrach.stages.state import State

@@ -20,7 +20,7 @@ from tribrach.geometry.pose import Pose
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader
 from tribrach.io.scans.formats import read_scans
-from tribrach.project.sections import CloudSection
+from tribrach.project.scan_sections import CloudSection
 from tribrach.scan.scan import Field
 from tribrach.stages.clouds import Cloud
 from tribrach.stages.scans import StationScan

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 from tests.targets.prints import NOISE, gap, scanned
 from tribrach.cli import app
 from tribrach.io.scans.formats import read_scans
-from tribrach.project.sections import TargetSection
+from tribrach.project.scan_sections import TargetSection
 from tribrach.scan.shifted import seen_from
 from tribrach.simulate import scene as sc
 from tribrach.stages.extraction import find_targets, merged

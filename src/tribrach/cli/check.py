@@ -12,7 +12,7 @@ from tribrach.cli.shell import app, guarded, shown
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
 from tribrach.network.field_check import check_readings
-from tribrach.project.sections import Instrument
+from tribrach.project.instrument_section import Instrument
 from tribrach.report.field_page import check_json, check_page, check_text
 from tribrach.stages.field_check import read_earlier, readings_of, survey_to_check
 

@@ -17,7 +17,7 @@ from tribrach.io.outputs import write_bytes, write_text
 from tribrach.io.scans.formats import read_scans
 from tribrach.io.scans.info import describe
 from tribrach.io.twins import write_twin
-from tribrach.project.sections import TargetSection
+from tribrach.project.scan_sections import TargetSection
 from tribrach.scan.shifted import seen_from
 from tribrach.simulate.twins import TWINS, build
 from tribrach.stages.conversion import convert_scans

@@ -40,7 +40,8 @@ from tribrach.project.gnss_observations import (
 from tribrach.project.known_setups import add_known_setups
 from tribrach.project.lever_arms import add_lever_arms, add_mounted_points, lever_arms_of
 from tribrach.project.plumb_line import plumb_columns
-from tribrach.project.sections import MM, ObservationFile
+from tribrach.project.sections import ObservationFile
+from tribrach.units import MM
 
 if TYPE_CHECKING:
     from tribrach.project.model import Project

@@ -9,7 +9,7 @@ from pydantic import NonNegativeFloat, PositiveFloat, field_validator, model_val
 from tribrach.errors import InputError
 from tribrach.instruments.calibration import CalibrationModel
 from tribrach.instruments.calibration_sets import find_model
-from tribrach.project.sections import Section
+from tribrach.project.section import Section
 
 __all__ = ["COMPONENTS", "CalibrationSection", "Hold"]
 

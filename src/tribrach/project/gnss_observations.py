@@ -18,7 +18,8 @@ from tribrach.network.observations.gnss_baseline import GnssBaselines
 from tribrach.network.survey import Survey
 from tribrach.project.epoch_keys import EpochKeys
 from tribrach.project.gnss_section import GnssSection
-from tribrach.project.sections import ObservationFile, SiteSection
+from tribrach.project.sections import ObservationFile
+from tribrach.project.site_section import SiteSection
 
 __all__ = ["add_sessions", "compute_sessions", "gnss_context", "job_realisation", "mover"]
 

@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, PositiveFloat, model_validator
 
 from tribrach.gnss.baseline import Processing
-from tribrach.project.sections import Section
+from tribrach.project.section import Section
 
 __all__ = ["GnssSection", "Receiver", "Session"]
 

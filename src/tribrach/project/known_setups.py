@@ -21,8 +21,9 @@ from tribrach.network.adjustment import adjust
 from tribrach.network.observations.frame_sight import FrameAngles
 from tribrach.network.observations.offset import Offsets
 from tribrach.network.survey import Survey
-from tribrach.project.sections import MM, Backsight, Instrument, Station
-from tribrach.units import SEC
+from tribrach.project.instrument_section import Instrument
+from tribrach.project.sections import Backsight, Station
+from tribrach.units import MM, SEC
 
 if TYPE_CHECKING:
     from tribrach.project.model import Project

@@ -6,7 +6,7 @@ from typing import Self
 
 from pydantic import NonNegativeFloat, model_validator
 
-from tribrach.project.sections import Section
+from tribrach.project.section import Section
 
 __all__ = ["LeverArm"]
 

@@ -14,9 +14,10 @@ from tribrach.network.observations.mounted import MountedPoints
 from tribrach.network.observations.parameter import VectorComponentPriors, VectorPriors
 from tribrach.network.survey import Survey
 from tribrach.project.lever_arm_section import LeverArm
-from tribrach.project.sections import MM, Station
+from tribrach.project.sections import Station
+from tribrach.units import MM
 
-__all__ = ["add_lever_arms", "add_mounted_points", "lever_arms_of"]
+__all__ = ["add_lever_arms", "add_mounted_points", "known_lever_arm", "lever_arms_of"]
 
 Array = NDArray[np.float64]
 
@@ -62,7 +63,7 @@ def add_lever_arms(
     InputError : a lever arm file is unreadable or wrong.
     """
     for name in dict.fromkeys(used.values()):
-        vector, covariance, source = _known(name, arms[name], folder)
+        vector, covariance, source = known_lever_arm(name, arms[name], folder)
         free = np.diag(covariance) > 0
         survey.vectors[name] = (vector, free)
         if free.all():
@@ -90,8 +91,13 @@ def add_lever_arms(
             survey.correlate([table, table], [0, 1], [0, 0], both, source)
 
 
-def _known(name: str, arm: LeverArm, folder: Path) -> tuple[Array, Array, str]:
-    """Vector (3,) [m], covariance (3, 3) [m^2], where it comes from."""
+def known_lever_arm(name: str, arm: LeverArm, folder: Path) -> tuple[Array, Array, str]:
+    """Vector (3,) [m], covariance (3, 3) [m^2], where it comes from.
+
+    Raises
+    ------
+    InputError : a lever arm file is unreadable or wrong.
+    """
     if arm.file is not None:
         found = read_lever_arm(folder / arm.file)
         return found.vector, found.covariance, arm.file

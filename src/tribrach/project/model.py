@@ -16,27 +16,29 @@ from tribrach.network.survey import Survey
 from tribrach.project import toml_file
 from tribrach.project.assembly import Assembly
 from tribrach.project.calibration_section import CalibrationSection
+from tribrach.project.datum_section import DatumSection
 from tribrach.project.gnss_observations import Progress, compute_sessions
 from tribrach.project.gnss_section import GnssSection
+from tribrach.project.instrument_section import Instrument
 from tribrach.project.lever_arm_section import LeverArm
 from tribrach.project.plan_section import PlanSection
-from tribrach.project.sections import (
-    AdjustmentSection,
+from tribrach.project.scan_sections import (
     CloudSection,
     ComparisonSection,
-    DatumSection,
-    Instrument,
+    RegistrationSection,
+    ScanFile,
+    TargetSection,
+)
+from tribrach.project.section import Section
+from tribrach.project.sections import (
+    AdjustmentSection,
     ObservationFile,
     OutputSection,
     PointFile,
-    RegistrationSection,
     ScaleBar,
-    ScanFile,
-    Section,
-    SiteSection,
     Station,
-    TargetSection,
 )
+from tribrach.project.site_section import SiteSection
 
 __all__ = ["Project"]
 

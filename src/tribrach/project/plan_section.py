@@ -7,7 +7,7 @@ from typing import Literal, Self
 import numpy as np
 from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt, model_validator
 
-from tribrach.project.sections import Section
+from tribrach.project.section import Section
 from tribrach.simulate.scene import Primitive, box, cylinder, rectangle, sphere
 
 __all__ = ["PlanSection", "SceneBody"]

@@ -11,7 +11,7 @@ from tribrach.geodesy.geoid_grid import GeoidGrid
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.network.observations.parameter import ScalarPriors
 from tribrach.network.survey import Survey
-from tribrach.project.sections import Deflection
+from tribrach.project.site_section import Deflection
 from tribrach.units import SEC
 
 __all__ = ["plumb_columns"]

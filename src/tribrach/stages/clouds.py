@@ -23,7 +23,7 @@ from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader, CloudWriter
 from tribrach.io.clouds.precision import step_for
 from tribrach.network.adjustment import Adjustment
-from tribrach.project.sections import CloudSection
+from tribrach.project.scan_sections import CloudSection
 from tribrach.scan.normals import incidence_cosines
 from tribrach.scan.scan import Field
 from tribrach.stages.grouping import groups, whole_source

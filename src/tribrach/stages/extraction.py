@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tribrach.project.sections import MM, TargetSection
+from tribrach.project.scan_sections import TargetSection
 from tribrach.scan.loading import load
 from tribrach.scan.range_image import organise
 from tribrach.stages.scans import StationScan
@@ -23,6 +23,7 @@ from tribrach.targets.detection import Detection, Rejected, with_floor
 from tribrach.targets.disc_search import find_discs
 from tribrach.targets.sphere_cloud import find_spheres_in_cloud
 from tribrach.targets.sphere_search import find_spheres
+from tribrach.units import MM
 
 __all__ = ["Findings", "blind", "extract", "find_targets", "merged"]
 

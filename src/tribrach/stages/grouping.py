@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from tribrach.io.scans.e57 import E57Scan
 from tribrach.io.scans.formats import read_scans
-from tribrach.project.sections import CloudSection
+from tribrach.project.scan_sections import CloudSection
 from tribrach.stages.scans import StationScan
 
 if TYPE_CHECKING:

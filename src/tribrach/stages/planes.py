@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach.io.outputs import write_bytes
-from tribrach.project.sections import MM, RegistrationSection
+from tribrach.project.scan_sections import RegistrationSection
 from tribrach.registration.plane_poses import Surroundings
 from tribrach.registration.plane_set import PlaneSet
 from tribrach.registration.station_view import StationView, merged_view, view_of
@@ -21,6 +21,7 @@ from tribrach.scan.range_image import organise
 from tribrach.stages.scans import StationScan
 from tribrach.stages.state import State, digest
 from tribrach.targets.planes import find_planes
+from tribrach.units import MM
 
 __all__ = ["surroundings"]
 

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.network.survey import Survey
-from tribrach.project.sections import MM
 from tribrach.registration.by_planes import PlaneRegistration, register_by_planes
 from tribrach.registration.clouds.graph import CloudEdge
 from tribrach.registration.plane_poses import Surroundings
@@ -28,7 +27,7 @@ from tribrach.stages.planes import surroundings
 from tribrach.stages.scans import StationScan
 from tribrach.stages.state import State
 from tribrach.stages.tying import Tying
-from tribrach.units import SEC
+from tribrach.units import MM, SEC
 
 if TYPE_CHECKING:
     from tribrach.project import Project

@@ -21,7 +21,7 @@ from tribrach.stages.scan_calibration import known_correction
 
 if TYPE_CHECKING:
     from tribrach.project import Project
-    from tribrach.project.sections import ScanFile
+    from tribrach.project.scan_sections import ScanFile
 
 __all__ = ["StationScan", "open_scans"]
 

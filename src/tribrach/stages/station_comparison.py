@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from tribrach.project import Project
-    from tribrach.project.sections import ComparisonSection
+    from tribrach.project.scan_sections import ComparisonSection
 
 __all__ = ["Wish", "compare_stations", "wishes"]
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from tribrach.io.survey.gama_axes import Axes
 from tribrach.io.survey.gama_element import Element, checked
-from tribrach.io.survey.gama_stochastic import MM, Cluster, observation_sigma
+from tribrach.io.survey.gama_stochastic import Cluster, observation_sigma
 from tribrach.network.observations.angle import Angles
 from tribrach.network.observations.azimuth import Azimuths
 from tribrach.network.observations.base import Observations, Use
@@ -27,6 +27,7 @@ from tribrach.network.observations.horizontal_distance import HorizontalDistance
 from tribrach.network.observations.slope_distance import SlopeDistances
 from tribrach.network.observations.zenith import ZenithAngles
 from tribrach.network.survey import Survey
+from tribrach.units import MM
 
 __all__ = ["ObservationReader"]
 

@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 
 from tribrach.io.survey.gama_element import Element
 
-__all__ = ["MM", "Cluster", "distance_sigma", "observation_sigma"]
+__all__ = ["Cluster", "distance_sigma", "observation_sigma"]
 
-MM = 1e-3
 _DEFAULTS = {
     "direction": "direction-stdev",
     "angle": "angle-stdev",
