@@ -73,6 +73,50 @@ def test_an_absurd_count_is_not_believed(tmp_path: Path, suffix: str) -> None:
         sum(len(c) for scan in read_scans(path) for c in scan.chunks())
 
 
+@pytest.mark.parametrize(
+    ("at", "number", "words"),
+    [
+        (100, "<I", "4294967295 records, more than fit"),
+        (94, "<H", "says that it has 65535 bytes"),
+        (96, "<I", "begin at byte 4294967295"),
+        (243, "<I", "4294967295 records at byte"),
+    ],
+)
+@pytest.mark.parametrize("suffix", [".las", ".laz"])
+def test_headers_that_promise_more_than_fits(
+    tmp_path: Path, suffix: str, at: int, number: str, words: str
+) -> None:
+    data = bytearray(las(tmp_path / f"a{suffix}", 500).read_bytes())
+    struct.pack_into(number, data, at, 2 ** (8 * struct.calcsize(number)) - 1)
+    with pytest.raises(InputError, match=words):
+        read_scans(written(tmp_path, f"b{suffix}", bytes(data)))
+
+
+@pytest.mark.parametrize("streamed", [False, True])
+def test_a_huge_table_of_chunks_reserves_no_memory(tmp_path: Path, streamed: bool) -> None:
+    data = bytearray(las(tmp_path / "a.laz", 500).read_bytes())
+    (begin,) = struct.unpack_from("<I", data, 96)
+    (table,) = struct.unpack_from("<q", data, begin)
+    struct.pack_into("<I", data, table + 4, 2**32 - 1)
+    if streamed:
+        struct.pack_into("<q", data, begin, -1)
+        data += struct.pack("<q", table)
+    with pytest.raises(InputError, match="4294967295 chunks, more than fit"):
+        read_scans(written(tmp_path, "b.laz", bytes(data)))
+
+
+def test_a_long_record_behind_the_points(tmp_path: Path) -> None:
+    file = laspy.read(las(tmp_path / "a.las", 500))
+    file.evlrs = laspy.vlrs.vlrlist.VLRList([laspy.VLR("somebody", 7, "note", b"abc")])
+    file.write(tmp_path / "b.las")
+    assert read_scans(tmp_path / "b.las")[0].records == 500
+    data = bytearray((tmp_path / "b.las").read_bytes())
+    (at,) = struct.unpack_from("<Q", data, 235)
+    struct.pack_into("<Q", data, at + 20, 2**63)
+    with pytest.raises(InputError, match="a record ends at byte"):
+        read_scans(written(tmp_path, "c.las", bytes(data)))
+
+
 @pytest.mark.data
 def test_a_real_one(shared_data: Path) -> None:
     (scan,) = read_scans(shared_data / "scans/vz400i_forest/scan.laz")

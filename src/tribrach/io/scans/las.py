@@ -18,6 +18,7 @@ from laspy.point.dims import COMPOSED_FIELDS
 from numpy.typing import NDArray
 
 from tribrach.errors import InputError
+from tribrach.io.scans.las_header import CURE, check_header
 from tribrach.io.scans.origin import assumed_origin
 from tribrach.io.scans.text_scan import scan_name
 from tribrach.scan.scan import CHUNK, Chunk, Field, Scan
@@ -30,7 +31,6 @@ _RENAMED = {"gps_time": "time"}
 _COORDINATES = ("X", "Y", "Z")
 #: scales and offsets beyond these are no lengths in metres
 _COARSEST, _FARTHEST = 1e3, 1e12
-_CURE = "copy the file again from its source"
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ def _check_steps(header: laspy.LasHeader, path: Path) -> None:
             f"the header has the scale {scales[k]:g} and the offset {offsets[k]:g} for "
             f"{'xyz'[k]}, which are none",
             file=path,
-            cure=_CURE,
+            cure=CURE,
         )
 
 
@@ -117,6 +117,8 @@ def read(path: Path) -> tuple[Scan, ...]:
     ------
     InputError : not a LAS file, truncated, or its header contradicts itself.
     """
+    with _damage(path):
+        check_header(path)
     with _damage(path), laspy.open(path, laz_backend=_backends()) as file:
         header = file.header
         wkt = _wkt(header)
@@ -124,13 +126,6 @@ def read(path: Path) -> tuple[Scan, ...]:
         bounds = np.stack([header.mins, header.maxs]).astype(float)
         records = int(header.point_count)
         fields = tuple(_field(d) for d in header.point_format.dimensions if not _coordinate(d.name))
-    if (held := path.stat().st_size) < header.offset_to_point_data:
-        # laspy takes what is missing of a header for zeros, the number of points among them
-        raise InputError(
-            f"the points begin at byte {header.offset_to_point_data} and the file has {held} bytes",
-            file=path,
-            cure=_CURE,
-        )
     return (
         LasScan(
             name=scan_name(path),
@@ -174,7 +169,7 @@ def _backends() -> list[laspy.LazBackend]:
 
 def _short(path: Path, read: int, records: int) -> InputError:
     return InputError(
-        f"the header states {records} points and the file holds {read}", file=path, cure=_CURE
+        f"the header states {records} points and the file holds {read}", file=path, cure=CURE
     )
 
 
@@ -190,5 +185,5 @@ def _damage(path: Path) -> Iterator[None]:
     except Exception as error:
         words = str(error).strip().rstrip(".") or type(error).__name__
         raise InputError(
-            f"the file is damaged or no LAS file ({words})", file=path, cure=_CURE
+            f"the file is damaged or no LAS file ({words})", file=path, cure=CURE
         ) from error
