@@ -18,41 +18,15 @@ from tribrach.errors import InputError
 from tribrach.geodesy.site import FlatSite, Site
 from tribrach.network.network import Constraint, Datum, JointCovariance, Network
 from tribrach.network.observations.base import Array, Observations, covariance_from_sigma
-from tribrach.network.observations.coordinates import Coordinates
-from tribrach.network.survey_table import Table, as_column, check_covariance, indices
+from tribrach.network.survey_given import GivenPoint, GivenStation, control_observations
+from tribrach.network.survey_indices import concatenate, layout_of
+from tribrach.network.survey_table import Table, as_column, check_covariance
 from tribrach.network.unknowns import FAMILIES, Layout, State
 
-__all__ = ["GivenPoint", "GivenStation", "Survey"]
+__all__ = ["Survey"]
 
 #: kinds that refer to a scanner station and place it in the frame
 _PLACING = ("antenna", "mounted_point")
-
-
-@dataclass
-class GivenPoint:
-    """A point with what is known of it beforehand.
-
-    xyz (3,) E, N, U [m], NaN where unknown; free (3,) False for fixed or unused components;
-    covariance (3, 3) [m^2] if the coordinates are weighted control; datum (3,) components that
-    carry inner constraints when the reader's format marks them; source ``file:line``.
-    """
-
-    xyz: Array
-    free: NDArray[np.bool_]
-    role: str = "free"
-    covariance: Array | None = None
-    datum: NDArray[np.bool_] | None = None
-    source: str = ""
-
-
-@dataclass
-class GivenStation:
-    """A scanner station with six unknowns: approximate pose (NaN if unknown) and fixed parts."""
-
-    translation: Array
-    rotation: Array
-    free: NDArray[np.bool_]
-    source: str = ""
 
 
 @dataclass
@@ -330,9 +304,41 @@ class Survey:
         """
         if not self._tables:
             raise InputError("there are no observations", cure="give a file with observations")
-        layout = self._layout()
-        kinds, place = self._concatenate(layout, [t for t in self._tables if not t.hard])
-        joint = tuple(
+        layout = layout_of(self._given(), self._tables)
+        kinds, place = concatenate(layout, [t for t in self._tables if not t.hard], self.site)
+        hard, _ = concatenate(layout, [t for t in self._tables if t.hard], self.site)
+        free, datum_mask = self._masks(layout)
+        datum = self.datum
+        if datum.kind == "free" and datum.components is None and datum_mask is not None:
+            datum = Datum("free", datum.names, datum_mask)
+        return Network(
+            start=self._start(layout),
+            free=free,
+            observations=tuple(kinds + control_observations(self.points, layout)),
+            joint=self._joint_covariances(place),
+            constraints=tuple(Constraint(o) for o in hard),
+            datum=datum,
+            site=self.site,
+            sigma0=self.sigma0,
+            warnings=tuple(self.warnings),
+            info=dict(self.info),
+        )
+
+    def _given(self) -> dict[str, Iterable[str]]:
+        """Names that are given, by family."""
+        return {
+            "point": self.points,
+            "pose": self.stations,
+            "plane": self.planes,
+            "vector": self.vectors,
+            "scalar": self.scalars,
+        }
+
+    def _joint_covariances(
+        self, place: Mapping[int, tuple[int, int]]
+    ) -> tuple[JointCovariance, ...]:
+        """Joint covariances of the network, from where each table went in it."""
+        return tuple(
             JointCovariance(
                 np.array([place[id(self._tables[t])][0] for t in tables]),
                 np.array(
@@ -343,113 +349,6 @@ class Survey:
             )
             for tables, items, rows, matrix in self._joint
         )
-        hard, _ = self._concatenate(layout, [t for t in self._tables if t.hard])
-        free, datum_mask = self._masks(layout)
-        datum = self.datum
-        if datum.kind == "free" and datum.components is None and datum_mask is not None:
-            datum = Datum("free", datum.names, datum_mask)
-        return Network(
-            start=self._start(layout),
-            free=free,
-            observations=tuple(kinds + self._control(layout)),
-            joint=joint,
-            constraints=tuple(Constraint(o) for o in hard),
-            datum=datum,
-            site=self.site,
-            sigma0=self.sigma0,
-            warnings=tuple(self.warnings),
-            info=dict(self.info),
-        )
-
-    def _layout(self) -> Layout:
-        """All names that are given or referred to."""
-        names: dict[str, dict[str, None]] = {family: {} for family in FAMILIES}
-        given: Mapping[str, Iterable[str]] = {
-            "point": self.points,
-            "pose": self.stations,
-            "plane": self.planes,
-            "vector": self.vectors,
-            "scalar": self.scalars,
-        }
-        for family, known in given.items():
-            names[family] |= dict.fromkeys(known)
-        for table in self._tables:
-            for item in fields(table.kind):
-                refers = item.metadata.get("refers")
-                if refers is None or item.name not in table.columns:
-                    continue
-                used = dict.fromkeys(n for n in table.columns[item.name].ravel() if n)
-                if refers == "position":
-                    used = {n: None for n in used if n not in names["pose"]}
-                    refers = "point"
-                names[refers] |= used
-        clash = names["point"].keys() & names["pose"].keys()
-        if clash:
-            raise InputError(
-                f"{sorted(clash)[0]} is used both as a point and as a scanner station",
-                cure="give the station a name of its own",
-            )
-        return Layout(*(tuple(names[family]) for family in FAMILIES))
-
-    def _concatenate(
-        self, layout: Layout, tables: list[Table]
-    ) -> tuple[list[Observations], dict[int, tuple[int, int]]]:
-        """One Observations per kind and group; where each table went (number, first item)."""
-        grouped: dict[tuple[Any, ...], list[Table]] = {}
-        for table in tables:
-            shared = (f.name for f in fields(table.kind) if "shared" in f.metadata)
-            # two instruments' calibration models do not mix, whatever their group
-            key = (table.kind, table.group, *(table.columns.get(name) for name in shared))
-            grouped.setdefault(key, []).append(table)
-        out: list[Observations] = []
-        place: dict[int, tuple[int, int]] = {}
-        for (kind, group, *_), members in grouped.items():
-            first = 0
-            for table in members:
-                place[id(table)] = (len(out), first)
-                first += table.n
-            out.append(self._build(layout, kind, group, members))
-        return out, place
-
-    def _build(
-        self, layout: Layout, kind: type[Observations], group: str, members: list[Table]
-    ) -> Observations:
-        columns: dict[str, Any] = {}
-        for item in fields(kind):
-            parts = [m.columns.get(item.name) for m in members]
-            if item.name in ("group", "site") or all(part is None for part in parts):
-                continue
-            if "shared" in item.metadata:
-                columns[item.name] = parts[0]
-                continue
-            default = 0 if item.name == "use" else item.metadata.get("per_item", "")
-            filled = [
-                np.full(m.n, default, dtype=object if default == "" else float)
-                if part is None
-                else as_column(part, m.n)
-                for part, m in zip(parts, members, strict=True)
-            ]
-            column = np.concatenate(filled)
-            family = item.metadata.get("refers")
-            columns[item.name] = column if family is None else indices(layout, family, column)
-        if any(item.name == "site" for item in fields(kind)):
-            columns["site"] = self.site
-        return kind(group=group, **columns)
-
-    def _control(self, layout: Layout) -> list[Observations]:
-        """Weighted control coordinates as observations."""
-        control = [(n, p) for n, p in self.points.items() if p.covariance is not None]
-        if not control:
-            return []
-        return [
-            Coordinates(
-                values=np.array([p.xyz for _, p in control]),
-                covariance=np.array([p.covariance for _, p in control]),
-                position=np.array([layout.index("point", n) for n, _ in control]),
-                source=np.array([p.source for _, p in control], dtype=object),
-                group="control",
-            )
-        ]
 
     def _start(self, layout: Layout) -> State:
         start = State.blank(layout)

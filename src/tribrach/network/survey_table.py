@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from tribrach.errors import InputError
 from tribrach.network.observations.base import Array, Observations, Use
-from tribrach.network.unknowns import Layout
 
-__all__ = ["Table", "as_column", "check_covariance", "indices"]
+__all__ = ["Table", "as_column", "check_covariance"]
 
 
 @dataclass
@@ -87,10 +86,3 @@ def as_column(part: Any, n: int) -> NDArray[Any]:
         return np.full(n, part, dtype=object if isinstance(part, str) else float)
     array = np.asarray(part)
     return array.astype(object) if array.dtype.kind in "US" else array
-
-
-def indices(layout: Layout, family: str, names: NDArray[Any]) -> NDArray[np.int64]:
-    """Indices of names in a family; "" gives -1."""
-    find = layout.position_index if family == "position" else lambda n: layout.index(family, n)
-    index = [find(name) if name else -1 for name in names.ravel()]
-    return np.array(index, dtype=np.int64).reshape(names.shape)
