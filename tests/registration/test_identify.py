@@ -6,7 +6,7 @@ import pytest
 from tribrach.errors import InputError
 from tribrach.geometry import rotation
 from tribrach.geometry.pose import Pose
-from tribrach.registration.identify import Sighting, identify
+from tribrach.registration.identify import Mounted, Sighting, identify
 
 
 def upright(heading: float, translation: list[float]) -> Pose:
@@ -175,3 +175,73 @@ def test_a_chain_around_a_loop_meets_its_beginning() -> None:
                 if name:
                     truth.setdefault(name, set()).add(true)
         assert all(len(which) == 1 for which in truth.values())
+
+
+ARM = np.array([0.0, 0.0, 0.33])
+
+
+def carries(pose: Pose, wrong: float = 0.0) -> tuple[Mounted, ...]:
+    """An antenna on a station, measured too high by so much."""
+    return (Mounted(ARM, pose @ ARM + [0, 0, wrong], 2e-3, 5e-3),)
+
+
+def test_an_antenna_counts_where_targets_are_too_few() -> None:
+    """Two known targets and the antenna; a levelled scanner does with one."""
+    rng = np.random.default_rng(15)
+    points = rng.uniform([-20, -20, 0], [20, 20, 6], (7, 3))
+    control = {f"C{i}": (points[i], 2e-3) for i in range(2)}
+    leaning = Pose(rotation.exp(np.array([0.02, -0.03, 1.9])), np.array([1.0, 2.0, 1.5]))
+    views = rng.permutation(7)
+    found = identify(
+        [sees("S", leaning, points[views], rng, mounted=carries(leaning))], control, free=True
+    )
+    assert not found.adrift
+    assert found.names["S"] == tuple(f"C{i}" if i < 2 else "" for i in views)
+    assert found.poses["S"].translation == pytest.approx(leaning.translation, abs=0.02)
+    assert "placed by 2 of its 7 targets and the antenna" in found.sentences[0]
+    flat = upright(1.9, [1.0, 2.0, 1.5])
+    view = sees("S", flat, points[views], rng, levelled=True, mounted=carries(flat))
+    found = identify([view], {"C0": control["C0"]}, free=True)
+    assert found.names["S"] == tuple("C0" if i == 0 else "" for i in views)
+
+
+def test_a_wrong_antenna_does_not_spoil_what_targets_place() -> None:
+    rng = np.random.default_rng(16)
+    points = rng.uniform([-20, -20, 0], [20, 20, 6], (5, 3))
+    control = {f"C{i}": (x, 2e-3) for i, x in enumerate(points)}
+    pose = upright(0.7, [1.0, 2.0, 1.5])
+    found = identify([sees("S", pose, points, rng, mounted=carries(pose, 0.1))], control)
+    assert found.names["S"] == tuple(control)
+
+
+def test_stations_joined_by_clouds_are_placed_by_their_antennas() -> None:
+    """Three antennas place the model; what targets it shows gets its names then."""
+    rng = np.random.default_rng(17)
+    points = rng.uniform([-20, -20, 0], [20, 20, 6], (4, 3))
+    poses = {
+        "S1": upright(0.4, [1.0, 2.0, 1.5]),
+        "S2": upright(-1.0, [16.0, -4.0, 1.7]),
+        "S3": upright(2.0, [3.0, 14.0, 3.0]),
+    }
+    group = {name: poses["S1"].inverse @ pose for name, pose in poses.items()}
+    sightings = [sees(name, p, points, rng, mounted=carries(p)) for name, p in poses.items()]
+    found = identify(sightings, {"C0": (points[0], 2e-3)}, free=True, groups=[group])
+    assert not found.adrift
+    for name, pose in poses.items():
+        assert found.names[name][0] == "C0"
+        assert found.poses[name].translation == pytest.approx(pose.translation, abs=0.02)
+
+
+def test_an_antenna_that_leaves_two_ways_says_so() -> None:
+    """Two pairs of targets with the same distances from each other and from the antenna."""
+    rng = np.random.default_rng(18)
+    pose = upright(0.0, [0.0, 0.0, 0.0])
+    points = np.array([[9.0, 3.0, 0.33], [-6.0, 8.0, 0.33], [-9.0, -3.0, 0.33], [6.0, -8.0, 0.33]])
+    control = {"C0": (points[0], 2e-3), "C1": (points[1], 2e-3)}
+    view = sees("S", pose, points, rng, mounted=carries(pose))
+    found = identify([view], control, partial=True)
+    assert found.unplaced["S"].startswith("2 targets and the antenna fit in 2 ways")
+    with pytest.raises(InputError, match="name one of its targets"):
+        identify([view], control)
+    named = sees("S", pose, points, rng, mounted=carries(pose), known={0: "C0"})
+    assert identify([named], control).names["S"] == ("C0", "C1", "", "")

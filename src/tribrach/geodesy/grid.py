@@ -96,6 +96,22 @@ class Grid:
         phi, longitude = self.place
         return EllipsoidSite(phi, longitude, self.height, curvature_radius=gaussian_radius(phi))
 
+    def plan(self, latitude: float, longitude: float) -> Array:
+        """E, N (2,) of a place [rad].
+
+        Raises
+        ------
+        InputError : it is outside of the grid.
+        """
+        found: Array = self._plan(np.degrees([longitude]), np.degrees([latitude]))[0]
+        if not np.isfinite(found).all():
+            raise InputError(
+                f"latitude {np.degrees(latitude):.4f}, longitude {np.degrees(longitude):.4f} is "
+                f"outside the grid {self.crs}",
+                cure="give the crs of the place",
+            )
+        return found
+
     def to_work(self, enh: Array) -> Array:
         """W coordinates (n, 3) of E, N, h (n, 3)."""
         longitude, latitude = self._geographic_from_grid.transform(enh[:, 0], enh[:, 1])

@@ -21,7 +21,7 @@ from tribrach.geodesy.site import EllipsoidSite, FlatSite, ecef_from_geodetic
 from tribrach.geodesy.work_frame import WorkFrame
 from tribrach.instruments.precision import Precision
 from tribrach.io.survey import csv_tables, gnss_files, totalstation
-from tribrach.io.survey.csv_file import read_table
+from tribrach.io.survey.csv_file import Table, read_table
 from tribrach.io.survey.csv_reader import Context
 from tribrach.io.survey.formats import format_of, read_files
 from tribrach.network.network import Datum
@@ -152,8 +152,13 @@ class Assembly:
         if not self.project.points:
             raise self.error(("site",), "a projected site needs points", "add a section [[points]]")
         table = read_table(self.folder / self.project.points[0].file)
-        centre: Array = np.nanmean(table.columns("e", "n", "u"), axis=0).round(-1)
-        return centre
+        if table.has("e", "n", "u") or not _geocentric(table):
+            centre: Array = np.nanmean(table.columns("e", "n", "u"), axis=0).round(-1)
+            return centre
+        assert self.project.site.crs is not None
+        middle = EllipsoidSite.centred(_positions(table))
+        plan = Grid(self.project.site.crs, 0.0, 0.0).plan(middle.latitude, middle.longitude)
+        return np.array([*plan, middle.ellipsoidal_height]).round(-1)
 
     def _geocentric_centre(self) -> EllipsoidSite:
         """The middle of the first file of points, which has no other coordinates than these."""
@@ -164,12 +169,7 @@ class Assembly:
                 "add latitude_deg and longitude_deg, or a section [[points]]",
             )
         table = read_table(self.folder / self.project.points[0].file)
-        if table.has("latitude", "longitude", "u"):
-            given = table.columns("latitude", "longitude", "u")
-            xyz = ecef_from_geodetic(*given.T)
-        else:
-            xyz = table.columns("ecef_x", "ecef_y", "ecef_z")
-        return EllipsoidSite.centred(xyz)
+        return EllipsoidSite.centred(_positions(table))
 
     def _points(self) -> None:
         for k, part in enumerate(self.project.points):
@@ -335,3 +335,20 @@ class Assembly:
         project = self.project
         add_lever_arms(self.survey, self.context.lever_arms, project.lever_arms, self.folder)
         add_mounted_points(self.survey, project.stations, project.lever_arms)
+
+
+def _geocentric(table: Table) -> bool:
+    """Are there coordinates that need no site to be understood?"""
+    return table.has("latitude", "longitude", "u") or table.has("ecef_x", "ecef_y", "ecef_z")
+
+
+def _positions(table: Table) -> Array:
+    """ECEF (n, 3) [m] of geographic or geocentric coordinates.
+
+    Raises
+    ------
+    InputError : neither of them, or an empty cell.
+    """
+    if table.has("latitude", "longitude", "u"):
+        return ecef_from_geodetic(*table.columns("latitude", "longitude", "u").T)
+    return table.columns("ecef_x", "ecef_y", "ecef_z")

@@ -5,7 +5,8 @@ scan adds its other targets to the known points, so that scans which see no cont
 (method section 8.4). What fits in more than one way is not guessed: it waits until more points
 are known, and if it stays ambiguous it is refused. Targets that two scans see and nobody named
 become tie points. Stations whose relative poses are known already, from planes or clouds, are
-matched as one. Metres; poses are world from scanner.
+matched as one. Where targets are too few, an antenna on the scanner whose place and lever arm are
+known counts as one more. Metres; poses are world from scanner.
 """
 
 from __future__ import annotations
@@ -19,10 +20,10 @@ from numpy.typing import NDArray
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.registration.pool import Pool
-from tribrach.registration.units import Sighting, Unit, units_of
+from tribrach.registration.units import Mounted, Sighting, Unit, units_of
 from tribrach.targets.matching import Matching, match
 
-__all__ = ["Identification", "Sighting", "identify"]
+__all__ = ["Identification", "Mounted", "Sighting", "identify"]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -38,10 +39,14 @@ _ALONE = 4
 
 @dataclass
 class Drifts:
-    """Poses of the placed stations, and how uncertain they make the targets of each (n,) [m]."""
+    """Poses of the placed stations, and how uncertain they make the targets of each (n,) [m].
+
+    adrift : they are in the frame of a station, not in that of the points.
+    """
 
     poses: dict[str, Pose] = field(default_factory=dict)
     of: dict[str, Array] = field(default_factory=dict)
+    adrift: bool = False
 
 
 @dataclass(frozen=True)
@@ -85,14 +90,13 @@ def identify(
     poses = drifts.poses
     said: list[str] = []
     obstacles: dict[str, str] = {}
-    adrift = False
     while waiting:
         placed = _placed(waiting, pool, drifts, said, obstacles)
         if not placed and not poses and (free or not points):
             first = waiting[0]
             _settle(first, Pose.identity(), pool, drifts, None)
             said.append(f"{first.name} is the frame of the matching: no scan sees given points")
-            placed, adrift = [first], True
+            placed, drifts.adrift = [first], True
         if not placed:
             joined = next((u for u in waiting if len(u.own) > 1), None)
             if joined is None:
@@ -108,7 +112,7 @@ def identify(
     drifts.poses = {name: poses[name] for name in order}
     found = _names(seen, drifts, Pool(points), said)
     unplaced = {name: obstacles[u.name] for u in waiting for name in u.members}
-    return replace(found, unplaced=unplaced, adrift=adrift)
+    return replace(found, unplaced=unplaced, adrift=drifts.adrift)
 
 
 def _settle(unit: Unit, pose: Pose, pool: Pool, drifts: Drifts, found: Matching | None) -> None:
@@ -164,16 +168,46 @@ def _try(
         found = None
     if found is None:
         found = _by_one_station(sighting, pool)
-    if found is None or len(found.pairs) < least:
+    antennas = 0
+    if found is None and sighting.mounted and not placed.adrift:
+        found, reason = _by_antennas(sighting, pool)
+        if reason:
+            obstacles[unit.name] = reason
+        antennas = len(sighting.mounted)
+    if found is None or len(found.pairs) + antennas < least:
         return False
     _settle(unit, Pose(found.rotation, found.translation), pool, placed, found)
-    rms = np.sqrt(found.chi_square / max(1, 3 * len(found.pairs)))
+    rms = np.sqrt(found.chi_square / max(1, 3 * (len(found.pairs) + antennas)))
     several = ("are", "their") if len(unit.members) > 1 else ("is", "its")
+    helped = f" and {_antennas(antennas)}" if antennas else ""
     said.append(
         f"{unit.name} {several[0]} placed by {len(found.pairs)} of {several[1]} "
-        f"{len(sighting.centers)} targets (residuals {rms:.1f} times the expected)"
+        f"{len(sighting.centers)} targets{helped} (residuals {rms:.1f} times the expected)"
     )
     return True
+
+
+def _antennas(count: int) -> str:
+    return "the antenna" if count == 1 else f"{count} antennas"
+
+
+def _by_antennas(sighting: Sighting, pool: Pool) -> tuple[Matching | None, str]:
+    """The matching of targets that are too few by themselves, with the antennas on the scanners.
+
+    Its pairs are those of the targets. The reason is said where the antennas leave several ways.
+    """
+    try:
+        found = _match(sighting, pool, mounted=sighting.mounted)
+    except InputError:
+        return None, ""
+    targets = found.pairs[found.pairs[:, 0] < len(sighting.centers)]
+    if len(found.pairs) - len(targets) < len(sighting.mounted):
+        return None, ""
+    if found.ambiguous:
+        ways = len(found.others) + 1
+        words = f"{len(targets)} targets and {_antennas(len(sighting.mounted))} fit in {ways} ways"
+        return None, words
+    return replace(found, pairs=targets), ""
 
 
 def _by_one_station(sighting: Sighting, pool: Pool) -> Matching | None:
@@ -203,23 +237,31 @@ def _match(
     pool: Pool,
     axes: tuple[int, int, int] = (0, 1, 2),
     chosen: Index | None = None,
+    mounted: Sequence[Mounted] = (),
 ) -> Matching:
     """The targets of a scan against the pool, its coordinates in the order of the axes.
 
-    chosen : numbers of the points that count, all if not given.
+    chosen : numbers of the points that count, all if not given; mounted : antennas that count as
+    targets and points behind the others.
     """
     needed = 2 if sighting.levelled else 3
-    if len(sighting.centers) < needed:
-        raise InputError(f"{len(sighting.centers)} targets found and {needed} needed")
+    n = len(sighting.centers)
+    if n + len(mounted) < needed:
+        raise InputError(f"{n} targets found and {needed} needed")
     numbers = np.arange(len(pool.names)) if chosen is None else chosen
     names = [pool.names[k] for k in numbers]
+    known = {i: names.index(name) for i, name in sighting.known.items() if name in names}
+    known |= {n + k: len(names) + k for k in range(len(mounted))}
+    arms = np.array([m.arm for m in mounted]).reshape(-1, 3)
+    places = np.array([m.xyz for m in mounted]).reshape(-1, 3)
+    sigmas = np.append(sighting.sigmas, [m.sigma_arm for m in mounted])
     return match(
-        sighting.centers,
-        pool.xyz[numbers][:, axes],
-        sigma_targets=np.hypot(sighting.sigmas, MATCHING_FLOOR),
-        sigma_points=pool.sigmas[numbers],
+        np.concatenate([sighting.centers, arms]),
+        np.concatenate([pool.xyz[numbers], places])[:, axes],
+        sigma_targets=np.hypot(sigmas, MATCHING_FLOOR),
+        sigma_points=np.append(pool.sigmas[numbers], [m.sigma for m in mounted]),
         levelled=sighting.levelled,
-        known={i: names.index(n) for i, n in sighting.known.items() if n in names},
+        known=known,
     )
 
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tribrach.geometry.pose import Pose
 
-__all__ = ["Sighting", "Unit", "units_of"]
+__all__ = ["Mounted", "Sighting", "Unit", "units_of"]
 
 Array = NDArray[np.float64]
 
@@ -18,12 +18,27 @@ Array = NDArray[np.float64]
 _SAME = 0.05
 
 
+@dataclass(frozen=True, eq=False)
+class Mounted:
+    """An antenna or prism on a scanner whose place is known without the scan.
+
+    arm (3,) : its lever arm in the scanner frame; xyz (3,) : where it is in the world; sigma_arm,
+    sigma : of one coordinate of either. All in metres.
+    """
+
+    arm: Array
+    xyz: Array
+    sigma_arm: float
+    sigma: float
+
+
 @dataclass(frozen=True)
 class Sighting:
     """What one scan saw.
 
     centers (n, 3) scanner frame; sigmas (n,) [m]; kinds (n,) such as ``sphere``; levelled : z is
-    the plumb line; known : names that the user gave, by detection number.
+    the plumb line; known : names that the user gave, by detection number; mounted : antennas on
+    the scanner, which count as targets where those do not suffice.
     """
 
     station: str
@@ -32,6 +47,7 @@ class Sighting:
     kinds: Sequence[str]
     levelled: bool = False
     known: Mapping[int, str] = field(default_factory=dict)
+    mounted: tuple[Mounted, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,5 +116,6 @@ def _joined(group: Mapping[str, Pose], own: tuple[Sighting, ...]) -> Unit:
         kinds,
         all(s.levelled for s in own),
         known,
+        tuple(replace(m, arm=group[s.station] @ m.arm) for s in own for m in s.mounted),
     )
     return Unit(sighting, dict(group), own)

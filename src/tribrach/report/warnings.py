@@ -39,9 +39,11 @@ def warnings(
 
 
 def _sentence(text: str) -> str:
-    """A sentence with a capital and a full stop."""
+    """A sentence with a full stop, and a capital unless it begins with the name of a file."""
     text = text.strip()
-    return text[:1].upper() + text[1:] + "." * (not text.endswith((".", "!", "?")))
+    first = text.split(":")[0].split(" ")[0]
+    begin = text[:1] if "." in first.rstrip(".") else text[:1].upper()
+    return begin + text[1:] + "." * (not text.endswith((".", "!", "?")))
 
 
 def _words(o: Observation) -> str:

@@ -73,16 +73,14 @@ def _rests_on(
     content: Content, project: Project, adjustment: Adjustment, common: list[Session]
 ) -> list[str]:
     """What fixes the site, and in which system."""
-    gnss = sum(
-        int((o.use == Use.ACTIVE).sum())
-        for o in adjustment.network.observations
-        if o.kind in ("gnss_position", "antenna")
-    )
+    gnss = _active(adjustment, "gnss_position", "antenna")
+    vectors = _active(adjustment, "gnss_baseline")
     held = sum(c.use == "held" for c in content.control)
     weighted = sum(c.use == "weighted" for c in content.control)
     parts = [
-        f"{n} {what}" for n, what in (
-            (gnss, "GNSS positions"), (weighted, "weighted control points"), (held, "held points"),
+        f"{n} {what}{'s' * (n > 1)}" for n, what in (
+            (gnss, "GNSS position"), (vectors, "GNSS baseline"),
+            (weighted, "weighted control point"), (held, "held point"),
         ) if n
     ]  # fmt: skip
     out = []
@@ -96,6 +94,12 @@ def _rests_on(
             "give them a set, or the site as a whole looks better than it is"
         )
     return out
+
+
+def _active(adjustment: Adjustment, *kinds: str) -> int:
+    """How many observations of some kinds take part."""
+    tables = (o for o in adjustment.network.observations if o.kind in kinds)
+    return sum(int((o.use == Use.ACTIVE).sum()) for o in tables)
 
 
 def _system(project: Project) -> str:

@@ -19,6 +19,7 @@ from tribrach.network.swapped_names import swapped_names
 from tribrach.project.calibrations import Calibrations
 from tribrach.registration.identify import Identification, Sighting, identify
 from tribrach.stages.extraction import Findings, merged
+from tribrach.stages.mounted_antennas import mounted_antennas
 from tribrach.stages.polar_targets import observe_readings
 from tribrach.stages.scans import StationScan
 from tribrach.targets.detection import Detection
@@ -69,6 +70,9 @@ def name_targets(
     targets = merged(findings)
     surveyed = project.survey()
     points = known_points(surveyed)
+    mounted = mounted_antennas(project, surveyed, points)
+    on_scanners = {section.mounted_point for section in project.stations.values()}
+    points = {name: known for name, known in points.items() if name not in on_scanners}
     first = {scan.station: scan for scan in reversed(scans)}
     sightings = [
         Sighting(
@@ -78,6 +82,7 @@ def name_targets(
             [d.kind for d in found],
             first[station].levelled,
             _given_names(station, found, scans),
+            mounted.get(station, ()),
         )
         for station, found in targets.items()
         if found
