@@ -163,15 +163,13 @@ def _scanner(f: Frame, node: int, noun: str, known: NDArray[np.bool_]) -> str:
     targets = targets[targets < len(known)]
     targets = targets[known[targets]]
     shared = len(targets)
-    misfit = _misfit(f, pose, targets)
+    misfit = _misfit(f, pose, targets) if shared else ""
     if misfit:
         return f"{noun} does not fit its {shared} common targets: {misfit}"
     level = bool(f.ties.levelled[pose])
     need = "2 common targets" if level else "3 common targets (2 if levelled) not on one line"
-    return (
-        f"{noun} shares only {shared} target{'s' if shared != 1 else ''} with the rest: "
-        f"{need} are needed"
-    )
+    few = f"only {shared} target{'s' if shared != 1 else ''}" if shared else "no target"
+    return f"{noun} shares {few} with the rest: {need} are needed"
 
 
 def _misfit(f: Frame, pose: int, targets: Index) -> str:
