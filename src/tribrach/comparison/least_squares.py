@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import qr, solve_triangular
-from scipy.stats import t as student
 
+from tribrach.distributions import t as student
 from tribrach.errors import InputError
 
 __all__ = ["Fit", "Term", "fit_terms"]

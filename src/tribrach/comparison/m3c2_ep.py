@@ -20,7 +20,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
 from tribrach.comparison.cloud_parts import Source
 from tribrach.comparison.core_normals import Normals, core_normals
@@ -30,6 +29,7 @@ from tribrach.comparison.m3c2 import FEWEST, Settings, checked_core
 from tribrach.comparison.projection_cylinders import Cylinders
 from tribrach.comparison.station_pair import StationPair
 from tribrach.comparison.weighted_positions import WeightedPositions, weighted_means
+from tribrach.distributions import chi2
 
 __all__ = ["M3C2EP", "m3c2_ep"]
 

@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 from pykdtree.kdtree import KDTree
 from scipy.spatial import cKDTree
-from scipy.stats import chi2
 
 from tribrach.cloud.covariance import covariances
 from tribrach.cloud.placement import Placement
@@ -26,6 +25,7 @@ from tribrach.comparison.cloud_parts import Chunk, Source
 from tribrach.comparison.effective_points import overlap_share
 from tribrach.comparison.m3c2_ep import M3C2EP
 from tribrach.comparison.station_pair import StationPair, along_normals
+from tribrach.distributions import chi2
 from tribrach.scan.normals import FLATTEST
 
 __all__ = ["BAND", "OffsetTest", "Prediction", "compare_offsets", "predict", "with_random"]

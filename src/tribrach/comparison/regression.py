@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
 
 from tribrach.comparison.least_squares import Fit, fit_terms
+from tribrach.distributions import t as student
 from tribrach.errors import InputError
 from tribrach.units import UNITS
 

@@ -14,11 +14,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
 from tribrach.comparison.m3c2 import ENOUGH, M3C2
 from tribrach.comparison.m3c2_ep import M3C2EP
 from tribrach.comparison.station_pair import StationPair, along_normals
+from tribrach.distributions import chi2
 from tribrach.errors import InputError
 
 __all__ = ["Patches", "Separation", "patches_of", "separate"]

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components, dijkstra
-from scipy.stats import chi2
+
+from tribrach.distributions import chi2
 
 __all__ = ["Loop", "close_loops", "minimal_loops", "triangles"]
 

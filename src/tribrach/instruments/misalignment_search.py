@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2, norm
+
+from tribrach.distributions import chi2, norm
 
 __all__ = ["ALIASES", "WORDS", "Cause", "Explanation", "explain", "whitened"]
 

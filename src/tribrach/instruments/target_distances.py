@@ -15,8 +15,8 @@ from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2, norm
 
+from tribrach.distributions import chi2, norm
 from tribrach.errors import InputError
 from tribrach.geometry.polar import xyz_by_polar, xyz_from_polar
 from tribrach.instruments.calibration import NIST

@@ -18,8 +18,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2, norm
 
+from tribrach.distributions import chi2, norm
 from tribrach.instruments.calibration import NIST
 from tribrach.instruments.misalignment_search import Explanation, explain
 from tribrach.instruments.scanner_readings import FacePairs

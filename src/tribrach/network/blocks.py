@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
+from tribrach.distributions import chi2
 from tribrach.network.reliability import WeightedResiduals
 from tribrach.network.significance import block_noncentrality
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2, f, norm
 
+from tribrach.distributions import chi2, f, norm
 from tribrach.instruments.calibration import CalibrationModel
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.extra_columns import model_columns, unexplained

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
+from tribrach.distributions import chi2
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.blocks import BlockTests
 from tribrach.network.observations.base import Observations, Use

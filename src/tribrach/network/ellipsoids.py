@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2, f
+
+from tribrach.distributions import chi2, f
 
 __all__ = ["Ellipses", "confidence_factor", "plan_ellipses", "principal_axes"]
 

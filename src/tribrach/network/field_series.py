@@ -18,8 +18,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2, f
 
+from tribrach.distributions import chi2, f
 from tribrach.errors import InputError
 from tribrach.geometry.polar import xyz_by_polar, xyz_from_polar
 from tribrach.instruments.scanner_readings import Readings

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
+from tribrach.distributions import chi2
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.blocks import BlockTests, block_tests, joint_tests
 from tribrach.network.checks import check_tests

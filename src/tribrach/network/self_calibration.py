@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import f
 
+from tribrach.distributions import f
 from tribrach.errors import AdjustmentError, InputError, RankDefect
 from tribrach.instruments.calibration import NIST, CalibrationModel
 from tribrach.instruments.calibration_sets import unit_of

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import brentq
 from scipy.special import gammaln
-from scipy.stats import chi2, ncx2, norm, t
+
+from tribrach.distributions import chi2, norm, t
 
 __all__ = [
     "block_noncentrality",
@@ -38,8 +38,7 @@ def noncentrality(alpha0: float = 0.001, power: float = 0.8) -> float:
 def block_noncentrality(dof: int, alpha0: float = 0.001, power: float = 0.8) -> float:
     """The same for a block of ``dof`` values: root of the non-centrality of its chi-square."""
     critical = chi2.ppf(1 - alpha0, dof)
-    root = brentq(lambda x: ncx2.sf(critical, dof, x) - power, 1e-6, 1e4)
-    return float(np.sqrt(root))
+    return float(np.sqrt(chi2.noncentrality(critical, dof, power)))
 
 
 def tau_critical(dof: int, alpha: float) -> float:

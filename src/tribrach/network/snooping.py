@@ -16,8 +16,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
+from tribrach.distributions import chi2
 from tribrach.errors import AdjustmentError
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.checks import prediction_statistics

@@ -19,9 +19,9 @@ from itertools import combinations
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
 from tribrach.comparison.station_pair import StationPair
+from tribrach.distributions import chi2
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.observations.base import Observations, Use
 

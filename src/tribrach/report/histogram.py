@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import norm
 
+from tribrach.distributions import norm
 from tribrach.report.content import Content
 
 __all__ = ["Bar", "Histogram", "histogram"]

@@ -6,8 +6,8 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
+from tribrach.distributions import chi2
 from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.network.adjustment import Adjustment

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
+from tribrach.distributions import chi2
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import log

@@ -17,10 +17,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
 from tribrach.cloud.covariance import covariances
 from tribrach.cloud.placement import Placement
+from tribrach.distributions import chi2
 from tribrach.errors import InputError
 from tribrach.geometry import rotation
 from tribrach.geometry.pose import Pose

@@ -14,8 +14,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
+from tribrach.distributions import chi2
 from tribrach.errors import InputError
 from tribrach.geometry.alignment import group_planar, group_rigid
 from tribrach.geometry.rotation import skew

@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2, f, norm, t
 
+from tribrach.distributions import chi2, f, norm, t
 from tribrach.errors import AdjustmentError, InputError
 from tribrach.transformation.fit import CommonPoints, Fit, fit_points
 from tribrach.transformation.models import MODELS

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from scipy.stats import chi2
-
+from tribrach.distributions import chi2
 from tribrach.transformation.axes import axis_sentences
 from tribrach.transformation.fit import CommonPoints, Fit, fit_points
 from tribrach.transformation.model_choice import Rung, ScaleTest, ladder, scale_test

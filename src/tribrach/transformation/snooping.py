@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
+from tribrach.distributions import chi2
 from tribrach.errors import AdjustmentError, InputError
 from tribrach.transformation.fit import Fit, fit_points
 from tribrach.transformation.testing import ALPHA0, PointTests, compare_points, point_tests

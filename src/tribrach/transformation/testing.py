@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2, f
 
+from tribrach.distributions import chi2, f
 from tribrach.transformation.fit import Fit
 
 __all__ = [

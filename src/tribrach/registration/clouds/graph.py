@@ -15,8 +15,8 @@ from itertools import combinations, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
+from tribrach.distributions import chi2
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import log, skew
 from tribrach.network.network import Network
