@@ -197,9 +197,10 @@ def _budget(products: Sequence[Product], frame: OutputFrame) -> list[str]:
             f"coordinates are stored in steps of {1e3 * coarsest:g} mm or finer "
             f"(rounding {1e3 * coarsest / np.sqrt(12):.2g} mm)"
         )
+    left = f"{1e3 * single:.0f}" if single > 0.01 else f"{1e3 * single:.2g}"
     said = [
         f"Precision budget: {stored}; a program that reads them as 32-bit "
-        f"floats without a shift would leave {1e3 * single:.2g} mm."
+        f"floats without a shift would leave {left} mm."
     ]
     extent = float(np.linalg.norm((high - low)[:2]))
     rigid = any(p.path.suffix == ".e57" for p in products)
