@@ -46,6 +46,16 @@ PLACES = {
 }
 #: the wall that S6 sees, a window of its H and V [rad]
 PARTIAL = ((0.0, 1.4), (np.radians(70), np.radians(120)))
+#: columns in the yard, two trees and a downpipe before the wall that S6 sees: place, radius, height;
+#: without these nothing but spheres tells the clouds of S6 where along that wall they belong [m]
+STEMS = (
+    (-17.6, 1.8, 0.16, 3.4),
+    (9.6, 9.7, 0.16, 3.0),
+    (17.8, 10.6, 0.16, 3.8),
+    (-8.6, 12.0, 0.19, 5.2),
+    (2.6, 12.4, 0.15, 4.6),
+    (-13.4, 13.95, 0.05, 11.8),
+)
 #: height of the antenna's pole [m]; sigma of a position, of a rod's length, of a bubble
 ANTENNA = 2.0
 RTK = (0.02, 0.02, 0.05)
@@ -171,8 +181,8 @@ def _surroundings() -> list[Primitive]:
         for side, face in ((14.0, -1.0), (-14.0, 1.0)):
             middle = (x + a, y + side + 0.03 * face, z + 4.6)
             out.append(rectangle(middle, (0, face, 0), 1.3, 1.7, 0.2))
-    for dx, dy, height in ((-17.6, 1.8, 3.4), (9.6, 9.7, 3.0), (17.8, 10.6, 3.8)):
-        out.append(cylinder((x + dx, y + dy, z + height / 2), 0.16, height, 0.3))
+    for dx, dy, radius, height in STEMS:
+        out.append(cylinder((x + dx, y + dy, z + height / 2), radius, height, 0.3))
     out += [
         box((x - 16.5, y - 11.5, z + 0.25), (2.0, 0.6, 0.5), 0.4, 0.4),
         box((x + 10.4, y - 10.8, z + 0.25), (2.0, 0.6, 0.5), 0.4, -0.2),
