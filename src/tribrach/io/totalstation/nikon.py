@@ -34,6 +34,8 @@ _AIR = re.compile(
 _HPA = {"hpa": 1.0, "mmhg": 1013.25 / 760, "inhg": 33.8639}
 _INPUT = re.compile(r"\b(th|ih)\s+(-?[\d.]+)\s*(m|ft)\b")
 _TIME = re.compile(r"\s*\d{1,2}:\d{2}:\d{2}\s*$")
+#: cells of the longest record
+_CELLS = 8
 #: coordinates that were given, and those that the instrument computed
 _POINTS = {"UP": True, "MP": True, "MC": True, "CC": False, "RE": False}
 
@@ -87,6 +89,8 @@ class _Reader:
         self.deleted = record.startswith("*")
         kind, *cells = record.lstrip("*").split(",")
         kind = kind.strip().upper()
+        # a line that was cut has fewer cells
+        cells += [""] * _CELLS
         try:
             if kind in _POINTS:
                 self._point(line, cells, _POINTS[kind])
@@ -99,7 +103,7 @@ class _Reader:
 
     def _comment(self, line: int, cells: list[str]) -> None:
         """Comments with units, air, and heights that were keyed in."""
-        text = ",".join(cells).strip()
+        text = ",".join(cells).strip(", ")
         key, _, value = text.partition(":")
         key, value = key.strip().lower(), value.strip()
         if key == "angle units":
@@ -142,7 +146,7 @@ class _Reader:
 
     def _station(self, line: int, cells: list[str]) -> None:
         """Station, its number, backsight, its number, height, azimuth, circle."""
-        cells = [cell.strip() for cell in cells] + [""] * 7
+        cells = [cell.strip() for cell in cells]
         azimuth, circle = angle(cells[5], self.angle), angle(cells[6], self.angle)
         height = number(cells[4]) * self.length
         self.backsight, self.set_circle = cells[2], circle
@@ -152,7 +156,7 @@ class _Reader:
         self.recorder.understood["set-up"] += 1
 
     def _point(self, line: int, cells: list[str], given: bool) -> None:
-        cells = [cell.strip() for cell in cells] + [""] * 5
+        cells = [cell.strip() for cell in cells]
         first, second, up = (number(cell) * self.length for cell in cells[2:5])
         east, north = (first, second) if self.east_first else (second, first)
         self.recorder.point(line, cells[0], east, north, up, given=given)
@@ -173,7 +177,7 @@ class _Reader:
         self, line: int, cells: list[str], face: int, target: str, circle: float = math.nan
     ) -> None:
         """Target, height, distance, direction, vertical angle, time, code."""
-        cells = [cell.strip() for cell in cells] + [""] * 6
+        cells = [cell.strip() for cell in cells]
         direction, zenith = angle(cells[3], self.angle), angle(cells[4], self.angle)
         if self.horizon:
             zenith = math.pi / 2 - zenith if zenith <= math.pi / 2 else 2.5 * math.pi - zenith
