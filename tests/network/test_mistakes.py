@@ -76,7 +76,7 @@ def test_20_mm_in_a_target_of_one_scan(made: Twin, tmp_path: Path) -> None:
     found = survey(made, tmp_path, moved={("S1", "N2"): np.array([0.0, 0.02, 0.0])})
     adjustment, log = snoop(found.network())
     first = log.steps[0]
-    assert first.observation == "target_centre S1 -> N2 (scan S1)"
+    assert first.observation == "target centre S1 -> N2 (scan S1)"
     assert first.action == "switched off"
     assert first.gross_error == pytest.approx(0.02, abs=0.003)
     assert [s.observation for s in log.steps if s.action == "switched off"] == [first.observation]

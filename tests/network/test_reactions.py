@@ -24,7 +24,7 @@ def test_the_gap_is_what_the_observations_alone_would_miss() -> None:
     reactions = constraint_reactions(adjust(survey.network()))
     assert abs(reactions.gap[0]) == pytest.approx(0.02, rel=1e-3)
     assert reactions.sigma[0] == pytest.approx(np.sqrt(unit @ block @ unit), rel=1e-3)
-    assert reactions.sentences(critical=1.0)[0].startswith("the constraint slope_distance 1 -> P")
+    assert reactions.sentences(critical=1.0)[0].startswith("the constraint slope distance 1 -> P")
 
 
 def test_a_constraint_that_only_fixes_the_datum_has_no_reaction() -> None:

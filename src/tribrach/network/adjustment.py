@@ -242,10 +242,17 @@ class _System:
         motions: OpenMotions | None,
         damping: float,
     ) -> None:
-        self.design = assembly.design(state)
-        self.white = assembly.whiten(assembly.misclosure(state))
-        self.constraints, self.right = assembly.constraints(state)
-        self.cost = float(self.white @ self.white)
+        # observations between points at one place have no derivatives: said, not warned of
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            self.design = assembly.design(state)
+            self.white = assembly.whiten(assembly.misclosure(state))
+            self.constraints, self.right = assembly.constraints(state)
+            self.cost = float(self.white @ self.white)
+        if not np.isfinite(self.design.data).all() or not np.isfinite(self.cost):
+            raise NotConverged(
+                "observations cannot be computed at the approximate coordinates",
+                [defects.not_computed(assembly, self.design, self.white)],
+            )
         self.violation = float(np.abs(self.right).max(initial=0.0))
         if motions is not None and motions.basis.shape[1] == 0:
             self.motions = motions
@@ -279,9 +286,10 @@ class _System:
 
 def _merit(assembly: Assembly, state: State) -> tuple[float, float]:
     """Weighted sum of squares and largest violated constraint; infinite where undefined."""
-    white = assembly.whiten(assembly.misclosure(state))
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        white = assembly.whiten(assembly.misclosure(state))
+        cost = float(white @ white)
     right = [c.observations.misclosure(state).ravel() for c in assembly.network.constraints]
-    cost = float(white @ white)
     violation = float(np.abs(np.concatenate([np.zeros(1), *right])).max())
     return (cost if np.isfinite(cost) else np.inf), violation
 

@@ -23,6 +23,7 @@ __all__ = [
     "check_rank",
     "column_length",
     "datum_mask",
+    "not_computed",
     "null_space",
     "worst_misclosure",
 ]
@@ -35,6 +36,8 @@ RANK_TOLERANCE = 1e-9
 #: and below this they are worth a warning
 WEAK_TOLERANCE = 1e-6
 DENSE_LIMIT = 1500
+#: misclosures beyond so many sigmas overflow when they are squared
+_WILD = 1e150
 
 
 def datum_mask(network: Network, free_columns: Index) -> NDArray[np.bool_]:
@@ -205,6 +208,18 @@ def _sparse_null(scaled: sp.csr_array, known: Array) -> tuple[Array, Array]:
         if values[0] > RANK_TOLERANCE or width >= min(u, 256):
             return x @ vt.T, values
         width *= 2
+
+
+def not_computed(assembly: Assembly, design: sp.csr_array, white: Array) -> str:
+    """The first observation that has no value or no derivative at a state, in words."""
+    wild = ~np.isfinite(white) | (np.abs(white) > _WILD)
+    bad = ~np.isfinite(design.data)
+    wild[np.repeat(np.arange(design.shape[0]), np.diff(design.indptr))[bad]] = True
+    first = int(np.argmax(wild))
+    rows, network = assembly.rows, assembly.network
+    observations = network.observations[rows.table[first]]
+    words = network.describe(observations, int(rows.item[first]), network.start)
+    return f"the first is {words}; look for points in one place, or a number that is far off"
 
 
 def worst_misclosure(assembly: Assembly, state: State) -> str:

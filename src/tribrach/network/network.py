@@ -136,7 +136,8 @@ class Network:
         start, end = observations.ends(state.layout)[item]
         source = observations.source[item]
         arrow = f" {start} -> {end}" if end else f" {start}"
-        return f"{observations.kind}{arrow}" + (f" ({source})" if source else "")
+        kind = observations.kind.replace("_", " ")
+        return f"{kind}{arrow}" + (f" ({source})" if source else "")
 
 
 def _posed(state: State, poses: list[int]) -> State:

@@ -20,7 +20,15 @@ from tribrach.network.network import Constraint, Datum, JointCovariance, Network
 from tribrach.network.observations.base import Array, Observations, covariance_from_sigma
 from tribrach.network.survey_given import GivenPoint, GivenStation, control_observations
 from tribrach.network.survey_indices import concatenate, layout_of
-from tribrach.network.survey_table import Table, as_column, check_covariance
+from tribrach.network.survey_table import (
+    LARGEST,
+    Table,
+    as_column,
+    check_covariance,
+    check_heights,
+    check_sigmas,
+    check_values,
+)
 from tribrach.network.unknowns import FAMILIES, Layout, State
 
 __all__ = ["Survey"]
@@ -63,7 +71,7 @@ class Survey:
 
         Raises
         ------
-        InputError : duplicate name, infinite coordinates, covariance not positive definite.
+        InputError : duplicate name, impossible coordinates, covariance not positive definite.
         """
         if name in self.points or name in self.stations:
             other = (self.points.get(name) or self.stations[name]).source
@@ -73,8 +81,12 @@ class Survey:
                 cure="keep one definition",
             )
         coordinates = np.asarray(xyz, dtype=float)
-        if np.isinf(coordinates).any():
-            raise InputError(f"point {name} has an infinite coordinate", record=source or None)
+        if (np.abs(coordinates) >= LARGEST).any():
+            raise InputError(
+                f"point {name} has a coordinate of {np.nanmax(np.abs(coordinates)):.3g} m",
+                record=source or None,
+                cure="give coordinates in metres",
+            )
         matrix = None if covariance is None else np.asarray(covariance, dtype=float)
         if matrix is not None:
             check_covariance(matrix[None], [source], f"point {name}")
@@ -140,23 +152,13 @@ class Survey:
         measured = np.asarray(values, dtype=float).reshape(-1, rows)
         n = len(measured)
         origin = list(source) if source is not None else [""] * n
-        bad = np.flatnonzero(~np.isfinite(measured).all(axis=1))
-        if len(bad):
-            raise InputError(
-                f"{kind.kind} is not a number", record=origin[bad[0]] or f"observation {bad[0] + 1}"
-            )
+        check_values(measured, origin, kind.kind)
         if covariance is None:
             sigmas = (
                 np.ones((n, rows)) if sigma is None and hard else np.asarray(sigma, dtype=float)
             )
             sigmas = np.broadcast_to(sigmas.reshape(-1, rows) if sigmas.ndim else sigmas, (n, rows))
-            bad = np.flatnonzero(~(sigmas > 0).all(axis=1) | ~np.isfinite(sigmas).all(axis=1))
-            if len(bad):
-                raise InputError(
-                    f"sigma of {kind.kind} is {sigmas[bad[0]].min():g}",
-                    record=origin[bad[0]] or f"observation {bad[0] + 1}",
-                    cure="give a standard deviation above zero",
-                )
+            check_sigmas(sigmas, origin, kind.kind)
             matrices = covariance_from_sigma(sigmas)
         else:
             matrices = np.array(covariance, dtype=float).reshape(-1, rows, rows)
@@ -166,6 +168,7 @@ class Survey:
             name: column if name in whole else as_column(column, n)
             for name, column in columns.items()
         }
+        check_heights(table, origin, kind.kind)
         table |= {"values": measured, "covariance": matrices, "source": origin}
         self._tables.append(Table(kind, group or kind.kind, table, n, hard))
         return len(self._tables) - 1

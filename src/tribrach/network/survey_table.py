@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -12,7 +12,19 @@ from numpy.typing import NDArray
 from tribrach.errors import InputError
 from tribrach.network.observations.base import Array, Observations, Use
 
-__all__ = ["Table", "as_column", "check_covariance"]
+__all__ = [
+    "Table",
+    "as_column",
+    "check_covariance",
+    "check_heights",
+    "check_sigmas",
+    "check_values",
+]
+
+#: coordinates and measurements from here on are none [m]; nor are sigmas below
+LARGEST, SMALLEST_SIGMA = 1e12, 1e-15
+#: nor are heights over a mark [m]
+HIGHEST = 1e4
 
 
 @dataclass
@@ -68,6 +80,7 @@ def check_covariance(matrices: Array, source: Sequence[str], what: str) -> None:
     InputError : names the source of the first bad matrix.
     """
     scale = np.sqrt(np.abs(np.einsum("nii->ni", matrices)))
+    check_sigmas(np.where(scale > 0, scale, 1.0), source, what)
     scale[scale == 0] = 1.0
     unit = matrices / scale[:, :, None] / scale[:, None, :]
     for i, matrix in enumerate(unit):
@@ -77,6 +90,68 @@ def check_covariance(matrices: Array, source: Sequence[str], what: str) -> None:
                 f"covariance of {what} is not symmetric and positive definite",
                 record=source[i] or None,
                 cure="check the order and the signs of its elements",
+            )
+
+
+def check_values(values: Array, source: Sequence[str], kind: str) -> None:
+    """Refuse measured values (n, rows) that are no numbers, or beyond any measurement.
+
+    Raises
+    ------
+    InputError : names the source of the first of them.
+    """
+    good = (np.abs(values) < LARGEST).all(axis=1)
+    if good.all():
+        return
+    k = int(np.argmin(good))
+    what = values[k][~(np.abs(values[k]) < LARGEST)][0]
+    raise InputError(
+        f"{kind} is {what:.3g}, beyond any measurement"
+        if np.isfinite(what)
+        else f"{kind} is not a number",
+        record=source[k] or f"observation {k + 1}",
+    )
+
+
+def check_sigmas(sigmas: Array, source: Sequence[str], kind: str) -> None:
+    """Refuse standard deviations (n, rows) that are not above zero, or beyond any weight.
+
+    Raises
+    ------
+    InputError : names the source of the first of them.
+    """
+    fair = (sigmas > SMALLEST_SIGMA) & (sigmas < LARGEST)
+    if fair.all():
+        return
+    k = int(np.argmin(fair.all(axis=1)))
+    what = sigmas[k][~fair[k]][0]
+    raise InputError(
+        f"sigma of {kind} is {what:g}",
+        record=source[k] or f"observation {k + 1}",
+        cure="leave the observation out"
+        if what >= LARGEST
+        else f"give a standard deviation above {SMALLEST_SIGMA if what > 0 else 0:g}",
+    )
+
+
+def check_heights(columns: Mapping[str, Any], source: Sequence[str], kind: str) -> None:
+    """Refuse heights of instruments, targets and antennas (n,) that nothing stands on.
+
+    Raises
+    ------
+    InputError : names the source of the first of them.
+    """
+    for name, column in columns.items():
+        if "height" not in name:
+            continue
+        heights = np.asarray(column, dtype=float)
+        good = np.abs(heights) < HIGHEST
+        if not good.all():
+            k = int(np.argmin(good))
+            raise InputError(
+                f"{name.replace('_', ' ')} of {kind} is {heights[k]:.6g} m",
+                record=source[k] or f"observation {k + 1}",
+                cure="give the height over the mark in metres",
             )
 
 
