@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach.errors import TribrachError
-from tribrach.network.adjustment import Adjustment, adjust
+from tribrach.network.adjustment import Adjustment, Options, adjust
 from tribrach.network.network import Network
 from tribrach.network.observations.base import Observations, Use
 from tribrach.network.reliability import weigh
@@ -29,6 +29,8 @@ Index = NDArray[np.int64]
 
 #: networks that fit worse than this many times their sigmas are looked at; pairs that are tried
 _GROSS, _MOST = 5.0, 60
+#: of an attempt
+_ITERATIONS = 15
 #: what must be left of the variance factor
 _LEFT = 0.05
 
@@ -57,10 +59,15 @@ class SwappedNames:
         )
 
 
+def _hurried(network: Network) -> Adjustment:
+    """An adjustment that soon gives up: with the right names few iterations are needed."""
+    return adjust(network, options=Options(max_iterations=_ITERATIONS))
+
+
 def swapped_names(
     network: Network,
     adjustment: Adjustment | None = None,
-    run: Callable[[Network], Adjustment] = adjust,
+    run: Callable[[Network], Adjustment] = _hurried,
 ) -> SwappedNames | None:
     """The exchange of two names that makes a network fit which does not; None if there is none.
 
