@@ -1,6 +1,8 @@
 """The command line: results for good input, one sentence and status 2 for bad input."""
 
 import json
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,6 +12,7 @@ import typer
 from typer.testing import CliRunner
 
 from tribrach.cli import app
+from tribrach.cli.commands import COMMANDS
 
 RUN = CliRunner()
 
@@ -228,6 +231,7 @@ def test_station_observed_by_nothing(tmp_path: Path) -> None:
 
 def _helps(command: click.Command) -> Iterator[str]:
     """Every text of help of a command and of those below it."""
+    command = getattr(command, "loaded", command)
     yield command.help or ""
     for parameter in command.params:
         yield getattr(parameter, "help", None) or ""
@@ -246,3 +250,22 @@ def test_commands_are_listed_as_a_job_needs_them() -> None:
     names = group.list_commands(click.Context(group))  # type: ignore[attr-defined]
     assert names[:3] == ["run", "demo", "adjust"]
     assert sorted(names) == sorted(group.commands)  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_commands_do_what_their_list_says(name: str) -> None:
+    listed = typer.main.get_command(app).commands[name]  # type: ignore[attr-defined]
+    command = listed.loaded
+    assert (command.name or name) == name
+    assert command.help.splitlines()[0] == listed.help
+
+
+def test_the_list_of_commands_loads_none_of_them() -> None:
+    """Half a second of imports before a word of help would be too long."""
+    code = (
+        "import sys; from typer.testing import CliRunner; from tribrach.cli import app\n"
+        "said = CliRunner().invoke(app, ['--help']); assert said.exit_code == 0, said.output\n"
+        "print([n for n in ('numpy', 'scipy', 'numba', 'matplotlib') if n in sys.modules])"
+    )
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert out.stdout.strip() == "[]"

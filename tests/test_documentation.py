@@ -96,7 +96,7 @@ def commands() -> list[tuple[str, list[str]]]:
 
 @pytest.mark.parametrize(("page", "call"), commands())
 def test_commands_and_options_exist(page: str, call: list[str]) -> None:
-    command = typer.main.get_command(app).commands[call[1]]  # type: ignore[attr-defined]
+    command = typer.main.get_command(app).commands[call[1]].loaded  # type: ignore[attr-defined]
     if hasattr(command, "commands"):
         command = command.commands[call[2]]
     known = {option for p in command.params for option in p.opts}
@@ -104,7 +104,8 @@ def test_commands_and_options_exist(page: str, call: list[str]) -> None:
 
 
 def test_options_named_in_the_text_exist() -> None:
-    single = list(typer.main.get_command(app).commands.values())  # type: ignore[attr-defined]
+    listed = typer.main.get_command(app).commands.values()  # type: ignore[attr-defined]
+    single = [command.loaded for command in listed]
     single += [c for group in single for c in getattr(group, "commands", {}).values()]
     known = {o for c in single for p in c.params for o in p.opts}
     for page, text in PAGES.items():

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 
 import laspy
@@ -9,8 +10,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
-import tribrach.cli.scans as commands
-from tribrach.cli import app
+from tribrach.cli import app, scans
+from tribrach.cli import simulate as simulations
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader
 from tribrach.scan.scan import Field
@@ -143,7 +144,7 @@ class TestConvert:
         def interrupted(*arguments: object, **options: object) -> None:
             raise KeyboardInterrupt
 
-        monkeypatch.setattr(commands, "convert_scans", interrupted)
+        monkeypatch.setattr(scans, "convert_scans", interrupted)
         ptx(tmp_path / "a.ptx")
         result = invoke("convert", tmp_path / "a.ptx", tmp_path / "b.laz")
         assert result.exit_code == 130
@@ -260,7 +261,7 @@ class TestSimulate:
             heard.append((name, points, seed))
             return build(name, 10_000, seed)
 
-        monkeypatch.setattr(commands, "build", small)
+        monkeypatch.setattr(simulations, "build", small)
         return heard
 
     def test_a_project_is_written(self, tmp_path: Path, asked: list[tuple[str, int, int]]) -> None:
@@ -310,9 +311,12 @@ class TestSimulate:
         assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 
-@pytest.mark.parametrize("command", ["convert", "targets", "simulate", "info"])
-def test_help_names_every_option(command: str) -> None:
-    function: Callable[..., None] = getattr(commands, command)
+@pytest.mark.parametrize(
+    ("module", "command"),
+    [("scans", "convert"), ("targets", "targets"), ("simulate", "simulate"), ("scans", "info")],
+)
+def test_help_names_every_option(module: str, command: str) -> None:
+    function: Callable[..., None] = getattr(import_module(f"tribrach.cli.{module}"), command)
     text = works(command, "--help").replace("_", "-")
     assert (function.__doc__ or "").split(":")[0].split()[0] in text
     if command != "info":

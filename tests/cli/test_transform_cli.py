@@ -8,7 +8,6 @@ import pytest
 from typer.testing import CliRunner
 
 from tribrach.cli import app
-from tribrach.cli import transform as _transform  # noqa: F401  the group registers itself
 from tribrach.geometry import rotation
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader

@@ -4,36 +4,9 @@ from __future__ import annotations
 
 import sys
 
-from tribrach.cli import (
-    calibrate,
-    check,
-    compare,
-    complete,
-    gnss,
-    network,
-    plan,
-    register,
-    regress,
-    scans,
-    transform,
-)
-from tribrach.cli.shell import app
+from tribrach.cli.commands import app
 
-__all__ = [
-    "app",
-    "calibrate",
-    "check",
-    "compare",
-    "complete",
-    "gnss",
-    "main",
-    "network",
-    "plan",
-    "register",
-    "regress",
-    "scans",
-    "transform",
-]
+__all__ = ["app", "main"]
 
 
 def main() -> None:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import app, fail, guarded, shown
+from tribrach.cli.shell import fail, guarded, shown
 from tribrach.io.calibration_file import calibration_text
 from tribrach.io.outputs import write_texts
 from tribrach.network.run_comparison import compare_runs
@@ -19,7 +19,6 @@ from tribrach.stages.calibrating import calibrate_project, calibration_of
 __all__ = ["calibrate"]
 
 
-@app.command()
 def calibrate(
     project: Annotated[Path, typer.Argument(help="The project file, with a section calibration.")],
     json_file: Annotated[Path | None, typer.Option("--json", help="Write it as JSON.")] = None,

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import app, guarded, shown
+from tribrach.cli.shell import guarded, shown
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
 from tribrach.network.field_check import check_readings
@@ -19,7 +19,6 @@ from tribrach.stages.field_check import read_earlier, readings_of, survey_to_che
 __all__ = ["check"]
 
 
-@app.command()
 def check(
     source: Annotated[
         Path, typer.Argument(metavar="PROJECT-OR-CSV", help="A project, or a table of targets.")

@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from tribrach.cli.shell import app, guarded, shown
+from tribrach.cli.shell import guarded, shown
 from tribrach.comparison.peer_exports import alignment
 from tribrach.comparison.results import comparison_json
 from tribrach.comparison.station_pair import StationPair
@@ -32,7 +32,6 @@ __all__ = ["compare"]
 _WIDE = 118
 
 
-@app.command()
 def compare(
     a: Annotated[Path, typer.Argument(metavar="A", help="The compared cloud.")],
     b: Annotated[Path, typer.Argument(metavar="B", help="The reference.")],

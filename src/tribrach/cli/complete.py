@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import app, guarded, shown
+from tribrach.cli.shell import guarded, shown
 from tribrach.io.outputs import write_texts
 from tribrach.report.completeness_page import completeness_page, completeness_text
 from tribrach.stages.completing import complete_clouds
@@ -16,7 +16,6 @@ from tribrach.stages.completing import complete_clouds
 __all__ = ["complete"]
 
 
-@app.command()
 def complete(
     clouds: Annotated[list[Path], typer.Argument(help="Clouds in one frame, one per station.")],
     model: Annotated[

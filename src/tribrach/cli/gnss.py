@@ -9,7 +9,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from tribrach.cli.shell import app, guarded, shown
+from tribrach.cli.shell import guarded, shown
 from tribrach.errors import InputError
 from tribrach.gnss.antennas import AntennaSetup
 from tribrach.gnss.baseline import Baseline, Processing, compute_baseline
@@ -21,7 +21,6 @@ from tribrach.report.gnss_result import baseline_facts, baseline_lines
 __all__ = ["baseline"]
 
 
-@app.command()
 def baseline(
     base: Annotated[Path, typer.Argument(help="Observations of the base (RINEX 2 or 3).")],
     rover: Annotated[Path, typer.Argument(help="Observations of the rover.")],

@@ -1,4 +1,4 @@
-"""Commands on networks and projects: adjust, run, demo."""
+"""Commands on networks and projects: adjust, run."""
 
 from __future__ import annotations
 
@@ -8,9 +8,8 @@ from typing import Annotated, Literal
 
 import typer
 
-from tribrach import demo as demonstration
 from tribrach import pipeline
-from tribrach.cli.shell import app, fail, guarded, shown
+from tribrach.cli.shell import fail, guarded, shown
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
 from tribrach.io.survey.formats import read_files
@@ -18,12 +17,11 @@ from tribrach.project import Project, parse_datum
 from tribrach.report import html, json_result, text
 from tribrach.report.content import Content
 
-__all__ = ["adjust", "demo", "run"]
+__all__ = ["adjust", "finish", "run"]
 
 Robust = Literal["none", "huber", "danish", "igg3"]
 
 
-@app.command()
 def adjust(
     files: Annotated[
         list[Path],
@@ -71,7 +69,7 @@ def adjust(
             (text_file, text.render),
         ]
         write_texts({path: render(content) for path, render in outputs if path is not None})
-        _finish(content, quiet)
+        finish(content, quiet)
 
     guarded(work)
 
@@ -95,7 +93,6 @@ def _project(files: list[Path]) -> Project | None:
     return project
 
 
-@app.command()
 def run(
     project: Annotated[Path, typer.Argument(help="The project file (TOML).")],
     out: Annotated[Path | None, typer.Option(help="Folder of the results.")] = None,
@@ -108,33 +105,12 @@ def run(
         folder = job.results if out is None else out
         with shown(quiet) as progress:
             content = pipeline.run(job, folder, progress)
-        _finish(content, quiet, folder)
+        finish(content, quiet, folder)
 
     guarded(work)
 
 
-@app.command()
-def demo(
-    out: Annotated[Path, typer.Option(help="Folder to write the project into.")] = Path("demo"),
-    points: Annotated[
-        int, typer.Option(min=10_000, max=200_000_000, help="Points per station, about.")
-    ] = demonstration.POINTS,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
-) -> None:
-    """Simulate a survey of two facades, run it, and compare everything with the truth."""
-
-    def work() -> None:
-        if not quiet:
-            typer.echo(f"simulating scans of two facades in {out}, then running the project")
-        with shown(quiet) as progress:
-            job = Project.load(demonstration.write_project(out, points, progress))
-            content = pipeline.run(job, progress=progress)
-        _finish(content, quiet, job.results)
-
-    guarded(work)
-
-
-def _finish(content: Content, quiet: bool, folder: Path | None = None) -> None:
+def finish(content: Content, quiet: bool, folder: Path | None = None) -> None:
     """Print the summary; without redundancy say so and end with 2."""
     if not quiet:
         typer.echo(text.brief(content))

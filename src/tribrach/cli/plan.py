@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import app, guarded, shown
+from tribrach.cli.shell import guarded, shown
 from tribrach.io.outputs import write_texts
 from tribrach.project import Project
 from tribrach.report.plan_page import plan_page, plan_text
@@ -19,7 +19,6 @@ from tribrach.stages.survey_run import find_and_name
 __all__ = ["plan"]
 
 
-@app.command()
 def plan(
     project: Annotated[Path, typer.Argument(help="The project file (TOML) with a section plan.")],
     json_file: Annotated[Path | None, typer.Option("--json", help="Write it as JSON.")] = None,

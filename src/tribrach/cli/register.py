@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 
 from tribrach.cli.printing import printed
-from tribrach.cli.shell import app, guarded, shown
+from tribrach.cli.shell import guarded, shown
 from tribrach.io.outputs import write_texts
 from tribrach.report.cloud_registration_page import cloud_registration_tables
 from tribrach.stages.registering import register_files, registration_json, write_placed
@@ -22,7 +22,6 @@ __all__ = ["register"]
 _WIDE = 118
 
 
-@app.command()
 def register(
     files: Annotated[list[Path], typer.Argument(help="Files of scans, in their scanners' frames.")],
     out: Annotated[

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import app, guarded
+from tribrach.cli.shell import guarded
 from tribrach.comparison.regression import regress as fit
 from tribrach.errors import InputError
 from tribrach.io.comparison_table import read_comparison
@@ -19,7 +19,6 @@ from tribrach.report.regression_page import regression_page, regression_text
 __all__ = ["regress"]
 
 
-@app.command()
 def regress(
     table: Annotated[Path, typer.Argument(help="Test sites: CSV, or the JSON of a comparison.")],
     x: Annotated[

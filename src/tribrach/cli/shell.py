@@ -1,4 +1,4 @@
-"""What all commands share: the application, errors as sentences, progress.
+"""What all commands share: errors as sentences, progress.
 
 Whatever is wrong with the input ends in a sentence on standard error and exit status 2.
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Annotated, Any, NoReturn
+from typing import Any, NoReturn
 
 import typer
 from rich.console import Console
@@ -21,53 +21,10 @@ from rich.progress import (
     TextColumn,
     TimeElapsedColumn,
 )
-from typer.core import TyperGroup
 
-import tribrach
 from tribrach.errors import TribrachError
 
-__all__ = ["app", "fail", "guarded", "shown"]
-
-#: commands in the order of a job; others follow
-_ORDER = (
-    *("run", "demo", "adjust", "plan", "baseline", "targets", "register", "transform"),
-    *("calibrate", "check", "compare", "regress", "complete", "info", "convert", "simulate"),
-)
-
-
-class _Ordered(TyperGroup):
-    """Lists commands as a job needs them, not as they were imported."""
-
-    def list_commands(self, ctx: Any) -> list[str]:
-        """Names of the commands."""
-        known = super().list_commands(ctx)
-        first = [name for name in _ORDER if name in known]
-        return first + [name for name in known if name not in first]
-
-
-app = typer.Typer(
-    cls=_Ordered,
-    add_completion=False,
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    help="Turns laser scans and survey observations into georeferenced clouds that state their "
-    "uncertainty.",
-)
-
-
-def _version(wanted: bool) -> None:
-    if wanted:
-        typer.echo(f"tribrach {tribrach.__version__}")
-        raise typer.Exit
-
-
-@app.callback()
-def _root(
-    version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
-    ] = False,
-) -> None:
-    """Turns laser scans and survey observations into clouds that state their uncertainty."""
+__all__ = ["fail", "guarded", "shown"]
 
 
 def guarded(work: Callable[[], Any]) -> None:

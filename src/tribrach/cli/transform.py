@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 
 from tribrach.cli.printing import printed
-from tribrach.cli.shell import app, guarded, shown
+from tribrach.cli.shell import guarded, shown
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_text, write_texts
 from tribrach.io.scans.formats import read_scans
@@ -19,15 +19,16 @@ from tribrach.report.transformation_page import transformation_results, transfor
 from tribrach.stages.transforming import fit_files, move_cloud, move_points
 from tribrach.transformation.carrying import Carrier
 
-__all__ = ["apply", "fit"]
+__all__ = ["apply", "fit", "transform"]
 
-commands = typer.Typer(
-    no_args_is_help=True, help="Fit a transformation to common points, and apply it."
+transform = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    help="Fit a transformation to common points, and apply it.",
 )
-app.add_typer(commands, name="transform")
 
 
-@commands.command()
+@transform.command()
 def fit(
     a: Annotated[Path, typer.Argument(metavar="A", help="Points as CSV: point,x_m,y_m,z_m.")],
     b: Annotated[Path, typer.Argument(metavar="B", help="The same points in the other system.")],
@@ -74,7 +75,7 @@ def fit(
     guarded(work)
 
 
-@commands.command()
+@transform.command()
 def apply(
     transformation: Annotated[Path, typer.Argument(help="The JSON file of transform fit.")],
     source: Annotated[Path, typer.Argument(help="Points as CSV, or a cloud.")],

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from tests.io.scans.scan_files import lines, written
 from tests.io.scans.test_ptx import header
-from tribrach.cli.shell import app
+from tribrach.cli import app
 from tribrach.geometry.pose import Pose
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader

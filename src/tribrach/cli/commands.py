@@ -1,0 +1,134 @@
+"""The application and its commands; each is loaded when it is called, and only that one.
+
+The table below is all that the list of commands needs: what a command reads, computes and draws
+with takes seconds to load, and no other command waits for it.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from importlib import import_module
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperCommand, TyperGroup
+
+import tribrach
+
+__all__ = ["COMMANDS", "LoadedWhenCalled", "app"]
+
+#: by name in the order of a job: the module in this package that has a function or a group of
+#: that name, and what it does, in the words of its first line
+COMMANDS: dict[str, tuple[str, str]] = {
+    "run": ("network", "Run a project: adjust, check, report."),
+    "demo": (
+        "demo",
+        "Simulate a survey of two facades, run it, and compare everything with the truth.",
+    ),
+    "adjust": (
+        "network",
+        "Adjust a network from files of any known format, or a project without scans.",
+    ),
+    "plan": ("plan", "Predict precision and reliability, and propose targets, stations and sets."),
+    "baseline": ("gnss", "Compute a static baseline from RINEX files."),
+    "targets": (
+        "targets",
+        "Find spheres, checkerboards and discs in whole scans; centres in their coordinates.",
+    ),
+    "register": (
+        "register",
+        "Register scans by their clouds, without approximate poses, targets or planes.",
+    ),
+    "transform": ("transform", "Fit a transformation to common points, and apply it."),
+    "calibrate": (
+        "calibrate",
+        "Calibrate a scanner from targets that it saw from several stations.",
+    ),
+    "check": (
+        "check",
+        "Test a scanner in the field: both faces, distances between targets, repeated series.",
+    ),
+    "compare": (
+        "compare",
+        "Compare two clouds, on test sites or as a whole, with the sampling floor beside.",
+    ),
+    "regress": (
+        "regress",
+        "Fit differences of clouds against range and incidence, and say what that proves.",
+    ),
+    "complete": (
+        "complete",
+        "Say which surfaces no station, one or several saw, and where the sigma is not reached.",
+    ),
+    "info": (
+        "scans",
+        "Say what is in files of scans: points, extents, fields, grid, poses, what looks wrong.",
+    ),
+    "convert": ("scans", "Write scans in another format, every field kept."),
+    "simulate": (
+        "simulate",
+        "Simulate a whole survey job: scans, observations, project file and its truth.",
+    ),
+}
+
+
+class LoadedWhenCalled(TyperCommand):
+    """A command that is known by name and help; the rest of it is in its module."""
+
+    def __init__(self, name: str, module: str, help: str) -> None:
+        super().__init__(name, help=help)
+        self._module = module
+
+    @cached_property
+    def loaded(self) -> Any:
+        """The command itself, or the group of commands."""
+        assert self.name is not None
+        found = getattr(import_module(f"tribrach.cli.{self._module}"), self.name)
+        if not isinstance(found, typer.Typer):
+            alone = typer.Typer(add_completion=False)
+            alone.command(self.name)(found)
+            found = alone
+        return typer.main.get_command(found)
+
+    def make_context(self, info_name: Any, args: Any, parent: Any = None, **extra: Any) -> Any:
+        """Of the command itself: from here on it does everything."""
+        return self.loaded.make_context(info_name, args, parent=parent, **extra)
+
+
+class _Commands(TyperGroup):
+    """All commands of the table."""
+
+    def __init__(self, **given: Any) -> None:
+        super().__init__(**given)
+        self.commands = {
+            name: LoadedWhenCalled(name, module, help) for name, (module, help) in COMMANDS.items()
+        }
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Names in the order of the table."""
+        return list(COMMANDS)
+
+
+app = typer.Typer(
+    cls=_Commands,
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    help="Turns laser scans and survey observations into georeferenced clouds that state their "
+    "uncertainty.",
+)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"tribrach {tribrach.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """Turns laser scans and survey observations into clouds that state their uncertainty."""

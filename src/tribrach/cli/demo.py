@@ -1,0 +1,36 @@
+"""The command demo: a survey to start from, simulated and run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tribrach import demo as demonstration
+from tribrach import pipeline
+from tribrach.cli.network import finish
+from tribrach.cli.shell import guarded, shown
+from tribrach.project import Project
+
+__all__ = ["demo"]
+
+
+def demo(
+    out: Annotated[Path, typer.Option(help="Folder to write the project into.")] = Path("demo"),
+    points: Annotated[
+        int, typer.Option(min=10_000, max=200_000_000, help="Points per station, about.")
+    ] = demonstration.POINTS,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+) -> None:
+    """Simulate a survey of two facades, run it, and compare everything with the truth."""
+
+    def work() -> None:
+        if not quiet:
+            typer.echo(f"simulating scans of two facades in {out}, then running the project")
+        with shown(quiet) as progress:
+            job = Project.load(demonstration.write_project(out, points, progress))
+            content = pipeline.run(job, progress=progress)
+        finish(content, quiet, job.results)
+
+    guarded(work)

@@ -1,0 +1,34 @@
+"""The command simulate: a whole survey job with its truth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tribrach.cli.shell import guarded, shown
+from tribrach.io.twins import write_twin
+from tribrach.simulate.twins import TWINS, build
+
+__all__ = ["simulate"]
+
+
+def simulate(
+    twin: Annotated[str, typer.Argument(help=f"One of {', '.join(TWINS)}.")],
+    out: Annotated[Path, typer.Option(help="Folder to write the project into.")],
+    points: Annotated[
+        int, typer.Option(min=10_000, max=200_000_000, help="Points per station, about.")
+    ] = 1_000_000,
+    seed: Annotated[int, typer.Option(min=0, help="Another seed draws other errors.")] = 1,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+) -> None:
+    """Simulate a whole survey job: scans, observations, project file and its truth."""
+
+    def work() -> None:
+        with shown(quiet) as progress:
+            path = write_twin(build(twin, points, seed), out, progress)
+        if not quiet:
+            typer.echo(f"{path}\nnow: tribrach run {path}")
+
+    guarded(work)

@@ -1,0 +1,115 @@
+"""The command targets: what can be found in scans, as a run would find it."""
+
+from __future__ import annotations
+
+import json
+from math import isfinite
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tribrach.cli.shell import guarded
+from tribrach.errors import InputError
+from tribrach.io.outputs import write_bytes, write_text
+from tribrach.io.scans.formats import read_scans
+from tribrach.project.scan_sections import TargetSection
+from tribrach.scan.shifted import seen_from
+from tribrach.stages.extraction import Findings, blind, find_targets
+from tribrach.stages.scans import StationScan
+from tribrach.stages.thumbnail import decoded
+
+__all__ = ["targets"]
+
+
+def targets(
+    scan: Annotated[Path, typer.Argument(help="A file of scans.")],
+    sphere: Annotated[
+        list[float] | None,
+        typer.Option(min=1e-3, max=10, help="Radius of spheres in metres; may be repeated."),
+    ] = None,
+    checkerboard: Annotated[
+        list[float] | None,
+        typer.Option(min=1e-3, max=10, help="Side of checkerboards in metres; may be repeated."),
+    ] = None,
+    disc: Annotated[
+        list[float] | None,
+        typer.Option(min=1e-3, max=10, help="Radius of white discs in metres; may be repeated."),
+    ] = None,
+    origin: Annotated[
+        tuple[float, float, float] | None,
+        typer.Option(help="Where the scanner stood in the coordinates of the file in metres."),
+    ] = None,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write it as JSON.")] = None,
+    png_file: Annotated[
+        Path | None, typer.Option("--png", help="Write the panorama with the targets marked.")
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+) -> None:
+    """Find spheres, checkerboards and discs in whole scans; centres in their coordinates."""
+
+    def work() -> None:
+        wanted = TargetSection(
+            sphere_radius_m=tuple(sphere or ()),
+            checkerboard_side_m=tuple(checkerboard or ()),
+            disc_radius_m=tuple(disc or ()),
+        )
+        if not wanted.wanted:
+            raise typer.BadParameter(
+                "give --sphere, --checkerboard or --disc with a size in metres"
+            )
+        found: list[Findings] = []
+        for one in read_scans(scan):
+            seen = one if origin is None else seen_from(one, origin)
+            at_station = StationScan(one.name, one.name, seen, None, False, {})
+            if not wanted.sphere_radius_m and blind(at_station, wanted):
+                raise InputError(
+                    "where the scanner stood among the points is not known, and checkerboards and "
+                    "discs are measured along its lines of sight",
+                    file=scan,
+                    record=one.name,
+                    cure="give its coordinates with --origin x y z",
+                )
+            found.append(find_targets(at_station, wanted).moved(seen.scanner))
+        _write(found, json_file, png_file)
+        if not quiet:
+            _print(found)
+
+    guarded(work)
+
+
+def _write(found: list[Findings], json_file: Path | None, png_file: Path | None) -> None:
+    """JSON of all scans; one picture for each, numbered where there are several."""
+    if json_file is not None:
+        data = {
+            "targets": [d.to_dict() for f in found for d in f.detections],
+            "rejected": [{"scan": f.scan, **r.to_dict()} for f in found for r in f.rejected],
+        }
+        write_text(json_file, json.dumps(data, indent=1) + "\n")
+    if png_file is not None:
+        for number, finding in enumerate(found, start=1):
+            one = len(found) == 1
+            path = png_file if one else png_file.with_stem(f"{png_file.stem}-{number}")
+            write_bytes(path, decoded(finding.picture))
+
+
+def _print(found: list[Findings]) -> None:
+    """One line per target and per rejected candidate."""
+    for finding in found:
+        typer.echo(
+            f"{finding.scan}: {finding.points} points, {len(finding.detections)} targets, "
+            f"{len(finding.rejected)} candidates rejected"
+        )
+        for sentence in finding.sentences:
+            typer.echo(f"  ! {sentence}")
+        for number, d in enumerate(finding.detections, start=1):
+            x, y, z = d.center
+            sigma = ", ".join(f"{1e3 * s:.2f}" for s in d.sigmas)
+            far = f"  range {d.range:.2f} m" if isfinite(d.range) else ""
+            typer.echo(
+                f"  {number}  {d.kind}  {x:.5f} {y:.5f} {z:.5f} m  sigma {sigma} mm  "
+                f"rms {1e3 * d.rms:.2f} mm  {d.points} points{far}"
+            )
+        for r in finding.rejected:
+            x, y, z = r.center
+            typer.echo(f"  x  {r.kind} at {x:.3f} {y:.3f} {z:.3f}: {r.reason}")
