@@ -60,8 +60,8 @@ CRITERIA: dict[CriterionKind, str] = {
 class Criterion:
     """What a design is judged by.
 
-    kind : see :data:`CRITERIA`; names : points or stations that count, all points if empty;
-    parameters : scalars whose correlations with each other and with the stations count, all
+    kind : see :data:`CRITERIA`; names : points, stations or lever arms that count, all points if
+    empty; parameters : scalars whose correlations with each other and with the stations count, all
     scalars if empty; stations : those stations, all if empty (a candidate's own pose counts once it
     is part of the plan); alpha0, power : of the test that an undetected error slips through.
     """
@@ -155,19 +155,28 @@ def predict(network: Network) -> Adjustment:
 def position_columns(layout: Layout, names: Sequence[str]) -> tuple[tuple[str, ...], Index]:
     """Names and columns (p, 3) of the full tangent vector of positions; all points if none named.
 
+    Lever arms may be named as well.
+
     Raises
     ------
-    InputError : a name that is no point or station.
+    InputError : a name that is no point, station or lever arm.
     """
     chosen = tuple(names) or layout.names["point"]
-    for name in chosen:
+    arms = np.zeros(len(chosen), dtype=bool)
+    for k, name in enumerate(chosen):
         if not layout.has("point", name) and not layout.has("pose", name):
-            raise InputError(
-                f"{name} is no point or station of the network",
-                cure="name points that are observed or planned",
-            )
-    places = np.array([layout.position_index(name) for name in chosen], dtype=np.int64)
-    return chosen, layout.position_columns(places)
+            arms[k] = layout.has("vector", name)
+            if not arms[k]:
+                raise InputError(
+                    f"{name} is no point or station of the network",
+                    cure="name points that are observed or planned",
+                )
+    columns = np.empty((len(chosen), 3), dtype=np.int64)
+    places = [layout.position_index(n) for n, arm in zip(chosen, arms, strict=True) if not arm]
+    vectors = [layout.index("vector", n) for n, arm in zip(chosen, arms, strict=True) if arm]
+    columns[~arms] = layout.position_columns(np.array(places, dtype=np.int64))
+    columns[arms] = layout.columns("vector", np.array(vectors, dtype=np.int64))
+    return chosen, columns
 
 
 def parameter_columns(layout: Layout, criterion: Criterion) -> tuple[Index, Index]:

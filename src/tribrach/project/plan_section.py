@@ -10,7 +10,7 @@ from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt, model_
 from tribrach.project.section import Section
 from tribrach.simulate.scene import Primitive, box, cylinder, rectangle, sphere
 
-__all__ = ["PlanSection", "SceneBody"]
+__all__ = ["LeverArmPlan", "PlanSection", "SceneBody"]
 
 #: reflectance of bodies of a scene, which plans do not use
 _GREY = 0.5
@@ -54,6 +54,34 @@ class SceneBody(Section):
         return sphere(self.center_m, self.size_m[0] / 2, _GREY)
 
 
+class LeverArmPlan(Section):
+    """The calibration of a lever arm: which one, and where its targets may stand.
+
+    gnss : instrument that measures every target and the antenna; targets : so many are laid out
+    around the scanner where the project has no points, in a window_deg wide part of the horizon
+    around north; nearest and farthest (level), lowest and highest : of these and of proposed
+    places, from the scanner.
+    """
+
+    name: str
+    gnss: str
+    targets: int = Field(default=11, ge=1, le=500)
+    window_deg: float = Field(default=360.0, gt=0, le=360)
+    nearest_m: PositiveFloat = 5.0
+    farthest_m: PositiveFloat = 15.0
+    lowest_m: float = -1.5
+    highest_m: float = 2.5
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        """Near before far, low before high."""
+        if self.nearest_m > self.farthest_m:
+            raise ValueError("nearest_m is larger than farthest_m")
+        if self.lowest_m > self.highest_m:
+            raise ValueError("lowest_m is larger than highest_m")
+        return self
+
+
 class PlanSection(Section):
     """A network before it is measured.
 
@@ -88,6 +116,7 @@ class PlanSection(Section):
     criterion: Literal["sigma", "redundancy", "undetected", "correlation"] = "sigma"
     points: tuple[str, ...] = ()
     new_points: tuple[str, ...] = ()
+    lever_arm: LeverArmPlan | None = None
     sigma_mm: PositiveFloat | None = None
     redundancy: NonNegativeFloat | None = Field(default=None, lt=1)
     undetected_mm: PositiveFloat | None = None
@@ -96,12 +125,19 @@ class PlanSection(Section):
     @model_validator(mode="after")
     def _complete(self) -> Self:
         """What is proposed has places."""
-        if (self.add_targets or self.move_targets) and not (self.target_places or self.spacing_m):
+        somewhere = self.target_places or self.spacing_m or self.lever_arm
+        if (self.add_targets or self.move_targets) and not somewhere:
             raise ValueError("targets are proposed at target_places, or with spacing_m on a scene")
         if self.spacing_m and not self.scene:
             raise ValueError("spacing_m needs a scene")
         if self.add_stations and not self.station_places:
             raise ValueError("stations are proposed at station_places: name the file")
+        if self.lever_arm is None:
+            return self
+        if self.points or self.new_points:
+            raise ValueError("a plan is about points or about lever_arm, not both")
+        if self.criterion not in ("sigma", "undetected"):
+            raise ValueError(f"the criterion {self.criterion} says nothing about lever_arm")
         return self
 
     @property

@@ -10,14 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach.network.observations.polar import ScannerPolar
-from tribrach.network.planning import CRITERIA, Figures
+from tribrach.network.planning import Figures
 from tribrach.network.quality import assess
 from tribrach.report.build import build
 from tribrach.report.numbers import number, numbers
 from tribrach.report.plan_page import PlanPage, gain_map
 from tribrach.report.scan_content import Picture
+from tribrach.stages.plan_lever_arm_report import lever_arm_json, lever_arm_sentences
 from tribrach.stages.plan_sights import sights_of
-from tribrach.stages.plan_tables import plan_tables, shown
+from tribrach.stages.plan_tables import criterion_words, plan_tables, shown
 from tribrach.stages.planning import Plan
 
 __all__ = ["plan_json", "plan_report"]
@@ -48,7 +49,7 @@ def plan_report(plan: Plan) -> PlanPage:
 def _sentences(plan: Plan) -> list[str]:
     kind, after = plan.criterion.kind, plan.after
     value = after.value(kind)
-    words = CRITERIA[kind]
+    words = criterion_words(plan, kind)
     out = [
         "Everything here is predicted from the standard deviations of the observations, a priori: "
         f"{plan.adjustment.n_observations} values, {plan.adjustment.n_unknowns} unknowns, "
@@ -67,9 +68,13 @@ def _sentences(plan: Plan) -> list[str]:
         verdict = "is reached" if plan.reached else "is not reached"
         enough = " without any proposal" if plan.reached and not plan.proposals else ""
         out.append(f"The requirement of {shown(kind, plan.required)} {verdict}{enough}.")
+    out += lever_arm_sentences(plan.lever_arm)
+    if plan.lever_arm is None:
+        out.append(
+            f"The worst point is {after.names[int(np.argmax(after.sigma))]} with "
+            f"{after.sigma.max() * 1e3:.3g} mm in its worst direction; this depends on the datum."
+        )
     out += [
-        f"The worst point is {after.names[int(np.argmax(after.sigma))]} with "
-        f"{after.sigma.max() * 1e3:.3g} mm in its worst direction; this depends on the datum.",
         f"The weakest observation is {after.redundancy_at} with a redundancy of "
         f"{after.redundancy:.2f}.",
     ]
@@ -101,7 +106,7 @@ def _of_proposals(plan: Plan) -> list[str]:
         r = plan.relocations[0]
         out.append(
             f"The best single move is {r.name} to {r.to}: {shown(kind, r.before)} becomes "
-            f"{shown(kind, r.after)} at the points that do not move."
+            f"{shown(kind, r.after)}{' at the points that do not move' * (not plan.lever_arm)}."
         )
     spare = [s for s in plan.spares if _spared(plan, s.before, s.after)]
     if plan.spares:
@@ -269,6 +274,7 @@ def plan_json(plan: Plan, page: PlanPage) -> dict[str, Any]:
         },
         "before": _figures_json(plan.before),
         "plan": _figures_json(plan.after),
+        "lever_arm": lever_arm_json(plan.lever_arm),
         "points": dict(list(places.items())[:points]),
         "stations": dict(list(places.items())[points:]),
         "parameters": {

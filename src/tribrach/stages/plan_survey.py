@@ -20,10 +20,12 @@ from tribrach.io.survey.csv_planned import read_planned
 from tribrach.io.survey.csv_reader import Context
 from tribrach.network.adjustment import adjust
 from tribrach.network.network import Network
+from tribrach.network.observations.gnss_position import GnssPositions
 from tribrach.network.observations.inclination import Inclinations
 from tribrach.network.survey import Survey
 from tribrach.project.calibrations import Calibrations
 from tribrach.project.plan_section import PlanSection
+from tribrach.stages.plan_lever_arm import PlannedLeverArm
 from tribrach.stages.plan_scans import Place, PlannedScans, instrument_of, precision_of
 
 if TYPE_CHECKING:
@@ -63,8 +65,9 @@ class PlanSurvey:
 
     Attributes
     ----------
-    points : approximate coordinates (3,) by name; stations : planned ones, and the measured ones
-    where none is planned; targets : names of what the planned stations scan.
+    points : approximate coordinates (3,) by name; known : those with coordinates or positions of
+    their own; stations : planned ones, and the measured ones where none is planned; targets : names
+    of what the planned stations scan; arm : the lever arm that the plan is about, or None.
 
     Raises
     ------
@@ -74,18 +77,29 @@ class PlanSurvey:
     def __init__(self, project: Project, further: Survey | None = None) -> None:
         assert project.plan is not None
         self.project, self.plan, self.further = project, project.plan, further
+        wish = project.plan.lever_arm
+        self.arm = None if wish is None else PlannedLeverArm(project, wish)
         self.context = Context(frame=self._plain({}).frame())
         surveyed = self._surveyed()
         self.points = {n: p.xyz for n, p in surveyed.points.items() if np.isfinite(p.xyz).all()}
+        given = surveyed.points.items()
+        self.known = {n for n, p in given if p.covariance is not None or not p.free.all()}
+        self.known |= surveyed.named(GnssPositions, "position")
         self.measured: dict[str, Place] = {}
         self._start = self._adjusted(surveyed)
         planned = self._planned_stations()
         self.stations = planned or dict(self.measured)
         self.planned = tuple(planned)
+        if self.arm is not None and not self.points:
+            first = next((n for n in self.stations if n in self.arm.stations), None)
+            if first is not None:
+                self.points = self.arm.targets(self.stations[first].position)
         self.tables = [
             read_planned(project.folder / name, self._reading(), self.points)
             for name in self.plan.observations
         ]
+        for table, _ in self.tables:
+            self.known |= table.named(GnssPositions, "position")
         self.extra = {pair for _, scans in self.tables for pair in scans}
         self.scans = PlannedScans(project, self.extra)
         self._check_names()
@@ -122,7 +136,10 @@ class PlanSurvey:
 
     def _planned_stations(self) -> dict[str, Place]:
         if self.plan.stations is None:
-            return {}
+            if self.arm is None or self.measured:
+                return {}
+            # the calibration of a lever arm needs one scanner, and nobody cares where
+            return {self.arm.stations[0]: Place(np.zeros(3), np.eye(3))}
         given = read_places(self.project.folder / self.plan.stations, self.context)
         return {name: Place(xyz, np.eye(3)) for name, xyz in given.items()}
 
@@ -174,6 +191,11 @@ class PlanSurvey:
         further = {n: p for n, p in self.stations.items() if n not in everywhere}
         self._stand(out, everywhere)
         self.scans.add(out, everywhere, all_targets, self.scans.seen(everywhere, all_targets))
+        if self.arm is not None:
+            here = own if everywhere else {}
+            unknown = {n: x for n, x in here.items() if n not in self.known}
+            self.arm.measure(out, unknown | dict(targets or {}))
+            self.arm.measure_antennas(out, everywhere)
         # stations that are measured already look at what is new only
         if targets:
             for name, place in further.items():
@@ -244,6 +266,9 @@ class PlanSurvey:
         for name, xyz in targets.items():
             out.point(name, xyz)
         self.scans.add(out, present, targets, self.scans.seen(present, targets))
+        if self.arm is not None:
+            self.arm.measure(out, targets)
+            self.arm.measure_antennas(out, stations)
         if stations:
             known = set(layout.names["point"])
             own = {n: x for n, x in self._scanned().items() if n in known}

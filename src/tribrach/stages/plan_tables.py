@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from tribrach.network.planning import CRITERIA, CriterionKind, Figures, largest_sigma
 from tribrach.report.numbers import number
 from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
+from tribrach.stages.plan_lever_arm_report import lever_arm_table
 from tribrach.stages.plan_sights import Sight
 from tribrach.stages.planning import Plan
 
-__all__ = ["plan_tables", "shown"]
+__all__ = ["criterion_words", "plan_tables", "shown"]
 
 Array = NDArray[np.float64]
 
@@ -25,6 +26,7 @@ def plan_tables(plan: Plan, sights: tuple[Sight, ...]) -> tuple[Table, ...]:
     return (
         _stations(plan, sights),
         _targets(plan, sights),
+        lever_arm_table(plan.lever_arm),
         _proposals(plan),
         _criteria(plan),
         _relocations(plan),
@@ -34,6 +36,15 @@ def plan_tables(plan: Plan, sights: tuple[Sight, ...]) -> tuple[Table, ...]:
         _datums(plan),
         _sights(sights),
     )
+
+
+def criterion_words(plan: Plan, kind: CriterionKind) -> str:
+    """A criterion, and what it is about."""
+    words = CRITERIA[kind]
+    if plan.lever_arm is not None:
+        words = words.replace("at the named points", "of the lever arm in any direction")
+        words = words.replace("the named points", "the lever arm")
+    return words
 
 
 def shown(kind: CriterionKind, value: float) -> str:
@@ -124,7 +135,7 @@ def _proposals(plan: Plan) -> Table:
         (Column("before"), lambda p: number_cell(number(p.before), shown(kind, p.before))),
         (Column("after"), lambda p: number_cell(number(p.after), shown(kind, p.after))),
     ]
-    note = f"In the order of their gain; judged by the {CRITERIA[kind]}."
+    note = f"In the order of their gain; judged by the {criterion_words(plan, kind)}."
     return build_table("proposals", "Proposals", note, plan.proposals, columns)
 
 
@@ -143,7 +154,7 @@ def _criteria(plan: Plan) -> Table:
         "correlation": plan.after.correlation_at,
     }
     columns = [
-        (Column("Criterion", numeric=False), lambda k: text_cell(CRITERIA[k])),
+        (Column("Criterion", numeric=False), lambda k: text_cell(criterion_words(plan, k))),
         (Column("before"), lambda k: cell(plan.before, k)),
         (Column("plan"), lambda k: cell(plan.after, k)),
         (Column("where", numeric=False, wide=True), lambda k: text_cell(at[k])),
@@ -161,6 +172,8 @@ def _relocations(plan: Plan) -> Table:
         (Column("after"), lambda r: number_cell(r.after, shown(kind, r.after))),
     ]
     note = f"Each move by itself; judged at {_few(plan.judged_at)}, which do not move."
+    if plan.lever_arm is not None:
+        note = "Each move by itself."
     return build_table("moves", "Moves", note, plan.relocations, columns)
 
 
@@ -178,6 +191,8 @@ def _spares(plan: Plan) -> Table:
         ),
     ]
     note = f"Each left out alone; judged at {_few(plan.judged_at)}, which stay."
+    if plan.lever_arm is not None:
+        note = "Each left out alone."
     return build_table("spares", "What could be left out", note, rows, columns)
 
 

@@ -21,13 +21,12 @@ from tribrach.network.design_weights import Precision, Sets, needed_precision, n
 from tribrach.network.network import Network
 from tribrach.network.planning import (
     Criterion,
-    Figures,
-    figures,
     fixed_datum,
     predict,
     with_parameters,
 )
 from tribrach.simulate.sight_lines import surface_places
+from tribrach.stages.plan_lever_arm import PLANNED
 from tribrach.stages.plan_scans import Place
 from tribrach.stages.plan_survey import PlanSurvey, named, read_places
 
@@ -100,10 +99,6 @@ class PlanWork:
         """Its prediction, in the datum that stays while points come and go."""
         return predict(self._comparable(()))
 
-    def exact(self) -> Figures:
-        """Its figures."""
-        return figures(self.prediction(), self.criterion)
-
     def _comparable(self, without: Sequence[str]) -> Network:
         """The plan with inner constraints that proposals do not touch."""
         return fixed_datum(self.network(), (*self.targets, *without))
@@ -171,9 +166,13 @@ class PlanWork:
                     )
             return places
         scene = survey.scans.scene
-        if scene is None or self.plan.spacing_m is None:
-            return {}
         stations = survey.stations | self.stations
+        if scene is None or self.plan.spacing_m is None:
+            carrying = [] if survey.arm is None else survey.arm.stations
+            around = next((stations[n].position for n in carrying if n in stations), None)
+            if survey.arm is None or around is None:
+                return {}
+            return named(survey.arm.places(around), "P", set(survey.points) | set(stations))
         found = surface_places(
             scene,
             np.array([place.position for place in stations.values()]).reshape(-1, 3),
@@ -242,7 +241,7 @@ class PlanWork:
         layout = network.start.layout
         tied: set[str] = set(self.plan.keep) | set(self.named)
         for o in network.observations:
-            if o.kind not in ("scanner_polar", "target_centre"):
+            if o.kind not in ("scanner_polar", "target_centre") and o.group != PLANNED:
                 tied |= {name for ends in o.ends(layout) for name in ends}
         return [n for n in layout.names["point"] if n in scanned and n not in tied]
 

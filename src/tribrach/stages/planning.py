@@ -20,6 +20,7 @@ from tribrach.network.network import Network
 from tribrach.network.planning import Criterion, Figures, figures
 from tribrach.network.survey import Survey
 from tribrach.project import Project
+from tribrach.stages.plan_lever_arm import LeverArmForecast, forecast
 from tribrach.stages.plan_survey import PlanSurvey, plan_of
 from tribrach.stages.plan_work import PlanWork, Progress, Proposal, Relocation, Spare
 
@@ -35,7 +36,7 @@ class Plan:
     network, adjustment : of the plan with its proposals; before, after : figures without and with
     them; single : criterion with each candidate alone, by name, of the first search; places : of
     these (3,) [m]; judged_at : positions that moves and spares are about, which stay where they
-    are; judged : how many designs were looked at.
+    are; judged : how many designs were looked at; lever_arm : where the plan is about one.
     """
 
     title: str
@@ -56,6 +57,7 @@ class Plan:
     judged_at: tuple[str, ...] = ()
     judged: int = 0
     warnings: tuple[str, ...] = ()
+    lever_arm: LeverArmForecast | None = None
 
     @property
     def reached(self) -> bool | None:
@@ -83,11 +85,14 @@ def plan_project(
     section = plan_of(project)
     survey = PlanSurvey(project, further)
     names = section.points or section.new_points
+    if survey.arm is not None:
+        names = (survey.arm.name,)
     criterion = Criterion(section.criterion, names)
     work = PlanWork(survey, criterion, progress)
     work.cover()
     criterion = work.settle()
-    before = work.exact() if not work.proposals else None
+    first = work.prediction() if not work.proposals else None
+    before = None if first is None else figures(first, criterion)
     work.add_stations(section.add_stations - len(work.proposals))
     work.add_targets(section.add_targets)
     relocations = work.relocations(section.move_targets)
@@ -96,7 +101,8 @@ def plan_project(
     network = adjustment.network
     after = figures(adjustment, criterion)
     progress("datums", 0, None)
-    datums = compare_datums(work.network(), criterion)
+    # a lever arm is no place: it has no datum
+    datums = [] if survey.arm is not None else compare_datums(work.network(), criterion)
     sets, precisions = work.weights(section.required)
     return Plan(
         project.title,
@@ -117,4 +123,5 @@ def plan_project(
         work.judged_at,
         work.judged,
         (*adjustment.warnings, *work.warnings),
+        None if survey.arm is None else forecast(project, survey.arm, first, adjustment),
     )
