@@ -1,26 +1,22 @@
-"""The writer of a cloud by the suffix of its file."""
+"""The writer of a cloud by the suffix of its file, loaded for the first file of its format."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 
 from tribrach.errors import InputError
-from tribrach.io.clouds.copc import CopcWriter
-from tribrach.io.clouds.e57 import E57Writer
 from tribrach.io.clouds.header import CloudHeader, CloudWriter
-from tribrach.io.clouds.las import LasWriter
-from tribrach.io.clouds.ply import PlyWriter
 
 __all__ = ["WRITERS", "create"]
 
-#: by suffix, the longest first
-WRITERS: dict[str, Callable[[Path, CloudHeader], CloudWriter]] = {
-    ".e57": E57Writer,
-    ".las": LasWriter,
-    ".copc.laz": CopcWriter,
-    ".laz": LasWriter,
-    ".ply": PlyWriter,
+#: module in this package and its class by suffix, the longest first
+WRITERS: dict[str, tuple[str, str]] = {
+    ".e57": ("e57", "E57Writer"),
+    ".las": ("las", "LasWriter"),
+    ".copc.laz": ("copc", "CopcWriter"),
+    ".laz": ("las", "LasWriter"),
+    ".ply": ("ply", "PlyWriter"),
 }
 
 
@@ -31,9 +27,11 @@ def create(path: Path, header: CloudHeader) -> CloudWriter:
     ------
     InputError : no format has this suffix, or the file cannot be written.
     """
-    for suffix, writer in WRITERS.items():
+    for suffix, (module, name) in WRITERS.items():
         if path.name.lower().endswith(suffix):
-            return writer(path, header)
+            kind = getattr(import_module(f"tribrach.io.clouds.{module}"), name)
+            writer: CloudWriter = kind(path, header)
+            return writer
     raise InputError(
         f"no cloud is written with the suffix {path.suffix or path.name!r}",
         file=path,

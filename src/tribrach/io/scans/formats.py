@@ -1,44 +1,45 @@
-"""Which reader reads a file of scans? The one of what the file begins with, else of its suffix."""
+"""Which reader reads a file of scans? The one of what the file begins with, else of its suffix.
+
+Readers are modules in this package with a function ``read``, loaded for the first file of theirs.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 from tribrach.errors import InputError
-from tribrach.io.scans import e57, las, pcd, ply, pts, ptx, xyz
 from tribrach.io.scans.text import Lines, delimiters, opened
 from tribrach.scan.scan import Scan
 
 __all__ = ["READERS", "read_scans"]
 
-Reader = Callable[[Path], tuple[Scan, ...]]
-
 #: by suffix
-READERS: dict[str, Reader] = {
-    ".e57": e57.read,
-    ".las": las.read,
-    ".laz": las.read,
-    ".ptx": ptx.read,
-    ".pts": pts.read,
-    ".ply": ply.read,
-    ".pcd": pcd.read,
-    ".xyz": xyz.read,
-    ".txt": xyz.read,
-    ".csv": xyz.read,
-    ".asc": xyz.read,
+READERS: dict[str, str] = {
+    ".e57": "e57",
+    ".las": "las",
+    ".laz": "las",
+    ".ptx": "ptx",
+    ".pts": "pts",
+    ".ply": "ply",
+    ".pcd": "pcd",
+    ".xyz": "xyz",
+    ".txt": "xyz",
+    ".csv": "xyz",
+    ".asc": "xyz",
 }
 
 #: what files begin with
-_MAGIC: tuple[tuple[re.Pattern[bytes], Reader], ...] = (
-    (re.compile(rb"LASF"), las.read),
-    (re.compile(rb"ASTM-E57"), e57.read),
-    (re.compile(rb"ply\s"), ply.read),
-    (re.compile(rb"(# \.PCD|(#.*\s+)*VERSION\s+\.?[0-9])"), pcd.read),
+_MAGIC: tuple[tuple[re.Pattern[bytes], str], ...] = (
+    (re.compile(rb"LASF"), "las"),
+    (re.compile(rb"ASTM-E57"), "e57"),
+    (re.compile(rb"ply\s"), "ply"),
+    (re.compile(rb"(# \.PCD|(#.*\s+)*VERSION\s+\.?[0-9])"), "pcd"),
 )
 #: readers of lines of numbers, also compressed ones
-_OF_LINES = (ptx.read, pts.read, xyz.read)
+_OF_LINES = ("ptx", "pts", "xyz")
 _PACKED = (".gz", ".xz", ".bz2")
 
 
@@ -60,10 +61,15 @@ def read_scans(path: Path) -> tuple[Scan, ...]:
         packed = plain.read(4) != start[:4]
     if packed and reader not in _OF_LINES:
         raise InputError("only text is read from compressed files", file=path, cure="unpack it")
-    return reader(path)
+    scans: tuple[Scan, ...] = _module(reader).read(path)
+    return scans
 
 
-def _reader(path: Path, start: bytes) -> Reader:
+def _module(reader: str) -> Any:
+    return import_module(f"tribrach.io.scans.{reader}")
+
+
+def _reader(path: Path, start: bytes) -> str:
     """The reader for the first bytes of a file, or for its suffix if they say nothing."""
     for magic, reader in _MAGIC:
         if magic.match(start):
@@ -75,9 +81,9 @@ def _reader(path: Path, start: bytes) -> Reader:
     if _is_text(start):
         shaped = _shape(path)
         if shaped is not None or named in _OF_LINES:
-            return shaped or named or xyz.read
+            return shaped or named or "xyz"
         if named is None and not suffixes:
-            return xyz.read
+            return "xyz"
     if named is not None:
         return named
     suffix = "".join(suffixes[-1:])
@@ -92,17 +98,18 @@ def _is_text(start: bytes) -> bool:
     return b"\0" not in start and sum(byte < 9 for byte in start) == 0
 
 
-def _shape(path: Path) -> Reader | None:
+def _shape(path: Path) -> str | None:
     """PTX, PTS or other lines of numbers, by the first of them; None if they are none."""
+    ptx, xyz = _module("ptx"), _module("xyz")
     with opened(path) as file:
         lines = Lines(file, path).peek(len(ptx.HEADER))
     if not all(map(xyz.numeric, lines)):
         parted = (line.translate(delimiters(line)) for line in lines[-2:])
         several = [len(line.split()) for line in parted if xyz.numeric(line)]
-        return xyz.read if several and min(several) >= 3 else None
+        return "xyz" if several and min(several) >= 3 else None
     widths = tuple(len(line.split()) for line in lines)
     if widths == ptx.HEADER:
-        return ptx.read
+        return "ptx"
     if widths[:1] == (1,) and lines[0].isdigit() and set(widths[1:]) <= {3, 4, 6, 7}:
-        return pts.read
-    return xyz.read if widths and min(widths) >= 3 else None
+        return "pts"
+    return "xyz" if widths and min(widths) >= 3 else None

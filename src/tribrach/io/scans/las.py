@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from tribrach.errors import InputError
 from tribrach.io.scans.las_header import CURE, check_header
 from tribrach.io.scans.origin import assumed_origin
-from tribrach.io.scans.text_scan import scan_name
+from tribrach.io.scans.scan_name import scan_name
 from tribrach.scan.scan import CHUNK, Chunk, Field, Scan
 
 __all__ = ["LasScan", "read"]

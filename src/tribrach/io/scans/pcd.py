@@ -22,8 +22,10 @@ from tribrach.geometry.rotation import from_quaternion
 from tribrach.io.scans.columns import Columns, arranged, cast
 from tribrach.io.scans.origin import assumed_origin, bounds_of
 from tribrach.io.scans.records import RecordScan, native, sampled
-from tribrach.io.scans.text import Block, Lines, Mark, opened, rows, table
-from tribrach.io.scans.text_scan import TextScan, scan_name, short
+from tribrach.io.scans.scan_name import scan_name
+from tribrach.io.scans.text import Block, Lines, Mark, opened
+from tribrach.io.scans.text_scan import TextScan, short
+from tribrach.io.scans.text_table import rows, table
 from tribrach.scan.scan import CHUNK, Chunk, Field, Scan
 
 __all__ = ["PcdCompressedScan", "PcdScan", "PcdTextScan", "read"]

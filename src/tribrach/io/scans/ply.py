@@ -17,8 +17,10 @@ from tribrach.errors import InputError
 from tribrach.io.scans.columns import arranged
 from tribrach.io.scans.origin import assumed_origin, bounds_of
 from tribrach.io.scans.records import RecordScan, sampled
-from tribrach.io.scans.text import Lines, Mark, opened, rows
-from tribrach.io.scans.text_scan import TextScan, scan_name, short
+from tribrach.io.scans.scan_name import scan_name
+from tribrach.io.scans.text import Lines, Mark, opened
+from tribrach.io.scans.text_scan import TextScan, short
+from tribrach.io.scans.text_table import rows
 from tribrach.scan.scan import Scan
 
 __all__ = ["PlyScan", "PlyTextScan", "read"]

@@ -18,8 +18,10 @@ from numpy.typing import NDArray
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.io.scans.columns import arranged
-from tribrach.io.scans.text import Block, Lines, opened, rows, table
-from tribrach.io.scans.text_scan import TextScan, scan_name, short
+from tribrach.io.scans.scan_name import scan_name
+from tribrach.io.scans.text import Block, Lines, opened
+from tribrach.io.scans.text_scan import TextScan, short
+from tribrach.io.scans.text_table import rows, table
 from tribrach.scan.scan import Chunk, Field, Origin, Scan
 
 __all__ = ["HEADER", "PtxScan", "read"]

@@ -19,13 +19,12 @@ from pathlib import Path
 from typing import Any, BinaryIO, cast
 
 import numpy as np
-import polars as pl
 from numba import njit
 from numpy.typing import NDArray
 
 from tribrach.errors import InputError
 
-__all__ = ["BLANKS", "Block", "Lines", "Mark", "delimiters", "opened", "rows", "table"]
+__all__ = ["BLANKS", "Block", "Lines", "Mark", "delimiters", "opened"]
 
 Array = NDArray[np.float64]
 
@@ -39,9 +38,6 @@ _COMPRESSED: dict[bytes, Callable[[BinaryIO], Any]] = {
     b"\xfd7zXZ\x00": lzma.open,
     b"BZh": bz2.open,
 }
-#: what programs write for a number that is none; polars knows nan and inf
-_ODD = re.compile(rb"(?i)(?<![^ \n])[-+]?(?:1\.#\w+|nan\(\w*\)|n/a|null)(?![^ \n])")
-
 #: tabs are spaces
 BLANKS = bytes.maketrans(b"\t\v\f", b"   ")
 _COMMAS = bytes.maketrans(b"\t\v\f,;", b"     ")
@@ -244,77 +240,3 @@ def _squeezed(raw, blanks, out):  # type: ignore[no-untyped-def]
             made += 1
             begun, gap = True, False
     return made
-
-
-def table(lines: Lines, block: Block, columns: int) -> list[Array]:
-    """The numbers of a block: one array (n,) for each column.
-
-    Raises
-    ------
-    InputError : a line with more or fewer values or with something that is no number.
-    """
-    parsed = _parsed(block.text, columns)
-    if parsed is None:
-        replaced, changes = _ODD.subn(b"nan", block.text)
-        parsed = _parsed(replaced, columns) if changes else None
-    if parsed is None or (columns and len(parsed[0]) != block.count):
-        raise _malformed(lines, block, columns)
-    return parsed
-
-
-def _parsed(text: bytes, columns: int) -> list[Array] | None:
-    """The columns, None if any line is not as it should be."""
-    if not text:
-        return [np.zeros(0) for _ in range(columns)]
-    try:
-        frame = pl.read_csv(
-            text,
-            has_header=False,
-            separator=" ",
-            quote_char=None,
-            schema={str(k): pl.Float64 for k in range(columns)},
-        )
-    except pl.exceptions.PolarsError:
-        return None
-    if any(series.null_count() for series in frame):
-        return None
-    return [series.to_numpy() for series in frame]
-
-
-def _malformed(lines: Lines, block: Block, columns: int) -> InputError:
-    """Which line of the block, and what about it?"""
-    k, what = 0, "a line cannot be read"
-    for k, line in enumerate(_ODD.sub(b"nan", block.text).split(b"\n")[:-1]):  # noqa: B007
-        values = line.split(b" ")
-        if len(values) != columns:
-            what = f"the line has {len(values)} values where {columns} are expected"
-            break
-        wrong = [value for value in values if not _number(value)]
-        if wrong:
-            what = f"{wrong[0][:40].decode(errors='replace')!r} is no number"
-            break
-    cure = "correct the line or copy the file again"
-    return InputError(what, file=lines.path, line=lines.number(block, k), cure=cure)
-
-
-def _number(value: bytes) -> bool:
-    try:
-        float(value)
-    except ValueError:
-        return False
-    return b"_" not in value
-
-
-def rows(sample: list[bytes], columns: int) -> Array:
-    """Those lines, as rows (k, columns), that have so many values and nothing but numbers."""
-    text = b"".join(line + b"\n" for line in sample if line.count(b" ") == columns - 1)
-    frame: Any = pl.read_csv(
-        text or b"\n",
-        has_header=False,
-        separator=" ",
-        quote_char=None,
-        ignore_errors=True,
-        schema={str(k): pl.Float64 for k in range(columns)},
-        missing_columns="insert",
-    )
-    return np.asarray(frame.drop_nulls().to_numpy(), dtype=float).reshape(-1, columns)

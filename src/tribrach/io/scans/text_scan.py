@@ -12,14 +12,13 @@ from numpy.typing import NDArray
 
 from tribrach.errors import InputError
 from tribrach.io.scans.columns import Columns, cast
-from tribrach.io.scans.text import BLANKS, Block, Lines, Mark, opened, table
+from tribrach.io.scans.text import BLANKS, Block, Lines, Mark, opened
+from tribrach.io.scans.text_table import table
 from tribrach.scan.scan import CHUNK, Chunk, Scan
 
-__all__ = ["TextScan", "scan_name", "short"]
+__all__ = ["TextScan", "short"]
 
 Array = NDArray[np.float64]
-
-_PACKED = (".gz", ".xz", ".bz2")
 
 
 @dataclass(frozen=True)
@@ -82,15 +81,3 @@ def short(path: Path, stated: int, found: int, record: str | None = None) -> Inp
         record=record,
         cure="copy the file again from its source",
     )
-
-
-def scan_name(path: Path, index: int = 0) -> str:
-    """The file's name without its suffixes; a number behind all scans but the first."""
-    name = path.name
-    for packed in _PACKED:
-        if name.lower().endswith(packed):
-            name = name[: -len(packed)]
-    name = name.rpartition(".")[0] or name
-    if name.lower().endswith(".copc"):
-        name = name[: -len(".copc")] or name
-    return name if index == 0 else f"{name}-{index + 1}"

@@ -16,8 +16,10 @@ from numpy.typing import NDArray
 from tribrach.errors import InputError
 from tribrach.io.scans.columns import arranged, known_name
 from tribrach.io.scans.origin import assumed_origin, bounds_of
-from tribrach.io.scans.text import BLANKS, Block, Lines, Mark, delimiters, opened, rows
-from tribrach.io.scans.text_scan import TextScan, scan_name, short
+from tribrach.io.scans.scan_name import scan_name
+from tribrach.io.scans.text import BLANKS, Block, Lines, Mark, delimiters, opened
+from tribrach.io.scans.text_scan import TextScan, short
+from tribrach.io.scans.text_table import rows
 from tribrach.scan.scan import Scan
 
 __all__ = ["XyzScan", "numeric", "read"]
