@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 Progress = Callable[[str, int, int | None], None]
 
 #: changes of how pairs are registered make remembered ones void
-_METHOD = 1
+_METHOD = 2
 #: approximate poses may be wrong by this [m], [rad]; probability that a good edge contradicts them
 _SLACK = np.repeat([0.05, 5e-3], 3)
 _LEVEL = 1e-6

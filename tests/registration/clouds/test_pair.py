@@ -15,6 +15,8 @@ from tests.registration.clouds.scenes import (
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import exp
 from tribrach.registration.clouds.pair import register_pair
+from tribrach.registration.clouds.prepared import prepare
+from tribrach.simulate.twins import sphere_courtyard
 
 
 def test_a_yard_without_approximate_values() -> None:
@@ -102,6 +104,26 @@ def test_scans_that_nobody_levelled() -> None:
     shift, turn = error(found.fit.pose, poses[0].inverse @ poses[1])
     assert shift < 5e-4
     assert turn < np.radians(0.005)
+
+
+def test_a_place_that_is_seen_through_does_not_win_by_its_area() -> None:
+    """A partial station fits the opposite wall in a larger area, but for what stands before it."""
+    twin = sphere_courtyard.build(100_000, 1)
+    scans, poses = {}, {}
+    for number, one in enumerate(twin.scans):
+        if one.name in ("S5", "S6", "S7"):
+            blocks = (block.xyz for block in twin.measure(number))
+            scans[one.name] = prepare(one.name, blocks)
+            poses[one.name] = twin.station(one.name).pose
+    for a, b in (("S5", "S6"), ("S6", "S7")):
+        found = register_pair(scans[a], scans[b])
+        if found.fit is not None:
+            shift, turn = error(found.fit.pose, poses[a].inverse @ poses[b])
+            assert shift < 0.1
+            assert turn < np.radians(0.1)
+        else:
+            assert "places alike" in found.sentences[0]
+    assert found.fit is not None
 
 
 @pytest.mark.slow

@@ -12,6 +12,7 @@ from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import log
 from tribrach.registration.clouds.fine import Indexed, align
 from tribrach.registration.clouds.prepared import PreparedScan
+from tribrach.registration.clouds.relative_covariance import relative_covariance
 from tribrach.registration.clouds.surfels import Surfels
 from tribrach.registration.clouds.verdict import Verdict, judge
 
@@ -29,6 +30,11 @@ _FEW = 2500
 _SHIFT, _TURN = 1.5, np.radians(3.0)
 #: candidates that are looked at a second time, and the share of the best score that they need
 _SECONDS, _OF_BEST = 6, 0.4
+#: places that are tried along an open direction, to either side and one size apart, those of them
+#: that are kept, and how many sizes these are apart
+_SLIDE, _SLID, _APART = 60, 3, 3
+#: a direction that is open is a shift by this share or more; matches that show it
+_SHIFTS, _MATCHES = 0.9, 50
 #: agreement along normals [sizes]
 _TOLERANCE = 0.4
 
@@ -61,7 +67,39 @@ def judged(
     good = [c for c in looked[:_SECONDS] if c.verdict.score >= least]
     # what the user gave is looked at in any case
     good += [c for c in looked[_SECONDS:] if c.origin == GIVEN]
-    return refined(a, b, good)
+    found = refined(a, b, good)
+    slid = [place for c in found for place in _slid(a, b, few, c)]
+    return refined(a, b, [*found, *slid]) if slid else found
+
+
+def _slid(
+    a: PreparedScan, b: PreparedScan, few: Sequence[Indexed], c: Candidate
+) -> list[Candidate]:
+    """Other places along a direction that surfaces leave open, where a candidate fits best.
+
+    Along a wall, plans correlate as well in one place as in the next; only what stands before it
+    tells where it is right, and who looked through that.
+    """
+    size = _size(a, b)
+    found = align(few[0], few[1], c.pose, _SECOND[-1:] * np.array(size), steps=1)
+    if len(found.matches) < _MATCHES:
+        return []
+    unheld = relative_covariance(few[0], few[1], found).unheld
+    if unheld.shape[1] != 1 or np.linalg.norm(unheld[:3, 0]) < _SHIFTS:
+        return []
+    along = unheld[:3, 0] / np.linalg.norm(unheld[:3, 0])
+    steps = size * np.arange(-_SLIDE, _SLIDE + 1)
+    places = [Pose(c.pose.rotation, c.pose.translation + s * along) for s in steps]
+    seen = (a.view, b.view)
+    scores = np.array([judge(*few, seen, p, _TOLERANCE * size).score for p in places])
+    out = []
+    for _ in range(_SLID):
+        best = int(np.argmax(scores))
+        if scores[best] < _OF_BEST * c.verdict.score:
+            break
+        out.append(_candidate(a, b, places[best], c.origin, size))
+        scores[max(best - _APART, 0) : best + _APART + 1] = -np.inf
+    return out
 
 
 def refined(a: PreparedScan, b: PreparedScan, some: Sequence[Candidate]) -> list[Candidate]:

@@ -37,8 +37,9 @@ LEAST_OVERLAP, _LEAST_AREA = 0.12, 4.0
 _CONSISTENT = 0.25
 #: shares of the agreeing area, and of that of it which is no floor, that may be seen through
 _MOVED, _MOVED_STANDING = 0.01, 0.02
-#: rivals agree in this share of the area of the best
-_RIVAL = 0.7
+#: rivals agree in this share of the area of the best, or in the lesser one if they are clearly less
+#: seen through than it
+_RIVAL, _CLEAN_RIVAL = 0.7, 0.4
 #: edge of patches that are independent evidence [m], and sigmas by which rivals are excluded
 _PATCH, _SIGMAS = 0.5, 3.0
 #: agreement along normals [sigmas of the residuals], at least [m]
@@ -47,7 +48,8 @@ _TIGHT, _LEAST_TIGHT = 3.0, 0.004
 _SAME = 0.3
 #: approximate poses further off than this are called wrong: shift [m], turn [rad]
 _WRONG = (1.0, np.radians(5.0))
-_FITTED = 4
+#: proposals that are fitted, and those of them that differ only where nothing holds
+_FITTED, _FITTED_ALIKE = 5, 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,9 +134,13 @@ def _fits(
     floor: tuple[float, float],
 ) -> list[Fit]:
     """Proposals with all surfels, those with enough overlap, the best first."""
-    candidates = [c for c in judged(a, b, proposed) if _possible(c.verdict)]
-    some = candidates[:_FITTED] + [c for c in candidates[_FITTED:] if c.origin == GIVEN]
-    fits = [f for f in (_fitted(a, b, c, floor) for c in some) if f is not None]
+    fits: list[Fit] = []
+    for c in judged(a, b, proposed):
+        alike = sum(_alike(f, c.pose) for f in fits)
+        wanted = len(fits) < _FITTED and alike < _FITTED_ALIKE
+        if _possible(c.verdict) and (wanted or c.origin == GIVEN):
+            fit = _fitted(a, b, c, floor)
+            fits += [] if fit is None else [fit]
     return sorted((f for f in fits if _possible(f.verdict)), key=lambda f: -f.verdict.score)
 
 
@@ -176,29 +182,34 @@ def _consistent(v: Verdict) -> bool:
 
 def _rivals(best: Fit, others: Sequence[Fit]) -> list[Fit]:
     """Fits at other places that the evidence does not exclude."""
-    return [f for f in others if not _same(best, f) and not _excluded(best, f)]
+    return [f for f in others if not _alike(best, f.pose) and not _excluded(best, f)]
 
 
 def _excluded(best: Fit, other: Fit) -> bool:
-    """Is clearly less seen, or clearly more seen through, in patches that are independent?"""
-    if other.verdict.agree < _RIVAL * best.verdict.agree:
+    """Is clearly less seen, or clearly more seen through?"""
+    clean = _clearly_more(best.verdict.through, other.verdict.through)
+    if other.verdict.agree < (_CLEAN_RIVAL if clean else _RIVAL) * best.verdict.agree:
         return True
-    patch = _PATCH**2
-    more, less = other.verdict.through / patch, best.verdict.through / patch
+    return _clearly_more(other.verdict.through, best.verdict.through)
+
+
+def _clearly_more(one: float, two: float) -> bool:
+    """Is one area [m^2] larger than another by more than chance of independent patches?"""
+    more, less = one / _PATCH**2, two / _PATCH**2
     return more - less > _SIGMAS * float(np.sqrt(more + less + 1.0))
 
 
 def _nearest(fits: Sequence[Fit], prior: Pose) -> Fit:
     """Of the best fit and those that differ from it only where nothing holds, the nearest."""
-    alike = [f for f in fits if f is fits[0] or _same(fits[0], f)]
+    alike = [f for f in fits if f is fits[0] or _alike(fits[0], f.pose)]
     return min(alike, key=lambda f: apart(f.pose, prior)[0])
 
 
-def _same(one: Fit, two: Fit) -> bool:
-    """Do two fits differ only along directions that nothing holds?"""
+def _alike(one: Fit, pose: Pose) -> bool:
+    """Does a pose differ from a fit only along directions that nothing holds?"""
     middle, lever = one.precision.middle, one.precision.lever
-    moved = two.pose @ (one.pose.inverse @ middle) - middle
-    turn = apart(one.pose, two.pose)[1]
+    moved = pose @ (one.pose.inverse @ middle) - middle
+    turn = apart(one.pose, pose)[1]
     direction = np.concatenate([moved, np.zeros(3)])
     unheld = one.precision.unheld
     rest = direction - unheld @ (unheld.T @ direction)
