@@ -17,7 +17,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
-from scipy.spatial.distance import cdist
 
 __all__ = ["independent_baselines", "session_covariance"]
 
@@ -39,7 +38,8 @@ def independent_baselines(
     if n < 2:
         return []
     # equal positions are still two stations
-    distance = np.maximum(cdist(positions, positions), 1e-3)
+    apart = np.linalg.norm(positions[:, None] - positions[None], axis=2)
+    distance = np.maximum(apart, 1e-3)
     tree = minimum_spanning_tree(distance)
     order, before = breadth_first_order(tree, root, directed=False)
     return [(int(before[k]), int(k)) for k in order[1:]]

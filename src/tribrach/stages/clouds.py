@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +22,6 @@ from tribrach.io.clouds.e57_poses import copy_with_poses
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader, CloudWriter
 from tribrach.io.clouds.precision import step_for
-from tribrach.network.adjustment import Adjustment
-from tribrach.project.scan_sections import CloudSection
 from tribrach.scan.normals import incidence_cosines
 from tribrach.scan.scan import Field
 from tribrach.stages.grouping import groups, whole_source
@@ -31,6 +29,10 @@ from tribrach.stages.scan_calibration import share_after
 from tribrach.stages.scans import StationScan
 from tribrach.stages.state import State, digest
 from tribrach.stages.superseded import note_written, remove_superseded
+
+if TYPE_CHECKING:
+    from tribrach.network.adjustment import Adjustment
+    from tribrach.project.scan_sections import CloudSection
 
 __all__ = ["Cloud", "Product", "place", "write_clouds"]
 

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 
 from tribrach.io.scans.e57 import E57Scan
 from tribrach.io.scans.formats import read_scans
-from tribrach.project.scan_sections import CloudSection
 from tribrach.stages.scans import StationScan
 
 if TYPE_CHECKING:
     from tribrach.project import Project
+    from tribrach.project.scan_sections import CloudSection
 
 __all__ = ["Group", "groups", "refuse_impossible", "whole_source"]
 
