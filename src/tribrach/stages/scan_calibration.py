@@ -13,11 +13,11 @@ from tribrach.cloud.placement import CalibrationShare
 from tribrach.instruments.calibration import CalibrationModel
 from tribrach.instruments.correction import Correction, Faces
 from tribrach.io.calibration_file import Calibration
-from tribrach.network.adjustment import Adjustment
 from tribrach.network.observations.polar import ScannerPolar
 from tribrach.scan.corrected import corrected_scan
 
 if TYPE_CHECKING:
+    from tribrach.network.adjustment import Adjustment
     from tribrach.stages.scans import StationScan
 
 __all__ = ["as_adjusted", "calibration_sentences", "known_correction", "share_after"]
