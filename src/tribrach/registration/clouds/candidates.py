@@ -30,11 +30,11 @@ _FEW = 2500
 _SHIFT, _TURN = 1.5, np.radians(3.0)
 #: candidates that are looked at a second time, and the share of the best score that they need
 _SECONDS, _OF_BEST = 6, 0.4
-#: places that are tried along an open direction, to either side and one size apart, those of them
-#: that are kept, and how many sizes these are apart
+#: places to either side that are tried along an open direction, one size apart; how many of them
+#: are kept, and how many sizes these are apart
 _SLIDE, _SLID, _APART = 60, 3, 3
-#: a direction that is open is a shift by this share or more; matches that show it
-_SHIFTS, _MATCHES = 0.9, 50
+#: what is open is a shift if it has this share of shift or more; matches that tell
+_SHIFT_SHARE, _MATCHES = 0.9, 50
 #: agreement along normals [sizes]
 _TOLERANCE = 0.4
 
@@ -51,9 +51,9 @@ class Candidate:
 def judged(
     a: PreparedScan, b: PreparedScan, proposed: Iterable[tuple[Pose, str]]
 ) -> list[Candidate]:
-    """The proposals that fit best, at most six, the best first."""
+    """The proposals that fit best and where else they fit along open directions, best first."""
     size = _size(a, b)
-    few = [Indexed.of(_some(x.coarse)) for x in (a, b)]
+    few = Indexed.of(_some(a.coarse)), Indexed.of(_some(b.coarse))
     looked: list[Candidate] = []
     for pose, origin in proposed:
         if any(_same(c.pose, pose, size) for c in looked):
@@ -73,7 +73,7 @@ def judged(
 
 
 def _slid(
-    a: PreparedScan, b: PreparedScan, few: Sequence[Indexed], c: Candidate
+    a: PreparedScan, b: PreparedScan, few: tuple[Indexed, Indexed], c: Candidate
 ) -> list[Candidate]:
     """Other places along a direction that surfaces leave open, where a candidate fits best.
 
@@ -81,11 +81,11 @@ def _slid(
     tells where it is right, and who looked through that.
     """
     size = _size(a, b)
-    found = align(few[0], few[1], c.pose, _SECOND[-1:] * np.array(size), steps=1)
+    found = align(few[0], few[1], c.pose, [_SECOND[-1] * size], steps=1)
     if len(found.matches) < _MATCHES:
         return []
     unheld = relative_covariance(few[0], few[1], found).unheld
-    if unheld.shape[1] != 1 or np.linalg.norm(unheld[:3, 0]) < _SHIFTS:
+    if unheld.shape[1] != 1 or np.linalg.norm(unheld[:3, 0]) < _SHIFT_SHARE:
         return []
     along = unheld[:3, 0] / np.linalg.norm(unheld[:3, 0])
     steps = size * np.arange(-_SLIDE, _SLIDE + 1)
