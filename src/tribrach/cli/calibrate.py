@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import fail, guarded, shown
+from tribrach.cli.shell import fail, guarded, refuse_outputs, shown
 from tribrach.io.calibration_file import calibration_text
 from tribrach.io.outputs import write_texts
 from tribrach.network.run_comparison import compare_runs
@@ -39,6 +39,7 @@ def calibrate(
     """Calibrate a scanner from targets that it saw from several stations."""
 
     def work() -> None:
+        refuse_outputs([project], (json_file, html_file, save))
         job = Project.load(project)
         with shown(quiet) as progress:
             found = calibrate_project(job, progress, reduce=estimable)

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import guarded, shown
+from tribrach.cli.shell import guarded, refuse_outputs, shown
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
 from tribrach.network.field_check import check_readings
@@ -48,6 +48,7 @@ def check(
     """Test a scanner in the field: both faces, distances between targets, repeated series."""
 
     def work() -> None:
+        refuse_outputs([source], (json_file, html_file))
         if (range_mm is None) != (angle_arcsec is None):
             raise InputError("the sigma of ranges and that of angles go together", cure="give both")
         given = {} if range_mm is None else {

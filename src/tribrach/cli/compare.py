@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from tribrach.cli.shell import guarded, shown
+from tribrach.cli.shell import guarded, refuse_outputs, shown
 from tribrach.comparison.peer_exports import alignment
 from tribrach.comparison.results import comparison_json
 from tribrach.comparison.station_pair import StationPair
@@ -65,6 +65,8 @@ def compare(
     """Compare two clouds, on test sites or as a whole, with the sampling floor beside."""
 
     def work() -> None:
+        inputs = [path for path in (a, b, sites_file, poses) if path is not None]
+        refuse_outputs(inputs, (json_file, html_file, alignment_file))
         sites = [] if sites_file is None else read_sites(sites_file)
         one, two = open_cloud(a, poses), open_cloud(b, poses)
         pair = station_pair(two, one)

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import guarded, shown
+from tribrach.cli.shell import guarded, refuse_outputs, shown
 from tribrach.io.outputs import write_texts
 from tribrach.report.completeness_page import completeness_page, completeness_text
 from tribrach.stages.completing import complete_clouds
@@ -34,6 +34,7 @@ def complete(
     """Say which surfaces no station, one or several saw, and where the sigma is not reached."""
 
     def work() -> None:
+        refuse_outputs(clouds, (json_file, html_file))
         required = None if sigma_mm is None else sigma_mm / 1e3
         with shown(quiet) as progress:
             found = complete_clouds(clouds, model, cell_m, required, progress)

@@ -9,7 +9,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from tribrach.cli.shell import guarded, shown
+from tribrach.cli.shell import guarded, refuse_outputs, shown
 from tribrach.errors import InputError
 from tribrach.gnss.antennas import AntennaSetup
 from tribrach.gnss.baseline import Baseline, Processing, compute_baseline
@@ -57,6 +57,7 @@ def baseline(
     """Compute a static baseline from RINEX files."""
 
     def work() -> None:
+        refuse_outputs((base, rover, *navigation), [json_file])
         wish = Processing(
             mask, frequencies, systems, not no_atmosphere, 3.0, sigma_factor, antex, engine, seconds
         )

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 import typer
 
 from tribrach import pipeline
-from tribrach.cli.shell import fail, guarded, shown
+from tribrach.cli.shell import fail, guarded, refuse_outputs, shown
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
 from tribrach.io.survey.formats import read_files
@@ -49,6 +49,7 @@ def adjust(
     """Adjust a network from files of any known format, or a project without scans."""
 
     def work() -> None:
+        refuse_outputs(files, (json_file, html_file, text_file))
         with shown(quiet) as progress:
             project = _project(files)
             network = (

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import guarded, shown
+from tribrach.cli.shell import guarded, refuse_outputs, shown
 from tribrach.io.outputs import write_texts
 from tribrach.project import Project
 from tribrach.report.plan_page import plan_page, plan_text
@@ -31,6 +31,7 @@ def plan(
     """Predict precision and reliability, and propose targets, stations and sets."""
 
     def work() -> None:
+        refuse_outputs([project], (json_file, html_file, text_file))
         job = Project.load(project)
         with shown(quiet) as progress:
             found = find_and_name(job, job.results, progress) if job.scans else None

@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 
 from tribrach.cli.printing import printed
-from tribrach.cli.shell import guarded, shown
+from tribrach.cli.shell import guarded, refuse_outputs, shown
 from tribrach.io.outputs import write_texts
 from tribrach.report.cloud_registration_page import cloud_registration_tables
 from tribrach.stages.registering import register_files, registration_json, write_placed
@@ -43,6 +43,7 @@ def register(
     """Register scans by their clouds, without approximate poses, targets or planes."""
 
     def work() -> None:
+        refuse_outputs(files, [json_file])
         floor = (floor_mm / 1e3, floor_arcsec * SEC)
         with shown(quiet) as progress:
             found = register_files(files, approximate=approximate, floor=floor, progress=progress)

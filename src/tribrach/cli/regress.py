@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import guarded
+from tribrach.cli.shell import guarded, refuse_outputs
 from tribrach.comparison.regression import regress as fit
 from tribrach.errors import InputError
 from tribrach.io.comparison_table import read_comparison
@@ -35,6 +35,7 @@ def regress(
     """Fit differences of clouds against range and incidence, and say what that proves."""
 
     def work() -> None:
+        refuse_outputs([table], (json_file, html_file))
         causes, effects = _names(x, "--x"), _names(y, "--y")
         read = read_comparison if table.suffix.lower() == ".json" else read_numbers
         rows = read(table, [*causes, *effects])

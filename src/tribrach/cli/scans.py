@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from tribrach.cli.shell import guarded, shown
+from tribrach.cli.shell import guarded, refuse_outputs, shown
 from tribrach.io.outputs import write_text
 from tribrach.io.scans.formats import read_scans
 from tribrach.io.scans.info import describe
@@ -26,6 +26,7 @@ def info(
     """Say what is in files of scans: points, extents, fields, grid, poses, what looks wrong."""
 
     def work() -> None:
+        refuse_outputs(files, [json_file])
         described = []
         for path in files:
             scans = read_scans(path)

@@ -6,8 +6,9 @@ Whatever is wrong with the input ends in a sentence on standard error and exit s
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any, NoReturn
 
 import typer
@@ -22,9 +23,9 @@ from rich.progress import (
     TimeElapsedColumn,
 )
 
-from tribrach.errors import TribrachError
+from tribrach.errors import InputError, TribrachError
 
-__all__ = ["fail", "guarded", "shown"]
+__all__ = ["fail", "guarded", "refuse_outputs", "shown"]
 
 
 def guarded(work: Callable[[], Any]) -> None:
@@ -33,9 +34,40 @@ def guarded(work: Callable[[], Any]) -> None:
         work()
     except TribrachError as error:
         fail(str(error))
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        fail(
+            f"{error.filename or 'a file'}: {error.strerror or error}; check the file and its disk."
+        )
+    except MemoryError:
+        fail("the memory is not enough for this; give smaller files or close other programs.")
     except KeyboardInterrupt:
         typer.echo("interrupted; nothing was half-written", err=True)
         raise typer.Exit(130) from None
+
+
+def refuse_outputs(inputs: Iterable[Path], outputs: Iterable[Path | None]) -> None:
+    """Refuse, before any work is done, results that would take the place of something else.
+
+    Raises
+    ------
+    InputError : a result has the name of an input, of another result or of a folder.
+    """
+    taken = {path.resolve(): "it is read by the same command" for path in inputs}
+    for path in outputs:
+        if path is None:
+            continue
+        place = path.resolve()
+        if place in taken or place.is_dir():
+            raise InputError(
+                f"this result would take the place of a file: {taken[place]}"
+                if place in taken
+                else "this is a folder, no file",
+                file=path,
+                cure="name another file",
+            )
+        taken[place] = "another result has this name"
 
 
 def fail(sentence: str) -> NoReturn:

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import guarded
+from tribrach.cli.shell import guarded, refuse_outputs
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_bytes, write_text
 from tribrach.io.scans.formats import read_scans
@@ -49,6 +49,7 @@ def targets(
     """Find spheres, checkerboards and discs in whole scans; centres in their coordinates."""
 
     def work() -> None:
+        refuse_outputs([scan], (json_file, png_file))
         wanted = TargetSection(
             sphere_radius_m=tuple(sphere or ()),
             checkerboard_side_m=tuple(checkerboard or ()),

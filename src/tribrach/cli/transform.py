@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 
 from tribrach.cli.printing import printed
-from tribrach.cli.shell import guarded, shown
+from tribrach.cli.shell import guarded, refuse_outputs, shown
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_text, write_texts
 from tribrach.io.scans.formats import read_scans
@@ -49,6 +49,7 @@ def fit(
     """Fit the transformation from A to B with the weights of both, and test it."""
 
     def work() -> None:
+        refuse_outputs((a, b), [json_file])
         found = fit_files(a, b, model, check or [], snoop=snoop)
         outcome = found.outcome
         left = [

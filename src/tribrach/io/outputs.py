@@ -9,7 +9,7 @@ from pathlib import Path
 
 from tribrach.errors import InputError
 
-__all__ = ["write_bytes", "write_text", "write_texts"]
+__all__ = ["destination", "reason", "special", "write_bytes", "write_text", "write_texts"]
 
 
 def write_text(path: Path, text: str) -> Path:
@@ -45,10 +45,10 @@ def write_texts(texts: Mapping[Path, str | bytes]) -> list[Path]:
         for path, text in texts.items():
             staged[path] = _stage(path, text)
         for path, name in staged.items():
-            os.replace(name, path)
+            _put(name, path)
     except OSError as error:
         raise InputError(
-            f"the file cannot be written ({error.strerror})", file=path, cure="check the folder"
+            f"the file cannot be written ({reason(error)})", file=path, cure="check the folder"
         ) from error
     finally:
         for name in staged.values():
@@ -56,12 +56,48 @@ def write_texts(texts: Mapping[Path, str | bytes]) -> list[Path]:
     return list(texts)
 
 
-def _stage(path: Path, text: str | bytes) -> str:
-    """Write the contents beside its destination; the temporary name."""
-    path.parent.mkdir(parents=True, exist_ok=True)
+def destination(path: Path) -> Path:
+    """Where a file really goes: what a link leads to, in a folder that is made as needed.
+
+    Raises
+    ------
+    OSError : it is a folder, or its folder cannot be made.
+    """
     if path.is_dir():
         raise IsADirectoryError(21, "it is a folder")
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+    if special(path):
+        return path
+    path = path.resolve()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return path
+
+
+def reason(error: OSError) -> str:
+    """Why a file cannot be written."""
+    if isinstance(error, FileExistsError | NotADirectoryError):
+        return "its folder is a file"
+    return str(error.strerror or error)
+
+
+def special(path: Path) -> bool:
+    """True for devices and pipes, which take what is written and are never replaced."""
+    return path.exists() and not path.is_file()
+
+
+def _put(name: str, path: Path) -> None:
+    """Give a temporary file its name."""
+    if special(path):
+        path.write_bytes(Path(name).read_bytes())
+    else:
+        os.replace(name, path.resolve())
+
+
+def _stage(path: Path, text: str | bytes) -> str:
+    """Write the contents beside its destination; the temporary name."""
+    place = destination(path)
+    # beside a device or a pipe is no place for files
+    folder = None if special(place) else place.parent
+    handle, name = tempfile.mkstemp(prefix=f".{place.name}.", suffix=".part", dir=folder)
     try:
         with os.fdopen(handle, "wb") as file:
             file.write(text.encode("utf-8") if isinstance(text, str) else text)

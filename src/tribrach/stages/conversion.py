@@ -54,8 +54,15 @@ def convert_scans(
 
 
 def _numbered(path: Path, number: int) -> Path:
-    """``a.copc.laz`` becomes ``a-2.copc.laz``."""
+    """``a.copc.laz`` becomes ``a-2.copc.laz``.
+
+    Raises
+    ------
+    InputError : a folder without a name.
+    """
     name = path.name
+    if not name:
+        raise InputError("this is a folder, no file", file=path, cure="name a file in it")
     suffix = next((known for known in WRITERS if name.lower().endswith(known)), path.suffix)
     stem = name[: len(name) - len(suffix)]
     return path.with_name(f"{stem}-{number}{name[len(stem) :]}")

@@ -8,6 +8,7 @@ from types import TracebackType
 from typing import BinaryIO, Self
 
 from tribrach.errors import InputError
+from tribrach.io.outputs import destination, reason, special
 
 __all__ = ["Staged", "staged_name"]
 
@@ -26,18 +27,19 @@ class Staged:
     """
 
     def __init__(self, path: Path) -> None:
-        self.path, self._hidden = path, staged_name(path)
+        self.path = path
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            if path.is_dir():
-                raise IsADirectoryError(21, "it is a folder")
+            self._place = destination(path)
+            if special(self._place):
+                raise OSError(22, "it is no ordinary file")
+            self._hidden = staged_name(self._place)
             self.file: BinaryIO = self._hidden.open("w+b")
         except OSError as error:
             raise self._refused(error) from error
 
     def _refused(self, error: OSError) -> InputError:
         return InputError(
-            f"the file cannot be written ({error.strerror})",
+            f"the file cannot be written ({reason(error)})",
             file=self.path,
             cure="check the folder and the space on its disk",
         )
@@ -49,7 +51,7 @@ class Staged:
                 self.file.flush()
                 os.fsync(self.file.fileno())
                 self.file.close()
-            os.replace(self._hidden, self.path)
+            os.replace(self._hidden, self._place)
         except OSError as error:
             self.discard()
             raise self._refused(error) from error
