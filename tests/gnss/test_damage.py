@@ -13,11 +13,14 @@ from tests.io.survey.test_gnss_files import KONYA, XYZ, covariance_of, pos, row
 from tribrach.errors import InputError
 from tribrach.gnss.navigation_file import read_navigation
 from tribrach.gnss.observation_file import read_observations
+from tribrach.gnss.precise_file import read_sp3
 from tribrach.io.survey.gvx import read_gvx
 from tribrach.io.survey.rtklib_pos import read_rtklib
 from tribrach.io.survey.sinex import read_sinex
 
 from .rinex_samples import navigation, rinex_2, rinex_3
+from .sp3_samples import sp3
+from .test_precise_orbits import SKY, START
 
 PIECES = (b"999", b"1e9", b"nan", b"inf", b"   ", b"-99", b"\x00", b"\xff", b"\n", b"<")
 
@@ -30,6 +33,7 @@ def samples(folder: Path) -> list[tuple[Callable[[Path], Any], bytes]]:
         (read_observations, rinex_2(4, names).encode()),
         (read_observations, rinex_3(4).encode()),
         (read_navigation, navigation().encode()),
+        (lambda path: read_sp3(path, path.read_bytes()), sp3(SKY, START, 11).encode()),
         (read_gvx, write_gvx(folder / "a.gvx").read_bytes()),
         (
             read_sinex,

@@ -24,7 +24,9 @@ __all__ = ["baseline"]
 def baseline(
     base: Annotated[Path, typer.Argument(help="Observations of the base (RINEX 2 or 3).")],
     rover: Annotated[Path, typer.Argument(help="Observations of the rover.")],
-    navigation: Annotated[list[Path], typer.Argument(help="Broadcast orbits of the day.")],
+    navigation: Annotated[
+        list[Path], typer.Argument(help="Broadcast orbits of the day, and precise ones (SP3).")
+    ],
     base_xyz: Annotated[str, typer.Option(help="X,Y,Z of the base mark, geocentric, metres.")],
     mask: Annotated[float, typer.Option(min=0, max=60, help="Elevation mask in degrees.")] = 15.0,
     frequencies: Annotated[int, typer.Option(min=1, max=3)] = 2,

@@ -15,10 +15,12 @@ from pathlib import Path
 from tribrach.errors import InputError
 from tribrach.gnss.observation_file import ObservationFile
 
-__all__ = ["AntennaSetup", "antenna_options", "antenna_warnings"]
+__all__ = ["AntennaSetup", "antenna_options", "antenna_warnings", "satellite_options"]
 
 #: antennas are lower than this above their marks [m]
 HIGHEST = 100.0
+#: an antenna of a satellite: its number stands where others have their dome or serial number
+_SATELLITE = re.compile(rb"^.{20}[GRECJIS]\d\d .{36}TYPE", re.M)
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,17 @@ def antenna_options(
         options["file-rcvantfile"] = copy
         options["pos1-posopt2"] = 1  # phase centres of receivers
     return options
+
+
+def satellite_options(antex: Path | None, folder: Path) -> dict[str, object]:
+    """Options for precise orbits, which are those of centres of mass: phase centres of satellites.
+
+    Empty where no ANTEX file has any.
+    """
+    if antex is None or _SATELLITE.search(antex.read_bytes()) is None:
+        return {}
+    # the copy that antenna_options has made
+    return {"file-satantfile": folder / "antennas.atx", "pos1-posopt1": 1}
 
 
 def antenna_warnings(base: AntennaSetup, rover: AntennaSetup, antex: Path | None) -> list[str]:

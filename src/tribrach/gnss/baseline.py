@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -18,12 +18,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tribrach.errors import InputError
-from tribrach.gnss.antennas import AntennaSetup, antenna_options, antenna_warnings
-from tribrach.gnss.doubts import doubts_of_files, doubts_of_fixes, doubts_of_place
+from tribrach.gnss.antennas import (
+    AntennaSetup,
+    antenna_options,
+    antenna_warnings,
+    satellite_options,
+)
+from tribrach.gnss.doubts import doubts_of_files, doubts_of_fixes, doubts_of_length, doubts_of_place
 from tribrach.gnss.engine import EngineName, run_engine
 from tribrach.gnss.matching_files import check_together, usable_systems
-from tribrach.gnss.navigation_file import NavigationFile, read_navigation
+from tribrach.gnss.navigation_file import NavigationFile
 from tribrach.gnss.observation_file import ObservationFile, read_observations
+from tribrach.gnss.orbit_files import Orbits, check_precise, read_orbits
+from tribrach.gnss.precise_file import sp3_text
 from tribrach.gnss.precision import SOURCE, sigma_factor
 from tribrach.gnss.solution_file import FIXED, FLOAT, Solution, read_solution
 from tribrach.gnss.status_file import Use, read_status
@@ -33,8 +40,6 @@ __all__ = ["Baseline", "Processing", "compute_baseline"]
 Array = NDArray[np.float64]
 Progress = Callable[[str, int, int | None], None]
 
-#: beyond this length the covariance is too small [m]
-LONG = 20_000.0
 #: bits of RTKLIB's satellite systems
 _SYSTEM_BITS = {"G": 1, "S": 2, "R": 4, "E": 8, "J": 16, "C": 32, "I": 64}
 
@@ -68,7 +73,8 @@ class Baseline:
     squared; ambiguities of the chosen epoch; epochs with a solution and those both files have;
     fixed_share of the solved epochs; ratio median of them; satellites mean; start, end [s] since
     1980-01-06, interval [s]; formal (3, 3); systems that were used; residual : root mean square
-    of the phases' double differences [m], None if the engine does not give it.
+    of the phases' double differences [m], None if the engine does not give it; orbits : files of
+    precise ones, none if broadcast orbits were used.
     """
 
     base: Array
@@ -91,6 +97,7 @@ class Baseline:
     residual: float | None = None
     names: tuple[str, str] = ("", "")
     files: tuple[str, str] = ("", "")
+    orbits: tuple[str, ...] = ()
     warnings: tuple[str, ...] = field(default=())
 
     @property
@@ -133,22 +140,19 @@ def compute_baseline(
         )
     progress("reading RINEX", 0, 2 + len(navigation))
     first, second = read_observations(base), read_observations(rover)
-    orbits = [read_navigation(path) for path in navigation]
-    check_together(first, second, orbits)
-    systems = usable_systems(first, second, orbits, wish.systems)
+    orbits = read_orbits(navigation)
+    check_together(first, second, orbits.broadcast)
+    systems = usable_systems(first, second, orbits.broadcast, wish.systems)
+    if orbits.precise is not None:
+        check_precise(orbits.precise, first, second)
     setups = (
         base_antenna or AntennaSetup.of(first),
         rover_antenna or AntennaSetup.of(second),
     )
     progress("computing baseline", 0, 1)
-    with tempfile.TemporaryDirectory(prefix="tribrach-") as name:
-        folder = Path(name)
-        options = _options(wish, reference, systems)
-        options["pos2-maxage"] = _tolerance(first, second)
-        options |= antenna_options(*setups, wish.antex, folder)
-        files = _staged(folder, [second, first, *orbits])
-        out, engine = run_engine(options, files, folder, engine=wish.engine, seconds=wish.seconds)
-        solution, used = read_solution(out), read_status(out.with_name(out.name + ".stat"))
+    options = _options(wish, reference, systems) | {"pos2-maxage": _tolerance(first, second)}
+    options["pos1-sateph"] = 0 if orbits.precise is None else 1
+    solution, used, engine = _solved(first, second, orbits, setups, wish, options)
     progress("computing baseline", 1, 1)
     warnings = [
         *doubts_of_place(first, reference),
@@ -157,7 +161,38 @@ def compute_baseline(
     ]
     if used is None:
         used = Use(tuple(systems), None)
-    return _baseline(first, second, reference, solution, wish, (used, engine), warnings)
+    found = _baseline(first, second, reference, solution, wish, (used, engine), warnings)
+    far: list[str] = []
+    if wish.atmosphere:
+        far = doubts_of_length(
+            f"{base.name} to {rover.name}",
+            found.length,
+            precise=orbits.precise is not None,
+            satellites="file-satantfile" in options,
+        )
+    return replace(found, orbits=orbits.names, warnings=(*found.warnings, *far))
+
+
+def _solved(
+    first: ObservationFile,
+    second: ObservationFile,
+    orbits: Orbits,
+    setups: tuple[AntennaSetup, AntennaSetup],
+    wish: Processing,
+    options: dict[str, object],
+) -> tuple[Solution, Use | None, EngineName]:
+    """A run of the engine in a folder of its own; the options get those of antennas."""
+    with tempfile.TemporaryDirectory(prefix="tribrach-") as name:
+        folder = Path(name)
+        options |= antenna_options(*setups, wish.antex, folder)
+        files = _staged(folder, [second, first, *orbits.broadcast])
+        if orbits.precise is not None:
+            options |= satellite_options(wish.antex, folder)
+            files.append(folder / "precise.sp3")
+            common = first.satellites & second.satellites
+            files[-1].write_bytes(sp3_text(orbits.precise, common))
+        out, engine = run_engine(options, files, folder, engine=wish.engine, seconds=wish.seconds)
+        return read_solution(out), read_status(out.with_name(out.name + ".stat")), engine
 
 
 def _options(wish: Processing, base: Array, systems: str) -> dict[str, object]:
@@ -169,7 +204,6 @@ def _options(wish: Processing, base: Array, systems: str) -> dict[str, object]:
         "pos1-elmask": wish.mask,
         "pos1-ionoopt": 1 if wish.atmosphere else 0,  # broadcast
         "pos1-tropopt": 1 if wish.atmosphere else 0,  # Saastamoinen
-        "pos1-sateph": 0,  # broadcast
         "pos1-navsys": sum(_SYSTEM_BITS[letter] for letter in systems),
         "pos2-armode": 1,  # continuous
         "pos2-gloarmode": 0,
@@ -248,12 +282,6 @@ def _baseline(
     warnings += doubts_of_fixes(
         f"{first.path.name} to {second.path.name}", solution, fixed, share, best
     )
-    length = float(np.linalg.norm(solution.values[best] - reference))
-    if length > LONG and wish.atmosphere:
-        warnings.append(
-            f"{first.path.name} to {second.path.name}: over {length / 1000:.0f} km errors of "
-            "broadcast orbits, ionosphere and troposphere add up, which the covariance leaves out"
-        )
     times = solution.times[phase]
     return Baseline(
         base=reference,

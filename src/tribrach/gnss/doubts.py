@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from tribrach.gnss.observation_file import ObservationFile
 from tribrach.gnss.solution_file import Solution
 
-__all__ = ["doubts_of_files", "doubts_of_fixes", "doubts_of_place"]
+__all__ = ["doubts_of_files", "doubts_of_fixes", "doubts_of_length", "doubts_of_place"]
 
 Array = NDArray[np.float64]
 
@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 DISAGREEING = 0.05
 #: receivers know their place better than this [m]
 ASTRAY = 100.0
+#: beyond this length the covariance is too small [m]
+LONG = 20_000.0
 
 
 def doubts_of_place(base: ObservationFile, reference: Array) -> list[str]:
@@ -58,3 +60,21 @@ def doubts_of_fixes(
             "integers: measure longer, or raise the threshold of the ratio"
         )
     return out
+
+
+def doubts_of_length(name: str, length: float, *, precise: bool, satellites: bool) -> list[str]:
+    """What a long baseline [m] suffers from and the covariance leaves out.
+
+    precise : orbits are precise ones; satellites : with their phase centres.
+    """
+    if length <= LONG:
+        return []
+    causes = ["ionosphere", "troposphere"]
+    if not precise:
+        causes.insert(0, "broadcast orbits")
+    elif not satellites:
+        causes.insert(0, "phase centres of satellites, which an ANTEX file would give")
+    return [
+        f"{name}: over {length / 1000:.0f} km errors of {', '.join(causes[:-1])} and {causes[-1]} "
+        "add up, which the covariance leaves out"
+    ]

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from tribrach.errors import InputError
 
-__all__ = ["MAX_BYTES", "read_rinex"]
+__all__ = ["MAX_BYTES", "read_packed", "read_rinex"]
 
 #: unpacked files above this are refused: a day of four systems at 1 s has about 700 MB
 MAX_BYTES = 1_000_000_000
@@ -28,6 +28,23 @@ def read_rinex(path: Path) -> bytes:
     Raises
     ------
     InputError : it cannot be read, is empty, too large, damaged or truncated, or not RINEX.
+    """
+    data = read_packed(path)
+    if b"RINEX VERSION / TYPE" not in data[:400]:
+        raise InputError(
+            "this is no RINEX file: its first line does not say RINEX VERSION / TYPE",
+            file=path,
+            cure="give observation and navigation files in RINEX 2 or 3",
+        )
+    return data
+
+
+def read_packed(path: Path) -> bytes:
+    """Plain text of a file that may be packed.
+
+    Raises
+    ------
+    InputError : it cannot be read, is empty, too large, damaged or truncated.
     """
     try:
         if path.stat().st_size > MAX_BYTES:
@@ -45,12 +62,6 @@ def read_rinex(path: Path) -> bytes:
         raise InputError("the file is empty", file=path, cure="download or transfer it again")
     if b"COMPACT RINEX FORMAT" in data[:2000]:
         data = _hatanaka(path, data)
-    if b"RINEX VERSION / TYPE" not in data[:400]:
-        raise InputError(
-            "this is no RINEX file: its first line does not say RINEX VERSION / TYPE",
-            file=path,
-            cure="give observation and navigation files in RINEX 2 or 3",
-        )
     return data
 
 

@@ -50,8 +50,8 @@ class Session(Section):
 class GnssSection(Section):
     """How baselines are computed, and from what.
 
-    navigation : broadcast orbits of all sessions; sigma_factor : on formal standard deviations;
-    atmosphere false leaves models of troposphere and ionosphere out.
+    navigation : broadcast orbits of all sessions, and precise ones (SP3); sigma_factor : on formal
+    standard deviations; atmosphere false leaves models of troposphere and ionosphere out.
     """
 
     sessions: tuple[Session, ...] = ()

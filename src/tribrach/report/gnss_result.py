@@ -35,6 +35,7 @@ def baseline_facts(baseline: Baseline) -> dict[str, Any]:
         "phase_residual_rms": baseline.residual,
         "engine": baseline.engine,
         "files": list(baseline.files),
+        "precise_orbits": list(baseline.orbits),
         "warnings": list(baseline.warnings),
     }
 
@@ -57,4 +58,6 @@ def baseline_lines(baseline: Baseline) -> list[str]:
         f"sigma: {sigma[0]:.1f} {sigma[1]:.1f} {sigma[2]:.1f} mm, formal times "
         f"{baseline.factor:.2f} ({baseline.factor_source})",
     ]
+    if baseline.orbits:
+        words.insert(2, f"orbits: precise ones of {', '.join(baseline.orbits)}")
     return [*words, *(f"warning: {text}" for text in baseline.warnings)]

@@ -72,6 +72,11 @@ def _session_sentences(sessions: Sequence[SessionResult]) -> list[str]:
         f"{solved} are fixed, in {100 * fixed / epochs:.1f} % of {epochs} epochs.",
         f"Formal standard deviations of the engine are multiplied by {spread} ({origin}).",
     ]
+    files = dict.fromkeys(name for b in rows for name in b.orbits)
+    if files:
+        precise = sum(bool(b.orbits) for b in rows)
+        rest = "" if precise == len(rows) else f", those of {len(rows) - precise} broadcast ones"
+        out.append(f"Orbits of {precise} are precise ones ({', '.join(files)}){rest}.")
     if any(len(session.baselines) > 1 for session in sessions):
         out.append(
             "Baselines of one session share receivers and are adjusted with their correlation, "
