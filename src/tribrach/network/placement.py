@@ -27,7 +27,8 @@ def placement_sentences(adjustment: Adjustment) -> list[str]:
             continue
         names = list(dict.fromkeys(o.ends(adjustment.layout)[i][0] for i in active))
         absolute = _sigma(_block(adjustment, names[0], names[0]))
-        words = f"{o.group} places {names[0]} with a standard deviation of {absolute:.3f} m (3D)"
+        who = "GNSS" if o.group == o.kind else o.group
+        words = f"{who} places {names[0]} with a standard deviation of {absolute:.3f} m (3D)"
         if len(names) > 1:
             length = _length_sigma(adjustment, names[0], names[1])
             words += (

@@ -251,7 +251,7 @@ def _bounds(shared: Array, covariance: Array) -> tuple[float, float]:
     weights = np.linalg.eigvalsh(root.T @ shared @ root)
     draws = np.random.default_rng(0).chisquare(1, (20_000, 6)) @ weights
     low, high = np.quantile(draws, [0.005, 0.995]) + 1 - weights.sum()
-    return float(low) - 0.05, float(high) + 0.05
+    return max(float(low) - 0.05, 0.0), float(high) + 0.05
 
 
 def _cloud(
