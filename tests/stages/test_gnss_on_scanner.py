@@ -160,6 +160,24 @@ def test_the_same_in_a_projection_with_check_points(shared_data: Path, tmp_path:
     assert np.abs(geocentric - true).max() < 0.06
 
 
+@needs_engine
+@pytest.mark.data
+def test_an_antenna_with_a_height_over_a_mark_is_asked_about(
+    shared_data: Path, tmp_path: Path
+) -> None:
+    """Receivers often write the height of the last pole; here the lever arm takes it up."""
+    place = geonet(shared_data)
+    job = write_project(tmp_path, place, dynamic(place), cloud="write = false")
+    text = job.path.read_text()
+    assert "antenna_height_m = 0.0" in text
+    job.path.write_text(text.replace("antenna_height_m = 0.0", "antenna_height_m = 0.2"))
+    content = run(Project.load(job.path))
+    (said,) = [text for text in content.warnings if "mounted on S1" in text]
+    assert "to ROVER" in said
+    assert "end 0.200 m under the reference point of its antenna" in said
+    assert result(job)["gnss"]["baselines"][0]["antenna_heights"][1] == 0.2
+
+
 def by_position_alone(folder: Path, **options: Any) -> tuple[Job, Content]:
     """A run without files of receivers: the antenna's position is given."""
     job = write_project(

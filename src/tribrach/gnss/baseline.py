@@ -74,7 +74,7 @@ class Baseline:
     fixed_share of the solved epochs; ratio median of them; satellites mean; start, end [s] since
     1980-01-06, interval [s]; formal (3, 3); systems that were used; residual : root mean square
     of the phases' double differences [m], None if the engine does not give it; orbits : files of
-    precise ones, none if broadcast orbits were used.
+    precise ones, none if broadcast orbits were used; heights [m] of the antennas over the marks.
     """
 
     base: Array
@@ -98,6 +98,7 @@ class Baseline:
     names: tuple[str, str] = ("", "")
     files: tuple[str, str] = ("", "")
     orbits: tuple[str, ...] = ()
+    heights: tuple[float, float] = (0.0, 0.0)
     warnings: tuple[str, ...] = field(default=())
 
     @property
@@ -170,7 +171,12 @@ def compute_baseline(
             precise=orbits.precise is not None,
             satellites="file-satantfile" in options,
         )
-    return replace(found, orbits=orbits.names, warnings=(*found.warnings, *far))
+    return replace(
+        found,
+        orbits=orbits.names,
+        heights=(setups[0].height, setups[1].height),
+        warnings=(*found.warnings, *far),
+    )
 
 
 def _solved(

@@ -36,6 +36,7 @@ def baseline_facts(baseline: Baseline) -> dict[str, Any]:
         "engine": baseline.engine,
         "files": list(baseline.files),
         "precise_orbits": list(baseline.orbits),
+        "antenna_heights": list(baseline.heights),
         "warnings": list(baseline.warnings),
     }
 
@@ -53,6 +54,8 @@ def baseline_lines(baseline: Baseline) -> list[str]:
         f"{baseline.epochs} of {baseline.epochs_common} common epochs solved, "
         f"{100 * baseline.fixed_share:.0f} % fixed, ratio {baseline.ratio:.1f}, "
         f"{baseline.satellites:.1f} satellites ({baseline.systems}){residual}",
+        f"antennas: {baseline.heights[0]:.4f} m over the base, "
+        f"{baseline.heights[1]:.4f} m over the rover",
         f"baseline: {dx:.4f} {dy:.4f} {dz:.4f} m",
         f"rover: {x:.4f} {y:.4f} {z:.4f} m (frame and epoch of the base coordinates)",
         f"sigma: {sigma[0]:.1f} {sigma[1]:.1f} {sigma[2]:.1f} mm, formal times "

@@ -18,6 +18,7 @@ from tribrach.report.gnss_result import baseline_facts
 from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
 from tribrach.stages.gnss_epochs import epoch_sentences
 from tribrach.stages.gnss_loops import BaselineSet, baselines_of, loops_of
+from tribrach.stages.mounted_antennas import raised_antennas
 
 __all__ = ["gnss_chapter"]
 
@@ -34,7 +35,7 @@ def gnss_chapter(
         return None
     loops = loops_of(found)
     info = adjustment.network.info
-    warnings = _loop_warnings(found, loops)
+    warnings = [*_loop_warnings(found, loops), *raised_antennas(adjustment, sessions)]
     sentences = [
         *_session_sentences(sessions),
         *_loop_sentences(found, loops),
@@ -174,6 +175,8 @@ def _baseline_table(sessions: Sequence[SessionResult]) -> Table:
         (Column("From", numeric=False), lambda r: text_cell(r[1].names[0])),
         (Column("To", numeric=False), lambda r: text_cell(r[1].names[1])),
         (Column("Session", numeric=False), lambda r: text_cell(r[0].name)),
+        (Column("antenna from", "m"), lambda r: _number(r[1].heights[0], 4)),
+        (Column("antenna to", "m"), lambda r: _number(r[1].heights[1], 4)),
         (Column("length", "m"), lambda r: _number(r[1].length, 4)),
         *(
             (Column(f"σ {axis}", "mm"), lambda r, k=k: _mm(float(np.sqrt(r[1].covariance[k, k]))))
@@ -189,6 +192,7 @@ def _baseline_table(sessions: Sequence[SessionResult]) -> Table:
         (Column("σ factor"), lambda r: _number(r[1].factor, 2)),
     ]
     note = (
+        "Antennas: heights of their reference points over the marks, between which baselines are. "
         "Standard deviations are the formal ones of the engine times the factor. Fixed: share of "
         "the solved epochs; ratio: median of the ambiguity test; phases: root mean square of the "
         "residuals of their double differences."

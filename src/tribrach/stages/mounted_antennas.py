@@ -1,14 +1,17 @@
-"""Antennas and prisms on the scanners of a project whose places are known without the scans."""
+"""Antennas and prisms on the scanners of a project, and what is known of them without scans."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tribrach.gnss.session_run import SessionResult
+from tribrach.network.adjustment import Adjustment
 from tribrach.network.observations.antenna import Antennas
+from tribrach.network.observations.mounted import MountedPoints
 from tribrach.network.survey import Survey
 from tribrach.project.lever_arms import known_lever_arm
 from tribrach.registration.units import Mounted
@@ -16,12 +19,14 @@ from tribrach.registration.units import Mounted
 if TYPE_CHECKING:
     from tribrach.project import Project
 
-__all__ = ["mounted_antennas"]
+__all__ = ["mounted_antennas", "raised_antennas"]
 
 Array = NDArray[np.float64]
 
 #: a lever arm that is known no better than this tells no targets apart [m]
 _VAGUE = 0.05
+#: heights of antennas on scanners above this are worth a question [m]
+_RAISED = 0.005
 
 
 def mounted_antennas(
@@ -65,3 +70,24 @@ def _positions(survey: Survey) -> dict[str, tuple[Array, float]]:
 
 def _one_sigma(covariance: Array) -> float:
     return float(np.sqrt(np.trace(covariance) / 3))
+
+
+def raised_antennas(adjustment: Adjustment, sessions: Sequence[SessionResult]) -> list[str]:
+    """Sentences on antennas of scanners whose files say that they stand over a mark."""
+    on: dict[str, str] = {}
+    for o in adjustment.network.observations:
+        if isinstance(o, MountedPoints):
+            on |= {point: station for station, point in o.ends(adjustment.layout)}
+    heights = {
+        name: height
+        for session in sessions
+        for baseline in session.baselines
+        for name, height in zip(baseline.names, baseline.heights, strict=True)
+        if name in on and abs(height) > _RAISED
+    }
+    return [
+        f"The baselines to {name}, which is mounted on {on[name]}, end {height:.3f} m under the "
+        "reference point of its antenna, as its file or antenna_height_m says: does its lever arm "
+        "end there as well?"
+        for name, height in heights.items()
+    ]
