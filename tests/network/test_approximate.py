@@ -420,6 +420,7 @@ class TestMissingTies:
 
     def test_height_only(self, truth: Truth) -> None:
         survey = truth.survey("A", "B", "C")
+        total_station(survey, truth, "C", ["A"])
         total_station(survey, truth, "A", ["B", "P"], distances=False, zeniths=False)
         total_station(survey, truth, "B", ["A", "P"], distances=False, zeniths=False)
         assert "the height of point P is observed only by 2 directions" in self.sentences(survey)

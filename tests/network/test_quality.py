@@ -130,8 +130,8 @@ def test_a_loop_cannot_tell_which_line_is_wrong() -> None:
     assert len(pairs) == 3
     assert all(abs(pair.correlation) == pytest.approx(1.0) for pair in pairs)
     said = confusable(adjustment, assess(adjustment))
-    assert len(said) == 3
-    assert "A -> B" in said[0] + said[1] + said[2]
+    assert len(said) == 1
+    assert said[0].startswith("cannot tell which of 3 is wrong")
     clean = adjust(loop(0.0).network())
     assert confusable(clean, assess(clean)) == []
 

@@ -60,7 +60,7 @@ def test_three_blunders_of_different_kinds_are_found_and_nothing_else() -> None:
         assert o.use[item] == Use.OFF
         assert o.reason[item].startswith("snooping: test ")
     # the size of the error is told with its sign: l = true + g
-    step = next(s for s in log.steps if s.observation.startswith("slope_distance"))
+    step = next(s for s in log.steps if s.observation.startswith("slope distance"))
     assert step.gross_error == pytest.approx(0.05, abs=0.01)
     assert "error about" in step.sentence()
 
@@ -137,7 +137,7 @@ def test_redundancy_never_falls_below_one_and_the_doubt_is_told() -> None:
     assert log.removed == ()
     assert all("nothing would be checked" in s.action for s in log.steps)
     assert len(log.steps[0].alternatives) == 2
-    assert "it could as well be height_difference" in log.sentences()[0]
+    assert "it could as well be height difference" in log.sentences()[0]
 
 
 def test_the_limit_on_removals_is_told() -> None:

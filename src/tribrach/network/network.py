@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from tribrach.errors import InputError
 from tribrach.geodesy.site import FlatSite, Site
+from tribrach.network.axes_in_use import axes_in_use
 from tribrach.network.observations.base import Array, Observations, Use
 from tribrach.network.unknowns import State
 
@@ -105,6 +106,8 @@ class Network:
         points = free[: 3 * layout.count("point")].reshape(-1, 3)
         # an axis free nowhere and zero or unknown everywhere is not in use (levelling, plan)
         used = points.any(axis=0) | (np.nan_to_num(self.start.points) != 0).any(axis=0)
+        tables = [*self.observations, *(c.observations for c in self.constraints)]
+        used &= axes_in_use(((o.kind, getattr(o, "axis", None)) for o in tables), self.site)
         points[:, used] = True
         start = self.start
         if datum.kind == "fixed":

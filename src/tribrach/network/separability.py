@@ -7,7 +7,7 @@ wrong. The correlation of w_i and w_j is ``S_ij / sqrt(S_ii S_jj)`` with ``S = P
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,6 +37,8 @@ TIED = 0.3
 BATCH = 200
 #: at most this many suspects are compared with all others
 SUSPECTS = 50
+#: observations that a sentence names
+NAMED = 4
 
 
 @dataclass(frozen=True)
@@ -103,11 +105,36 @@ def confusable(adjustment: Adjustment, quality: Quality, limit: float = LIMIT) -
     pairs: dict[tuple[int, int], float] = {}
     for a, b, value in zip(mine, other, rho, strict=True):
         pairs.setdefault((int(min(a, b)), int(max(a, b))), float(value))
-    return [
-        f"cannot tell whether {describe_row(adjustment, a)} or {describe_row(adjustment, b)} is "
-        f"wrong: their test values have the correlation {value:+.2f}"
-        for (a, b), value in sorted(pairs.items(), key=lambda item: -abs(item[1]))
-    ]
+    return [_alike(adjustment, group, pairs) for group in _groups(pairs)]
+
+
+def _groups(pairs: Mapping[tuple[int, int], float]) -> list[list[int]]:
+    """Rows that hang together by pairs, those with the strongest pair first."""
+    groups: list[set[int]] = []
+    for pair in sorted(pairs, key=lambda one: -abs(pairs[one])):
+        touched = [group for group in groups if group & set(pair)]
+        groups = [group for group in groups if group not in touched]
+        groups.append(set(pair).union(*touched))
+    return [sorted(group) for group in groups]
+
+
+def _alike(
+    adjustment: Adjustment, group: Sequence[int], pairs: Mapping[tuple[int, int], float]
+) -> str:
+    """Rows whose tests say the same, in a sentence."""
+    words = list(dict.fromkeys(describe_row(adjustment, row) for row in group))
+    if len(words) <= 2:
+        value = max((v for pair, v in pairs.items() if set(pair) <= set(group)), key=abs)
+        return (
+            f"cannot tell whether {' or '.join(words)} is wrong: "
+            f"their test values have the correlation {value:+.2f}"
+        )
+    most = f" and {len(words) - NAMED} more" if len(words) > NAMED else ""
+    least = min(abs(v) for pair, v in pairs.items() if set(pair) <= set(group))
+    return (
+        f"cannot tell which of {len(words)} is wrong, {'; '.join(words[:NAMED])}{most}: "
+        f"their test values are correlated by {least:.2f} or more"
+    )
 
 
 def partners(system: WeightedResiduals, row: int, limit: float = LIMIT) -> tuple[str, ...]:
