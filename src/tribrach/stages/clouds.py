@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from tribrach.network.adjustment import Adjustment
     from tribrach.project.scan_sections import CloudSection
 
-__all__ = ["Cloud", "Product", "place", "write_clouds"]
+__all__ = ["Cloud", "Product", "place", "placed_parts", "write_clouds"]
 
 Array = NDArray[np.float64]
 
@@ -132,7 +132,18 @@ def _key(
     state: State,
 ) -> str:
     """Digest of everything that a cloud depends on."""
-    parts: list[Any] = [_METHOD, wish.model_dump(), frame.kind, frame.crs, frame.epoch]
+    placed = placed_parts(scans, placements, frame, state)
+    return digest("cloud", [_METHOD, wish.model_dump(), *placed])
+
+
+def placed_parts(
+    scans: Sequence[StationScan],
+    placements: Sequence[Placement],
+    frame: OutputFrame,
+    state: State,
+) -> list[Any]:
+    """Everything that the placed points of scans depend on, and their covariances, for a digest."""
+    parts: list[Any] = [frame.kind, frame.crs, frame.epoch]
     parts += [frame.jacobian(np.zeros(3)), frame.from_work(np.zeros((1, 3)))]
     for scan, where in zip(scans, placements, strict=True):
         noise = None if where.noise is None else where.noise.parameters
@@ -141,7 +152,7 @@ def _key(
         parts += [pose.rotation, pose.translation, where.covariance, noise]
         if where.calibration is not None:
             parts += [where.calibration.own, where.calibration.cross]
-    return digest("cloud", parts)
+    return parts
 
 
 class Cloud:

@@ -1,15 +1,20 @@
-"""Two stations of a run against each other, site by site, through the adjusted poses."""
+"""Two stations of a run against each other, site by site, through the adjusted poses.
+
+What was found is remembered and found again only where scans, poses or wishes have changed.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tribrach.comparison.predicted import OffsetTest
+from tribrach.comparison.results import SiteResult
 from tribrach.comparison.site_choice import choose_sites
 from tribrach.comparison.sites import Site
 from tribrach.comparison.station_pair import StationPair
@@ -19,10 +24,13 @@ from tribrach.network.adjustment import Adjustment
 from tribrach.report.comparison_chapter import ComparisonChapter, comparison_chapter
 from tribrach.scan.normals import normals
 from tribrach.stages.cloud_file import CloudFile
-from tribrach.stages.clouds import place
+from tribrach.stages.clouds import place, placed_parts
 from tribrach.stages.comparing import compare_clouds, offset_test
+from tribrach.stages.comparison_record import from_facts, to_facts
 from tribrach.stages.poses import delivered, joint_covariance
 from tribrach.stages.scans import StationScan
+from tribrach.stages.state import State, digest
+from tribrach.units import MM
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -33,7 +41,11 @@ if TYPE_CHECKING:
 __all__ = ["Wish", "compare_stations", "wishes"]
 
 Array = NDArray[np.float64]
+#: sites, all their offsets together, remarks
+Found = tuple[list[SiteResult], OffsetTest | None, list[str]]
 
+#: changes of how clouds are compared make remembered comparisons void
+_METHOD = 1
 #: points of a cloud among which flat sites are looked for, at most
 _SAMPLE = 200_000
 
@@ -99,25 +111,74 @@ def compare_stations(
     adjustment: Adjustment,
     frame: OutputFrame,
     factor: float,
+    state: State,
     progress: Callable[[str, int, int | None], None],
 ) -> list[ComparisonChapter]:
-    """A chapter for each comparison; factor : on a-priori covariances (a posteriori variance)."""
-    return [_chapter(wish, adjustment, frame, factor, progress) for wish in wished]
+    """A chapter for each comparison; those of unchanged clouds come from the last run.
+
+    factor : on a-priori covariances (a posteriori variance).
+    """
+    chapters = []
+    for number, wish in enumerate(wished, start=1):
+        a, b = wish.section.a, wish.section.b
+        pair = _pair(wish, adjustment, frame, factor)
+        key = _key(wish, adjustment, frame, factor, pair, state)
+        product = f"comparison-{number}-{a}-{b}"
+        found = _recalled(state, product, key)
+        if found is None:
+            found = _compared(wish, adjustment, frame, factor, pair, progress)
+            state.remember(product, key, to_facts(*found))
+        chapters.append(comparison_chapter(a, b, wish.section.limit_mm * MM, *found))
+    return chapters
 
 
-def _chapter(
+def _recalled(state: State, product: str, key: str) -> Found | None:
+    """What the last run found; None if that was something else, or if it is damaged."""
+    facts = state.recall(product, key)
+    try:
+        return None if facts is None else from_facts(facts)
+    except (KeyError, TypeError, ValueError):
+        return None
+
+
+def _key(
     wish: Wish,
     adjustment: Adjustment,
     frame: OutputFrame,
     factor: float,
-    progress: Callable[[str, int, int | None], None],
-) -> ComparisonChapter:
-    """One comparison."""
-    a, b = (_cloud(scans, adjustment, frame, factor) for scans in (wish.a, wish.b))
-    assert a.scanner is not None
-    assert b.scanner is not None
+    pair: StationPair,
+    state: State,
+) -> str:
+    """Digest of everything that a comparison depends on."""
+    sites = wish.sites
+    parts: list[Any] = [_METHOD, wish.section.model_dump(), pair.covariance]
+    parts.append(None if sites is None else [[s.name, s.low, s.high, s.radius] for s in sites])
+    for scans in (wish.a, wish.b):
+        placements = [place(scan, adjustment, factor) for scan in scans]
+        parts.append(placed_parts(scans, placements, frame, state))
+    return digest("comparison", parts)
+
+
+def _pair(wish: Wish, adjustment: Adjustment, frame: OutputFrame, factor: float) -> StationPair:
+    """Both stations, that of the reference first, with their joint covariance."""
+    first, second = (
+        delivered(place(scans[0], adjustment, factor), frame).pose.translation
+        for scans in (wish.b, wish.a)
+    )
     names = (wish.b[0].station, wish.a[0].station)
-    pair = StationPair(b.scanner, a.scanner, joint_covariance(adjustment, names, frame, factor))
+    return StationPair(first, second, joint_covariance(adjustment, names, frame, factor))
+
+
+def _compared(
+    wish: Wish,
+    adjustment: Adjustment,
+    frame: OutputFrame,
+    factor: float,
+    pair: StationPair,
+    progress: Callable[[str, int, int | None], None],
+) -> Found:
+    """One comparison: its sites, all their offsets together, and how sites were chosen."""
+    a, b = (_cloud(scans, adjustment, frame, factor) for scans in (wish.a, wish.b))
     remarks: list[str] = []
     sites = wish.sites
     if sites is None:
@@ -130,12 +191,11 @@ def _chapter(
         b,
         sites,
         method=section.method,
-        limit=section.limit_mm * 1e-3,
+        limit=section.limit_mm * MM,
         stations=pair,
         progress=partial(_tell, progress, f"{section.a} against {section.b}"),
     )
-    tested = offset_test(found, pair)
-    return comparison_chapter(section.a, section.b, section.limit_mm * 1e-3, found, tested, remarks)
+    return found, offset_test(found, pair), remarks
 
 
 def _tell(

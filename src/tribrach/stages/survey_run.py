@@ -159,7 +159,8 @@ def compare(
     factor = adjustment.posterior_factor if project.adjustment.posterior else 1.0
     scans = {scan.name: scan for scan in work.corrected(adjustment).scans}
     wished = [wish.of(scans) for wish in work.comparisons]
-    return tuple(compare_stations(wished, adjustment, output_frame(project), factor, progress))
+    frame = output_frame(project)
+    return tuple(compare_stations(wished, adjustment, frame, factor, work.state, progress))
 
 
 def output_frame(project: Project) -> OutputFrame:
