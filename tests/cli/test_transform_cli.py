@@ -206,3 +206,18 @@ def test_what_is_wrong_is_said(files: tuple[str, str, Path]) -> None:
         bad.write_text(json.dumps(data | {key: value}))
         refused("apply", str(bad), a, str(folder / "o.csv"))
     assert not (folder / "o.csv").exists()
+
+
+def test_points_that_fit_exactly(tmp_path: Path) -> None:
+    """Round numbers that somebody tries first: no scatter, no nan, and the file can be applied."""
+    rows = [(k * 7 % 11, k * 5 % 13, k * 3 % 7) for k in range(8)]
+    for name, (x, y, z) in {"a": (0, 0, 0), "b": (100, 200, 30)}.items():
+        text = "".join(f"P{k},{r[0] + x},{r[1] + y},{r[2] + z}\n" for k, r in enumerate(rows))
+        (tmp_path / f"{name}.csv").write_text("point,x_m,y_m,z_m\n" + text)
+    a, b, fit, out = (str(tmp_path / n) for n in ("a.csv", "b.csv", "fit.json", "out.csv"))
+    said = run("fit", a, b, "--json", fit)
+    assert "nan" not in said
+    assert "6 parameters are enough" in said
+    run("apply", fit, a, out)
+    moved, ground = read_point_list(Path(out)), read_point_list(Path(b))
+    np.testing.assert_allclose(moved.xyz, ground.xyz, atol=1e-4)

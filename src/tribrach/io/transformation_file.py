@@ -108,6 +108,9 @@ def read_transformation(path: Path) -> StoredTransformation:
 
 def _proper(covariance: Array) -> bool:
     """True for a covariance, in the unit of its own standard deviations."""
+    if not covariance.any():
+        # points that fit exactly leave no scatter
+        return True
     if not (np.diag(covariance) > 0).all():
         return False
     sigma = np.sqrt(np.diag(covariance))

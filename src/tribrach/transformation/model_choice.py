@@ -18,6 +18,9 @@ from tribrach.transformation.testing import trusted
 
 __all__ = ["Rung", "ScaleTest", "ladder", "scale_test"]
 
+#: of a scale
+_ROUNDING = 1e-12
+
 
 @dataclass(frozen=True)
 class ScaleTest:
@@ -67,7 +70,9 @@ def scale_test(points: CommonPoints) -> ScaleTest | None:
     sigma = float(np.sqrt(factor * fit.cofactor[-1, -1]))
     excess = float(fit.transformation.factors[0] - 1)
     limit = float(t.ppf(0.975, fit.dof) if posterior else norm.ppf(0.975))
-    value = excess / sigma if sigma > 0 else float(np.sign(excess)) * np.inf
+    # points that fit exactly: what is left of the scale is rounding
+    exact = abs(excess) < _ROUNDING and not sigma > _ROUNDING
+    value = 0.0 if exact else excess / sigma if sigma > 0 else float(np.sign(excess)) * np.inf
     return ScaleTest(excess, sigma, float(value), limit, posterior)
 
 
