@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from tribrach.kernel_cache import ensure_cache
+
 if TYPE_CHECKING:
     from tribrach.io.survey.formats import read_files
     from tribrach.network.adjustment import Adjustment, adjust
@@ -42,6 +44,9 @@ _HOMES = {
     "fit_transformation": "transformation.fit",
     "read_files": "io.survey.formats",
 }
+
+
+ensure_cache()
 
 
 def __getattr__(name: str) -> Any:

@@ -1,0 +1,60 @@
+"""Where compiled code is kept from one run to the next.
+
+Loops are compiled on their first use and kept beside the sources, or in the user's cache folder
+where the package is read-only. Where neither can be written numba refuses to load at all; then a
+private folder among the temporary files takes their place. ``NUMBA_CACHE_DIR`` overrules all of it.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+import sys
+import tempfile
+from pathlib import Path
+
+__all__ = ["ensure_cache"]
+
+_PACKAGE = Path(__file__).resolve().parent
+
+
+def ensure_cache() -> Path | None:
+    """The folder that had to be made for compiled code; None where numba finds one by itself."""
+    if os.environ.get("NUMBA_CACHE_DIR") or _writable(_PACKAGE / "__pycache__"):
+        return None
+    if _writable(_of_user()):
+        return None
+    folder = _private()
+    os.environ["NUMBA_CACHE_DIR"] = str(folder)
+    if "numba" in sys.modules:
+        sys.modules["numba"].config.CACHE_DIR = str(folder)
+    return folder
+
+
+def _writable(folder: Path) -> bool:
+    """True if a folder, or the nearest one above that is there, can be written into."""
+    while not folder.exists() and folder != folder.parent:
+        folder = folder.parent
+    return folder.is_dir() and os.access(folder, os.W_OK | os.X_OK)
+
+
+def _of_user() -> Path:
+    """Where numba keeps what it cannot keep beside the sources."""
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA") or os.path.expanduser("~"))
+    if sys.platform == "darwin":
+        return Path(os.path.expanduser("~/Library/Caches"))
+    return Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"))
+
+
+def _private() -> Path:
+    """A folder that nobody else can write into: compiled code is run as it is found."""
+    if not hasattr(os, "getuid"):
+        return Path(tempfile.mkdtemp(prefix="tribrach-"))
+    folder = Path(tempfile.gettempdir()) / f"tribrach-{os.getuid()}"
+    folder.mkdir(mode=0o700, exist_ok=True)
+    found = folder.lstat()
+    own = stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid()
+    if own and not found.st_mode & 0o077:
+        return folder
+    return Path(tempfile.mkdtemp(prefix="tribrach-"))
