@@ -7,9 +7,9 @@ import numpy as np
 from tribrach.geometry import rotation
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.scan_noise import ScanNoise
-from tribrach.registration.plane_poses import Surroundings
 from tribrach.registration.plane_set import PlaneSet
 from tribrach.registration.station_view import view_of
+from tribrach.registration.surroundings import Surroundings
 from tribrach.scan.range_image import organise
 from tribrach.simulate.scanner import Grid, Scanner, scan
 from tribrach.simulate.scene import Scene, box, ground
@@ -25,9 +25,10 @@ def upright(heading, place):
     return Pose(rotation.exp(np.array([[0.0, 0.0, heading]]))[0], np.array(place, dtype=float))
 
 
-def look(name, scene, pose, *, levelled=True, seed=1, step=STEP):
-    """A station in a scene: its planes and its view."""
-    grid = Grid(-np.pi, V[0], step, round((V[1] - V[0]) / step), round(2 * np.pi / step))
+def look(name, scene, pose, *, levelled=True, seed=1, step=STEP, window=(-np.pi, np.pi)):
+    """A station in a scene: its planes and its view, within a window of its H [rad]."""
+    columns = round((window[1] - window[0]) / step)
+    grid = Grid(window[0], V[0], step, round((V[1] - V[0]) / step), columns)
     blocks = list(scan(scene, pose, Scanner(NOISE), grid, (seed, 2, int(name[1:]))))
     xyz = np.concatenate([b.xyz for b in blocks])
     rows = np.concatenate([b.row for b in blocks])
@@ -36,7 +37,16 @@ def look(name, scene, pose, *, levelled=True, seed=1, step=STEP):
     planes, _ = find_planes(
         xyz, image, sigma_range=0.001, sigma_angle=6e-5, floor=0.0, scan=f"scan {name}"
     )
-    return Surroundings(name, PlaneSet.of(planes), view_of(xyz, image), levelled)
+    return Surroundings.of(name, PlaneSet.of(planes), view_of(xyz, image), levelled)
+
+
+#: middle and size of the blocks around a yard [m]
+WALLS = (
+    ((0, 12.5, 4), (30, 5, 8)),
+    ((0, -10.5, 3), (30, 5, 6)),
+    ((17.5, 0, 2.5), (5, 30, 5)),
+    ((-17.5, 0, 3.5), (5, 30, 7)),
+)
 
 
 def yard():
@@ -44,10 +54,7 @@ def yard():
     return Scene.of(
         [
             ground((0, 0, 0), 200),
-            box((0, 12.5, 4), (30, 5, 8), 0.5),
-            box((0, -10.5, 3), (30, 5, 6), 0.5),
-            box((17.5, 0, 2.5), (5, 30, 5), 0.5),
-            box((-17.5, 0, 3.5), (5, 30, 7), 0.5),
+            *(box(*wall, 0.5) for wall in WALLS),
             box((6.0, 5.0, 1.5), (3.0, 2.0, 3.0), 0.4, 0.4),
         ]
     )

@@ -5,6 +5,7 @@ import pytest
 
 from tests.registration.plane_scenes import (
     POSES,
+    WALLS,
     apart,
     corridor,
     facade,
@@ -21,11 +22,12 @@ from tribrach.network.adjustment import adjust
 from tribrach.network.network import Datum
 from tribrach.network.observations.plane import FittedPlanes
 from tribrach.network.survey import Survey
+from tribrach.network.unknowns import plane_basis
 from tribrach.registration.by_planes import register_by_planes
 from tribrach.registration.plane_poses import information, pair_poses
 from tribrach.registration.plane_set import PlaneSet
 from tribrach.registration.plane_shifts import open_directions
-from tribrach.simulate.scene import Scene, box
+from tribrach.simulate.scene import Scene, box, ground
 
 
 @pytest.mark.parametrize(("a", "b"), [("S1", "S2"), ("S2", "S3")])
@@ -110,6 +112,48 @@ def test_three_stations_form_one_group_with_closing_loops():
     root = next(name for name, pose in found.groups[0].items() if (pose.translation == 0).all())
     for name, pose in found.groups[0].items():
         assert apart(pose, POSES[root].inverse @ POSES[name])[0] < 0.01
+
+
+def test_a_station_that_only_several_others_hold_together():
+    """Of S3's two walls S1 sees the one and S2 the other; either alone leaves a shift open."""
+    shed = box((-9.0, -5.5, 1.0), (2.5, 2.0, 2.0), 0.4, 0.5)
+    step = box((14.5, -1.5, 1.0), (1.0, 13.0, 2.0), 0.4)
+    scene = Scene.of([ground((0, 0, 0), 200), shed, step, *(box(*wall, 0.5) for wall in WALLS)])
+    windows = {"S1": (31, 340), "S2": (155, 390), "S3": (-20, 85)}
+    stations = []
+    for name, world in windows.items():
+        heading = np.arctan2(POSES[name].rotation[1, 0], POSES[name].rotation[0, 0])
+        window = tuple(np.radians(world) - heading)
+        stations.append(look(name, scene, POSES[name], window=window))
+    one, two, three = stations
+    assert pair_poses(one, two).sure
+    assert not pair_poses(one, three).sure
+    assert not pair_poses(two, three).sure
+    found = register_by_planes(stations)
+    assert [len(g) for g in found.groups] == [3]
+    assert any("S3 shares too few planes with any one" in text for text in found.sentences)
+    (group,) = found.groups
+    for name in POSES:
+        at = group["S1"].inverse @ group[name]
+        assert apart(at, POSES["S1"].inverse @ POSES[name])[0] < 0.01
+
+
+def test_planes_of_a_group_keep_their_covariance_when_they_are_placed():
+    """Sigma of the offset at any place of the plane is the same in every frame."""
+    station = yard_station("S1")
+    planes, pose = (
+        station.planes,
+        upright(1.1, (3, -4, 2)) @ Pose(rotation.exp(np.array([0.2, -0.4, 0.1])), np.zeros(3)),
+    )
+    moved = planes.placed(pose)
+    place = np.array([s[0] for s in planes.samples])
+
+    def sigma(p, x):
+        tilt = np.einsum("kia,ki->ka", plane_basis(p.normal), x - p.center)
+        row = np.column_stack([tilt, np.ones(len(p))])
+        return np.einsum("ki,kij,kj->k", row, p.covariance, row)
+
+    np.testing.assert_allclose(sigma(moved, pose @ place), sigma(planes, place), rtol=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -77,6 +77,15 @@ def test_a_weak_joint_needs_a_loop():
     assert len(confirmed.groups[0]) == 4
 
 
+def test_an_open_loop_costs_the_joint_that_cannot_stand_alone():
+    truth, rng = poses(3), np.random.default_rng(4)
+    good = [joint(truth, "S0", "S1", rng), joint(truth, "S1", "S2", rng)]
+    found = join(list(truth), [*good, joint(truth, "S0", "S2", rng, wrong=2.0, alone=False)])
+    assert len(found.groups) == 1
+    assert "S0 - S2 is not used" in found.sentences[0]
+    check(found.groups[0], truth)
+
+
 def test_stations_without_joints_stay_alone():
     graph = join(["A", "B"], [])
     assert [list(g) for g in graph.groups] == [["A"], ["B"]]

@@ -15,16 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach.geometry.pose import Pose
-from tribrach.registration.plane_poses import (
-    PairPoses,
-    PlanePose,
-    Surroundings,
-    decided,
-    pair_poses,
-)
+from tribrach.registration.plane_poses import PairPoses, PlanePose, decided, pair_poses
 from tribrach.registration.plane_shifts import open_directions
 from tribrach.registration.pose_graph import CLOSES, Joint, PoseGraph, join
-from tribrach.registration.station_view import Agreement, agreement
+from tribrach.registration.surroundings import Surroundings, merged, seen
 
 __all__ = ["PlaneRegistration", "lacking_words", "register_by_planes"]
 
@@ -85,6 +79,17 @@ def register_by_planes(
             "the stations around leave one"
         )
         graph = join(names, joints)
+    while True:
+        more = _together(by_name, joints, graph)
+        if more is None:
+            break
+        joints.append(more)
+        graph = join(names, joints)
+        group = next(group for group in graph.groups if more.first in group)
+        said.append(
+            f"{more.second} shares too few planes with any one station, but enough with several "
+            f"of {', '.join(name for name in group if name != more.second)} together"
+        )
     alone = [next(iter(group)) for group in graph.groups if len(group) == 1]
     obstacles = {name: _obstacle(by_name[name], pairs) for name in alone}
     return PlaneRegistration(graph.groups, tuple(pairs), tuple(said), obstacles)
@@ -138,29 +143,35 @@ def _settled(
         mine, theirs = group_of[pair.first], group_of[pair.second]
         if len(pair.poses) < 2 or mine is theirs or len(mine) + len(theirs) < 3:
             continue
-        trials = [_around(stations, pair, pose, mine, theirs) for pose in pair.poses]
-        left = decided([trial for trial in trials if trial is not None])
+        here, there = merged(stations, mine), merged(stations, theirs)
+        trials = []
+        for pose in pair.poses:
+            between = mine[pair.first] @ pose.pose @ theirs[pair.second].inverse
+            trials.append(replace(pose, seen=seen(here, there, between)[0]))
+        left = decided(trials)
         if len(left) == 1:
             return replace(_joint(pair, left[0]), alone=True)
     return None
 
 
-def _around(
-    stations: Mapping[str, Surroundings],
-    pair: PairPoses,
-    pose: PlanePose,
-    mine: Mapping[str, Pose],
-    theirs: Mapping[str, Pose],
-) -> PlanePose | None:
-    """A pose with the agreement of all stations of one group with all of the other."""
-    between = mine[pair.first] @ pose.pose @ theirs[pair.second].inverse
-    seen = Agreement(0, 0, 0, 0, 0)
-    for a, first in mine.items():
-        for b, second in theirs.items():
-            moved = first.inverse @ between @ second
-            seen += agreement(stations[b].view, stations[a].view, moved)
-            seen += agreement(stations[a].view, stations[b].view, moved.inverse)
-    return replace(pose, seen=seen)
+def _together(
+    stations: Mapping[str, Surroundings], joints: Sequence[Joint], graph: PoseGraph
+) -> Joint | None:
+    """Two groups that no two of their stations hold together, but all of them do."""
+    known = {joint.ends for joint in joints}
+    for one, two in combinations(graph.groups, 2):
+        if len(one) + len(two) < 3:
+            continue
+        pair = pair_poses(merged(stations, one), merged(stations, two))
+        free = [(a, b) for a in one for b in two if frozenset((a, b)) not in known]
+        if not pair.sure or not free:
+            continue
+        a, b = free[0]
+        joint = _joint(pair)
+        moved = one[a].inverse @ joint.pose @ two[b]
+        if joint.alone:
+            return replace(joint, first=a, second=b, pose=moved)
+    return None
 
 
 def _obstacle(station: Surroundings, pairs: Sequence[PairPoses]) -> str:

@@ -20,12 +20,12 @@ from tribrach.network.unknowns import plane_basis
 from tribrach.registration.plane_rotations import rotations
 from tribrach.registration.plane_set import PlaneSet, overlap
 from tribrach.registration.plane_shifts import open_directions, shifts
-from tribrach.registration.station_view import Agreement, StationView, agreement
+from tribrach.registration.station_view import Agreement
+from tribrach.registration.surroundings import Surroundings, seen
 
 __all__ = [
     "PairPoses",
     "PlanePose",
-    "Surroundings",
     "common_planes",
     "decided",
     "information",
@@ -57,16 +57,6 @@ _CONFLICT, _OVERLAP = 0.12, 0.08
 #: a rival has at most so many times the conflict of the best pose, or so much more of it, and at
 #: least this share of its agreement
 _TIMES, _MORE, _AGREES = 2.5, 0.012, 0.6
-
-
-@dataclass(frozen=True, eq=False)
-class Surroundings:
-    """What is known of a station: its planes, its view, and whether its third axis is plumb."""
-
-    name: str
-    planes: PlaneSet
-    view: StationView
-    levelled: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,15 +136,12 @@ def refined(first: Surroundings, second: Surroundings, start: Pose) -> PlanePose
             return None
         pose = _fitted(first.planes, second.planes, pairs, pose, levelled)
     held = open_directions(first.planes.normal[pairs[:, 0]])
-    there = agreement(second.view, first.view, pose)
-    back = agreement(first.view, second.view, pose.inverse)
-    both = there + back
-    least = min(there.overlap, back.overlap)
-    if both.conflict > _CONFLICT or max(there.overlap, back.overlap) < _OVERLAP:
+    both, there, back = seen(first, second, pose)
+    if both.conflict > _CONFLICT or max(there, back) < _OVERLAP:
         return None
     i, j = pairs.T
     off = offsets(first.planes, second.planes, i, j, pose)
-    return PlanePose(pose, pairs, float(np.sqrt(np.mean(off**2))), both, least, held)
+    return PlanePose(pose, pairs, float(np.sqrt(np.mean(off**2))), both, min(there, back), held)
 
 
 def common_planes(

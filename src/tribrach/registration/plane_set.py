@@ -7,7 +7,7 @@ metres and radians.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -114,6 +114,18 @@ class PlaneSet:
             tuple(self.samples[k] for k in at),
             self.spacing[at],
             tuple(self.scans[k] for k in at),
+        )
+
+    def placed(self, pose: Pose) -> PlaneSet:
+        """In the frame that the pose leads to; errors of the pose are not part of it."""
+        normal = self.normal @ pose.rotation.T
+        tangents = plane_basis(self.normal).transpose(0, 2, 1) @ pose.rotation.T
+        return replace(
+            self,
+            normal=normal,
+            center=pose @ self.center,
+            covariance=_in_basis(normal, tangents, self.covariance),
+            samples=tuple(pose @ sample for sample in self.samples),
         )
 
     def _doubles(self, k: int, other: int) -> bool:

@@ -18,7 +18,8 @@ from scipy.sparse.csgraph import connected_components
 
 from tribrach.geometry.pose import Pose
 from tribrach.network.unknowns import plane_basis
-from tribrach.registration.plane_poses import Surroundings, common_planes, offsets
+from tribrach.registration.plane_poses import common_planes, offsets
+from tribrach.registration.surroundings import Surroundings
 
 __all__ = ["PlaneTies", "tie_planes"]
 

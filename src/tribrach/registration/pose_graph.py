@@ -1,7 +1,8 @@
 """Stations joined by relative poses: which joints hold, what hangs together, what stays alone.
 
 Joints that several loops confirm are believed; loops that do not close cost the joint that nothing
-else confirms, and if that is several of them all of these, since none is better than the other.
+else confirms: of several the ones that cannot stand alone, or all, since none is better than the
+other.
 A joint in no loop at all stands on the agreement of its own two views. Poses are in the frame of
 the first station of their group until something ties the group to the world.
 """
@@ -114,6 +115,8 @@ def _consistent(joints: list[Joint]) -> tuple[list[Joint], list[str]]:
         worst = max(bad, key=lambda loop: loop.gap)
         least = min(confirmed[id(j)] for j in worst.joints)
         doubtful = [j for j in worst.joints if confirmed[id(j)] == least]
+        # what needed a loop to be believed has not found one
+        doubtful = [j for j in doubtful if not j.alone] or doubtful
         if least > 0:
             doubtful = [min(doubtful, key=lambda j: j.strength)]
         said.append(_words(worst, doubtful))

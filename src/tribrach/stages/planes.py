@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from tribrach.io.outputs import write_bytes
 from tribrach.project.scan_sections import RegistrationSection
-from tribrach.registration.plane_poses import Surroundings
 from tribrach.registration.plane_set import PlaneSet
 from tribrach.registration.station_view import StationView, merged_view, view_of
+from tribrach.registration.surroundings import Surroundings
 from tribrach.scan.loading import load
 from tribrach.scan.range_image import organise
 from tribrach.stages.scans import StationScan
@@ -51,7 +51,7 @@ def surroundings(
         found = [_of_scan(scan, wish, state, progress) for scan in mine if scan.origin_known]
         planes = PlaneSet.joined([planes for planes, _ in found])
         view = merged_view([view for _, view in found]) if found else StationView.empty()
-        out.append(Surroundings(name, planes, view, mine[0].levelled))
+        out.append(Surroundings.of(name, planes, view, mine[0].levelled))
     return out
 
 

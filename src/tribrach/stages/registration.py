@@ -16,10 +16,10 @@ from tribrach.geometry.pose import Pose
 from tribrach.network.survey import Survey
 from tribrach.registration.by_planes import PlaneRegistration, register_by_planes
 from tribrach.registration.clouds.graph import CloudEdge
-from tribrach.registration.plane_poses import Surroundings
 from tribrach.registration.plane_set import PlaneSet
 from tribrach.registration.plane_ties import PlaneTies
 from tribrach.registration.station_view import StationView
+from tribrach.registration.surroundings import Surroundings
 from tribrach.stages.cloud_pairs import CloudPairs, cloud_pairs, contradicted
 from tribrach.stages.extraction import Findings
 from tribrach.stages.naming import Named, name_targets
@@ -138,7 +138,7 @@ def _stations(
         return surroundings(scans, wish, state, lambda what: progress(what, 0, None))
     blank, blind = PlaneSet.joined([]), StationView.empty()
     levelled = {scan.station: scan.levelled for scan in scans}
-    return [Surroundings(name, blank, blind, flat) for name, flat in levelled.items()]
+    return [Surroundings.of(name, blank, blind, flat) for name, flat in levelled.items()]
 
 
 def _poses(named: Named | None, found: PlaneRegistration) -> tuple[Mapping[str, Pose], bool]:

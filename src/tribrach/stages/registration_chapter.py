@@ -20,7 +20,8 @@ from matplotlib.figure import Figure
 from tribrach.geometry.pose import Pose
 from tribrach.network.adjustment import Adjustment
 from tribrach.registration.edges import ALPHA, MOST, Edge, edges
-from tribrach.registration.station_view import Agreement, agreement
+from tribrach.registration.station_view import Agreement
+from tribrach.registration.surroundings import seen
 from tribrach.report.chapter import Chapter
 from tribrach.report.columns import Columns, Spec
 from tribrach.report.content import Content
@@ -104,8 +105,7 @@ def _views(registered: Registered, adjustment: Adjustment) -> dict[frozenset[str
     out = {}
     for a, b in combinations(placed, 2):
         moved = poses[a.name].inverse @ poses[b.name]
-        both = agreement(b.view, a.view, moved) + agreement(a.view, b.view, moved.inverse)
-        out[frozenset((a.name, b.name))] = both
+        out[frozenset((a.name, b.name))] = seen(a, b, moved)[0]
     return out
 
 

@@ -15,8 +15,9 @@ from tribrach.network.network import Network
 from tribrach.network.observations.plane import FittedPlanes
 from tribrach.network.survey import Survey
 from tribrach.registration.clouds.graph import CloudEdge, observe
-from tribrach.registration.plane_poses import Surroundings, information
+from tribrach.registration.plane_poses import information
 from tribrach.registration.plane_ties import PlaneTies, tie_planes
+from tribrach.registration.surroundings import Surroundings
 from tribrach.stages.cloud_pairs import observable
 
 __all__ = ["Tying"]
