@@ -75,14 +75,15 @@ def geonet(data: Path) -> Receivers:
     return Receivers(*place, (base, rover), orbits, "", "EPSG:32654", 2005.25)
 
 
-def scanned(folder: Path, seed: int, lean: float) -> tuple[Pose, Array]:
-    """A scanner with the antenna at zero: its pose, and points (n, 3) that it saw.
-
-    lean : how far it stands from upright [rad]. The file ``S1.ply`` has windows around the spheres.
-    """
+def under_the_antenna(seed: int, lean: float) -> Pose:
+    """A scanner with the antenna at zero; lean : how far it stands from upright [rad]."""
     rng = np.random.default_rng(seed)
     turn = rotation.exp(np.array([0, 0, 0.8])) @ rotation.exp(rng.uniform(-lean, lean, 3))
-    pose = Pose(turn, -turn @ ARM)
+    return Pose(turn, -turn @ ARM)
+
+
+def scanned(folder: Path, name: str, pose: Pose, seed: int) -> Array:
+    """Points (n, 3) that a scanner saw: a file of windows around the spheres."""
     targets = [Target(name, "sphere", np.array(x), RADIUS) for name, x in SPHERES.items()]
     foot = -2.2
     stands = [
@@ -93,13 +94,13 @@ def scanned(folder: Path, seed: int, lean: float) -> tuple[Pose, Array]:
     ]
     bodies = [ground((0, 0, foot), 300), box((20, 10, 2), (8, 12, 8), 0.5)]
     scene = Scene.of([*bodies, *stands, *(t.primitive() for t in targets)])
-    one = fine_scan("S1", pose, targets, 0.001)
+    one = fine_scan(name, pose, targets, 0.001)
     parts = []
-    with create(folder / "S1.ply", CloudHeader("S1")) as writer:
+    with create(folder / f"{name}.ply", CloudHeader(name)) as writer:
         for block in scan(scene, pose, Scanner(NOISE), one.grid, (seed, 2, 0), one.mask):
             writer.write(block.xyz, {})
             parts.append(block.xyz)
-    return pose, np.concatenate(parts)
+    return np.concatenate(parts)
 
 
 PROJECT = """\
@@ -133,14 +134,17 @@ file = "control.csv"
 [targets]
 sphere_radius_m = [0.1]
 
-[[scans]]
-file = "S1.ply"
-station = "S1"
-origin = "scanner"
-
+{scans}
 [cloud]
 format = "ply"
 {cloud}
+"""
+
+SCAN = """\
+[[scans]]
+file = "{name}.ply"
+station = "{name}"
+origin = "scanner"
 """
 
 SESSION = """\
@@ -195,22 +199,21 @@ def by_position(folder: Path, place: Receivers, pose: Pose, rng: np.random.Gener
 
 @dataclass(frozen=True)
 class Job:
-    """A project and its truth: pose of the scanner from the antenna in E, N, U there.
+    """A project and its truth: poses of the scanners from the antenna in E, N, U there.
 
-    points (n, 3) : of the scan.
+    points : (n, 3) of the scan of each station.
     """
 
     path: Path
     place: Receivers
-    pose: Pose
-    points: Array
+    poses: dict[str, Pose]
+    points: dict[str, Array]
 
-    @property
-    def geocentric(self) -> Pose:
-        """The true pose in ECEF."""
-        local = self.place.local
-        at = local.to_ecef(self.pose.translation[None])[0]
-        return Pose(local.w_from_ecef.T @ self.pose.rotation, at)
+    def geocentric(self, station: str) -> Pose:
+        """The true pose of a station in ECEF."""
+        local, pose = self.place.local, self.poses[station]
+        at = local.to_ecef(pose.translation[None])[0]
+        return Pose(local.w_from_ecef.T @ pose.rotation, at)
 
 
 def write_project(
@@ -225,9 +228,15 @@ def write_project(
     known: Sequence[str] = SURVEYED,
     checks: Sequence[str] = (),
     lean: float = 0.02,
+    others: dict[str, Pose] | None = None,
 ) -> Job:
-    """A project file, its scan and tables; known and checks : spheres with coordinates."""
-    pose, points = scanned(folder, seed, lean)
+    """A project file, its scans and tables.
+
+    known and checks : spheres with coordinates; others : stations without an antenna.
+    """
+    pose = under_the_antenna(seed, lean)
+    poses = {"S1": pose} | (others or {})
+    points = {n: scanned(folder, n, p, seed + k) for k, (n, p) in enumerate(poses.items())}
     rng = np.random.default_rng(seed + 1000)
     (folder / "control.csv").write_text(control(place, rng, known, checks))
     x, y, z = ARM + rng.normal(0, ARM_SIGMA, 3)
@@ -241,7 +250,8 @@ def write_project(
             sigma=1e3 * ARM_SIGMA,
             station=station,
             measured=measured(folder, place, pose, rng),
+            scans="".join(SCAN.format(name=name) for name in poses),
             cloud=cloud,
         )
     )
-    return Job(path, place, pose, points)
+    return Job(path, place, poses, points)

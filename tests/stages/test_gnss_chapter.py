@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pyproj import Transformer
 from scipy.stats import chi2
 from typer.testing import CliRunner
 
@@ -16,6 +17,8 @@ from tests.gnss.test_baseline import minutes
 from tests.io.survey.gnss_samples import ADJUSTED, GIVEN, VECTORS, write_csv, write_gvx
 from tests.network.networks import trilateration
 from tribrach.cli import app
+from tribrach.errors import InputError
+from tribrach.geodesy.grid import Grid
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.gnss.engine import engines
 from tribrach.network.adjustment import adjust
@@ -154,6 +157,40 @@ def test_a_site_is_centred_on_geographic_points(tmp_path: Path) -> None:
     )
     geodetic = site.geodetic(network.start.points)
     np.testing.assert_allclose(geodetic[0], [*np.radians([37.87, 32.5]), 1020.0], atol=1e-8)
+
+
+@pytest.mark.parametrize("columns", ["geographic", "geocentric"])
+def test_a_projected_site_is_centred_on_points_of_any_kind(tmp_path: Path, columns: str) -> None:
+    """Control of a GNSS network seldom comes in the projection of the clouds."""
+    place = np.array([[48.0, 9.5, 300.0], [48.004, 9.506, 310.0]])
+    if columns == "geographic":
+        head, rows = "latitude_deg,longitude_deg,height_m", place
+    else:
+        turned = Transformer.from_crs("EPSG:4979", "EPSG:4978").transform(*place.T)
+        head, rows = "ecef_x_m,ecef_y_m,ecef_z_m", np.stack(turned, axis=1)
+    lines = [f"{n},{a:.6f},{b:.6f},{c:.6f},fixed" for n, (a, b, c) in zip("AB", rows, strict=True)]
+    (tmp_path / "p.csv").write_text("\n".join([f"point,{head},role", *lines, ""]))
+    (tmp_path / "v.csv").write_text(
+        "from,to,dx_m,dy_m,dz_m,sigma_dx_mm,sigma_dy_mm,sigma_dz_mm\nA,C,1,2,3,3,3,3\n"
+        "B,C,100,-200,300,3,3,3\n"
+    )
+    (tmp_path / "p.toml").write_text(
+        '[site]\ncrs = "EPSG:32632"\n[[points]]\nfile = "p.csv"\n[[observations]]\nfile = "v.csv"\n'
+    )
+    network = Project.load(tmp_path / "p.toml").network()
+    site = network.site
+    assert isinstance(site, EllipsoidSite)
+    assert np.degrees([site.latitude, site.longitude]) == pytest.approx([48.002, 9.503], abs=2e-4)
+    assert np.abs(network.start.points[:2]).max() < 600
+    grid = network.info["grid"]
+    plan = Transformer.from_crs("EPSG:4979", "EPSG:32632").transform(*place.T)
+    found = grid.from_work(network.start.points[:2])
+    np.testing.assert_allclose(found, np.stack(plan, axis=1), atol=2e-4)
+
+
+def test_points_outside_of_a_grid_are_refused() -> None:
+    with pytest.raises(InputError, match=r"longitude -170\.0000 is outside the grid EPSG:3035"):
+        Grid("EPSG:3035", 0.0, 0.0).plan(float(np.radians(-52.0)), float(np.radians(-170.0)))
 
 
 def test_adjust_takes_a_project(tmp_path: Path) -> None:

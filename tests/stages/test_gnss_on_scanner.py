@@ -24,11 +24,11 @@ from tests.stages.rover_jobs import (
     spirent,
     write_project,
 )
-from tests.stages.test_reference_systems import written
 from tribrach.errors import NoStartValues
 from tribrach.geometry import rotation
 from tribrach.geometry.pose import Pose
 from tribrach.gnss.engine import engines
+from tribrach.io.scans.formats import read_scans
 from tribrach.pipeline import run
 from tribrach.project import Project
 from tribrach.report.content import Content
@@ -51,27 +51,33 @@ def dynamic(place: Receivers) -> str:
     return f'frame = "ITRF2014"\nepoch = {place.epoch}'
 
 
-def delivered(job: Job) -> tuple[Pose, np.ndarray]:
-    """The pose of the only scan and its covariance, as other programs get them."""
+def delivered(job: Job, station: str) -> tuple[Pose, np.ndarray]:
+    """The pose of a scan and its covariance, as other programs get them."""
     file = job.path.parent / "out" / "clouds" / "poses.json"
-    (found,) = json.loads(file.read_text())["scans"]
+    (found,) = (s for s in json.loads(file.read_text())["scans"] if s["station"] == station)
     matrix = np.array(found["world_from_scanner"])
     return Pose(matrix[:3, :3], matrix[:3, 3]), np.array(found["covariance"])
 
 
 def agrees(job: Job) -> None:
-    """A geocentric pose lies where the truth is, as far as its covariance says; the cloud too."""
-    found, covariance = delivered(job)
-    true = job.geocentric
-    turned = rotation.log((found.rotation @ true.rotation.T)[None])[0]
-    error = np.concatenate([found.translation - true.translation, turned])
-    assert error @ np.linalg.solve(covariance, error) < chi2.ppf(0.999, 6)
-    # 2 to 5 mm of baseline and lever arm, 8 mm of the spheres over their distance
-    assert np.abs(error[:3]).max() < 0.03
-    assert np.sqrt(np.diag(covariance)).max() < 0.02
-    cloud = written(job.path.parent)
-    # as in the file, which has steps of 0.2 mm
-    assert np.abs(cloud - found @ job.points).max() < 2e-4
+    """Geocentric poses lie where the truth is, as far as covariances say; the clouds too."""
+    for station in job.poses:
+        found, covariance = delivered(job, station)
+        true = job.geocentric(station)
+        turned = rotation.log((found.rotation @ true.rotation.T)[None])[0]
+        error = np.concatenate([found.translation - true.translation, turned])
+        assert error @ np.linalg.solve(covariance, error) < chi2.ppf(0.999, 6)
+        # 2 to 5 mm of baseline and lever arm, 8 mm of the spheres over their distance
+        assert np.abs(error[:3]).max() < 0.03
+        assert np.sqrt(np.diag(covariance)).max() < 0.02
+        cloud = written(job.path.parent, station)
+        # as in the file, which has steps of 0.2 mm
+        assert np.abs(cloud - found @ job.points[station]).max() < 2e-4
+
+
+def written(folder: Path, station: str = "S1") -> np.ndarray:
+    (scan,) = read_scans(folder / "out" / "clouds" / f"{station}.ply")
+    return np.concatenate([chunk.xyz for chunk in scan.chunks()])
 
 
 def words(job: Job) -> str:
@@ -120,8 +126,23 @@ def test_from_rinex_and_a_scan_to_a_geocentric_cloud(
         assert expected in said
     header = (tmp_path / "out" / "clouds" / "S1.ply").read_bytes()[:2000].decode("latin-1")
     assert f"comment epoch: {place.epoch}" in header
-    (pose,) = json.loads((tmp_path / "out" / "clouds" / "poses.json").read_text())["scans"]
-    assert pose["station"] == "S1"
+
+
+@needs_engine
+@pytest.mark.data
+def test_a_station_without_antenna_follows_by_its_targets(
+    shared_data: Path, tmp_path: Path
+) -> None:
+    """The second scanner sees the same spheres, two of them with coordinates."""
+    place = geonet(shared_data)
+    turn = rotation.exp(np.array([0.01, -0.015, 2.8]))
+    second = {"S2": Pose(turn, np.array([4.0, 6.0, -0.5]))}
+    job = write_project(tmp_path, place, dynamic(place), cloud=ECEF, others=second)
+    content = run(Project.load(job.path))
+    agrees(job)
+    # three more targets, seen by both, and six unknowns of the second station
+    assert content.summary.dof == 3 + 2 * 3 + 3 * 3 - 6
+    assert "S2 is placed by 5 of its 5 targets" in words(job)
 
 
 @needs_engine
