@@ -151,6 +151,12 @@ def test_published_medians(
     assert (x, z) == pytest.approx(published, rel=0.12)
 
 
+def test_the_name_of_the_antenna_in_a_later_job_does_not_matter(tmp_path: Path) -> None:
+    one = forecast(plan_project(load(tmp_path)))
+    two = forecast(plan_project(load(tmp_path, station='mounted_point = "ROVER"')))
+    assert np.array_equal(one.after, two.after)
+
+
 def test_an_executed_calibration_scatters_as_planned(tmp_path: Path) -> None:
     plan = plan_project(load(tmp_path, "add_targets = 2", "window_deg = 60", prior=20.0))
     found, runs = forecast(plan).after, 60

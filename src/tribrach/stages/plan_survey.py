@@ -233,7 +233,7 @@ class PlanSurvey:
         self._calibrate(planned)
         if self.further is not None:
             planned.merge(self.further)
-        whole = self.project.survey(planned)
+        whole = self._as_planned().survey(planned)
         active_only(whole, {*self.plan.new_points, *self.plan.points})
         if not whole.tables():
             raise self._error(
@@ -245,6 +245,16 @@ class PlanSurvey:
         if "datum" in self.project.model_fields_set:
             network = network.with_datum(network.datum)
         return self._started(network)
+
+    def _as_planned(self) -> Project:
+        """The project, with planned antennas of a lever arm as positions of their stations."""
+        if self.arm is None:
+            return self.project
+        stations = {
+            name: s.model_copy(update={"mounted_point": None}) if name in self.planned else s
+            for name, s in self.project.stations.items()
+        }
+        return self.project.model_copy(update={"stations": stations})
 
     def candidates(
         self, targets: Mapping[str, Array], stations: Mapping[str, Place], base: Network
