@@ -5,6 +5,7 @@ import pytest
 import scipy.sparse as sp
 
 from tribrach.network import linear
+from tribrach.network.selected_inverse import look_up, selected_inverse
 
 
 def scanner_like(
@@ -94,3 +95,40 @@ def test_a_singular_matrix_is_refused(size: int) -> None:
 def test_an_unknown_without_observation_is_refused() -> None:
     with pytest.raises(linear.SingularMatrix, match="observed by nothing"):
         linear.factorise(sp.csc_array(np.diag([1.0, 0.0, 2.0])), np.full(3, -1))
+
+
+def factor_with_pattern(normal: np.ndarray) -> tuple[sp.csc_array, np.ndarray]:
+    """L without its diagonal and D; every place that elimination may fill is stored."""
+    pattern = normal != 0
+    for j in range(len(normal)):
+        below = np.flatnonzero(pattern[j + 1 :, j]) + j + 1
+        pattern[np.ix_(below, below)] = True
+    lower = np.linalg.cholesky(normal)
+    row, column = np.nonzero(np.tril(pattern, -1))
+    unit = lower / np.diag(lower)
+    stored = sp.csc_array((unit[row, column], (row, column)), shape=normal.shape)
+    stored.sort_indices()
+    return stored, np.diag(lower) ** 2
+
+
+@pytest.mark.parametrize("widest", [1, 3, 7, 256])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_selected_entries_are_those_of_the_inverse(seed: int, widest: int) -> None:
+    """Panels and strips of several widths; the last unknowns are all coupled."""
+    rng = np.random.default_rng(seed)
+    n = 80
+    design = np.where(rng.random((70, n)) < 0.03, rng.normal(size=(70, n)), 0.0)
+    normal = design.T @ design + np.eye(n)
+    normal[60:, 60:] += 0.1
+    lower, d = factor_with_pattern(normal)
+    truth = np.linalg.inv(normal)
+    value, diagonal = selected_inverse(lower.indptr, lower.indices, lower.data, d, widest)
+    column = np.repeat(np.arange(n), np.diff(lower.indptr))
+    assert value == pytest.approx(truth[lower.indices, column], abs=1e-13)
+    assert diagonal == pytest.approx(np.diag(truth), abs=1e-13)
+    # and where they are not stored there is nothing to find
+    i, j = (a.ravel() for a in np.tril_indices(n))
+    found = look_up(lower.indptr, lower.indices, value, diagonal, i, j)
+    stored = (i == j) | (lower.toarray()[i, j] != 0)
+    assert np.isnan(found[~stored]).any()
+    assert found[stored] == pytest.approx(truth[i, j][stored], abs=1e-13)

@@ -5,8 +5,8 @@ Three ways, chosen by structure, one interface (:class:`Factor`):
 * :class:`DenseFactor`: Cholesky and the whole inverse, for small networks;
 * :class:`SchurFactor`: points eliminated block by block, dense Cholesky of what remains, for
   many targets seen from some stations;
-* :class:`SparseFactor`: LDL^T with minimum-degree ordering and the selected inverse
-  (Takahashi, Fagan & Chin 1973), for large networks of points.
+* :class:`SparseFactor`: LDL^T with minimum-degree ordering and the selected inverse, for large
+  networks of points.
 
 None of them ever inverts a large matrix as a whole. Columns are scaled to unit diagonal first
 (Jacobi), so that metres, radians and calibration parameters live together.
@@ -23,6 +23,8 @@ import qdldl
 import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import NDArray
+
+from tribrach.network.selected_inverse import look_up, selected_inverse
 
 __all__ = ["DenseFactor", "Factor", "SchurFactor", "SingularMatrix", "SparseFactor", "factorise"]
 
@@ -278,12 +280,12 @@ class SparseFactor:
         """Elements of the inverse: from the selected inverse, by solving where outside it."""
         if self._inverse is None:
             low = self._lower
-            self._inverse = _takahashi(low.indptr, low.indices, low.data, self._d)
+            self._inverse = selected_inverse(low.indptr, low.indices, low.data, self._d)
         a, b = self._place[np.asarray(i)], self._place[np.asarray(j)]
         low = self._lower
         value, diagonal = self._inverse
         row, column = np.maximum(a, b), np.minimum(a, b)
-        out: Array = _lookup(low.indptr, low.indices, value, diagonal, row, column)
+        out: Array = look_up(low.indptr, low.indices, value, diagonal, row, column)
         out *= self.scale[i] * self.scale[j]
         outside = np.isnan(out)
         if outside.any():
@@ -301,54 +303,3 @@ class SparseFactor:
             out[mine] = self.solve(unit)[i[mine]]
             unit[column] = 0.0
         return out
-
-
-@numba.njit(cache=True)
-def _takahashi(indptr, indices, data, d):  # type: ignore[no-untyped-def]
-    """Entries of ``(L D L^T)^-1`` on the pattern of L (unit lower, CSC) and its diagonal."""
-    n = len(d)
-    value = np.zeros(len(data))
-    diagonal = np.zeros(n)
-    where = np.full(n, -1, dtype=np.int64)
-    for j in range(n - 1, -1, -1):
-        start, stop = indptr[j], indptr[j + 1]
-        for a in range(start, stop):
-            where[indices[a]] = a
-        for a in range(start, stop):
-            k = indices[a]
-            weight = data[a]
-            total = weight * diagonal[k]
-            for b in range(indptr[k], indptr[k + 1]):
-                q = where[indices[b]]
-                if q >= 0:
-                    # Z is symmetric: one stored element serves both rows
-                    value[q] -= weight * value[b]
-                    total += data[q] * value[b]
-            value[a] -= total
-        explained = 0.0
-        for a in range(start, stop):
-            explained += data[a] * value[a]
-            where[indices[a]] = -1
-        diagonal[j] = 1 / d[j] - explained
-    return value, diagonal
-
-
-@numba.njit(cache=True)
-def _lookup(indptr, indices, value, diagonal, row, column):  # type: ignore[no-untyped-def]
-    """Elements at (row >= column) pairs; NaN outside the pattern."""
-    out = np.empty(len(row))
-    for k in range(len(row)):
-        i, j = row[k], column[k]
-        if i == j:
-            out[k] = diagonal[i]
-            continue
-        a, b = indptr[j], indptr[j + 1]
-        while a < b:
-            middle = (a + b) // 2
-            if indices[middle] < i:
-                a = middle + 1
-            else:
-                b = middle
-        found = a < indptr[j + 1] and indices[a] == i
-        out[k] = value[a] if found else np.nan
-    return out

@@ -1,0 +1,167 @@
+"""Entries of the inverse of ``L D L^T`` on the pattern of L, without the rest of the inverse.
+
+Takahashi, Fagan & Chin 1973, by panels: neighbouring columns of L whose rows below are the same
+are taken together. With ``[L_S; L_R]`` a panel of columns S and rows R below them,
+``B = L_R L_S^-1`` and Z the inverse,
+
+    Z_RS = -Z_RR B,    Z_SS = L_S^-T D_S^-1 L_S^-1 - B^T Z_RS,
+
+all of it products of small dense matrices. Z_RR lies on the pattern, since what a column couples
+is coupled by every later column; it is gathered strip by strip, so that no more than a strip of it
+is dense at a time.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["look_up", "selected_inverse"]
+
+Array = NDArray[np.float64]
+Index = NDArray[np.integer]
+
+#: columns of the widest panel and of a gathered strip
+_WIDEST = 256
+
+
+def selected_inverse(
+    indptr: Index, indices: Index, data: Array, d: Array, widest: int = _WIDEST
+) -> tuple[Array, Array]:
+    """Entries of ``(L D L^T)^-1`` on the pattern of L, as ``data`` (k,), and its diagonal (n,).
+
+    indptr, indices, data : L in compressed columns, its unit diagonal left out, row numbers in
+    order; d (n,) : D; widest : columns of a panel and of a strip, at most.
+    """
+    first = _panels(indptr, indices, widest)
+    value, diagonal = _selected(indptr, indices, data, d, first, widest)
+    return value, diagonal
+
+
+def look_up(
+    indptr: Index, indices: Index, value: Array, diagonal: Array, row: Index, column: Index
+) -> Array:
+    """Entries (k,) at pairs of row >= column; NaN outside the pattern."""
+    found: Array = _look_up(indptr, indices, value, diagonal, row, column)
+    return found
+
+
+@numba.njit(cache=True)
+def _panels(indptr, indices, widest):  # type: ignore[no-untyped-def]
+    """First columns of the panels, and the number of columns at the end."""
+    n = len(indptr) - 1
+    first = np.empty(n + 1, dtype=np.int64)
+    count = 0
+    for j in range(n):
+        # its rows are those of the column before it, which has this column in addition
+        joins = (
+            j > 0
+            and indptr[j] > indptr[j - 1]
+            and indices[indptr[j - 1]] == j
+            and indptr[j + 1] - indptr[j] == indptr[j] - indptr[j - 1] - 1
+            and j - first[count - 1] < widest
+        )
+        if not joins:
+            first[count] = j
+            count += 1
+    first[count] = n
+    return first[: count + 1].copy()
+
+
+@numba.njit(cache=True)
+def _selected(indptr, indices, data, d, first, widest):  # type: ignore[no-untyped-def]
+    """Values and diagonal, panel by panel from the last."""
+    n = len(d)
+    value = np.empty(len(data))
+    diagonal = np.empty(n)
+    where = np.full(n, -1, dtype=np.int64)
+    for panel in range(len(first) - 2, -1, -1):
+        s, e = first[panel], first[panel + 1]
+        rows = indices[indptr[e - 1] : indptr[e]]
+        inverse, b = _panel(indptr, data, s, e, len(rows))
+        below = _times_gathered(indptr, indices, value, diagonal, where, rows, b, widest)
+        for k in range(e - s):
+            for q in range(k, e - s):  # row q of the inverse of L_S over the root of D
+                inverse[q, k] /= np.sqrt(d[s + q])
+        inside = np.dot(inverse.T, inverse) + np.dot(b.T, below)
+        for k in range(e - s):
+            diagonal[s + k] = inside[k, k]
+            at = indptr[s + k]
+            for q in range(k + 1, e - s):
+                value[at] = inside[q, k]
+                at += 1
+            for q in range(len(rows)):
+                value[at + q] = -below[q, k]
+    return value, diagonal
+
+
+@numba.njit(cache=True)
+def _panel(indptr, data, s, e, m):  # type: ignore[no-untyped-def]
+    """``L_S^-1`` (w, w) and ``B = L_R L_S^-1`` (m, w) of columns s to e."""
+    w = e - s
+    lower, rest = np.zeros((w, w)), np.empty((m, w))
+    for k in range(w):
+        at = indptr[s + k]
+        for q in range(k + 1, w):
+            lower[q, k] = data[at]
+            at += 1
+        for q in range(m):
+            rest[q, k] = data[at + q]
+    inverse = np.eye(w)
+    for i in range(1, w):
+        for q in range(i):
+            for k in range(q + 1):
+                inverse[i, k] -= lower[i, q] * inverse[q, k]
+    return inverse, np.dot(rest, inverse)
+
+
+@numba.njit(cache=True)
+def _times_gathered(  # type: ignore[no-untyped-def]
+    indptr, indices, value, diagonal, where, rows, b, widest
+):
+    """``Z_RR B`` (m, w), Z_RR from the entries that are known already.
+
+    where (n,) : -1 everywhere, before and after.
+    """
+    m = len(rows)
+    out = np.zeros(b.shape)
+    for k in range(m):
+        where[rows[k]] = k
+    for begin in range(0, m, widest):
+        end = min(begin + widest, m)
+        strip = np.zeros((m - begin, end - begin))  # the lower half of the matrix from here on
+        for k in range(begin, end):
+            for at in range(indptr[rows[k]], indptr[rows[k] + 1]):
+                place = where[indices[at]]
+                if place >= 0:
+                    strip[place - begin, k - begin] = value[at]
+        # the upper half is the same: with the diagonal only once
+        out[begin:end] += np.dot(strip.T, b[begin:])
+        for k in range(begin, end):
+            strip[k - begin, k - begin] = diagonal[rows[k]]
+        out[begin:] += np.dot(strip, b[begin:end])
+    for k in range(m):
+        where[rows[k]] = -1
+    return out
+
+
+@numba.njit(cache=True)
+def _look_up(indptr, indices, value, diagonal, row, column):  # type: ignore[no-untyped-def]
+    """Entries by bisection of the columns."""
+    out = np.empty(len(row))
+    for k in range(len(row)):
+        i, j = row[k], column[k]
+        if i == j:
+            out[k] = diagonal[i]
+            continue
+        a, b = indptr[j], indptr[j + 1]
+        while a < b:
+            middle = (a + b) // 2
+            if indices[middle] < i:
+                a = middle + 1
+            else:
+                b = middle
+        found = a < indptr[j + 1] and indices[a] == i
+        out[k] = value[a] if found else np.nan
+    return out
