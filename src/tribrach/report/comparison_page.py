@@ -49,8 +49,10 @@ _SITE_NOTE = (
     "Range and incidence are means over the site as each scanner saw it. Pitch is the spacing of "
     "points on the surface, across by upwards."
 )
-#: points of a site's map; bins of the histogram
+#: bins of the histogram
 _BINS = 100
+#: points on the map, all sites together: more of them hide each other and take seconds to draw
+_DRAWN = 40_000
 
 
 def comparison_tables(sites: Sequence[SiteResult], angle_unit: str = "deg") -> list[Table]:
@@ -309,6 +311,7 @@ def _map(sites: Sequence[SiteResult]) -> Picture | None:
     if not samples:
         return None
     rows = np.concatenate(samples)
+    rows = rows[:: -(-len(rows) // _DRAWN)]
     rows = rows[np.argsort(rows[:, 3])]
     corner = np.floor(rows[:, :3].min(axis=0) / 10) * 10
     x, y, z, d = (rows - np.append(corner, 0)).T
