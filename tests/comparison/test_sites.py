@@ -73,7 +73,11 @@ def test_tables(tmp_path: Path) -> None:
         ("name,x,x,y,z,radius\nA,1,1,2,3,1\n", "the column 'x' is there twice", 1),
         ("name,x,y,z\nA,1,2,3\n", "the columns do not say what the sites are", 1),
         ("x,y,z,radius\n1,2,3,1\n", "the columns do not say what the sites are", 1),
-        ("name,x,y,z,radius,xmin,ymin,zmin,xmax,ymax,zmax\n", "there are no sites", None),
+        (
+            "name,x,y,z,radius,xmin,ymin,zmin,xmax,ymax,zmax\n",
+            "there are no rows under the header",
+            1,
+        ),
         (
             "name,x,y,z,radius,xmin,ymin,zmin,xmax,ymax,zmax\nA,1,1,1,1,1,1,1,2,2,2\n",
             "the columns are those of balls and of boxes",

@@ -6,7 +6,6 @@ comma, semicolon or tab between cells; ``#`` starts a comment line. Other column
 
 from __future__ import annotations
 
-import csv
 import difflib
 import math
 import re
@@ -18,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach.errors import InputError
-from tribrach.io.xml_file import read_bytes
+from tribrach.io.csv_rows import read_rows
 
 __all__ = ["NumberTable", "read_numbers"]
 
@@ -52,13 +51,9 @@ def read_numbers(path: Path, names: Sequence[str]) -> NumberTable:
     InputError : unreadable, not UTF-8 text, a column that is missing or there twice, a row of
         another length, a cell that is no number.
     """
-    rows, lines = _rows(path)
+    rows, lines = read_rows(path)
     titles = [" ".join(title.split()) for title in rows[0]]
     found = {name: _place(path, lines[0], titles, name) for name in dict.fromkeys(names)}
-    for row, line in zip(rows[1:], lines[1:], strict=True):
-        if len(row) != len(titles):
-            what = f"the row has {len(row)} cells, the header has {len(titles)}"
-            raise InputError(what, file=path, line=line, cure="give every row the same cells")
     values = {
         name: np.array(
             [
@@ -69,35 +64,6 @@ def read_numbers(path: Path, names: Sequence[str]) -> NumberTable:
         for name, (column, _) in found.items()
     }
     return NumberTable(path, values, {name: unit for name, (_, unit) in found.items()})
-
-
-def _rows(path: Path) -> tuple[list[list[str]], list[int]]:
-    """Rows of cells and their 1-based lines, the header first."""
-    data = read_bytes(path)
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = data[: error.start].count(b"\n") + 1
-        raise InputError(
-            "the file is not UTF-8 text", file=path, line=line, cure="save it as UTF-8"
-        ) from error
-    if "\0" in text:
-        raise InputError("the file is not text", file=path, cure="give a CSV file in UTF-8")
-    kept = [
-        (number, line)
-        for number, line in enumerate(text.splitlines(), start=1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
-    if len(kept) < 2:
-        raise InputError("there are no rows under a header", file=path, cure="add them")
-    separator = max(",;\t", key=kept[0][1].count)
-    try:
-        rows = list(csv.reader((line for _, line in kept), delimiter=separator))
-    except csv.Error as error:
-        raise InputError(f"this is no CSV file: {error}", file=path) from error
-    if len(rows) != len(kept):
-        raise InputError("a quoted cell goes over several lines", file=path, line=kept[0][0])
-    return rows, [number for number, _ in kept]
 
 
 def _place(path: Path, line: int, titles: list[str], name: str) -> tuple[int, str]:

@@ -6,13 +6,12 @@ with ``#`` are comments. Further columns are passed over.
 
 from __future__ import annotations
 
-import csv
 import math
 from pathlib import Path
 
 from tribrach.comparison.sites import Site
 from tribrach.errors import InputError
-from tribrach.io.xml_file import read_bytes
+from tribrach.io.csv_rows import read_rows
 
 __all__ = ["read_sites"]
 
@@ -29,15 +28,11 @@ def read_sites(path: Path) -> list[Site]:
         length, a cell that is no finite number, a radius or side that is not above zero, a name
         that is empty or there twice.
     """
-    rows = _rows(path)
-    line, header = rows[0]
-    titles = [" ".join(title.split()).lower() for title in header]
-    wanted = _wanted(path, line, titles)
+    rows, lines = read_rows(path)
+    titles = [" ".join(title.split()).lower() for title in rows[0]]
+    wanted = _wanted(path, lines[0], titles)
     sites: dict[str, Site] = {}
-    for line, cells in rows[1:]:
-        if len(cells) != len(titles):
-            what = f"the row has {len(cells)} cells, the header has {len(titles)}"
-            raise InputError(what, file=path, line=line, cure="give every row the same cells")
+    for cells, line in zip(rows[1:], lines[1:], strict=True):
         name = cells[titles.index("name")].strip()
         if not name or name in sites:
             what = f"there is a site {name!r} above" if name else "the site has no name"
@@ -45,28 +40,6 @@ def read_sites(path: Path) -> list[Site]:
         numbers = [_number(path, line, column, cells[titles.index(column)]) for column in wanted]
         sites[name] = _site(path, line, name, numbers)
     return list(sites.values())
-
-
-def _rows(path: Path) -> list[tuple[int, list[str]]]:
-    """Rows of cells with their 1-based lines, the header first."""
-    try:
-        text = read_bytes(path).decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(
-            "the file is not UTF-8 text", file=path, cure="save it as UTF-8"
-        ) from error
-    if "\0" in text:
-        raise InputError("the file is not text", file=path, cure="give a CSV file in UTF-8")
-    kept = [
-        (number, line)
-        for number, line in enumerate(text.splitlines(), start=1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
-    if len(kept) < 2:
-        what = "there are no sites under the header" if kept else "the file is empty"
-        raise InputError(what, file=path, cure="give a header and a row for each site")
-    separator = max(",;\t", key=kept[0][1].count)
-    return [(number, next(csv.reader([line], delimiter=separator))) for number, line in kept]
 
 
 def _wanted(path: Path, line: int, titles: list[str]) -> tuple[str, ...]:

@@ -6,7 +6,6 @@ comment line. A cell that is empty has no value.
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach.errors import InputError
+from tribrach.io.csv_rows import read_rows
 from tribrach.io.survey.csv_columns import (
     KINDS,
     NUMBERS,
@@ -25,7 +25,6 @@ from tribrach.io.survey.csv_columns import (
     nearest,
     units_of,
 )
-from tribrach.io.xml_file import read_bytes
 from tribrach.units import UNITS, parse_angle
 
 __all__ = ["Table", "read_table"]
@@ -110,7 +109,7 @@ def read_table(path: Path) -> Table:
     InputError : not UTF-8, empty, no kind of table, a column without unit, unknown or useless
         here, a row of another length, a cell that is not a number, a sigma that is not above zero.
     """
-    rows, lines = _rows(path)
+    rows, lines = read_rows(path)
     header = [" ".join(name.split()).lower() for name in rows[0]]
     plan = _scanned([_column(path, lines[0], name) for name in header])
     kind = _kind(path, lines[0], [quantity for quantity, _ in plan])
@@ -118,10 +117,6 @@ def read_table(path: Path) -> Table:
     numbers: dict[str, Array] = {}
     titles: dict[str, str] = {}
     width = len(header)
-    for row, line in zip(rows, lines, strict=True):
-        if len(row) != width:
-            what = f"the row has {len(row)} cells, the header has {width}"
-            raise InputError(what, file=path, line=line, cure="give every row the same cells")
     cells = [[cell.strip() for cell in column] for column in zip(*rows[1:], strict=True)]
     for title, (quantity, unit), column in zip(header, plan, cells or [[]] * width, strict=True):
         name = kind.aliases.get(quantity, quantity)
@@ -132,35 +127,6 @@ def read_table(path: Path) -> Table:
         else:
             numbers[name] = _numbers(path, lines[1:], title, column, unit)
     return Table(path, kind, words, numbers, lines[1:], lines[0], titles)
-
-
-def _rows(path: Path) -> tuple[list[list[str]], list[int]]:
-    """Rows of cells and their lines, header first, without comments and empty lines."""
-    data = read_bytes(path)
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = data[: error.start].count(b"\n") + 1
-        raise InputError(
-            "the file is not UTF-8 text", file=path, line=line, cure="save it as UTF-8"
-        ) from error
-    if "\0" in text:
-        raise InputError("the file is not text", file=path, cure="give a CSV file in UTF-8")
-    numbered = [
-        (number, line)
-        for number, line in enumerate(text.splitlines(), start=1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
-    if not numbered:
-        raise InputError("the file is empty", file=path, cure="give a header and rows")
-    lines, content = (list(part) for part in zip(*numbered, strict=True))
-    if len(lines) == 1:
-        raise InputError("there are no rows under the header", file=path, line=lines[0])
-    separator = max(",;\t", key=content[0].count)
-    rows = list(csv.reader(content, delimiter=separator, strict=False))
-    if len(rows) != len(lines):
-        raise InputError("a quoted cell goes over several lines", file=path, line=lines[0])
-    return rows, lines
 
 
 def _column(path: Path, line: int, name: str) -> tuple[str, str | None]:

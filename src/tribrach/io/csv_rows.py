@@ -1,0 +1,58 @@
+"""Rows of cells of a CSV file, whoever reads them.
+
+UTF-8; comma, semicolon or tab between cells, whichever the header has most of; lines that begin
+with ``#`` are comments.
+"""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+from tribrach.errors import InputError
+from tribrach.io.xml_file import read_bytes
+
+__all__ = ["read_rows"]
+
+
+def read_rows(path: Path) -> tuple[list[list[str]], list[int]]:
+    """Rows of cells, the header first and all as long as it, and their 1-based lines.
+
+    Raises
+    ------
+    InputError : unreadable, not UTF-8 text, no row under the header, a quoted cell that goes over
+        several lines, a row of another length.
+    """
+    data = read_bytes(path)
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        raise InputError(
+            "the file is not UTF-8 text", file=path, line=line, cure="save it as UTF-8"
+        ) from error
+    if "\0" in text:
+        raise InputError("the file is not text", file=path, cure="give a CSV file in UTF-8")
+    numbered = [
+        (number, row)
+        for number, row in enumerate(text.splitlines(), start=1)
+        if row.strip() and not row.lstrip().startswith("#")
+    ]
+    lines, kept = [number for number, _ in numbered], [row for _, row in numbered]
+    if not kept:
+        raise InputError("the file is empty", file=path, cure="give a header and rows")
+    if len(kept) == 1:
+        what = "there are no rows under the header"
+        raise InputError(what, file=path, line=lines[0], cure="add them")
+    separator = max(",;\t", key=kept[0].count)
+    try:
+        rows = list(csv.reader(kept, delimiter=separator))
+    except csv.Error as error:
+        raise InputError(f"this is no CSV file: {error}", file=path) from error
+    if len(rows) != len(kept):
+        raise InputError("a quoted cell goes over several lines", file=path, line=lines[0])
+    for row, number in zip(rows, lines, strict=True):
+        if len(row) != len(rows[0]):
+            what = f"the row has {len(row)} cells, the header has {len(rows[0])}"
+            raise InputError(what, file=path, line=number, cure="give every row the same cells")
+    return rows, lines
