@@ -7,20 +7,20 @@ from tests.network.facade import facade
 from tribrach.network.adjustment import adjust
 from tribrach.network.survey import Survey
 from tribrach.registration.geometry_warnings import (
-    Surroundings,
+    TargetsAround,
     extrapolation_factor,
     geometry_sentences,
-    surroundings,
+    targets_around,
 )
 
 
-def station(azimuths: list[float], *, levelled: bool = True, rise: float = 1.0) -> Surroundings:
+def station(azimuths: list[float], *, levelled: bool = True, rise: float = 1.0) -> TargetsAround:
     """A station at the origin with targets at 20 m by azimuths [degrees], at varying heights."""
     a = np.radians(azimuths)
     heights = rise * np.array([(-1) ** k * (1 + k) for k in range(len(a))])
     targets = np.stack([20 * np.sin(a), 20 * np.cos(a), heights], axis=1)
     names = tuple(f"T{k}" for k in range(len(a)))
-    return Surroundings("S1", np.zeros(3), names, targets, levelled)
+    return TargetsAround("S1", np.zeros(3), names, targets, levelled)
 
 
 @pytest.mark.parametrize(
@@ -53,15 +53,15 @@ def test_weak_geometry_is_said(azimuths: list[float], levelled: bool, words: str
 def test_targets_on_a_line_matter_without_a_compensator() -> None:
     line = np.stack([np.linspace(-30, 30, 5), np.full(5, 20.0), np.full(5, 2.0)], axis=1)
     names = tuple("ABCDE")
-    free = Surroundings("S1", np.zeros(3), names, line, False).sentences()
+    free = TargetsAround("S1", np.zeros(3), names, line, False).sentences()
     assert any("almost on one line" in text for text in free)
-    held = Surroundings("S1", np.zeros(3), names, line, True).sentences()
+    held = TargetsAround("S1", np.zeros(3), names, line, True).sentences()
     assert not any("almost on one line" in text for text in held)
 
 
 def test_networks() -> None:
     adjustment = adjust(facade().network())
-    found = surroundings(adjustment)
+    found = targets_around(adjustment)
     assert [one.station for one in found] == ["S1", "S2"]
     assert found[0].levelled
     assert found[0].names == ("T0", "T1", "T2", "T3", "T4", "T5")

@@ -17,7 +17,7 @@ from scipy.spatial import ConvexHull, QhullError
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.observations.base import Use
 
-__all__ = ["Surroundings", "extrapolation_factor", "geometry_sentences", "surroundings"]
+__all__ = ["TargetsAround", "extrapolation_factor", "geometry_sentences", "targets_around"]
 
 Array = NDArray[np.float64]
 
@@ -31,7 +31,7 @@ _BREADTH = 0.5
 
 
 @dataclass(frozen=True)
-class Surroundings:
+class TargetsAround:
     """A scanner station at a place (3,), the names and places (k, 3) of what it was tied to.
 
     levelled : does an observed inclination hold its axis?
@@ -100,10 +100,10 @@ class Surroundings:
 
 def geometry_sentences(adjustment: Adjustment) -> list[str]:
     """The sentences of all scanner stations that are tied to targets only."""
-    return [text for one in surroundings(adjustment) for text in one.sentences()]
+    return [text for one in targets_around(adjustment) for text in one.sentences()]
 
 
-def surroundings(adjustment: Adjustment) -> list[Surroundings]:
+def targets_around(adjustment: Adjustment) -> list[TargetsAround]:
     """Every scanner station with its targets.
 
     Stations that planes, other stations or antennas hold as well are left out.
@@ -130,7 +130,7 @@ def surroundings(adjustment: Adjustment) -> list[Surroundings]:
                     seen[int(o.start[k]) - points].add(int(o.end[k]))
     names = [*layout.names["point"], *layout.names["pose"]]
     return [
-        Surroundings(
+        TargetsAround(
             station,
             positions[points + k],
             tuple(names[p] for p in sorted(seen[k])),

@@ -11,9 +11,9 @@ from tribrach.cloud.placement import Placement
 from tribrach.geometry.rotation import skew
 from tribrach.network.adjustment import Adjustment
 from tribrach.registration.geometry_warnings import (
-    Surroundings,
+    TargetsAround,
     extrapolation_factor,
-    surroundings,
+    targets_around,
 )
 from tribrach.stages.budget import sample_of
 from tribrach.stages.scans import StationScan
@@ -35,7 +35,7 @@ def reach_sentences(
 ) -> list[str]:
     """One sentence for each station whose scans are extrapolated; placements by scan name."""
     said = []
-    for around in surroundings(adjustment):
+    for around in targets_around(adjustment):
         mine = [s for s in scans if s.station == around.station and s.origin_known]
         if not mine or len(around.targets) < 2:
             continue
@@ -46,7 +46,7 @@ def reach_sentences(
     return said
 
 
-def _sentence(around: Surroundings, where: Placement, points: Array) -> list[str]:
+def _sentence(around: TargetsAround, where: Placement, points: Array) -> list[str]:
     """What the reach of points (n, 3) [m] means for a station."""
     factor = extrapolation_factor(around.targets, around.place, points)
     among = float(np.sqrt(np.mean(_station_sigmas(around.targets, where) ** 2)))
