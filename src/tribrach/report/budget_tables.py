@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib import colormaps
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from tribrach.report.budget_content import BudgetRow
 from tribrach.report.columns import Columns, Spec
+from tribrach.report.figures import colours, new_figure
 from tribrach.report.page import picture
 from tribrach.report.scan_content import Picture
 from tribrach.report.tables import Column, Table, build_table, number_cell
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 __all__ = ["budget_charts", "budget_table"]
 
@@ -69,7 +71,7 @@ def _chart(station: str, rows: Sequence[BudgetRow]) -> Picture:
     names = [part.name for part in rows[0].parts]
     known = rows[0].normal is not None
     wide = max(7.0, 2.5 + 0.9 * len(rows) * (2 if known else 1))
-    figure = Figure(figsize=(min(wide, 13.0), 4.4), dpi=100, layout="constrained")
+    figure = new_figure(figsize=(min(wide, 13.0), 4.4), dpi=100, layout="constrained")
     if known:
         panels = figure.subplots(1, 2)
         _stack(panels[0], rows, names, lambda r, k: r.parts[k].normal, "along the normal")
@@ -91,11 +93,11 @@ def _stack(
     title: str,
 ) -> None:
     """One bar per region."""
-    colours = colormaps["tab20"](np.linspace(0, 1, 20))
+    palette = colours("tab20")(np.linspace(0, 1, 20))
     bottom = np.zeros(len(rows))
     for k, name in enumerate(names):
         height = 1e6 * np.array([value(row, k) or 0.0 for row in rows])
-        colour = colours[(2 * k) % 20 + k // 10]
+        colour = palette[(2 * k) % 20 + k // 10]
         panel.bar(np.arange(len(rows)), height, bottom=bottom, color=colour, label=name)
         bottom += height
     panel.set_xticks(np.arange(len(rows)), [row.region for row in rows], rotation=40, ha="right")

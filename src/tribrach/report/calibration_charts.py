@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from tribrach.network.self_calibration import SelfCalibration
+from tribrach.report.figures import new_figure
 from tribrach.report.page import picture
 from tribrach.report.scan_content import Picture
 from tribrach.units import SEC
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 __all__ = ["calibration_charts"]
 
@@ -63,7 +67,7 @@ def _heat(
         return None
     width = float(np.clip(2.5 + 0.22 * len(columns), 4.5, 16))
     height = float(np.clip(1.6 + 0.24 * len(rows), 2.4, 12))
-    figure = Figure(figsize=(width, height), dpi=100, layout="constrained")
+    figure = new_figure(figsize=(width, height), dpi=100, layout="constrained")
     panel = figure.subplots()
     panel.set_facecolor("#d0d0d0")
     shown = np.ma.masked_invalid(rho)
@@ -90,7 +94,7 @@ def _residuals(found: SelfCalibration) -> Picture:
         ("zenith angle [deg]", np.degrees(r.polar[::step, 2])),
     ]
     up = [("range [mm]", 0, 1e3), ("horizontal [″]", 1, 1 / SEC), ("zenith [″]", 2, 1 / SEC)]
-    figure = Figure(figsize=(12, 8.4), dpi=100, layout="constrained")
+    figure = new_figure(figsize=(12, 8.4), dpi=100, layout="constrained")
     panels = figure.subplots(3, 3)
     for i, (what, row, scale) in enumerate(up):
         for j, (against, x) in enumerate(across):

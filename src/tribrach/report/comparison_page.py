@@ -6,12 +6,12 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from tribrach.comparison.c2c import C2C
 from tribrach.comparison.predicted import BAND, OffsetTest
 from tribrach.comparison.results import SiteResult
+from tribrach.report.figures import new_figure
 from tribrach.report.page import page, picture
 from tribrach.report.scan_content import Picture
 from tribrach.report.style import Style
@@ -241,7 +241,7 @@ def _ratios(sites: Sequence[SiteResult]) -> Picture | None:
         return None
     predicted = 1e3 * np.array([p.sigma for p in known])
     observed = 1e3 * np.array([p.observed for p in known])
-    figure = Figure(figsize=(4.6, 4.2), dpi=100, layout="constrained")
+    figure = new_figure(figsize=(4.6, 4.2), dpi=100, layout="constrained")
     panel = figure.subplots()
     ends = np.array([0.0, 1.1 * max(predicted.max(), observed.max())])
     panel.plot(ends, ends, "-", color="#4878a8")
@@ -316,7 +316,7 @@ def _map(sites: Sequence[SiteResult]) -> Picture | None:
     corner = np.floor(rows[:, :3].min(axis=0) / 10) * 10
     x, y, z, d = (rows - np.append(corner, 0)).T
     along, name = (x, "x") if np.ptp(x) >= np.ptp(y) else (y, "y")
-    figure = Figure(figsize=(9.6, 4.4), dpi=100, layout="constrained")
+    figure = new_figure(figsize=(9.6, 4.4), dpi=100, layout="constrained")
     plan, side = figure.subplots(1, 2)
     top = max(1e3 * float(np.quantile(d, 0.98)), 1e-3)
     start = {"x": corner[0], "y": corner[1], "z": corner[2]}
@@ -338,7 +338,7 @@ def _histogram(sites: Sequence[SiteResult], limit: float) -> Picture | None:
         return None
     edges = found[0].tally.histogram(_BINS)[0]
     counts = np.sum([one.tally.histogram(_BINS)[1] for one in found], axis=0)
-    figure = Figure(figsize=(6.4, 3.2), dpi=100, layout="constrained")
+    figure = new_figure(figsize=(6.4, 3.2), dpi=100, layout="constrained")
     panel = figure.subplots()
     panel.bar(1e3 * edges[:-1], counts, 1e3 * np.diff(edges), align="edge", color="#4878a8")
     known = [(one.floor.mean, one.count) for one in found if one.floor is not None]

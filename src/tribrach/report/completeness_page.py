@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from tribrach.comparison.completeness import Completeness, Gap
+from tribrach.report.figures import new_figure
 from tribrach.report.page import page, picture
 from tribrach.report.scan_content import Picture
 from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 __all__ = ["completeness_page", "completeness_text"]
 
@@ -84,7 +87,7 @@ def _axes_of(found: Completeness, which: NDArray[np.int64]) -> tuple[Array, Arra
 def _panels(found: Completeness) -> tuple[Figure, Axes, Axes, NDArray[np.int64], Array, Array]:
     which = _chosen(len(found.seen))
     plan, side, words = _axes_of(found, which)
-    figure = Figure(figsize=(11, 5), dpi=110, layout="constrained")
+    figure = new_figure(figsize=(11, 5), dpi=110, layout="constrained")
     left, right = figure.subplots(1, 2)
     origin = np.round(plan.mean(axis=0), -1)
     left.set(aspect="equal", xlabel=f"x - {origin[0]:.0f} m", ylabel=f"y - {origin[1]:.0f} m")

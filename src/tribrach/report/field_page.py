@@ -7,7 +7,6 @@ from importlib.metadata import version
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from tribrach.instruments.misalignment_search import Explanation
 from tribrach.instruments.target_distances import DistanceCheck
@@ -15,6 +14,7 @@ from tribrach.instruments.two_face import SIGNATURES, TwoFaceTest
 from tribrach.network.field_check import FieldCheck
 from tribrach.network.field_series import FTest
 from tribrach.report.field_words import amount, check_sentences
+from tribrach.report.figures import new_figure
 from tribrach.report.numbers import number
 from tribrach.report.page import page, picture
 from tribrach.report.scan_content import Picture
@@ -133,7 +133,7 @@ def _pictures(found: FieldCheck) -> list[Picture]:
     if found.two_face is None:
         return []
     pairs = found.two_face.pairs
-    figure = Figure(figsize=(10.5, 6.2), dpi=100, layout="constrained")
+    figure = new_figure(figsize=(10.5, 6.2), dpi=100, layout="constrained")
     panels = figure.subplots(2, 3)
     across = [np.degrees(pairs.polar[:, 2]), pairs.polar[:, 0]]
     labels = ("zenith angle [°]", "range [m]")

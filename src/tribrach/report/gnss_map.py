@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from tribrach.report.figures import new_figure
 from tribrach.report.page import picture
 from tribrach.report.scan_content import Picture
 
@@ -34,7 +34,7 @@ class MapLine:
 
 def baseline_map(plan: Array, names: Sequence[str], lines: Sequence[MapLine]) -> Picture:
     """Baselines between points with plan coordinates (n, 2) [m], E and N."""
-    figure = Figure(figsize=(7.2, 6.4), dpi=100, layout="constrained")
+    figure = new_figure(figsize=(7.2, 6.4), dpi=100, layout="constrained")
     panel = figure.subplots()
     sessions = list(dict.fromkeys(line.session for line in lines))
     told: set[str] = set()

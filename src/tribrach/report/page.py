@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import base64
 import datetime
-import io
 from collections.abc import Sequence
 from importlib.metadata import version
+from typing import TYPE_CHECKING
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
+from tribrach.report.figures import png
 from tribrach.report.scan_content import Picture
 from tribrach.report.tables import Table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["page", "picture"]
 
@@ -48,7 +50,4 @@ def page(
 
 def picture(name: str, title: str, figure: Figure, caption: str) -> Picture:
     """A figure as PNG in base64."""
-    out = io.BytesIO()
-    FigureCanvasAgg(figure)
-    figure.savefig(out, format="png", metadata={"Software": None})
-    return Picture(name, title, base64.b64encode(out.getvalue()).decode("ascii"), caption)
+    return Picture(name, title, base64.b64encode(png(figure)).decode("ascii"), caption)

@@ -9,10 +9,10 @@ from importlib.metadata import version
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from tribrach.report.content import Content
+from tribrach.report.figures import new_figure
 from tribrach.report.page import picture
 from tribrach.report.plan import plan
 from tribrach.report.scan_content import Picture
@@ -82,7 +82,7 @@ def gain_map(
     places (n, 3), gains (n,) in ``unit``; chosen : names and places (k, 3) of what is proposed;
     stations (s, 3) [m].
     """
-    figure = Figure(figsize=(11, 5), dpi=110, layout="constrained")
+    figure = new_figure(figsize=(11, 5), dpi=110, layout="constrained")
     left, right = figure.subplots(1, 2)
     order = np.argsort(gains)
     for panel, (a, b) in ((left, (0, 1)), (right, (0, 2))):

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from tribrach.comparison.least_squares import Fit, Term
 from tribrach.comparison.regression import Regression, Relation
+from tribrach.report.figures import new_figure
 from tribrach.report.page import page, picture
 from tribrach.report.scan_content import Picture
 from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 __all__ = ["regression_page", "regression_pictures", "regression_tables", "regression_text"]
 
@@ -76,7 +79,7 @@ def _curves(values: Values, units: Mapping[str, str], found: Regression) -> Pict
     """Points, line and quadratic of every pair."""
     ys = list(dict.fromkeys(r.y for r in found.relations))
     xs = list(dict.fromkeys(r.x for r in found.relations))
-    figure = Figure(figsize=(4.6 * len(xs), 3.4 * len(ys)), dpi=100, layout="constrained")
+    figure = new_figure(figsize=(4.6 * len(xs), 3.4 * len(ys)), dpi=100, layout="constrained")
     panels = figure.subplots(len(ys), len(xs), squeeze=False)
     for relation in found.relations:
         panel = panels[ys.index(relation.y)][xs.index(relation.x)]
@@ -103,7 +106,7 @@ def _physical(values: Values, units: Mapping[str, str], found: Regression) -> li
     """Fitted against given values of the physical model."""
     if not found.physical:
         return []
-    figure = Figure(figsize=(4.6 * len(found.physical), 3.6), dpi=100, layout="constrained")
+    figure = new_figure(figsize=(4.6 * len(found.physical), 3.6), dpi=100, layout="constrained")
     panels = figure.subplots(1, len(found.physical), squeeze=False)[0]
     for panel, fit in zip(panels, found.physical, strict=True):
         given = values[fit.y]

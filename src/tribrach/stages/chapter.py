@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import base64
-import io
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from tribrach.cloud.placement import Placement
 from tribrach.cloud.summary import EDGES, CloudSummary
 from tribrach.cloud.weakest import Weakest, weakest_direction
 from tribrach.geodesy.flatness import grid_scale
 from tribrach.geodesy.output_frame import OutputFrame
+from tribrach.report.figures import new_figure
+from tribrach.report.page import picture
 from tribrach.report.scan_content import Cloud, Picture, Rejection, ScanChapter, Target
 from tribrach.stages.clouds import Product
 from tribrach.stages.extraction import Findings
@@ -148,7 +146,7 @@ def _maps(products: Sequence[Product], frame: OutputFrame) -> list[Picture]:
     sample = np.concatenate([np.zeros((0, 4)), *(p.summary.sample for p in products)])
     if len(sample) == 0:
         return []
-    figure = Figure(figsize=(9, 4.2), dpi=100, layout="constrained")
+    figure = new_figure(figsize=(9, 4.2), dpi=100, layout="constrained")
     plan, bars = figure.subplots(1, 2)
     order = np.argsort(sample[:, 3])
     shown = plan.scatter(
@@ -169,16 +167,12 @@ def _maps(products: Sequence[Product], frame: OutputFrame) -> list[Picture]:
     if len(used):
         bars.set_xlim(1e3 * EDGES[used[0]] / 1.3, 1e3 * EDGES[used[-1] + 1] * 1.3)
     bars.set(xlabel="3D sigma [mm]", ylabel="points")
-    out = io.BytesIO()
-    FigureCanvasAgg(figure)
-    figure.savefig(out, format="png", metadata={"Software": None})
-    png = base64.b64encode(out.getvalue()).decode("ascii")
     total = sum(p.summary.points for p in products)
     caption = (
         f"Predicted uncertainty of {total:,} points: a sample of {len(sample):,} in plan, all of "
         "them in the histogram."
     )
-    return [Picture("point-sigma", "Uncertainty of points", png, caption)]
+    return [picture("point-sigma", "Uncertainty of points", figure, caption)]
 
 
 def _budget(products: Sequence[Product], frame: OutputFrame) -> list[str]:

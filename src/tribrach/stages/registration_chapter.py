@@ -2,20 +2,12 @@
 
 from __future__ import annotations
 
-import base64
-import io
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib import colormaps
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
-from matplotlib.figure import Figure
 
 from tribrach.geometry.pose import Pose
 from tribrach.network.adjustment import Adjustment
@@ -25,12 +17,16 @@ from tribrach.registration.surroundings import seen
 from tribrach.report.chapter import Chapter
 from tribrach.report.columns import Columns, Spec
 from tribrach.report.content import Content
+from tribrach.report.figures import colour_scale, colours, new_figure
+from tribrach.report.page import picture
 from tribrach.report.scan_content import Picture
 from tribrach.report.style import Style
 from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
 from tribrach.stages.registration import Registered
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from tribrach.project import Project
 
 __all__ = ["add_registration"]
@@ -212,7 +208,7 @@ def _graph(adjustment: Adjustment, found: Sequence[Edge]) -> Picture:
     layout, state = adjustment.layout, adjustment.state
     names = sorted({name for e in found for name in (e.first, e.second)})
     plan = {name: state.pose_t[layout.index("pose", name), :2] for name in names}
-    figure = Figure(figsize=(8, 5.5), dpi=100, layout="constrained")
+    figure = new_figure(figsize=(8, 5.5), dpi=100, layout="constrained")
     axes = figure.subplots()
     for first, second in sorted({(e.first, e.second) for e in found}):
         mine = [e for e in found if (e.first, e.second) == (first, second)]
@@ -224,25 +220,21 @@ def _graph(adjustment: Adjustment, found: Sequence[Edge]) -> Picture:
     axes.set(aspect="equal", xlabel="E [m]", ylabel="N [m]")
     axes.margins(0.12)
     axes.ticklabel_format(useOffset=False)
-    scale = ScalarMappable(Normalize(0, _WORST), "RdYlGn_r")
+    scale = colour_scale(0, _WORST, "RdYlGn_r")
     figure.colorbar(scale, ax=axes, label="worst test of the pair over its limit", shrink=0.8)
-    out = io.BytesIO()
-    FigureCanvasAgg(figure)
-    figure.savefig(out, format="png", metadata={"Software": None})
     caption = (
         "Stations in plan. Lines join stations with observations in common, coloured by the worst "
         "test of the pair over its limit (above 1: it contradicts the network), grey where nothing "
         "controls it; dashed where the pair by itself leaves a direction open."
     )
-    png = base64.b64encode(out.getvalue()).decode("ascii")
-    return Picture("registration-graph", "Graph of the registration", png, caption)
+    return picture("registration-graph", "Graph of the registration", figure, caption)
 
 
 def _line(axes: Axes, mine: Sequence[Edge], ends: np.ndarray[Any, Any]) -> None:
     """One pair of stations."""
     ratios = [e.ratio for e in mine if e.ratio is not None]
     worst = max(ratios, default=None)
-    color = "#999999" if worst is None else colormaps["RdYlGn_r"](min(worst / _WORST, 1.0))
+    color = "#999999" if worst is None else colours("RdYlGn_r")(min(worst / _WORST, 1.0))
     style = "-" if max(e.held for e in mine) == 6 else "--"
     width = 1.0 + min(len(mine), 3)
     axes.plot(ends[:, 0], ends[:, 1], style, color=color, linewidth=width, zorder=2)

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import base64
-import io
 from collections.abc import Sequence
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from tribrach.geometry.polar import polar_from_xyz
+from tribrach.report.figures import new_figure, png
 from tribrach.scan.range_image import RangeImage
 from tribrach.targets.detection import Detection
 
@@ -49,7 +47,7 @@ def panorama(
     """
     grey = _reduced(image, intensity, width)
     height = min(HEIGHT * width / WIDTH, max(90.0, width * image.shape[0] / image.shape[1]))
-    figure = Figure(figsize=(width / 100, height / 100), dpi=100)
+    figure = new_figure(figsize=(width / 100, height / 100), dpi=100)
     axes = figure.add_axes((0, 0, 1, 1))
     axes.imshow(grey, cmap="gray", vmin=0, vmax=1, aspect="auto", interpolation="nearest")
     axes.set_axis_off()
@@ -64,11 +62,7 @@ def panorama(
             axes.annotate(
                 str(number + 1), (x, y), (6, 6), textcoords="offset points", color=colour, size=8
             )
-    out = io.BytesIO()
-    # no date and no version in the file: the same scan gives the same bytes
-    FigureCanvasAgg(figure)
-    figure.savefig(out, format="png", metadata={"Software": None})
-    return out.getvalue()
+    return png(figure)
 
 
 def _reduced(
