@@ -8,6 +8,7 @@ import pytest
 from tribrach.errors import NoStartValues
 from tribrach.io.survey.formats import read_files
 from tribrach.network.adjustment import Adjustment, adjust
+from tribrach.network.observed_part import observed_part
 from tribrach.network.quality import assess
 from tribrach.network.separability import confusable
 from tribrach.project import parse_datum
@@ -25,7 +26,7 @@ def adjusted(folder: Path, datum: str | None = None, **tables: str) -> Adjustmen
     """The network of CSV tables by their names."""
     for name, text in tables.items():
         (folder / f"{name}.csv").write_text(text)
-    network = read_files([folder / f"{name}.csv" for name in tables]).network()
+    network = observed_part(read_files([folder / f"{name}.csv" for name in tables])).network()
     return adjust(network if datum is None else network.with_datum(parse_datum(datum)))
 
 

@@ -13,6 +13,7 @@ from tribrach.cli.shell import fail, guarded, refuse_outputs, shown
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
 from tribrach.io.survey.formats import read_files
+from tribrach.network.observed_part import observed_part
 from tribrach.project import Project, parse_datum
 from tribrach.report import html, json_result, text
 from tribrach.report.content import Content
@@ -53,7 +54,7 @@ def adjust(
         with shown(quiet) as progress:
             project = _project(files)
             network = (
-                read_files(files).network()
+                observed_part(read_files(files)).network()
                 if project is None
                 else project.network(progress=progress)
             )

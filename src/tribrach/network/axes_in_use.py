@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from tribrach.geodesy.site import FlatSite, Site
 
-__all__ = ["axes_in_use", "axes_sentence"]
+__all__ = ["axes_in_use", "axes_sentence", "is_given"]
 
 #: kinds that know nothing of heights, and kinds that know nothing else
 _PLAN = frozenset({"direction", "angle", "azimuth", "horizontal_distance"})
@@ -37,6 +37,11 @@ def axes_in_use(tables: Iterable[tuple[str, Any]], site: Site) -> NDArray[np.boo
     elif found <= _HEIGHTS:
         used[:2] = False
     return used
+
+
+def is_given(kind: str, group: str) -> bool:
+    """True for observations that are given coordinates, control or check."""
+    return kind in ("coordinates", "coordinate") and group == "control"
 
 
 def _kind(kind: str, axis: Any) -> str:

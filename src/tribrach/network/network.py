@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tribrach.errors import InputError
 from tribrach.geodesy.site import FlatSite, Site
-from tribrach.network.axes_in_use import axes_in_use
+from tribrach.network.axes_in_use import axes_in_use, is_given
 from tribrach.network.observations.base import Array, Observations, Use
 from tribrach.network.unknowns import State
 
@@ -107,8 +107,9 @@ class Network:
         # an axis free nowhere and zero or unknown everywhere is not in use (levelling, plan)
         used = points.any(axis=0) | (np.nan_to_num(self.start.points) != 0).any(axis=0)
         tables = [*self.observations, *(c.observations for c in self.constraints)]
+        tables = [o for o in tables if not is_given(o.kind, o.group)]
         used &= axes_in_use(((o.kind, getattr(o, "axis", None)) for o in tables), self.site)
-        points[:, used] = True
+        points[:, used], points[:, ~used] = True, False
         start = self.start
         if datum.kind == "fixed":
             poses = [layout.index("pose", n) for n in datum.names if layout.has("pose", n)]

@@ -16,7 +16,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from tribrach.errors import InputError
 from tribrach.geodesy.site import FlatSite, Site
-from tribrach.network.axes_in_use import axes_in_use, axes_sentence
 from tribrach.network.network import Constraint, Datum, JointCovariance, Network
 from tribrach.network.observations.base import Array, Observations, covariance_from_sigma
 from tribrach.network.survey_given import GivenPoint, GivenStation, control_observations
@@ -312,12 +311,6 @@ class Survey:
         kinds, place = concatenate(layout, [t for t in self._tables if not t.hard], self.site)
         hard, _ = concatenate(layout, [t for t in self._tables if t.hard], self.site)
         free, datum_mask = self._masks(layout)
-        used = axes_in_use(
-            ((table.kind.kind, table.columns.get("axis")) for table in self._tables), self.site
-        )
-        left_out = self._out_of_use(layout, used)
-        free[left_out] = False
-        said = axes_sentence(used) if len(left_out) else None
         datum = self.datum
         if datum.kind == "free" and datum.components is None and datum_mask is not None:
             datum = Datum("free", datum.names, datum_mask)
@@ -330,7 +323,7 @@ class Survey:
             datum=datum,
             site=self.site,
             sigma0=self.sigma0,
-            warnings=tuple([*self.warnings, said] if said else self.warnings),
+            warnings=tuple(self.warnings),
             info=dict(self.info),
         )
 
@@ -376,16 +369,6 @@ class Survey:
         for name, (value, _) in self.scalars.items():
             start.scalars[layout.index("scalar", name)] = value
         return start
-
-    def _out_of_use(self, layout: Layout, used: NDArray[np.bool_]) -> NDArray[np.int64]:
-        """Columns of coordinates that would be free and that nothing observes on its own."""
-        columns = layout.columns("point", np.arange(layout.count("point")))[:, ~used]
-        held = [
-            layout.index("point", name)
-            for name, given in self.points.items()
-            if given.covariance is not None or not given.free[~used].any()
-        ]
-        return np.asarray(np.delete(columns, held, axis=0).ravel(), dtype=np.int64)
 
     def _masks(self, layout: Layout) -> tuple[NDArray[np.bool_], NDArray[np.bool_] | None]:
         """Free columns, and columns that carry the datum if the survey marks any."""

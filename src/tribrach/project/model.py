@@ -12,6 +12,7 @@ from tribrach.geodesy.work_frame import WorkFrame
 from tribrach.gnss.session_run import SessionResult
 from tribrach.network.height_recipe import height_recipe
 from tribrach.network.network import Network
+from tribrach.network.observed_part import observed_part
 from tribrach.network.survey import Survey
 from tribrach.project import toml_file
 from tribrach.project.assembly import Assembly
@@ -200,7 +201,7 @@ class Project(Section):
         ------
         InputError : as :meth:`network`.
         """
-        network = survey.network()
+        network = observed_part(survey).network()
         # without its scans a project has no heights to take from them
         if self.adjustment.heights == "recipe" and (whole or not self.scans):
             network = self._by_recipe(network)
