@@ -35,6 +35,24 @@ def test_pieces_make_the_whole() -> None:
     assert whole.counts[1:-1].sum() == np.histogram(total, EDGES)[0].sum()
 
 
+def test_every_point_is_in_its_bin_and_its_classes() -> None:
+    """From far below the first edge to far beyond the last, close to edges and limits as well."""
+    rng = np.random.default_rng(5)
+    near = np.concatenate([EDGES, np.array(list(CLASSES.values())) / 2])
+    near = np.concatenate([near * (1 - 1e-5), near * (1 + 1e-5), [1e-12, 1e-6, 5.0, 1e4, 0.0]])
+    size = np.concatenate([10 ** rng.uniform(-6, 1, 20_000), near])
+    sigma = np.zeros((len(size), 3), dtype=np.float32)
+    sigma[:, 1] = size
+    total = sigma[:, 1].astype(float)
+    summary = CloudSummary()
+    summary.add(np.zeros((len(size), 3)), sigma)
+    expected = np.histogram(total, np.concatenate([[0.0], EDGES, [np.inf]]))[0]
+    assert (summary.counts == expected).all()
+    within = [(2 * total <= limit).sum() for limit in CLASSES.values()]
+    assert summary.within.tolist() == within
+    assert (summary.smallest, summary.largest) == (0.0, total.max())
+
+
 def test_the_sample_stays_small() -> None:
     summary = CloudSummary()
     for seed in range(30):

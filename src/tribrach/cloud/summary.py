@@ -7,6 +7,7 @@ LOA 2019 (measured accuracy at 95 %) and GSA BIM Guide 03 (method sections 11.4 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any, Self
 
@@ -32,6 +33,17 @@ CLASSES: dict[str, float] = {
 }
 #: edges of the histogram [m]: 20 bins a decade from 0.01 mm to 1 m
 EDGES = np.logspace(-5, 0, 101)
+#: squares of edges and of half the limits [m^2], in order, and where those of each are
+_STEPS = np.unique(np.concatenate([EDGES, np.array(list(CLASSES.values())) / 2]) ** 2)
+_EDGES_AT = np.searchsorted(_STEPS, EDGES**2)
+_LIMITS_AT = np.searchsorted(_STEPS, (np.array(list(CLASSES.values())) / 2) ** 2)
+#: the lowest power of two among the steps, and cells from one power to the next
+_LOWEST, _CELLS = -34, 64
+#: the first step that is not below a cell
+_FIRST = np.searchsorted(
+    _STEPS,
+    (2.0 ** np.arange(_LOWEST - 1, 2)[:, None] * (1 + np.arange(_CELLS) / _CELLS)).ravel(),
+)
 #: one point of this many goes into the sample, more as the cloud grows
 _THIN = 64
 #: points in the sample
@@ -67,10 +79,12 @@ class CloudSummary:
         self.points += len(xyz)
         if sigma is None:
             return
-        squares, counts, within = self.squares.copy(), self.counts.copy(), self.within.copy()
-        limits = np.array(list(CLASSES.values()))
-        smallest, largest = _tally(np.ascontiguousarray(sigma), squares, counts, within, limits)
-        self.squares, self.counts, self.within = squares, counts, within
+        squares, between = self.squares.copy(), np.zeros(len(_STEPS) + 1, dtype=np.int64)
+        smallest, largest = _tally(np.ascontiguousarray(sigma), squares, between, _STEPS, _FIRST)
+        upto = np.cumsum(between)
+        self.squares = squares
+        self.counts = self.counts + np.diff(upto[_EDGES_AT], prepend=0, append=len(sigma))
+        self.within = self.within + upto[_LIMITS_AT]
         self.smallest, self.largest = min(self.smallest, smallest), max(self.largest, largest)
         chosen = slice(first, None, self._step)
         total = np.linalg.norm(sigma[chosen], axis=1)
@@ -138,23 +152,28 @@ def _bounds(xyz, low, high):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _tally(sigma, squares, counts, within, limits):  # type: ignore[no-untyped-def]
-    """Add sigmas (n, 3) to sums, histogram and classes; the smallest, and the largest in space.
+def _tally(sigma, squares, counts, steps, first):  # type: ignore[no-untyped-def]
+    """Add sigmas (n, 3) to sums and to counts between the steps; the extremes (in space) of them.
 
-    The first and last bin are for what lies outside of the edges.
+    Exponent and first digits of the squared sigma say where in the steps to begin.
     """
     smallest, largest = np.inf, 0.0
+    x2 = y2 = z2 = 0.0
     for n in range(len(sigma)):
-        total = 0.0
-        for k in range(3):
-            square = float(sigma[n, k]) ** 2
-            squares[k] += square
-            total += square
-            smallest = min(smallest, float(sigma[n, k]))
-        total = np.sqrt(total)
-        largest = max(largest, total)
-        bin_ = int(np.floor(20 * (np.log10(max(total, 1e-9)) + 5))) + 1
-        counts[min(max(bin_, 0), 101)] += 1
-        for j in range(len(limits)):
-            within[j] += 2 * total <= limits[j]
-    return smallest, largest
+        x, y, z = float(sigma[n, 0]), float(sigma[n, 1]), float(sigma[n, 2])
+        smallest = min(smallest, min(x, min(y, z)))
+        x2 += x * x
+        y2 += y * y
+        z2 += z * z
+        square = x * x + y * y + z * z
+        largest = max(largest, square)
+        mantissa, exponent = math.frexp(max(square, 1e-30))
+        cell = (exponent - _LOWEST) * _CELLS + int((mantissa - 0.5) * (2 * _CELLS))
+        k = first[min(max(cell, 0), len(first) - 1)]
+        while k < len(steps) and steps[k] < square:
+            k += 1
+        counts[k] += 1
+    squares[0] += x2
+    squares[1] += y2
+    squares[2] += z2
+    return smallest, np.sqrt(largest)
