@@ -8,6 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from tribrach.cli import app
+from tribrach.io.comparison_table import read_comparison
 
 RUN = CliRunner()
 ROWS = Path(__file__).parents[1] / "comparison" / "sixteen_sites.csv"
@@ -20,7 +21,7 @@ def test_figures_and_findings(tmp_path: Path) -> None:
     )
     assert result.exit_code == 0, result.output
     assert "Only mean against incidence (t = 4.51) is significantly curved" in result.output
-    assert "range and incidence are correlated 0.94" in " ".join(result.output.split())
+    assert "Range and incidence are correlated 0.94" in " ".join(result.output.split())
     data = json.loads(files[0].read_text())
     assert data["rows"] == 16
     assert [r["curved"] for r in data["relations"]] == [False, False, True, False]
@@ -84,7 +85,25 @@ def test_sites_of_a_comparison(tmp_path: Path) -> None:
         values = [[t["value"] for t in r["quadratic"]["terms"]] for r in (a, b)]
         assert values[0] == pytest.approx(values[1], rel=1e-6)
     other = RUN.invoke(app, ["regress", str(path), "--y", "m3c2.mean"])
+    assert "16 rows; range in m, m3c2.mean in mm, incidence in deg" in other.output
     assert "m3c2.mean against range" in other.output
+
+
+def test_figures_that_are_no_lengths(tmp_path: Path) -> None:
+    """Shares and ratios stay as they are, angles of a station are angles."""
+    path = compared(tmp_path / "compare.json")
+    data = json.loads(path.read_text())
+    for k, site in enumerate(data["sites"]):
+        site["prediction"] = {"ratio": 1 + 0.1 * k}
+        site["stations"] = {"b": {"incidence": site["incidence"], "range": site["range"]}}
+    path.write_text(json.dumps(data))
+    names = ["prediction.ratio", "stations.b.incidence"]
+    table = read_comparison(path, names)
+    assert table.values[names[0]] == pytest.approx([1 + 0.1 * k for k in range(16)])
+    assert table.values[names[1]] == pytest.approx(
+        [math.degrees(site["incidence"]) for site in data["sites"]]
+    )
+    assert table.units == {names[0]: "", names[1]: "deg"}
 
 
 def test_sites_without_a_figure_are_named(tmp_path: Path) -> None:

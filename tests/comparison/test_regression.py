@@ -75,7 +75,7 @@ def published(path: Path) -> None:
     assert found.correlations[0].value == pytest.approx(0.94, abs=5e-3)
     said = found.sentences()
     assert said[0].startswith("Only mean against incidence (t = 4.51) is significantly curved")
-    assert any("range and incidence are correlated 0.94" in sentence for sentence in said)
+    assert any("Range and incidence are correlated 0.94" in sentence for sentence in said)
 
 
 def test_published_figures_on_constructed_rows() -> None:

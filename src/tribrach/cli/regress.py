@@ -47,7 +47,8 @@ def regress(
             texts[html_file] = regression_page(table.name, rows.values, rows.units, found)
         write_texts(texts)
         if not quiet:
-            typer.echo("\n".join([regression_text(found), *(f"! {r}" for r in rows.remarks)]))
+            text = regression_text(found, rows.units)
+            typer.echo("\n".join([text, *(f"! {r}" for r in rows.remarks)]))
 
     guarded(work)
 

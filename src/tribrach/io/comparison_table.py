@@ -1,7 +1,7 @@
 """Columns of numbers from the JSON of a comparison: one row per test site.
 
 ``range`` [m] and ``incidence`` [deg] of the site; figures by their place, such as ``c2c.mean`` or
-``m3c2.std`` [mm]; a name without a place is one of ``c2c``.
+``m3c2.std`` [mm], shares and ratios as they are; a name without a place is one of ``c2c``.
 """
 
 from __future__ import annotations
@@ -21,7 +21,11 @@ from tribrach.io.xml_file import read_bytes
 __all__ = ["read_comparison"]
 
 _CURE = "give what tribrach compare wrote with --json and --sites"
-_UNITS = {"range": ("m", 1.0), "incidence": ("deg", 180 / math.pi)}
+#: units by the last word of a name; all else is a length
+_UNITS = {"range": ("m", 1.0), "incidence": ("deg", 180 / math.pi)} | dict.fromkeys(
+    ("n", "count", "beyond", "changed", "lattice", "ratio", "noise_ratio", "noise_ratio_error"),
+    ("", 1.0),
+)
 _LENGTHS = ("mm", 1e3)
 
 
@@ -45,7 +49,7 @@ def read_comparison(path: Path, names: Sequence[str]) -> NumberTable:
             cure="compare with the poses of both clouds, and look at the names of the figures",
         )
     values = np.array([row[1] for row in whole], dtype=np.float64)
-    units = {name: _UNITS.get(name, _LENGTHS) for name in names}
+    units = {name: _UNITS.get(name.rpartition(".")[2], _LENGTHS) for name in names}
     lost = [name for name, row in rows if None in row]
     remarks = (f"Left out for want of a figure: {', '.join(lost)}.",) if lost else ()
     return NumberTable(

@@ -67,7 +67,7 @@ class ComparisonChapter:
         """All tables that have rows, named after both stations."""
         tables = comparison_tables(self.sites, angle)
         if self.regression is not None:
-            tables += regression_tables(self.regression)
+            tables += regression_tables(self.regression, _UNITS)
         return [
             replace(t, name=f"{t.name}-{self._slug}", title=f"{self.title}: {t.title}")
             for t in tables

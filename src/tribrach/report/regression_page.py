@@ -30,9 +30,9 @@ _NOTE = (
 )
 
 
-def regression_text(found: Regression) -> str:
-    """What a terminal shows: one line per relation, then the findings."""
-    lines = []
+def regression_text(found: Regression, units: Mapping[str, str]) -> str:
+    """What a terminal shows: units, one line per relation, then the findings."""
+    lines = [f"{found.n} rows; {_units(found, units)}"]
     for r in found.relations:
         lines.append(
             f"{r.y} against {r.x}: quadratic R² {r.quadratic.r2:.4f}, line R² {r.line.r2:.4f}, "
@@ -50,7 +50,7 @@ def regression_page(title: str, values: Values, units: Mapping[str, str], found:
         title,
         found.sentences(),
         regression_pictures(values, units, found),
-        regression_tables(found),
+        regression_tables(found, units),
         "Ordinary least squares; all rows have the same weight.",
     )
 
@@ -62,9 +62,19 @@ def regression_pictures(
     return [_curves(values, units, found), *_physical(values, units, found)]
 
 
-def regression_tables(found: Regression) -> list[Table]:
+def regression_tables(found: Regression, units: Mapping[str, str]) -> list[Table]:
     """Fits, coefficients, causes that go together."""
-    return [_fits(found), _terms(found), _correlations(found)]
+    return [_fits(found), _terms(found, _units(found, units)), _correlations(found)]
+
+
+def _units(found: Regression, units: Mapping[str, str]) -> str:
+    """What coefficients are in, in words."""
+    names = dict.fromkeys(n for r in found.relations for n in (r.x, r.y))
+    known = [f"{name} in {units[name]}" for name in names if units.get(name)]
+    bare = [name for name in names if not units.get(name)]
+    if bare:
+        known.append(f"{', '.join(bare)} as in the table")
+    return ", ".join(known)
 
 
 def _formula(fit: Fit) -> str:
@@ -140,7 +150,7 @@ def _fits(found: Regression) -> Table:
     return build_table("fits", "Fits", _NOTE, rows, columns)
 
 
-def _terms(found: Regression) -> Table:
+def _terms(found: Regression, units: str) -> Table:
     """Every coefficient."""
     fits: list[Fit] = [f for r in found.relations for f in (r.quadratic, r.line)]
     rows = [(fit, term) for fit in (*fits, *found.physical) for term in fit.terms]
@@ -158,9 +168,7 @@ def _terms(found: Regression) -> Table:
         (Column("t"), t_cell),
         (Column("p"), lambda row: number_cell(row[1].p, f"{row[1].p:.3g}")),
     ]
-    note = (
-        f"In the units of the table. Coefficients significant at {found.confidence:.0%} are green."
-    )
+    note = f"Units: {units}. Coefficients significant at {found.confidence:.0%} are green."
     return build_table("terms", "Coefficients", note, rows, columns)
 
 
