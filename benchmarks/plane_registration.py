@@ -14,9 +14,10 @@ from itertools import combinations
 import numpy as np
 
 from tribrach.registration.by_planes import register_by_planes
-from tribrach.registration.plane_poses import Surroundings, pair_poses
+from tribrach.registration.plane_poses import pair_poses
 from tribrach.registration.plane_set import PlaneSet
 from tribrach.registration.station_view import view_of
+from tribrach.registration.surroundings import Surroundings
 from tribrach.scan.range_image import organise
 from tribrach.simulate.twins.sphere_courtyard import build
 from tribrach.targets.planes import find_planes
@@ -43,7 +44,7 @@ def station(twin, number, spent):
     view = timed(lambda: view_of(xyz, image), spent["view"])
     name = twin.scans[number].name
     spent["points"].append(len(xyz))
-    return Surroundings(name, PlaneSet.of(planes), view, True)
+    return Surroundings.of(name, PlaneSet.of(planes), view, True)
 
 
 def main():
