@@ -60,9 +60,9 @@ def test_fit_prints_and_writes(files: tuple[str, str, Path]) -> None:
     a, b, folder = files
     out = run("fit", a, b, "--json", str(folder / "f.json"))
     assert "0.949954935" in out
-    assert "the global test passes" in out
-    assert "only in a.csv: 5" in out
-    assert "only in b.csv: 9" in out
+    assert "The global test passes" in out
+    assert "Only in a.csv: 5" in out
+    assert "Only in b.csv: 9" in out
     assert "is no accuracy" in out
     data = json.loads((folder / "f.json").read_text())
     assert data["shift_at_origin"] == pytest.approx([10233.8542, 6549.9641, 720.8663], abs=1e-4)

@@ -8,8 +8,8 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.table import Table
 
+from tribrach.cli.printing import printed
 from tribrach.cli.shell import guarded, refuse_outputs, shown
 from tribrach.comparison.peer_exports import alignment
 from tribrach.comparison.results import comparison_json
@@ -17,7 +17,6 @@ from tribrach.comparison.station_pair import StationPair
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
 from tribrach.io.site_table import read_sites
-from tribrach.report import tables
 from tribrach.report.comparison_page import (
     comparison_page,
     comparison_sentences,
@@ -88,7 +87,8 @@ def compare(
             return
         console = Console()
         for table in comparison_tables(found):
-            console.print(_printed(table if console.width >= _WIDE else table.narrow()))
+            fitting = table if console.width >= _WIDE else table.narrow()
+            console.print(printed(fitting, console.width))
         for sentence in comparison_sentences(found, offsets):
             console.print(f"! {sentence}", markup=False)
 
@@ -104,14 +104,3 @@ def _alignment(pair: StationPair | None, a: Path) -> str:
             cure="give clouds of one run with its poses.json and poses_covariance.npy",
         )
     return alignment(pair, (pair.first + pair.second) / 2).json()
-
-
-def _printed(table: tables.Table) -> Table:
-    """A table of the report as the terminal shows it."""
-    out = Table(title=table.title, title_justify="left")
-    for column in table.columns:
-        head = f"{column.head}\n{column.unit}" if column.unit else column.head
-        out.add_column(head, justify="right" if column.numeric else "left")
-    for row in table.rows:
-        out.add_row(*(cell.text for cell in row.cells))
-    return out

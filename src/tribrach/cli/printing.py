@@ -2,19 +2,61 @@
 
 from __future__ import annotations
 
+from rich.console import JustifyMethod
 from rich.table import Table as Printed
 
 from tribrach.report.tables import Table
 
 __all__ = ["printed"]
 
+#: characters up to which words of heads, and cells of words, are kept in one piece
+_WORD, _CELL = 10, 14
 
-def printed(table: Table) -> Printed:
-    """Heads with their units, numbers to the right; what stands in brackets is no markup."""
-    out = Printed(title=table.title, title_justify="left")
-    for column in table.columns:
+
+def printed(table: Table, width: int) -> Printed:
+    """Heads with their units, numbers to the right; what stands in brackets is no markup.
+
+    width : characters in a line of the terminal. Where a table needs more, heads are folded and
+    then blanks left out; numbers are never cut, since a cut number is another number.
+    """
+    widths = [_natural(table, k) for k in range(len(table.columns))]
+    if _total(widths, 1) > width:
+        widths = [_least(table, k) for k in range(len(table.columns))]
+        # what is left goes to the words that need it most
+        missing = [_natural(table, k) - least for k, least in enumerate(widths)]
+        words = [0 if c.numeric else m for c, m in zip(table.columns, missing, strict=True)]
+        if any(words):
+            k = words.index(max(words))
+            widths[k] += max(0, min(words[k], width - _total(widths, 1)))
+    padding = 0 if _total(widths, 1) > width else 1
+    out = Printed(title=table.title, title_justify="left", padding=(0, padding))
+    for column, characters in zip(table.columns, widths, strict=True):
         head = f"{column.head}\n{column.unit}" if column.unit else column.head
-        out.add_column(head, justify="right" if column.numeric else "left")
+        justify: JustifyMethod = "right" if column.numeric else "left"
+        out.add_column(head, justify=justify, width=characters, overflow="fold")
     for row in table.rows:
         out.add_row(*(cell.text.replace("[", r"\[") for cell in row.cells))
     return out
+
+
+def _total(widths: list[int], padding: int) -> int:
+    """Characters of a line with its borders."""
+    return sum(widths) + (2 * padding + 1) * len(widths) + 1
+
+
+def _natural(table: Table, k: int) -> int:
+    """Characters of a column as it stands."""
+    column = table.columns[k]
+    return max(len(column.head), len(column.unit), _longest(table, k))
+
+
+def _least(table: Table, k: int) -> int:
+    """Characters of a column whose head, or whose cells of many words, are folded."""
+    column = table.columns[k]
+    words = max(map(len, (*column.head.split(), column.unit)), default=0)
+    longest = _longest(table, k)
+    return max(min(words, _WORD), longest if column.numeric else min(longest, _CELL))
+
+
+def _longest(table: Table, k: int) -> int:
+    return max((len(row.cells[k].text) for row in table.rows), default=0)

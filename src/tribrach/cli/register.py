@@ -55,7 +55,8 @@ def register(
             return
         console = Console()
         for table in cloud_registration_tables(found.registration):
-            console.print(printed(table if console.width >= _WIDE else table.narrow()))
+            fitting = table if console.width >= _WIDE else table.narrow()
+            console.print(printed(fitting, console.width))
         for sentence in found.registration.sentences:
             console.print(f"! {sentence}", markup=False)
         for path in written:

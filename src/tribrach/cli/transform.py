@@ -66,12 +66,12 @@ def fit(
             return
         console = Console()
         for table in transformation_tables(outcome, angle):
-            console.print(printed(table))
+            console.print(printed(table, console.width))
             if table.left_out:
                 console.print(f"{table.left_out} more rows in the JSON file", style="dim")
             console.print(table.note, markup=False, style="dim")
         for sentence in [*outcome.sentences(), *left]:
-            console.print(f"! {sentence}", markup=False)
+            console.print(f"! {sentence[:1].upper()}{sentence[1:]}", markup=False)
 
     guarded(work)
 
