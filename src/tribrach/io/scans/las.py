@@ -83,6 +83,7 @@ class LasScan(Scan):
 
 def _unpacked(column: NDArray[np.uint8], parts: Any) -> dict[str, NDArray[Any]]:
     """The bit fields of a byte; those of bytes that are zero throughout are left out."""
+    column = np.ascontiguousarray(column)  # looked at more than once
     low, high = int(column.min()), int(column.max())
     if high == 0:
         return {}
