@@ -63,6 +63,7 @@ def test_obj(tmp_path: Path) -> None:
         ("a.obj", b"v 1 2 3\nf 1 2 x\n", "a.obj:2"),
         ("a.obj", b"v 1 2 3\nf 1 2 3\n", "not there"),
         ("a.obj", b"v 1 2 3\nf -1 -2 -3\n", "not there"),
+        ("a.obj", b"v 1 2 3\nf 1 1 99999999999999999999/1\n", "a.obj:2"),
         ("a.obj", b"v 1 2 3\n", "no triangles"),
         ("a.dae", b"x", "is no mesh"),
     ],

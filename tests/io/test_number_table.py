@@ -36,6 +36,7 @@ def test_titles(tmp_path: Path, title: str, separator: str) -> None:
         ("range,x\n,2\n", "t.csv:2: range is empty"),
         ("range,x\nnan,2\n", "not a number"),
         ("range,x\ninf,2\n", "not a number"),
+        ("range,x\n1e308,2\n", "t.csv:2: range is 1e308, too large to be fitted"),
         (b"range,x\n\xff,2\n", "t.csv:2: the file is not UTF-8"),
         (b"range,x\n\x00,2\n", "not text"),
         ('range,x\n"1\n2",2\n', "several lines"),

@@ -1,15 +1,19 @@
 """Numbers that no survey has, and points in one place: a sentence, before anything overflows."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from tribrach.errors import InputError, NotConverged
+from tribrach.io.survey.formats import read_files
+from tribrach.network import minimum_norm
 from tribrach.network.adjustment import adjust
 from tribrach.network.observations.distance import Distances
 from tribrach.network.observations.slope_distance import SlopeDistances
 from tribrach.network.observations.zenith import ZenithAngles
+from tribrach.network.observed_part import observed_part
 from tribrach.network.survey import Survey
 
 FIXED = (False, False, False)
@@ -77,3 +81,28 @@ def test_points_in_one_place_have_no_direction() -> None:
     )
     with pytest.raises(NotConverged, match=r"slope distance A -> B \(net.csv:9\)"):
         adjust(survey.network())
+
+
+@pytest.mark.parametrize("cell", ["1e308", "-1e200", "1_0", "inf", "nan", "0x10"])
+@pytest.mark.parametrize("column", ["height_difference_m", "sigma_height_difference_mm"])
+def test_cells_of_tables(tmp_path: Path, column: str, cell: str) -> None:
+    path = tmp_path / "net.csv"
+    other = "sigma_height_difference_mm" if column[0] == "h" else "height_difference_m"
+    path.write_text(f"from,to,{column},{other}\nA,B,1,1\nB,C,{cell},1\n")
+    with pytest.raises(InputError, match=f"net.csv:3: {column} is '?{cell}"):
+        read_files([path])
+
+
+def test_a_matrix_that_cannot_be_inverted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rounding may leave nothing to be inverted where a reading is far off."""
+
+    def singular(matrix: object) -> None:
+        raise np.linalg.LinAlgError("Singular matrix")
+
+    (tmp_path / "net.csv").write_text(
+        "from,to,height_difference_m,sigma_height_difference_mm\nA,B,1,1\nB,C,1,1\nC,A,-2,1\n"
+    )
+    network = observed_part(read_files([tmp_path / "net.csv"])).network()
+    monkeypatch.setattr(np.linalg, "inv", singular)
+    with pytest.raises(NotConverged, match=r"cannot be inverted\n.* height difference"):
+        minimum_norm.adjust_minimum_norm(network)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach.errors import InputError
-from tribrach.io.xml_file import read_bytes
+from tribrach.io.xml_file import MAX_BYTES, read_bytes
 
 __all__ = ["MESHES", "read_mesh"]
 
@@ -90,4 +90,6 @@ def _obj(path: Path, data: bytes) -> Array:
 def _corner(word: bytes, count: int) -> int:
     """Number of a vertex from zero; negative ones count from the last so far."""
     index = int(word.split(b"/")[0])
+    if abs(index) > MAX_BYTES:
+        raise ValueError("more vertices than a file can hold")
     return index - 1 if index > 0 else count + index

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from tribrach.errors import InputError
 from tribrach.io.csv_rows import read_rows
+from tribrach.network.survey_table import LARGEST
 
 __all__ = ["NumberTable", "read_numbers"]
 
@@ -86,8 +87,11 @@ def _number(path: Path, line: int, title: str, cell: str) -> float:
         value = float(cell)
     except ValueError:
         value = math.nan
-    if math.isfinite(value):
+    if abs(value) < LARGEST:
         return value
+    if math.isfinite(value):
+        what = f"{title} is {cell.strip()}, too large to be fitted"
+        raise InputError(what, file=path, line=line, cure="correct it, or leave the row out")
     shown = repr(cell.strip()) if cell.strip() else "empty"
     comma = re.fullmatch(r"\s*[+-]?\d+,\d+\s*", cell)
     cure = "write decimals with a point" if comma else "give a number, or leave the row out"

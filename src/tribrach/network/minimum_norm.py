@@ -17,6 +17,7 @@ from tribrach.network.adjustment import Adjustment
 from tribrach.network.approximate import find_start
 from tribrach.network.assembly import Assembly
 from tribrach.network.datum import Cofactor, OpenMotions
+from tribrach.network.defects import worst_misclosure
 from tribrach.network.network import Network
 from tribrach.network.unknowns import State
 
@@ -76,7 +77,13 @@ def adjust_minimum_norm(network: Network) -> Adjustment:
         )
     state = network.start
     for iteration in range(1, _ITERATIONS + 1):
-        null, inverse = _inverse(assembly, state)
+        try:
+            null, inverse = _inverse(assembly, state)
+        except np.linalg.LinAlgError as error:
+            raise NotConverged(
+                "the matrix of the minimum-norm adjustment cannot be inverted",
+                [worst_misclosure(assembly, state)],
+            ) from error
         design = assembly.design(state)
         white = assembly.whiten(assembly.misclosure(state))
         step = inverse @ (design.T @ white)

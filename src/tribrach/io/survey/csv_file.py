@@ -25,6 +25,7 @@ from tribrach.io.survey.csv_columns import (
     nearest,
     units_of,
 )
+from tribrach.network.survey_table import LARGEST
 from tribrach.units import UNITS, parse_angle
 
 __all__ = ["Table", "read_table"]
@@ -198,6 +199,9 @@ def _numbers(path: Path, lines: list[int], title: str, cells: list[str], unit: s
         good = np.isfinite(values) | np.array([not c for c in cells], dtype=bool)
     except ValueError:
         good = np.array([not c or _is_number(c, unit) for c in cells], dtype=bool)
+    if good.all():
+        # Python reads 1_0 as ten
+        good = ~(np.abs(values) >= LARGEST) & np.array(["_" not in c for c in cells], dtype=bool)
     if title.startswith("sigma"):
         bad = np.flatnonzero(~good) if not good.all() else np.flatnonzero(values <= 0)
         good[bad] = False
@@ -209,7 +213,9 @@ def _numbers(path: Path, lines: list[int], title: str, cells: list[str], unit: s
 
 def _bad_cell(path: Path, line: int, title: str, cell: str, unit: str) -> InputError:
     """What is wrong with a cell."""
-    if _is_number(cell, unit):
+    if _is_number(cell, unit) and abs(parse_angle(cell, unit if unit == "dms" else "m")) >= LARGEST:
+        what, cure = f"{title} is {cell}", "give a number that was measured"
+    elif _is_number(cell, unit):
         what, cure = f"{title} is {cell}", "give a standard deviation above zero"
     elif "," in cell and _is_number(cell.replace(",", "."), unit):
         what, cure = f"{title} is {cell!r}", "write decimals with a point"
@@ -223,6 +229,6 @@ def _bad_cell(path: Path, line: int, title: str, cell: str, unit: str) -> InputE
 def _is_number(cell: str, unit: str) -> bool:
     """True if a cell can be read as a finite value of the unit."""
     try:
-        return math.isfinite(parse_angle(cell, unit if unit == "dms" else "m"))
+        return "_" not in cell and math.isfinite(parse_angle(cell, unit if unit == "dms" else "m"))
     except ValueError:
         return False
