@@ -182,7 +182,8 @@ def _try(
     helped = f" and {_antennas(antennas)}" if antennas else ""
     said.append(
         f"{unit.name} {several[0]} placed by {len(found.pairs)} of {several[1]} "
-        f"{len(sighting.centers)} targets{helped} (residuals {rms:.1f} times the expected)"
+        f"{len(sighting.centers)} targets{helped} (residuals {rms:.1f} times the sigmas "
+        "that the search allows for)"
     )
     return True
 

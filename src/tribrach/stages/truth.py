@@ -277,7 +277,7 @@ def _cloud(
 def _counted(b: Bookkeeping) -> TruthRow:
     """Targets of a station."""
     words = (
-        f"{len(b.visible)} visible, {len(b.missed)} missed, {b.invented} invented, "
+        f"of {len(b.visible)} in clear sight {len(b.missed)} missed, {b.invented} invented, "
         f"{len(b.misnamed)} misnamed"
     )
     missed = f": {', '.join(b.missed)}" if b.missed else ""
