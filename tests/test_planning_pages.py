@@ -50,7 +50,11 @@ def test_the_plan_of_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     assert len(plan["sights"]) < 2 * len(plan["points"])
     assert 1 <= len(plan["proposals"]) <= 2
     assert (tmp_path / "plan.html").is_file()
-    assert (tmp_path / "plan.txt").is_file()
+    text = (tmp_path / "plan.txt").read_text()
+    # what cannot go says so; names of kinds are words, and zero has no sign
+    assert re.search(r"station S1 +\d\.\d\d mm +needed", text)
+    assert "scanner_polar" not in text
+    assert not re.search(r"-0\.0+\b", text)
 
 
 def test_the_checks_of_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -343,7 +343,8 @@ def _row_words(adjustment: Adjustment, row: int) -> str:
     o = adjustment.network.observations[rows.table[row]]
     start, end = o.ends(adjustment.layout)[int(rows.item[row])]
     component = o.components[int(rows.row[row])]
-    kind = f"{component} of {o.kind}" if component else o.kind
+    kind = o.kind.replace("_", " ")
+    kind = f"{component} of {kind}" if component else kind
     return f"{kind} {start} -> {end}" if end else f"{kind} {start}"
 
 

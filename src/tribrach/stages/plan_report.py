@@ -95,7 +95,7 @@ def _of_proposals(plan: Plan) -> list[str]:
     kind = plan.criterion.kind
     out = []
     for p in plan.proposals:
-        place = ", ".join(f"{x:.2f}" for x in p.place)
+        place = ", ".join(f"{round(x, 2) + 0.0:.2f}" for x in p.place)
         gain = (
             ": nothing is determined without it"
             if math.isnan(p.before)
@@ -138,13 +138,14 @@ def _of_weights(plan: Plan) -> list[str]:
                 f"More sets do not reach the requirement: at best {shown(kind, plan.sets.value)}."
             )
     for p in plan.precisions:
+        group = p.group.replace("_", " ")
         if math.isnan(p.factor):
             out.append(
-                f"However precise the {p.group} readings, they alone leave {shown(kind, p.limit)}."
+                f"However precise the {group} readings, they alone leave {shown(kind, p.limit)}."
             )
         elif p.factor < 1:
             out.append(
-                f"The requirement is reached if the {p.group} readings are "
+                f"The requirement is reached if the {group} readings are "
                 f"{1 / p.factor:.2f} times as precise."
             )
     return out

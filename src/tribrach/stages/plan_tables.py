@@ -53,14 +53,24 @@ def shown(kind: CriterionKind, value: float) -> str:
         return "not determined"
     if math.isinf(value):
         return "unlimited"
-    return f"{value * 1e3:.3g} mm" if kind in ("sigma", "undetected") else f"{value:.3f}"
+    if kind in ("sigma", "undetected"):
+        return f"{value * 1e3:#.3g}".rstrip(".") + " mm"
+    return f"{value:.3f}"
+
+
+def _shown_cell(kind: CriterionKind, value: float) -> Cell:
+    """A criterion as a cell; what is not determined says so."""
+    text = shown(kind, value)
+    return number_cell(value, text) if math.isfinite(value) else text_cell(text)
 
 
 def _places(get: Callable[[Any], Array]) -> list[tuple[Column, Callable[[Any], Cell]]]:
     """Columns E, N, U of a place (3,)."""
 
     def column(axis: int) -> Callable[[Any], Cell]:
-        return lambda item: number_cell(float(get(item)[axis]), f"{get(item)[axis]:.3f}")
+        return lambda item: number_cell(
+            float(get(item)[axis]), f"{round(float(get(item)[axis]), 3) + 0.0:.3f}"
+        )
 
     return [(Column(name, "m"), column(axis)) for axis, name in enumerate("ENU")]
 
@@ -132,8 +142,8 @@ def _proposals(plan: Plan) -> Table:
         (Column("Add", numeric=False), lambda p: text_cell(p.sort)),
         (Column("at", numeric=False), lambda p: text_cell(p.name)),
         *_places(lambda p: p.place),
-        (Column("before"), lambda p: number_cell(number(p.before), shown(kind, p.before))),
-        (Column("after"), lambda p: number_cell(number(p.after), shown(kind, p.after))),
+        (Column("before"), lambda p: _shown_cell(kind, p.before)),
+        (Column("after"), lambda p: _shown_cell(kind, p.after)),
     ]
     note = f"In the order of their gain; judged by the {criterion_words(plan, kind)}."
     return build_table("proposals", "Proposals", note, plan.proposals, columns)
@@ -145,7 +155,7 @@ def _criteria(plan: Plan) -> Table:
     def cell(found: Figures | None, kind: CriterionKind) -> Cell:
         if found is None:
             return text_cell("")
-        return number_cell(number(found.value(kind)), shown(kind, found.value(kind)))
+        return _shown_cell(kind, found.value(kind))
 
     at = {
         "sigma": plan.after.names[int(np.argmax(plan.after.sigma))] if plan.after.names else "",
@@ -185,12 +195,13 @@ def _spares(plan: Plan) -> Table:
         (Column("before"), lambda s: number_cell(s.before, shown(kind, s.before))),
         (
             Column("after"),
-            lambda s: number_cell(
-                number(s.after), "needed" if math.isnan(s.after) else shown(kind, s.after)
-            ),
+            lambda s: text_cell("needed") if math.isnan(s.after) else _shown_cell(kind, s.after),
         ),
     ]
-    note = f"Each left out alone; judged at {_few(plan.judged_at)}, which stay."
+    note = (
+        f"Each left out alone; judged at {_few(plan.judged_at)}, which stay. Before is the whole "
+        "plan, in a datum that does not rest on what may be left out."
+    )
     if plan.lever_arm is not None:
         note = "Each left out alone."
     return build_table("spares", "What could be left out", note, rows, columns)
@@ -220,7 +231,7 @@ def _precisions(plan: Plan) -> Table:
         return f"{p.sigma * p.factor * factor:.3g} {name}"
 
     columns = [
-        (Column("Readings", numeric=False), lambda p: text_cell(p.group)),
+        (Column("Readings", numeric=False), lambda p: text_cell(p.group.replace("_", " "))),
         (Column("σ now"), lambda p: text_cell(sigma(p))),
         (Column("σ that is enough"), lambda p: text_cell(needed(p))),
     ]
