@@ -121,6 +121,71 @@ def test_parameters_of_stations_are_tested_and_not_saved(tmp_path: Path) -> None
     assert not (tmp_path / "scanner.toml").exists()
 
 
+def two_scanners(folder: Path, rows: dict[str, list[str]], names: str | None = None) -> Path:
+    """A project with the readings of two scanners; rows : of each."""
+    own = HEAD[HEAD.index("serial") : HEAD.index("[[obs")]
+    title = table(lab(("x10",))).splitlines()[0]
+    text = HEAD[: HEAD.index("[instruments")]
+    for k, (name, lines) in enumerate(rows.items()):
+        (folder / f"{k}.csv").write_text("\n".join([title, *lines, ""]))
+        text += f'[instruments."{name}"]\n{own}\n'
+        text += f'[[observations]]\nfile = "{k}.csv"\ninstrument = "{name}"\n\n'
+    path = folder / "two.toml"
+    text += HEAD[HEAD.index("[calibration]") :] + FIVE
+    path.write_text(text + f"instrument = {names or json.dumps(list(rows))}\n")
+    return path
+
+
+def test_two_scanners_in_one_project_have_a_file_each(tmp_path: Path) -> None:
+    """Every scanner at a station of its own: parameters are those of single stations."""
+    network = measured(lab(tuple(MISALIGNMENTS)), dict(MISALIGNMENTS), 7)
+    path = job(tmp_path, network, HEAD + FIVE + 'per = "station"\n')
+    assert call(path, "--json", tmp_path / "single.json")[0] == 0
+    single = json.loads((tmp_path / "single.json").read_text())
+    rows = table(network).splitlines()[1:]
+    mine = {
+        "one": [row for row in rows if row.startswith("S1,")],
+        "the/other": [row for row in rows if row.startswith("S2,")],
+    }
+    path = two_scanners(tmp_path, mine)
+    code, text = call(path, "--json", tmp_path / "two.json", "--save", tmp_path / "kept.toml")
+    assert code == 0, text
+    both = json.loads((tmp_path / "two.json").read_text())
+    assert [p["name"] for p in both["parameters"]][::5] == ["x10(one)", "x10(the/other)"]
+    for name in ("value", "sigma"):
+        expected = [p[name] for p in single["parameters"]]
+        np.testing.assert_allclose([p[name] for p in both["parameters"]], expected, rtol=1e-6)
+    for k, (name, plain) in enumerate((("one", "one"), ("the/other", "the_other"))):
+        saved = read_calibration(tmp_path / f"kept-{plain}.toml")
+        assert saved.instrument == name
+        block = slice(5 * k, 5 * k + 5)
+        np.testing.assert_allclose(saved.covariance, np.array(both["covariance"])[block, block])
+    code, text = call(two_scanners(tmp_path, mine, '["one", "no"]'))
+    assert code == 2
+    assert "instrument no is not defined" in text
+
+
+def test_stations_of_the_same_scanner_are_compared_with_each_other(tmp_path: Path) -> None:
+    """Two scanners at two stations each; then one of the stations has another zero of ranges."""
+    network = measured(lab(tuple(MISALIGNMENTS)), dict(MISALIGNMENTS), 7)
+    other = dict(MISALIGNMENTS) | {"x10": 0.004}
+    again = table(measured(lab(tuple(MISALIGNMENTS)), other, 8)).splitlines()[1:]
+    again = [r.replace("S1,", "S3,", 1).replace("S2,", "S4,", 1) for r in again]
+    differ = []
+    for shift in (0.0, 0.003):
+        cells = [row.split(",") for row in again]
+        for row in cells:
+            row[2] = f"{float(row[2]) + shift * (row[0] == 'S4'):.8f}"
+        mine = {"one": table(network).splitlines()[1:], "two": [",".join(row) for row in cells]}
+        code, said = call(two_scanners(tmp_path, mine), "--json", tmp_path / "c.json")
+        assert code == 0, said
+        differ.append(json.loads((tmp_path / "c.json").read_text())["tests"]["stations_differ"])
+    # five deviations for a second station of either scanner, none between the scanners
+    assert [test["freedom"] for test in differ] == [10, 10]
+    assert differ[0]["p"] > 0.001
+    assert differ[1]["p"] < 1e-6
+
+
 def test_a_station_that_too_few_targets_tie(tmp_path: Path) -> None:
     """Two targets leave the turn about their line open."""
     network = measured(lab(tuple(MISALIGNMENTS)), dict(MISALIGNMENTS), 7)

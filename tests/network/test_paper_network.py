@@ -20,7 +20,7 @@ from tribrach.network.run_comparison import compare_runs
 from tribrach.network.self_calibration import SelfCalibration, Wishes, calibrate
 from tribrach.project import Project
 from tribrach.report.calibration_words import calibration_sentences
-from tribrach.stages.calibrating import calibrate_project, calibration_of
+from tribrach.stages.calibrating import calibrate_project, calibrations_of
 from tribrach.units import SEC
 
 FOLDER = Path(__file__).parents[2] / "examples" / "paper-network"
@@ -162,7 +162,7 @@ def test_a_minimum_norm_says_what_it_is_and_is_not_saved() -> None:
     words = "\n".join(calibration_sentences(found))
     assert "depends on these units" in words
     with pytest.raises(InputError, match="single stations"):
-        calibration_of(project, found)
+        calibrations_of(project, found)
 
 
 def test_with_zenith_angles_and_what_can_be_separated() -> None:

@@ -23,7 +23,7 @@ from tribrach.io.twins import write_twin
 from tribrach.project import Project
 from tribrach.scan.corrected import corrected_scan
 from tribrach.simulate.twins.newcastle_lab import MISALIGNMENTS, build, places
-from tribrach.stages.calibrating import calibrate_project, calibration_of
+from tribrach.stages.calibrating import calibrate_project, calibrations_of
 from tribrach.stages.grouping import whole_source
 from tribrach.units import SEC
 
@@ -136,7 +136,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     project = Project.load(place / "calibrate.toml")
     found = calibrate_project(project, lambda *_: None)
     (place / "scanner.calibration.toml").write_text(
-        calibration_text(calibration_of(project, found))
+        calibration_text(calibrations_of(project, found)["scanner"])
     )
     return place
 
@@ -224,7 +224,7 @@ def test_check_points_of_the_twin_drop_to_the_noise(tmp_path: Path) -> None:
     (tmp_path / "calibrate.toml").write_text(CALIBRATE.replace("readings.csv", "polar.csv"))
     project = Project.load(tmp_path / "calibrate.toml")
     found = calibrate_project(project, lambda *_: None)
-    text = calibration_text(calibration_of(project, found))
+    text = calibration_text(calibrations_of(project, found)["scanner"])
     (tmp_path / "scanner.calibration.toml").write_text(text)
     plain = path.read_text()
     head = "[instruments.scanner]\n"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Annotated
 
@@ -14,7 +15,7 @@ from tribrach.network.run_comparison import compare_runs
 from tribrach.project import Project
 from tribrach.report.calibration_page import calibration_json, calibration_page
 from tribrach.report.calibration_words import calibration_text as summary
-from tribrach.stages.calibrating import calibrate_project, calibration_of
+from tribrach.stages.calibrating import calibrate_project, calibrations_of
 
 __all__ = ["calibrate"]
 
@@ -26,7 +27,11 @@ def calibrate(
         Path | None, typer.Option("--html", help="Write a page with charts.")
     ] = None,
     save: Annotated[
-        Path | None, typer.Option(help="Write a calibration file that projects can name.")
+        Path | None,
+        typer.Option(
+            help="Write a calibration file that projects can name; of several scanners one each, "
+            "with their names before the suffix."
+        ),
     ] = None,
     against: Annotated[
         Path | None, typer.Option(help="Another project file, to compare this run with.")
@@ -36,7 +41,7 @@ def calibrate(
     ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
-    """Calibrate a scanner from targets that it saw from several stations."""
+    """Calibrate scanners from targets that they saw from several stations."""
 
     def work() -> None:
         refuse_outputs([project], (json_file, html_file, save))
@@ -57,7 +62,10 @@ def calibrate(
         if html_file is not None:
             texts[html_file] = calibration_page(job.title, found, words)
         if save is not None:
-            texts[save] = calibration_text(calibration_of(job, found))
+            several = calibrations_of(job, found)
+            files = {name: _file_of(save, name, len(several)) for name in several}
+            refuse_outputs([project], (json_file, html_file, *files.values()))
+            texts |= {files[name]: calibration_text(one) for name, one in several.items()}
         write_texts(texts)
         if not quiet:
             typer.echo("\n".join([job.title, summary(found), *(f"= {w}" for w in words)]))
@@ -65,3 +73,11 @@ def calibrate(
             fail("no redundancy: nothing is checked; observe more before these figures are used")
 
     guarded(work)
+
+
+def _file_of(save: Path, instrument: str, count: int) -> Path:
+    """The file of one of so many instruments."""
+    if count == 1:
+        return save
+    plain = re.sub(r"[^\w.-]", "_", instrument).strip(".")
+    return save.with_name(f"{save.stem}-{plain}{save.suffix}")

@@ -117,9 +117,10 @@ def omitted_parameters(
 def station_test(
     adjustment: Adjustment, model: CalibrationModel, *, posterior: bool
 ) -> BlockTest | None:
-    """Do the stations of one instrument have different parameters? None with a single station.
+    """Do stations of the same instrument have different parameters? None with a single station.
 
-    Tested are deviations of every station but the first from the common set.
+    Tested are deviations of every station but the first, as far as the unknowns (a common set for
+    the stations of each instrument) cannot take them up.
     """
     stations = np.unique(
         np.concatenate(

@@ -89,6 +89,16 @@ class Parameter:
     significant: bool
 
     @property
+    def plain(self) -> str:
+        """The name that the model has for it."""
+        return self.name.split("(")[0]
+
+    @property
+    def owner(self) -> str:
+        """The instrument or station that it belongs to."""
+        return self.name[len(self.plain) + 1 : -1]
+
+    @property
     def t(self) -> float:
         """Value over sigma."""
         return self.value / self.sigma if self.sigma > 0 else float("nan")
@@ -380,14 +390,14 @@ def _gain(before: Adjustment, after: Adjustment) -> BlockTest | None:
 
 
 def _differ(adjustment: Adjustment, names: Sequence[str], posterior: bool) -> BlockTest | None:
-    """Test of stations against each other, for one set of parameters of one instrument."""
+    """Test of stations against each other, where stations share the parameters of an instrument."""
     owners = {name[name.index("(") :] for name in names}
-    models = {
-        o.model for o in adjustment.network.observations if isinstance(o, ScannerPolar) and o.model
-    }
-    if len(owners) != 1 or len(models) != 1:
+    mine = [o for o in adjustment.network.observations if isinstance(o, ScannerPolar) and o.model]
+    models = {o.model for o in mine if o.model}
+    stations = np.unique(np.concatenate([o.station for o in mine])) if mine else ()
+    if len(owners) >= len(stations) or len(models) != 1:
         return None
-    own = [name.split("(")[0] for name in names]
+    own = list(dict.fromkeys(name.split("(")[0] for name in names))
     return station_test(adjustment, models.pop().select(own), posterior=posterior)
 
 

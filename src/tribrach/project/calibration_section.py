@@ -59,14 +59,14 @@ class Hold(Section):
 class CalibrationSection(Section):
     """Calibration parameters as unknowns.
 
-    instrument : whose, the only scanner if not given; model, parameters : see
+    instrument : whose, a name or several; the only scanner if not given; model, parameters : see
     :func:`~tribrach.instruments.calibration_sets.find_model`; leave_out : parameters of the model
-    that are not estimated; per : one set for the instrument, or one for each station; scanner :
+    that are not estimated; per : one set for each instrument, or one for each station; scanner :
     with or without a back face; open : what is done with unknowns that the observations leave open;
     hold : conditions of orientation; limit_t : from which on a parameter is significant.
     """
 
-    instrument: str | None = None
+    instrument: tuple[str, ...] = ()
     model: Literal["nist", "high-end", "paper", "paper-elevation", "lichti"] = "high-end"
     parameters: tuple[str, ...] = ()
     leave_out: tuple[str, ...] = ()
@@ -77,6 +77,12 @@ class CalibrationSection(Section):
     hold: tuple[Hold, ...] = ()
     limit_t: PositiveFloat = 3.29
     near_correlation: NonNegativeFloat = 0.95
+
+    @field_validator("instrument", mode="before")
+    @classmethod
+    def _one_or_several(cls, value: object) -> object:
+        """A name alone is a list of one."""
+        return (value,) if isinstance(value, str) else value
 
     @field_validator("near_correlation")
     @classmethod

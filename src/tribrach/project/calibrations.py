@@ -42,13 +42,12 @@ class Calibrations:
         }
         self.sought = self._sought()
 
-    def _sought(self) -> str | None:
-        """Name of the instrument whose parameters are unknowns."""
+    def _sought(self) -> tuple[str, ...]:
+        """Names of the instruments whose parameters are unknowns."""
         section, instruments = self.project.calibration, self.project.instruments
         if section is None:
-            return None
-        name = section.instrument
-        if name is None:
+            return ()
+        if not section.instrument:
             scanners = [n for n, i in instruments.items() if i.range_mm is not None]
             if len(scanners) != 1:
                 raise self.error(
@@ -57,19 +56,20 @@ class Calibrations:
                     "instrument to calibrate must be named",
                     "give instrument in [calibration]",
                 )
-            return scanners[0]
-        if name not in instruments:
-            raise self.error(
-                ("calibration", "instrument"),
-                f"instrument {name} is not defined",
-                f"add a section [instruments.{name}]",
-            )
-        return name
+            return (scanners[0],)
+        for name in section.instrument:
+            if name not in instruments:
+                raise self.error(
+                    ("calibration", "instrument"),
+                    f"instrument {name} is not defined",
+                    f"add a section [instruments.{name}]",
+                )
+        return tuple(dict.fromkeys(section.instrument))
 
     @property
     def any(self) -> bool:
         """True if any station has a model."""
-        return bool(self.known) or self.sought is not None
+        return bool(self.known) or bool(self.sought)
 
     def instrument_of(self, station: str, named: str | None) -> str | None:
         """Instrument of a station: its own, the one named for its file, or the only one."""
@@ -81,7 +81,7 @@ class Calibrations:
     def model_of(self, instrument: str | None, station: str) -> StationModel | None:
         """Model of a station; None if its instrument has none."""
         known = None if instrument is None else self.known.get(instrument)
-        section = self.project.calibration if instrument == self.sought else None
+        section = self.project.calibration if instrument in self.sought else None
         if instrument is None or (known is None and section is None):
             return None
         if section is None:

@@ -1,4 +1,4 @@
-"""A calibration project: observations from files and scans, the calibration, its file."""
+"""A calibration project: observations from files and scans, the calibrations, their files."""
 
 from __future__ import annotations
 
@@ -18,14 +18,15 @@ from tribrach.stages.survey_run import Progress, find_and_name
 
 if TYPE_CHECKING:
     from tribrach.project import Project
+    from tribrach.project.calibration_section import CalibrationSection
 
-__all__ = ["calibrate_project", "calibration_of"]
+__all__ = ["calibrate_project", "calibrations_of"]
 
 
 def calibrate_project(
     project: Project, progress: Progress, *, reduce: bool = False
 ) -> SelfCalibration:
-    """Calibrate the scanner of a project; reduce : leave out what cannot be separated.
+    """Calibrate the scanners of a project; reduce : leave out what cannot be separated.
 
     Without control and without a datum of its own the project has inner constraints.
 
@@ -63,17 +64,17 @@ def _has_control(network: Network) -> bool:
     return not points.all() or any(o.group == "control" for o in network.observations)
 
 
-def calibration_of(project: Project, found: SelfCalibration) -> Calibration:
-    """The calibration as it goes into a file.
+def calibrations_of(project: Project, found: SelfCalibration) -> dict[str, Calibration]:
+    """The calibrations as they go into files, by instrument.
 
     Raises
     ------
-    InputError : parameters of single stations, or a minimum norm: neither holds for other set-ups.
+    InputError : parameters of single stations, or a minimum norm: neither holds for other set-ups;
+        an instrument of which no parameter was estimated.
     """
     section = project.calibration
-    name = Calibrations(project, project.folder, project.error).sought
+    names = Calibrations(project, project.folder, project.error).sought
     assert section is not None
-    assert name is not None
     if section.per == "station":
         raise InputError(
             "parameters of single stations hold for these set-ups only and are not saved",
@@ -84,14 +85,27 @@ def calibration_of(project: Project, found: SelfCalibration) -> Calibration:
             "a minimum-norm solution is no calibration and is not saved",
             cure='say open = "refuse" and leave out what cannot be separated',
         )
+    return {name: _calibration(project, section, found, name) for name in names}
+
+
+def _calibration(
+    project: Project, section: CalibrationSection, found: SelfCalibration, instrument: str
+) -> Calibration:
+    """What was found of one instrument."""
+    mine = [k for k, p in enumerate(found.parameters) if p.owner == instrument]
+    if not mine:
+        raise InputError(
+            f"no parameter of {instrument} was estimated",
+            cure="give observations from its stations, or do not name it in [calibration]",
+        )
     a = found.adjustment
     return Calibration(
-        instrument=name,
-        serial=project.instruments[name].serial,
+        instrument=instrument,
+        serial=project.instruments[instrument].serial,
         model=section.model,
-        parameters=tuple(p.name.split("(")[0] for p in found.parameters),
-        values=np.array([p.value for p in found.parameters]),
-        covariance=found.covariance,
+        parameters=tuple(found.parameters[k].plain for k in mine),
+        values=np.array([found.parameters[k].value for k in mine]),
+        covariance=found.covariance[np.ix_(mine, mine)],
         unit_lengths=tuple(section.unit_lengths_m),
         architecture=section.scanner,
         date=datetime.date.today(),

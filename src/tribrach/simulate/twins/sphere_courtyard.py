@@ -46,8 +46,8 @@ PLACES = {
 }
 #: the wall that S6 sees, a window of its H and V [rad]
 PARTIAL = ((0.0, 1.4), (np.radians(70), np.radians(120)))
-#: columns in the yard, two trees and a downpipe before the wall that S6 sees: place, radius, height;
-#: without these nothing but spheres tells the clouds of S6 where along that wall they belong [m]
+#: columns in the yard: place, radius, height [m]. Two trees and a downpipe stand before the wall
+#: that S6 sees; nothing else but spheres tells its clouds where along that wall they belong
 STEMS = (
     (-17.6, 1.8, 0.16, 3.4),
     (9.6, 9.7, 0.16, 3.0),
