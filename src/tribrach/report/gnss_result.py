@@ -58,8 +58,8 @@ def baseline_lines(baseline: Baseline) -> list[str]:
         f"{baseline.heights[1]:.4f} m over the rover",
         f"baseline X, Y, Z: {dx:.4f} {dy:.4f} {dz:.4f} m, geocentric",
         f"rover X, Y, Z: {x:.4f} {y:.4f} {z:.4f} m (frame and epoch of the base coordinates)",
-        f"sigma X, Y, Z: {sigma[0]:.1f} {sigma[1]:.1f} {sigma[2]:.1f} mm of the baseline, formal times "
-        f"{baseline.factor:.2f} ({baseline.factor_source})",
+        f"sigma X, Y, Z: {sigma[0]:.1f} {sigma[1]:.1f} {sigma[2]:.1f} mm of the baseline, "
+        f"formal times {baseline.factor:.2f} ({baseline.factor_source})",
     ]
     if baseline.orbits:
         words.insert(2, f"orbits: precise ones of {', '.join(baseline.orbits)}")
