@@ -26,3 +26,12 @@ def test_normals_of_a_sphere_are_its_radii() -> None:
 
 def test_too_few_points_have_no_incidence() -> None:
     assert incidence_cosines(np.ones((5, 3))) == pytest.approx(1.0)
+
+
+def test_some_of_the_points_have_the_normals_that_they_have_among_all() -> None:
+    xyz = np.random.default_rng(4).normal(size=(500, 3)) * [1.0, 1.0, 0.1] + [5.0, 0.0, 1.0]
+    rows = np.array([3, 77, 78, 499])
+    assert (normals(xyz, rows=rows) == normals(xyz)[rows]).all()
+    assert (incidence_cosines(xyz, rows=rows) == incidence_cosines(xyz)[rows]).all()
+    assert np.isnan(normals(xyz[:5], rows=rows[:1])).all()
+    assert normals(xyz, rows=rows[:0]).shape == (0, 3)

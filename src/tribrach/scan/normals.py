@@ -21,30 +21,42 @@ NEIGHBOURS = 12
 FLATTEST = 0.1
 
 
-def normals(xyz: Array, neighbours: int = NEIGHBOURS) -> Array:
-    """Unit normals (n, 3) towards the scanner of points (n, 3); NaN with too few points."""
+def normals(
+    xyz: Array, neighbours: int = NEIGHBOURS, rows: NDArray[np.int64] | None = None
+) -> Array:
+    """Unit normals (n, 3) towards the scanner of points (n, 3); NaN with too few points.
+
+    rows (k,) : only those of these points, (k, 3), among all.
+    """
+    at = xyz if rows is None else xyz[rows]
     if len(xyz) <= neighbours:
-        return np.full_like(xyz, np.nan)
-    _, found = KDTree(np.ascontiguousarray(xyz)).query(xyz, k=neighbours)
-    out = np.empty_like(xyz)
-    _normals(xyz, found.astype(np.int64), out)
+        return np.full_like(at, np.nan)
+    _, found = KDTree(np.ascontiguousarray(xyz)).query(at, k=neighbours)
+    out = np.empty_like(at)
+    _normals(xyz, at, found.astype(np.int64), out)
     return out
 
 
-def incidence_cosines(xyz: Array, neighbours: int = NEIGHBOURS) -> Array:
-    """Cosines (n,) of the incidence angle, at least 0.1; 1 where no normal is known."""
-    normal = normals(xyz, neighbours)
-    length = np.linalg.norm(xyz, axis=1)
-    cosine = np.abs(np.einsum("ni,ni->n", xyz, normal)) / np.maximum(length, 1e-9)
+def incidence_cosines(
+    xyz: Array, neighbours: int = NEIGHBOURS, rows: NDArray[np.int64] | None = None
+) -> Array:
+    """Cosines (n,) of the incidence angle, at least 0.1; 1 where no normal is known.
+
+    rows (k,) : only those of these points, (k,).
+    """
+    normal = normals(xyz, neighbours, rows)
+    at = xyz if rows is None else xyz[rows]
+    length = np.linalg.norm(at, axis=1)
+    cosine = np.abs(np.einsum("ni,ni->n", at, normal)) / np.maximum(length, 1e-9)
     known: Array = np.where(np.isfinite(cosine), np.clip(cosine, FLATTEST, 1.0), 1.0)
     return known
 
 
 @njit(cache=True, parallel=True, nogil=True)
-def _normals(xyz, found, out):  # type: ignore[no-untyped-def]
-    """Eigenvector of the smallest eigenvalue of each neighbourhood."""
+def _normals(xyz, at, found, out):  # type: ignore[no-untyped-def]
+    """Eigenvector of the smallest eigenvalue of the neighbourhood of each point ``at``."""
     count = found.shape[1]
-    for n in prange(len(xyz)):
+    for n in prange(len(at)):
         mean = np.zeros(3)
         for k in range(count):
             mean += xyz[found[n, k]]
@@ -56,5 +68,5 @@ def _normals(xyz, found, out):  # type: ignore[no-untyped-def]
                 for j in range(3):
                     spread[i, j] += d[i] * d[j]
         vector = np.linalg.eigh(spread)[1][:, 0]
-        sign = -1.0 if np.dot(vector, xyz[n]) > 0 else 1.0
+        sign = -1.0 if np.dot(vector, at[n]) > 0 else 1.0
         out[n] = sign * vector

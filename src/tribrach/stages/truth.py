@@ -219,7 +219,7 @@ def cloud_error(
         first += len(chunk)
         if a == b:
             continue
-        cosine = incidence_cosines(chunk.xyz)[mine] if incidence else None
+        cosine = incidence_cosines(chunk.xyz, rows=mine) if incidence else None
         noise += _squares(xyz, alone, place[a:b], cosine)[0]
         square, part = _squares(xyz, where, place[a:b], cosine)
         whole, shared, used = whole + square, shared + part, used + b - a
