@@ -71,6 +71,18 @@ def test_what_is_wrong_with_coordinates(tmp_path: Path) -> None:
     one(described(tmp_path, some), "240 records (1.0%) hold no point")
 
 
+@pytest.mark.parametrize(("factor", "words"), [(1e4, "km"), (1e200, "e+19")])
+def test_coordinates_that_are_no_metres(tmp_path: Path, factor: float, words: str) -> None:
+    """Tenths of a millimetre, or garbage: said without overflowing, in every format of lines."""
+    xyz = factor * sphere(20, 30, 0.05)
+    found = described(tmp_path, xyz)
+    (said,) = [s for s in found.sentences() if s.endswith("are the coordinates metres?")]
+    assert words in said
+    text = header(20, 30) + "\n" + "".join(f"{x!r} {y!r} {z!r} 0.5\n" for x, y, z in xyz.tolist())
+    (scan,) = read_scans(written(tmp_path, "a.ptx", text.encode()))
+    assert any("are the coordinates metres?" in s for s in describe(scan).sentences())
+
+
 def test_what_is_wrong_with_values(tmp_path: Path) -> None:
     xyz = sphere()
     values = np.column_stack([xyz, np.full(len(xyz), 0.25), np.arange(len(xyz))])

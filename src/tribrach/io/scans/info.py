@@ -23,6 +23,8 @@ Array = NDArray[np.float64]
 
 #: what is worth a sentence: resolution and step [m], bounds that differ by [m], share of doubles
 _RESOLUTION, _STEP, _BOUNDS, _DOUBLED = 1e-4, 1e-3, 1e-3, 1e-3
+#: no scan is wider [m]
+_WIDEST = 2e4
 #: steps of decimal numbers, the coarsest first [m]
 _STEPS = (1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001)
 _QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
@@ -102,7 +104,11 @@ class Description:
         """Resolution, doubles, zeros, bounds."""
         scan, found, out = self.scan, self.found, []
         far = 0.0 if found.bounds is None else float(np.abs(found.bounds).max())
-        resolution = single_resolution(far)
+        across = 0.0 if found.bounds is None else float((found.bounds[1] - found.bounds[0]).max())
+        if across > _WIDEST:
+            out.append(f"The points spread over {across / 1e3:.4g} km: are the coordinates metres?")
+        with np.errstate(over="ignore"):
+            resolution = single_resolution(far)
         if self.coarse is not None:
             out.append(f"All coordinates are multiples of {1e3 * self.coarse:g} mm.")
         elif found.single and resolution >= _RESOLUTION:
@@ -191,11 +197,14 @@ def describe(scan: Scan, among: int = 1) -> Description:
     found = statistics(scan)
     step: tuple[float, float] | None = None
     ranges: tuple[float, ...] = ()
-    if scan.origin != "unknown" and found.points:
-        distance = np.linalg.norm(found.spread, axis=1)
-        ranges = tuple(float(q) for q in np.quantile(distance, _QUANTILES))
-        step = _step(found.first)
-    return Description(scan, found, among, step, ranges, _coarse(found.spread))
+    # coordinates that nothing can be computed with are described as they are
+    with np.errstate(over="ignore", invalid="ignore"):
+        if scan.origin != "unknown" and found.points:
+            distance = np.linalg.norm(found.spread, axis=1)
+            ranges = tuple(float(q) for q in np.quantile(distance, _QUANTILES))
+            step = _step(found.first)
+        coarse = _coarse(found.spread)
+    return Description(scan, found, among, step, ranges, coarse)
 
 
 def _step(xyz: Array) -> tuple[float, float] | None:

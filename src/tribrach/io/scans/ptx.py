@@ -103,7 +103,8 @@ def _scan(lines: Lines, index: int) -> PtxScan:
     types, columns = dict.fromkeys(names, "float64"), dict(zip(names, values.T, strict=True))
     layout = arranged(types, columns, path, intensity=(0.0, 1.0))
     origin: Origin = "stated" if agree else "unknown"
-    nearest = np.linalg.norm(values[values[:, :3].any(axis=1), :3], axis=1).min(initial=np.inf)
+    with np.errstate(over="ignore"):
+        nearest = np.linalg.norm(values[values[:, :3].any(axis=1), :3], axis=1).min(initial=np.inf)
     if np.isfinite(nearest) and nearest > _FAR:
         origin = "unknown"
         warnings.append(
