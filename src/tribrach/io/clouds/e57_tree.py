@@ -11,10 +11,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from lxml import etree
+from scipy.spatial.transform import Rotation
 
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
-from tribrach.geometry.rotation import to_quaternion
 from tribrach.io.e57_pages import child
 from tribrach.io.scans.e57_header import pose_of
 
@@ -102,7 +102,7 @@ def _set_pose(owner: etree._Element, pose: Pose, before: etree._Element | None) 
 
 def quaternion(pose: Pose) -> list[float]:
     """x, y, z, w of a pose's rotation, w not negative."""
-    q: list[float] = to_quaternion(pose.rotation).tolist()
+    q: list[float] = Rotation.from_matrix(pose.rotation).as_quat(canonical=True).tolist()
     return q
 
 

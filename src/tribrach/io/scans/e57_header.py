@@ -10,10 +10,10 @@ from lxml import etree
 from numpy.typing import NDArray
 from pyproj import CRS
 from pyproj.exceptions import CRSError
+from scipy.spatial.transform import Rotation
 
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
-from tribrach.geometry.rotation import from_quaternion
 from tribrach.io.e57_pages import child, damaged, number
 from tribrach.io.scans.e57_columns import CARTESIAN, SPHERICAL, Column, columns
 from tribrach.scan.scan import Origin
@@ -119,7 +119,7 @@ def pose_of(scan: etree._Element, warnings: list[str]) -> Pose | None:
     elif length < 1e-6:
         warnings.append("the quaternion of the pose is zero, no rotation is taken")
     else:
-        rotation = from_quaternion(turn)
+        rotation = Rotation.from_quat(turn).as_matrix()
         if abs(length - 1) > 1e-3:
             warnings.append(f"the quaternion of the pose has length {length:.4f}, scaled to 1")
     if None in t:

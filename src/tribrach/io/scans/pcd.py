@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
-from tribrach.geometry.rotation import from_quaternion
 from tribrach.io.scans.columns import Columns, arranged, cast
 from tribrach.io.scans.origin import assumed_origin, bounds_of
 from tribrach.io.scans.records import RecordScan, native, sampled
@@ -210,8 +210,8 @@ def _understand(header: _Header) -> None:
     view = [float(v) for v in words.get("VIEWPOINT", [])]
     if view and view != [0, 0, 0, 1, 0, 0, 0]:
         w, x, y, z = view[3:]
-        turn = from_quaternion(np.array([x, y, z, w]))
-        if not np.isfinite(view[:3]).all():
+        turn = Rotation.from_quat([x, y, z, w]).as_matrix()
+        if not np.isfinite(turn).all() or not np.isfinite(view[:3]).all():
             raise ValueError("VIEWPOINT is no pose")
         header.pose = Pose(turn, np.array(view[:3]))
 
