@@ -42,7 +42,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "transform": ("transform", "Fit a transformation to common points, and apply it."),
     "calibrate": (
         "calibrate",
-        "Calibrate a scanner from targets that it saw from several stations.",
+        "Calibrate scanners from targets that they saw from several stations.",
     ),
     "check": (
         "check",
