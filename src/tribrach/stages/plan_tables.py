@@ -53,15 +53,17 @@ def shown(kind: CriterionKind, value: float) -> str:
         return "not determined"
     if math.isinf(value):
         return "unlimited"
-    if kind in ("sigma", "undetected"):
-        return f"{value * 1e3:#.3g}".rstrip(".") + " mm"
-    return f"{value:.3f}"
+    return f"{value * 1e3:.3g} mm" if kind in ("sigma", "undetected") else f"{value:.3f}"
 
 
 def _shown_cell(kind: CriterionKind, value: float) -> Cell:
     """A criterion as a cell; what is not determined says so."""
-    text = shown(kind, value)
-    return number_cell(value, text) if math.isfinite(value) else text_cell(text)
+    if not math.isfinite(value):
+        return text_cell(shown(kind, value))
+    if kind in ("sigma", "undetected"):
+        # one below the other, as many digits in each
+        return number_cell(value, f"{value * 1e3:#.3g}".rstrip(".") + " mm")
+    return number_cell(value, shown(kind, value))
 
 
 def _places(get: Callable[[Any], Array]) -> list[tuple[Column, Callable[[Any], Cell]]]:
