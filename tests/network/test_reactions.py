@@ -24,7 +24,9 @@ def test_the_gap_is_what_the_observations_alone_would_miss() -> None:
     reactions = constraint_reactions(adjust(survey.network()))
     assert abs(reactions.gap[0]) == pytest.approx(0.02, rel=1e-3)
     assert reactions.sigma[0] == pytest.approx(np.sqrt(unit @ block @ unit), rel=1e-3)
-    assert reactions.sentences(critical=1.0)[0].startswith("the constraint slope distance 1 -> P")
+    (said,) = reactions.sentences(critical=1.0)
+    assert said.startswith("the constraint slope distance 1 -> P is contradicted")
+    assert f"by -20.00 mm with a sigma of {1e3 * reactions.sigma[0]:.2f} mm, " in said
 
 
 def test_a_constraint_that_only_fixes_the_datum_has_no_reaction() -> None:

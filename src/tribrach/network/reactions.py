@@ -21,6 +21,9 @@ __all__ = ["Reactions", "constraint_reactions"]
 
 Array = NDArray[np.float64]
 
+#: units as sentences show them
+_SHOWN = {"m": (1e-3, " mm"), "rad": (1e-3, " mrad")}
+
 
 @dataclass(frozen=True)
 class Reactions:
@@ -28,21 +31,28 @@ class Reactions:
 
     gap : by how much the other observations miss the constraint [m or rad]; sigma its a-priori
     standard deviation; test their ratio, standard normal if the constraint is true. NaN where
-    the constraint only fixes the datum, which no observation can contradict.
+    the constraint only fixes the datum, which no observation can contradict. units : m, rad or 1.
     """
 
     labels: tuple[str, ...]
     gap: Array
     sigma: Array
     test: Array
+    units: tuple[str, ...]
 
     def sentences(self, critical: float = 3.29) -> list[str]:
         """One sentence for each constraint that the observations contradict."""
         return [
             f"the constraint {label} is contradicted: without it the observations miss it by "
-            f"{gap * 1e3:.2f} (sigma {sigma * 1e3:.2f}) mm or mrad, {abs(test):.1f} sigma"
-            for label, gap, sigma, test in zip(
-                self.labels, self.gap, self.sigma, self.test, strict=True
+            f"{gap / size:.2f}{name} with a sigma of {sigma / size:.2f}{name}, "
+            f"{abs(test):.1f} times as much"
+            for label, gap, sigma, test, (size, name) in zip(
+                self.labels,
+                self.gap,
+                self.sigma,
+                self.test,
+                [_SHOWN.get(unit, (1.0, "")) for unit in self.units],
+                strict=True,
             )
             if abs(test) > critical
         ]
@@ -52,15 +62,17 @@ def constraint_reactions(adjustment: Adjustment) -> Reactions:
     """Reactions of all hard constraints of an adjustment."""
     assembly, network = adjustment.assembly, adjustment.network
     constraints, _ = assembly.constraints(adjustment.state)
-    labels = []
+    labels: list[str] = []
+    units: list[str] = []
     for constraint in network.constraints:
         o = constraint.observations
         for item in np.flatnonzero(o.use == Use.ACTIVE):
             words = network.describe(o, int(item), adjustment.state)
             labels += [f"{words} {c}".rstrip() for c in o.components]
+            units += o.units
     q = constraints.shape[0]
     if q == 0:
-        return Reactions((), np.zeros(0), np.zeros(0), np.zeros(0))
+        return Reactions((), np.zeros(0), np.zeros(0), np.zeros(0), ())
     # C^T k = A^T P w at the solution; the residual is v = -w
     gradient = -(adjustment.design.T @ adjustment.whitened_residuals)
     gram = sp.csc_array(constraints @ constraints.T)
@@ -72,4 +84,4 @@ def constraint_reactions(adjustment: Adjustment) -> Reactions:
     safe = np.where(informative, variance, 1.0)
     gap = np.where(informative, multiplier / safe, np.nan)
     sigma = np.where(informative, 1 / np.sqrt(safe), np.nan)
-    return Reactions(tuple(labels), gap, sigma, gap / sigma)
+    return Reactions(tuple(labels), gap, sigma, gap / sigma, tuple(units))

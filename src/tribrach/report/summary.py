@@ -111,9 +111,9 @@ def datum_statement(adjustment: Adjustment) -> DatumStatement:
         return DatumStatement("free", sentence, names)
     parts = []
     if held:
-        parts.append(f"coordinates held without error: {_listed(held)}")
+        parts.append(f"{_listed(held)} held without error")
     if weighted:
-        parts.append(f"control with its own covariance: {_listed(weighted)}")
+        parts.append(f"{_listed(weighted)} weighted by their own covariances")
     if not parts:
         parts.append("no control point, the observations themselves fix the frame")
     nouns = {"fixed": "Fixed points", "free": "Inner constraints were asked for but none is needed"}
