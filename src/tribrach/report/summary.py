@@ -113,7 +113,7 @@ def datum_statement(adjustment: Adjustment) -> DatumStatement:
     if held:
         parts.append(f"{_listed(held)} held without error")
     if weighted:
-        parts.append(f"{_listed(weighted)} weighted by their own covariances")
+        parts.append(f"{_listed(weighted)} weighted by given covariances")
     if not parts:
         parts.append("no control point, the observations themselves fix the frame")
     nouns = {"fixed": "Fixed points", "free": "Inner constraints were asked for but none is needed"}
