@@ -111,8 +111,8 @@ class Regression:
         return [
             f"{c.a[:1].upper()}{c.a[1:]} and {c.b} are correlated {c.value:.2f}: these rows cannot "
             "tell their effects apart. A fit against one of them carries the effect of the other, "
-            f"and variances of a fit against both are {c.inflation:.1f} times as large. Measure near surfaces at an "
-            "angle and far ones straight on to part them."
+            f"and variances of a fit against both are {c.inflation:.1f} times as large. Measure "
+            "near surfaces at an angle and far ones straight on to part them."
             for c in self.correlations
             if abs(c.value) > ALIKE
         ]
