@@ -19,12 +19,11 @@ from typing import Protocol
 
 import numba
 import numpy as np
+import qdldl
 import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from tribrach.network.elimination_order import elimination_order
-from tribrach.network.panel_factor import panel_factor, solve_factored
 from tribrach.network.selected_inverse import look_up, selected_inverse
 
 __all__ = ["DenseFactor", "Factor", "SchurFactor", "SingularMatrix", "SparseFactor", "factorise"]
@@ -251,29 +250,30 @@ def _row_form(indptr, indices, data, dense, i, j):  # type: ignore[no-untyped-de
 
 
 class SparseFactor:
-    """LDL^T of an ordered sparse matrix; the selected inverse is computed when first asked for."""
+    """LDL^T of a permuted sparse matrix; the selected inverse is computed when first asked for."""
 
     def __init__(self, normal: sp.csc_array, scale: Array) -> None:
-        half = sp.tril(normal.multiply(scale[:, None]).multiply(scale[None, :]), -1)
-        # both halves of one, so that rounding leaves no entry without its mirror image
-        unit = sp.csc_array(half + half.T + sp.diags_array(normal.diagonal() * scale**2))
+        unit = sp.csc_matrix(normal.multiply(scale[:, None]).multiply(scale[None, :]))
         self.scale = scale
-        self._order = elimination_order(unit)
-        self._lower, self._d = panel_factor(sp.csc_array(unit[self._order][:, self._order]))
+        try:
+            self._solver = qdldl.Solver(unit)
+        except Exception as error:  # qdldl raises its own untyped error at a zero pivot
+            raise SingularMatrix(str(error)) from error
+        lower, self._d, permutation = self._solver.factors()
+        self._lower = sp.csc_array(lower)
+        self._lower.sort_indices()
         self.smallest_pivot = float(self._d.min())
-        if not self.smallest_pivot > 0:
+        if self.smallest_pivot <= 0:
             raise SingularMatrix("a pivot is not positive")
         self._place = np.empty(len(scale), dtype=np.int64)
-        self._place[self._order] = np.arange(len(scale))
+        self._place[permutation] = np.arange(len(scale))
         self._inverse: tuple[Array, Array] | None = None
 
     def solve(self, b: Array) -> Array:
         """``N^-1 b``, column by column."""
         if b.ndim == 1:
-            solution = np.empty(len(b))
-            ordered = (b * self.scale)[self._order]
-            solution[self._order] = solve_factored(self._lower, self._d, ordered)
-            return solution * self.scale
+            solution: Array = self._solver.solve(b * self.scale) * self.scale
+            return solution
         return np.stack([self.solve(column) for column in b.T], axis=1)
 
     def entries(self, i: Index, j: Index) -> Array:

@@ -17,8 +17,6 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from tribrach.network.elimination_order import panels
-
 __all__ = ["look_up", "selected_inverse"]
 
 Array = NDArray[np.float64]
@@ -36,7 +34,7 @@ def selected_inverse(
     indptr, indices, data : L in compressed columns, its unit diagonal left out, row numbers in
     order; d (n,) : D; widest : columns of a panel and of a strip, at most.
     """
-    first = panels(indptr, indices, widest)
+    first = _panels(indptr, indices, widest)
     value, diagonal = _selected(indptr, indices, data, d, first, widest)
     return value, diagonal
 
@@ -47,6 +45,28 @@ def look_up(
     """Entries (k,) at pairs of row >= column; NaN outside the pattern."""
     found: Array = _look_up(indptr, indices, value, diagonal, row, column)
     return found
+
+
+@numba.njit(cache=True)
+def _panels(indptr, indices, widest):  # type: ignore[no-untyped-def]
+    """First columns of the panels, and the number of columns at the end."""
+    n = len(indptr) - 1
+    first = np.empty(n + 1, dtype=np.int64)
+    count = 0
+    for j in range(n):
+        # its rows are those of the column before it, which has this column in addition
+        joins = (
+            j > 0
+            and indptr[j] > indptr[j - 1]
+            and indices[indptr[j - 1]] == j
+            and indptr[j + 1] - indptr[j] == indptr[j] - indptr[j - 1] - 1
+            and j - first[count - 1] < widest
+        )
+        if not joins:
+            first[count] = j
+            count += 1
+    first[count] = n
+    return first[: count + 1].copy()
 
 
 @numba.njit(cache=True)
