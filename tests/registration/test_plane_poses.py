@@ -138,6 +138,29 @@ def test_a_station_that_only_several_others_hold_together():
         assert apart(at, POSES["S1"].inverse @ POSES[name])[0] < 0.01
 
 
+@pytest.mark.parametrize("small_first", [True, False])
+def test_the_tilt_of_a_small_patch_moves_nothing_far_from_it(small_first):
+    """A patch 20 m off the middle of a wall, its normal wrong by a milliradian as it states."""
+    tilted = rotation.exp(np.array([0.0, 0.0, 1e-3])) @ np.array([0.0, -1.0, 0.0])
+
+    def one(normal, center, area, sigma):
+        covariance = np.diag([sigma**2, sigma**2, 1e-8])
+        sample = np.array([center], dtype=float)
+        columns = (np.array([normal], dtype=float), sample.copy(), covariance[None])
+        return PlaneSet(*columns, np.array([area]), (sample,), np.array([0.2]), ("s",))
+
+    wall = one([0.0, -1.0, 0.0], [0.0, 10.0, 3.0], 400.0, 1e-6)
+    patch = one(tilted, [20.0, 10.0, 3.0], 1.0, 1e-3)
+    first, second = (patch, wall) if small_first else (wall, patch)
+    matrix, right = information(first, second, np.array([[0, 0]]), Pose.identity())
+    # the offset alone: 0.2 mm of shift across the wall is two sigmas, and nothing asks for any
+    assert matrix[1, 1] == pytest.approx(1 / (2e-8 + 4e-10), rel=1e-6)
+    assert abs(right[1] / matrix[1, 1]) < 1e-9
+    moved = Pose(np.eye(3), np.array([0.0, 2e-4, 0.0]))
+    matrix, right = information(first, second, np.array([[0, 0]]), moved)
+    assert right[1] / matrix[1, 1] == pytest.approx(-2e-4, rel=1e-3)
+
+
 def test_planes_of_a_group_keep_their_covariance_when_they_are_placed():
     """Sigma of the offset at any place of the plane is the same in every frame."""
     station = yard_station("S1")

@@ -194,16 +194,36 @@ def information(
     basis = plane_basis(normal).transpose(0, 2, 1)
     joint = first.covariance[i] + second.covariance[j]
     tilt = 1 / np.sqrt(np.einsum("pkk->pk", joint)[:, :2] + floor[0] ** 2)
-    away = 1 / np.sqrt(joint[:, 2, 2] + floor[1] ** 2)
     # a turn by d about the first station's origin moves normals by d x n, points by d x X
     by_turn = -basis @ skew(turned)
     rows = np.concatenate([np.zeros_like(by_turn), by_turn], axis=2) * tilt[:, :, None]
     right = np.einsum("pki,pi->pk", basis, normal - turned) * tilt
-    by_pose = np.concatenate([normal, np.cross(anchor, normal)], axis=1)
-    off = first.offset[i] - np.einsum("pi,pi->p", normal, anchor)
+    # the middle of the smaller patch lies on the larger plane, whose tilt is known better: the
+    # normal of a small patch says nothing of places far from it
+    here = first.area[i] < second.area[j]
+    gap = first.center[i] - anchor
+    place = np.where(here[:, None], first.center[i], anchor)
+    across = np.where(here[:, None], turned, normal)
+    by_pose = np.concatenate([across, np.cross(place, across)], axis=1)
+    off = np.einsum("pi,pi->p", across, gap)
+    mine, theirs = (_swung(first, i, -gap), _swung(second, j, gap @ pose.rotation))
+    swung = np.where(here[:, None], theirs, mine)
+    spread = joint[:, 2, 2] + floor[1] ** 2 + swung[:, 0] + swung[:, 1] * floor[0] ** 2
+    away = 1 / np.sqrt(spread)
     design = np.concatenate([rows.reshape(-1, 6), by_pose * away[:, None]])
     values = np.concatenate([right.ravel(), off * away])
     return design.T @ design, design.T @ values
+
+
+def _swung(planes: PlaneSet, numbers: Index, lever: Array) -> Array:
+    """What tilts add to the variance of offsets at levers (p, 3) from the centres [m^2], and the
+    squared levers along the planes [m^2] (p, 2).
+    """
+    along = np.einsum("kia,ki->ka", plane_basis(planes.normal[numbers]), lever)
+    c = planes.covariance[numbers]
+    by_tilt = np.einsum("ka,kab,kb->k", along, c[:, :2, :2], along)
+    shared = np.einsum("ka,ka->k", along, c[:, :2, 2])
+    return np.stack([by_tilt - 2 * shared, (along**2).sum(axis=1)], axis=1)
 
 
 def _fitted(first: PlaneSet, second: PlaneSet, pairs: Index, pose: Pose, levelled: bool) -> Pose:

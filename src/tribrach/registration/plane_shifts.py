@@ -105,14 +105,24 @@ def _axes(normal: Array, wanted: Array, weight: Array) -> list[_Axis]:
 
 def _peaks(values: Array, weight: Array) -> Array:
     """Values (m,) around which most weight lies, no two within the tolerance."""
-    support = (np.abs(values[:, None] - values[None]) < OFFSET / 2) @ weight
+    near = np.abs(values[:, None] - values[None]) < OFFSET / 2
+    support = near @ weight
     kept: list[float] = []
     for k in np.argsort(-support, kind="stable"):
-        if all(abs(values[k] - v) > OFFSET / 2 for v in kept):
-            kept.append(float(values[k]))
+        # walls and what is let into them propose several values: the one in the middle of the area
+        value = _median(values[near[k]], weight[near[k]])
+        if all(abs(value - v) > OFFSET / 2 for v in kept):
+            kept.append(value)
         if len(kept) == _PEAKS:
             break
     return np.array(kept)
+
+
+def _median(values: Array, weight: Array) -> float:
+    """The value with half of the weight on either side."""
+    order = np.argsort(values, kind="stable")
+    total = np.cumsum(weight[order])
+    return float(values[order[np.searchsorted(total, total[-1] / 2)]])
 
 
 def _support(shift: Array, normal: Array, wanted: Array, weight: Array, owner: Index) -> Array:
