@@ -66,9 +66,9 @@ def ours(source: str, destination: str) -> None:
     from tribrach.geometry.pose import Pose
     from tribrach.instruments.scan_noise import ScanNoise
     from tribrach.io.scans.formats import read_scans
-    from tribrach.project.scan_sections import CloudSection
-    from tribrach.stages.clouds import Cloud
-    from tribrach.stages.scans import StationScan
+    from tribrach.job.clouds import Cloud
+    from tribrach.job.scans import StationScan
+    from tribrach.project.sections import CloudSection
 
     rotation = np.array([[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])
     pose = Pose(rotation, np.array([500000.0, 2331000.0, 20.0]))

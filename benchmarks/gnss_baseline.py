@@ -15,7 +15,7 @@ import numpy as np
 
 from tribrach.gnss.baseline import Processing, compute_baseline
 from tribrach.gnss.engine import engines, run_engine
-from tribrach.gnss.rinex_file import read_rinex
+from tribrach.io.gnss.rinex_file import read_rinex
 
 REPEATS = 5
 

@@ -17,11 +17,9 @@ import scipy.sparse as sp
 from tribrach.network.adjustment import adjust
 from tribrach.network.linear import SparseFactor
 from tribrach.network.network import Network
-from tribrach.network.observations.direction import Directions
-from tribrach.network.observations.gnss_position import GnssPositions
-from tribrach.network.observations.slope_distance import SlopeDistances
-from tribrach.network.observations.zenith import ZenithAngles
 from tribrach.network.survey import Survey
+from tribrach.observations.gnss import GnssPositions
+from tribrach.observations.sights import Directions, SlopeDistances, ZenithAngles
 
 
 def grid(side: int, seed: int = 0) -> Network:

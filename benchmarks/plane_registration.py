@@ -13,11 +13,10 @@ from itertools import combinations
 
 import numpy as np
 
-from tribrach.registration.by_planes import register_by_planes
-from tribrach.registration.plane_poses import pair_poses
-from tribrach.registration.plane_set import PlaneSet
-from tribrach.registration.station_view import view_of
-from tribrach.registration.surroundings import Surroundings
+from tribrach.registration.planes.plane_set import PlaneSet
+from tribrach.registration.planes.poses import pair_poses
+from tribrach.registration.planes.stations import register_by_planes
+from tribrach.registration.views import Surroundings, view_of
 from tribrach.scan.range_image import organise
 from tribrach.simulate.twins.sphere_courtyard import build
 from tribrach.targets.planes import find_planes

@@ -19,11 +19,12 @@ from tribrach.instruments.calibration import NIST
 from tribrach.network.assembly import Assembly
 from tribrach.network.datum import Cofactor, open_motions, point_numbers
 from tribrach.network.defects import datum_mask
-from tribrach.network.design_blocks import Blocks, join
-from tribrach.network.design_groups import coming, prospect_for
 from tribrach.network.network import Datum, Network
-from tribrach.network.observations.polar import ScannerPolar
-from tribrach.network.planning import (
+from tribrach.network.survey import Survey
+from tribrach.observations.scanner import ScannerPolar
+from tribrach.planning.blocks import Blocks, join
+from tribrach.planning.groups import coming, prospect_for
+from tribrach.planning.prediction import (
     Criterion,
     largest_sigma,
     position_columns,
@@ -31,7 +32,6 @@ from tribrach.network.planning import (
     with_parameters,
     with_predicted_values,
 )
-from tribrach.network.survey import Survey
 
 MODEL = NIST.select(["x10", "x2", "x3", "x4", "x6"])
 SIGMA = np.array([1.2e-3, 4e-5, 4e-5])

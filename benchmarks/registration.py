@@ -15,7 +15,6 @@ import time
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import exp, log
@@ -33,7 +32,6 @@ try:
 except ImportError:
     small_gicp = None
 
-Array = NDArray[np.float64]
 NOISE = ScanNoise(0.001, 1e-5, 10 * SEC, 10 * SEC, 0.00225, 0.00019)
 FINE = 0.1
 #: repeats of the fit, the best counts

@@ -18,9 +18,9 @@ from tribrach.geometry import rotation
 from tribrach.network.adjustment import adjust
 from tribrach.network.assembly import Assembly
 from tribrach.network.network import Network
-from tribrach.network.observations.target_centre import TargetCentres
 from tribrach.network.survey import Survey
-from tribrach.network.unknowns import State
+from tribrach.observations.scanner import TargetCentres
+from tribrach.observations.unknowns import State
 
 
 def building(stations: int, targets: int, seed: int = 0) -> Network:

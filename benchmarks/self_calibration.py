@@ -20,22 +20,21 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
+from tribrach.calibration.calibrated import StationModel, calibrate_survey
+from tribrach.calibration.correlations import calibration_correlations
+from tribrach.calibration.datum_effects import datum_effects
+from tribrach.calibration.estimability import estimability, propose
+from tribrach.calibration.self_calibration import calibration_names
+from tribrach.calibration.significance import omitted_parameters
 from tribrach.geometry.polar import polar_from_xyz
 from tribrach.geometry.rotation import exp
-from tribrach.instruments.calibration import NIST
-from tribrach.instruments.calibration_sets import HIGH_END
+from tribrach.instruments.calibration import HIGH_END, NIST
 from tribrach.network.adjustment import adjust
-from tribrach.network.approximate import find_start
 from tribrach.network.assembly import Assembly
-from tribrach.network.calibrated import StationModel, calibrate_survey
-from tribrach.network.calibration_correlations import calibration_correlations
-from tribrach.network.calibration_tests import omitted_parameters
-from tribrach.network.datum_effects import datum_effects
-from tribrach.network.estimability import estimability, propose
 from tribrach.network.network import Datum, Network
-from tribrach.network.observations.polar import ScannerPolar
-from tribrach.network.self_calibration import calibration_names
+from tribrach.network.start.start_values import find_start
 from tribrach.network.survey import Survey
+from tribrach.observations.scanner import ScannerPolar
 from tribrach.units import SEC
 
 TRUTH = np.array(

@@ -11,13 +11,11 @@ import time
 import numpy as np
 
 from tribrach.geometry import rotation
-from tribrach.network.approximate import find_start
 from tribrach.network.assembly import Assembly
-from tribrach.network.observations.direction import Directions
-from tribrach.network.observations.slope_distance import SlopeDistances
-from tribrach.network.observations.target_centre import TargetCentres
-from tribrach.network.observations.zenith import ZenithAngles
+from tribrach.network.start.start_values import find_start
 from tribrach.network.survey import Survey
+from tribrach.observations.scanner import TargetCentres
+from tribrach.observations.sights import Directions, SlopeDistances, ZenithAngles
 
 
 def grid(side: int) -> tuple[Survey, np.ndarray]:

@@ -19,10 +19,10 @@ from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.scan.range_image import organise
 from tribrach.simulate import scene as sc
 from tribrach.simulate.scanner import Grid, Scanner, scan
-from tribrach.targets.checkerboard_search import find_checkerboards
-from tribrach.targets.disc_search import find_discs
+from tribrach.targets.checkerboards.search import find_checkerboards
+from tribrach.targets.discs.search import find_discs
 from tribrach.targets.planes import find_planes
-from tribrach.targets.sphere_search import find_spheres
+from tribrach.targets.spheres.grid_search import find_spheres
 
 SPHERE, SIDE, DISC = 0.0725, 0.15, 0.075
 NOISE = ScanNoise(0.0012, 1e-5, 2e-5, 2e-5, 0.0035, 0.00023)

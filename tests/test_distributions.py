@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.stats
 
-from tribrach.distributions import chi2, f, norm, t
+from tribrach.statistics import chi2, f, norm, t
 
 P = np.array([1e-12, 1e-6, 0.001, 0.025, 0.3, 0.9, 0.975, 0.999, 1 - 1e-9])
 DOF = np.array([1.0, 2, 3, 6, 10, 50, 300, 5000, 200_000])[:, None]

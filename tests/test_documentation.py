@@ -10,14 +10,14 @@ import typer
 from typer.testing import CliRunner
 
 from tests.demo_twin import few_boards
-from tests.network.observations.test_contract import kinds
+from tests.observations.test_contract import kinds
 from tribrach import demo
 from tribrach.cli import app
-from tribrach.io.survey.csv_columns import KINDS, QUANTITIES
-from tribrach.io.survey.csv_file import read_table
+from tribrach.io.survey.csv.columns import KINDS, QUANTITIES
+from tribrach.io.survey.csv.file import read_table
 from tribrach.io.survey.formats import SUFFIXES
 from tribrach.project import Project
-from tribrach.project.section import Section
+from tribrach.project.sections import Section
 from tribrach.report import json_result
 
 ROOT = Path(__file__).resolve().parents[1]

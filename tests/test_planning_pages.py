@@ -12,9 +12,9 @@ from typer.testing import CliRunner
 from tests.cli.test_check_cli import polar_table
 from tests.instruments.field_surveys import readings
 from tribrach.cli import app
-from tribrach.io.survey.csv_planned import PLANNED
-from tribrach.network.planning import CRITERIA
-from tribrach.project.plan_section import PlanSection, SceneBody
+from tribrach.io.survey.csv.planned import PLANNED
+from tribrach.planning.prediction import CRITERIA
+from tribrach.project.plan import PlanSection, SceneBody
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 RUN = CliRunner()

@@ -11,29 +11,30 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from tribrach.gnss.session_run import SessionResult
+from tribrach._types import Progress
+from tribrach.gnss.sessions import SessionResult
 from tribrach.io.outputs import write_texts
+from tribrach.job.antennas import add_antennas
+from tribrach.job.instruments import instrument_figures
+from tribrach.job.steps import compare, find_and_name, georeference
 from tribrach.network.adjustment import Adjustment
-from tribrach.network.mistakes import first_adjustment, mistakes
+from tribrach.network.blunders.mistakes import first_adjustment, mistakes
+from tribrach.network.blunders.robust import adjust_robust
+from tribrach.network.blunders.snooping import SnoopingLog, snoop
 from tribrach.network.network import Network
 from tribrach.network.placement import placement_sentences
 from tribrach.network.quality import Quality, assess
 from tribrach.network.reactions import constraint_reactions
-from tribrach.network.robust import adjust_robust
 from tribrach.network.separability import confusable
-from tribrach.network.snooping import SnoopingLog, snoop
 from tribrach.network.variance_components import VarianceComponents, estimate_components
 from tribrach.project import Project
 from tribrach.registration.geometry_warnings import geometry_sentences
 from tribrach.report import html, json_result, text
 from tribrach.report.build import build
+from tribrach.report.chapters.georeferencing import add_georeferencing
+from tribrach.report.chapters.gnss import gnss_chapter
+from tribrach.report.chapters.registration import add_registration
 from tribrach.report.content import Content
-from tribrach.stages.antennas import add_antennas
-from tribrach.stages.georeferencing_chapter import add_georeferencing
-from tribrach.stages.gnss_chapter import gnss_chapter
-from tribrach.stages.instruments import instrument_figures
-from tribrach.stages.registration_chapter import add_registration
-from tribrach.stages.survey_run import Progress, compare, find_and_name, georeference
 
 __all__ = ["Settings", "adjust_network", "run", "solve", "write"]
 

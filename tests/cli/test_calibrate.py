@@ -12,11 +12,11 @@ from tests.network.lab import TRUTH, lab, measured
 from tribrach.cli import app
 from tribrach.errors import InputError
 from tribrach.geometry.polar import xyz_from_polar
-from tribrach.instruments.calibration_sets import MODELS, ORDER, find_model, unit_of
+from tribrach.instruments.calibration import MODELS, ORDER, find_model, unit_of
 from tribrach.io.calibration_file import read_calibration
 from tribrach.network.network import Network
 from tribrach.project import Project
-from tribrach.project.calibration_section import CalibrationSection, Hold
+from tribrach.project.calibration import CalibrationSection, Hold
 from tribrach.simulate.twins.newcastle_lab import MISALIGNMENTS, with_ceiling
 
 RUN = CliRunner()

@@ -8,9 +8,9 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.instruments.field_surveys import readings
+from tribrach.calibration.scanner_readings import Readings
 from tribrach.cli import app
 from tribrach.geometry.polar import xyz_from_polar
-from tribrach.instruments.scanner_readings import Readings
 
 RUN = CliRunner()
 SIGMAS = ("--range-mm", "1.2", "--angle-arcsec", "8.25")

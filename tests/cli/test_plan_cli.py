@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from tests.stages.plan_jobs import laboratory
+from tests.job.plan_jobs import laboratory
 from tribrach.cli import app
 
 RUN = CliRunner()

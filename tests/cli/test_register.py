@@ -12,8 +12,8 @@ from tests.registration.clouds.scenes import NOISE, error, points_of, yard
 from tribrach.cli import app
 from tribrach.geometry.pose import Pose
 from tribrach.io.scans.formats import read_scans
+from tribrach.job.poses import read_poses
 from tribrach.simulate.setups import levelled
-from tribrach.stages.pose_file import read_poses
 
 RUN = CliRunner()
 PLACES = ((-4.0, 3.0, 0.3), (5.0, -2.0, 2.5), (2.0, 8.0, -1.4))

@@ -6,13 +6,12 @@ from pyproj import Transformer
 
 from tribrach.cloud.budget import point_budget
 from tribrach.cloud.placement import Placement
-from tribrach.geodesy.flatness import grid_scale
-from tribrach.geodesy.grid import Grid
+from tribrach.geodesy.projection import Grid, grid_scale
 from tribrach.geodesy.site import FlatSite
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.scan_noise import ScanNoise
-from tribrach.network.observations.zenith import ZenithAngles
 from tribrach.network.survey import Survey
+from tribrach.observations.sights import ZenithAngles
 from tribrach.units import SEC
 
 EARTH = 6_371_000.0

@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 
+from tribrach.cloud.budget import weakest_direction
 from tribrach.cloud.summary import CLASSES, EDGES, CloudSummary
-from tribrach.cloud.weakest import weakest_direction
 
 
 def cloud(n: int, seed: int = 1) -> tuple[np.ndarray, np.ndarray]:

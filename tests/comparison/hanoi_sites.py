@@ -12,11 +12,11 @@ from tribrach.comparison.results import SiteResult
 from tribrach.comparison.sites import Site
 from tribrach.comparison.station_pair import StationPair
 from tribrach.geometry.pose import Pose
+from tribrach.job.compare import compare_clouds
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.simulate.aiming import fine_scan
 from tribrach.simulate.twin import Target, Twin
 from tribrach.simulate.twins import hanoi_facade
-from tribrach.stages.comparing import compare_clouds
 
 NAMES = hanoi_facade.COMPARED
 

@@ -8,12 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
-from tribrach.comparison.c2c import C2C, cloud_to_cloud
-from tribrach.comparison.floor import lattice_floor, random_floor
-from tribrach.comparison.local_plane import plane_distances
+from tribrach.comparison.c2c import C2C, Sample, Tally, cloud_to_cloud, plane_distances
 from tribrach.comparison.nearest import Neighbours
+from tribrach.comparison.sampling_floor import lattice_floor, random_floor
 from tribrach.comparison.streams import in_memory
-from tribrach.comparison.tally import Sample, Tally
 
 UTM = np.array([505_123.4, 2_331_456.7, 20.0])
 ACROSS, UP = 0.020, 0.025

@@ -5,9 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tribrach.comparison import patches as module
-from tribrach.comparison.completeness import assess_completeness
-from tribrach.comparison.patches import Patches, PatchGrid, found_in
+from tribrach.comparison import completeness as module
+from tribrach.comparison.completeness import Patches, PatchGrid, assess_completeness, found_in
 from tribrach.errors import InputError
 
 GRID = PatchGrid(np.zeros(3), 0.1)

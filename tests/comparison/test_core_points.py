@@ -3,8 +3,7 @@ import pytest
 
 from tests.comparison.planes import plane
 from tribrach.comparison.cloud_parts import whole
-from tribrach.comparison.core_normals import core_normals
-from tribrach.comparison.core_points import core_points
+from tribrach.comparison.core_points import core_normals, core_points
 from tribrach.errors import InputError
 
 UTM = np.array([584_123.4, 2_326_011.7, 12.3])

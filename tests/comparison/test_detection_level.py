@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tribrach.comparison.detection_level import additive_level, mean_sigma, quadratic_level
+from tribrach.comparison.m3c2 import additive_level, mean_sigma, quadratic_level
 
 SIGMA, COUNT, REGISTRATION = 0.004, 25, 0.003
 

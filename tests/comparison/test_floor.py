@@ -8,9 +8,14 @@ from scipy.integrate import dblquad
 from scipy.spatial import cKDTree
 
 from tribrach.cloud import sampling_floor as published
-from tribrach.comparison.floor import lattice_floor, lattice_mean, lattice_square, random_floor
 from tribrach.comparison.nearest import Neighbours
-from tribrach.comparison.pattern import pattern
+from tribrach.comparison.sampling_floor import (
+    lattice_floor,
+    lattice_mean,
+    lattice_square,
+    pattern,
+    random_floor,
+)
 from tribrach.io.number_table import read_numbers
 from tribrach.units import UNITS
 

@@ -13,9 +13,9 @@ from tests.comparison.two_stations import (
     placement,
 )
 from tribrach.cloud.placement import Placement
-from tribrach.comparison.beam_areas import beam_areas
 from tribrach.comparison.cloud_parts import from_station, whole
-from tribrach.comparison.core_normals import Normals
+from tribrach.comparison.core_points import Normals
+from tribrach.comparison.effective_points import beam_areas
 from tribrach.comparison.m3c2 import Settings, m3c2
 from tribrach.comparison.m3c2_ep import M3C2EP, m3c2_ep
 from tribrach.errors import InputError

@@ -13,13 +13,12 @@ from tests.network.hanoi import twin
 from tribrach.cloud.covariance import covariances
 from tribrach.cloud.placement import Placement
 from tribrach.comparison.cloud_parts import whole
-from tribrach.comparison.core_normals import Normals
-from tribrach.comparison.core_points import core_points
+from tribrach.comparison.core_points import Normals, core_points
 from tribrach.comparison.m3c2 import Settings
 from tribrach.comparison.m3c2_ep import m3c2_ep
 from tribrach.comparison.predicted import BAND, Prediction, compare_offsets, predict, with_random
 from tribrach.comparison.station_pair import StationPair
-from tribrach.stages.comparing import offset_test
+from tribrach.job.compare import offset_test
 
 #: middles and normals of walls about the origin
 WALLS = (((0.0, 8.0, 2.0), (0.0, -1.0, 0.0)), ((10.0, 4.0, 1.0), (-1.0, 0.0, 0.0)),

@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import linregress
 
-from tribrach.comparison.least_squares import fit_terms
-from tribrach.comparison.regression import regress
+from tribrach.comparison.regression import fit_terms, regress
 from tribrach.errors import InputError
 from tribrach.io.number_table import read_numbers
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tribrach.comparison.site_choice import choose_sites
+from tribrach.comparison.sites import choose_sites
 
 SCANNERS = [np.array([0.0, -20.0, 1.5]), np.array([12.0, -15.0, 1.6])]
 FAR = np.array([505_000.0, 2_331_000.0, 0.0])

@@ -5,9 +5,9 @@ import pytest
 from pyproj import Geod, Transformer
 
 from tribrach.errors import InputError
-from tribrach.geodesy.grid import Grid
 from tribrach.geodesy.local_map import LocalMap
 from tribrach.geodesy.output_frame import OutputFrame
+from tribrach.geodesy.projection import Grid
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.geodesy.work_frame import WorkFrame
 

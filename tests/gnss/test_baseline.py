@@ -20,7 +20,7 @@ from tribrach.gnss import engine as engine_module
 from tribrach.gnss.antennas import AntennaSetup
 from tribrach.gnss.baseline import Processing, compute_baseline
 from tribrach.gnss.engine import engines, run_engine
-from tribrach.gnss.precision import sigma_factor
+from tribrach.instruments.gnss_solutions import sigma_factor
 
 from .rinex_samples import navigation, rinex_2
 

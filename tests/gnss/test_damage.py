@@ -11,12 +11,12 @@ import pytest
 from tests.io.survey.gnss_samples import write_gvx, write_sinex
 from tests.io.survey.test_gnss_files import KONYA, XYZ, covariance_of, pos, row
 from tribrach.errors import InputError
-from tribrach.gnss.navigation_file import read_navigation
-from tribrach.gnss.observation_file import read_observations
-from tribrach.gnss.precise_file import read_sp3
-from tribrach.io.survey.gvx import read_gvx
-from tribrach.io.survey.rtklib_pos import read_rtklib
-from tribrach.io.survey.sinex import read_sinex
+from tribrach.io.gnss.gvx import read_gvx
+from tribrach.io.gnss.navigation_file import read_navigation
+from tribrach.io.gnss.observation_file import read_observations
+from tribrach.io.gnss.precise_file import read_sp3
+from tribrach.io.gnss.rtklib_pos import read_rtklib
+from tribrach.io.gnss.sinex import read_sinex
 
 from .rinex_samples import navigation, rinex_2, rinex_3
 from .sp3_samples import sp3

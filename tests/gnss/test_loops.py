@@ -8,13 +8,11 @@ import itertools
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from tribrach._types import Array
 from tribrach.gnss.loops import close_loops, minimal_loops, triangles
 from tribrach.gnss.sessions import independent_baselines, session_covariance
-
-Array = NDArray[np.float64]
 
 
 def network(sides: list[tuple[int, int]], seed: int = 1) -> tuple[Array, ...]:

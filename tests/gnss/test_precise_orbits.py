@@ -15,12 +15,11 @@ from typer.testing import CliRunner
 
 from tribrach.cli import app
 from tribrach.errors import InputError
-from tribrach.gnss.baseline import Processing, compute_baseline
-from tribrach.gnss.doubts import doubts_of_length
+from tribrach.gnss.baseline import Processing, compute_baseline, doubts_of_length
 from tribrach.gnss.engine import engines
-from tribrach.gnss.observation_file import read_observations
-from tribrach.gnss.orbit_files import check_precise, read_orbits
-from tribrach.gnss.precise_file import joined, read_sp3, sp3_text
+from tribrach.gnss.orbits import check_precise, read_orbits
+from tribrach.io.gnss.observation_file import read_observations
+from tribrach.io.gnss.precise_file import joined, read_sp3, sp3_text
 
 from .rinex_samples import navigation, rinex_2
 from .sp3_samples import KEYS, broadcast, position, sp3

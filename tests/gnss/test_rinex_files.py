@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tribrach.errors import InputError
-from tribrach.gnss.navigation_file import read_navigation
-from tribrach.gnss.observation_file import read_observations
+from tribrach.io.gnss.navigation_file import read_navigation
+from tribrach.io.gnss.observation_file import read_observations
 
 from .rinex_samples import HEADER_2, VALUES, navigation, rinex_2, rinex_3
 

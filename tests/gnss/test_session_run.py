@@ -10,10 +10,10 @@ import pytest
 from scipy.stats import chi2
 
 from tribrach.errors import InputError
-from tribrach.gnss import session_run
+from tribrach.gnss import sessions as session_run
 from tribrach.gnss.antennas import AntennaSetup
 from tribrach.gnss.baseline import Baseline, Processing
-from tribrach.gnss.session_run import Occupation, SessionWish, run_sessions
+from tribrach.gnss.sessions import Occupation, SessionWish, run_sessions
 from tribrach.network.adjustment import adjust
 from tribrach.project import Project
 

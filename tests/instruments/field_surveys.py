@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from tribrach.calibration.scanner_readings import Readings
 from tribrach.geometry.polar import polar_from_xyz
 from tribrach.geometry.rotation import exp
 from tribrach.instruments.calibration import NIST
-from tribrach.instruments.scanner_readings import Readings
 
 SIGMA = np.array([1.2e-3, 4e-5, 4e-5])
 #: four targets around, at several heights

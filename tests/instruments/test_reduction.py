@@ -6,10 +6,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tribrach.errors import InputError
-from tribrach.instruments.faces import axis_errors, fold, half_difference
-from tribrach.instruments.reduction import Readings, reduce
-from tribrach.instruments.rounds import adjust_repeats, adjust_rounds
-from tribrach.instruments.sets import find_sets
+from tribrach.instruments.reduction import (
+    Readings,
+    adjust_repeats,
+    adjust_rounds,
+    axis_errors,
+    find_sets,
+    fold,
+    half_difference,
+    reduce,
+)
 from tribrach.units import GON, SEC
 
 A, B, C, D = range(4)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from tribrach.errors import InputError
-from tribrach.instruments.sheets import find_sheet, sheets
+from tribrach.io.instrument_sheets import find_sheet, sheets
 from tribrach.pipeline import run
 from tribrach.project import Project
-from tribrach.project.instrument_section import Instrument
+from tribrach.project.instrument import Instrument
 from tribrach.units import SEC
 
 PROJECT = """

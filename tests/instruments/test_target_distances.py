@@ -5,9 +5,9 @@ import pytest
 from scipy.stats import chi2
 
 from tests.instruments.field_surveys import TARGETS, readings
+from tribrach.calibration.scanner_readings import face_means
+from tribrach.calibration.target_distances import compare_distances
 from tribrach.errors import InputError
-from tribrach.instruments.scanner_readings import face_means
-from tribrach.instruments.target_distances import compare_distances
 
 
 def test_range_zero_in_line_is_twice_itself():

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from tests.instruments.field_surveys import SIGMA, TARGETS, readings
+from tribrach.calibration.scanner_readings import face_means, face_pairs, folded
+from tribrach.calibration.two_face import SIGNATURES, signatures, two_face_test
 from tribrach.errors import InputError
-from tribrach.instruments.scanner_readings import face_means, face_pairs, folded
-from tribrach.instruments.two_face import SIGNATURES, signatures, two_face_test
 from tribrach.units import GON
 
 SPREAD = np.vstack([TARGETS, TARGETS[:, [1, 0, 2]] * [-0.4, 0.3, 2.0], [[2.0, 1.0, 3.0]]])

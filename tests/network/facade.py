@@ -3,13 +3,10 @@
 import numpy as np
 
 from tribrach.geometry import rotation
-from tribrach.network.observations.coordinates import Coordinates
-from tribrach.network.observations.direction import Directions
-from tribrach.network.observations.inclination import Inclinations
-from tribrach.network.observations.slope_distance import SlopeDistances
-from tribrach.network.observations.target_centre import TargetCentres
-from tribrach.network.observations.zenith import ZenithAngles
 from tribrach.network.survey import Survey
+from tribrach.observations.control import Coordinates
+from tribrach.observations.scanner import Inclinations, TargetCentres
+from tribrach.observations.sights import Directions, SlopeDistances, ZenithAngles
 from tribrach.units import SEC
 
 CONTROL = {"A": (0.0, 0.0, 5.0), "B": (45.0, 3.0, 5.4), "C": (20.0, -14.0, 5.1)}

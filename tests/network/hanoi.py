@@ -5,9 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tribrach.network.observations.inclination import Inclinations
-from tribrach.network.observations.target_centre import TargetCentres
 from tribrach.network.survey import Survey
+from tribrach.observations.scanner import Inclinations, TargetCentres
 from tribrach.project import Project
 from tribrach.simulate.twin import Twin
 from tribrach.simulate.twins import build

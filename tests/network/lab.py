@@ -7,15 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 
+from tribrach.calibration.calibrated import StationModel, calibrate_survey, unknown_name
 from tribrach.geometry.polar import polar_from_xyz
 from tribrach.geometry.rotation import exp
 from tribrach.instruments.calibration import NIST, CalibrationModel
-from tribrach.network.calibrated import StationModel, calibrate_survey, unknown_name
 from tribrach.network.network import Datum, Network
-from tribrach.network.observations.polar import ScannerPolar
 from tribrach.network.survey import Survey
-from tribrach.network.unknowns import State
-from tribrach.simulate.survey import observe
+from tribrach.observations.scanner import ScannerPolar
+from tribrach.observations.unknowns import State
+from tribrach.simulate.surveying import observe
 from tribrach.simulate.twins.newcastle_lab import BASE, MISALIGNMENTS, places
 from tribrach.units import SEC
 

@@ -5,15 +5,12 @@ import numpy as np
 from tribrach.geodesy.site import FlatSite
 from tribrach.geometry import rotation
 from tribrach.network.network import Datum
-from tribrach.network.observations.direction import Directions
-from tribrach.network.observations.gnss_baseline import GnssBaselines
-from tribrach.network.observations.gnss_position import GnssPositions
-from tribrach.network.observations.height_difference import HeightDifferences
-from tribrach.network.observations.parameter import VectorPriors
-from tribrach.network.observations.slope_distance import SlopeDistances
-from tribrach.network.observations.target_centre import TargetCentres
-from tribrach.network.observations.zenith import ZenithAngles
 from tribrach.network.survey import Survey
+from tribrach.observations.control import VectorPriors
+from tribrach.observations.gnss import GnssBaselines, GnssPositions
+from tribrach.observations.levelling import HeightDifferences
+from tribrach.observations.scanner import TargetCentres
+from tribrach.observations.sights import Directions, SlopeDistances, ZenithAngles
 
 #: Strang & Borre 1997, example 12.4: a free trilateration, metres
 STRANG_BORRE = {

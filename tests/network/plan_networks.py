@@ -6,8 +6,8 @@ from tribrach.geometry.polar import polar_from_xyz
 from tribrach.geometry.rotation import exp
 from tribrach.instruments.calibration import NIST
 from tribrach.network.network import Datum
-from tribrach.network.observations.polar import ScannerPolar
 from tribrach.network.survey import Survey
+from tribrach.observations.scanner import ScannerPolar
 
 KINDS = ("sigma", "redundancy", "undetected", "correlation")
 MODEL = NIST.select(["x10", "x4", "x6"])

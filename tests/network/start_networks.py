@@ -9,13 +9,10 @@ import numpy as np
 
 from tribrach.geometry import rotation
 from tribrach.geometry.alignment import kabsch
-from tribrach.network.observations.direction import Directions
-from tribrach.network.observations.inclination import Inclinations
-from tribrach.network.observations.slope_distance import SlopeDistances
-from tribrach.network.observations.target_centre import TargetCentres
-from tribrach.network.observations.zenith import ZenithAngles
 from tribrach.network.survey import Survey
-from tribrach.network.unknowns import State
+from tribrach.observations.scanner import Inclinations, TargetCentres
+from tribrach.observations.sights import Directions, SlopeDistances, ZenithAngles
+from tribrach.observations.unknowns import State
 
 GON = np.pi / 200
 

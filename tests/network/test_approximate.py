@@ -19,23 +19,24 @@ from tribrach.errors import NoStartValues
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.geometry import rotation
 from tribrach.network.adjustment import adjust
-from tribrach.network.approximate import find_start
 from tribrach.network.network import Datum
-from tribrach.network.observations.angle import Angles
-from tribrach.network.observations.antenna import Antennas
-from tribrach.network.observations.azimuth import Azimuths
-from tribrach.network.observations.direction import Directions
-from tribrach.network.observations.gnss_baseline import GnssBaselines
-from tribrach.network.observations.height_difference import HeightDifferences
-from tribrach.network.observations.horizontal_distance import HorizontalDistances
-from tribrach.network.observations.parameter import VectorPriors
-from tribrach.network.observations.plane import FittedPlanes
-from tribrach.network.observations.relative_pose import RelativePoses
-from tribrach.network.observations.slope_distance import SlopeDistances
-from tribrach.network.observations.target_centre import TargetCentres
-from tribrach.network.observations.zenith import ZenithAngles
+from tribrach.network.start.start_values import find_start
 from tribrach.network.survey import Survey
-from tribrach.network.unknowns import State
+from tribrach.observations.control import VectorPriors
+from tribrach.observations.gnss import Antennas, GnssBaselines
+from tribrach.observations.levelling import HeightDifferences
+from tribrach.observations.planes import FittedPlanes
+from tribrach.observations.poses import RelativePoses
+from tribrach.observations.scanner import TargetCentres
+from tribrach.observations.sights import (
+    Angles,
+    Azimuths,
+    Directions,
+    HorizontalDistances,
+    SlopeDistances,
+    ZenithAngles,
+)
+from tribrach.observations.unknowns import State
 
 FIXED = (False, False, False)
 PLAN = (True, True, False)
@@ -456,7 +457,7 @@ class TestMissingTies:
 
 @pytest.mark.data
 def test_networks_of_gama_without_approximate_coordinates(shared_data: Path) -> None:
-    from tribrach.io.survey.gama import read
+    from tribrach.io.survey.gama.reader import read
 
     files = sorted((shared_data / "networks" / "gama").rglob("*.gkf"))
     assert len(files) > 40

@@ -8,8 +8,8 @@ from tribrach.errors import InputError, RankDefect
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.defects import datum_mask
 from tribrach.network.network import Datum
-from tribrach.network.observations.slope_distance import SlopeDistances
 from tribrach.network.survey import Survey
+from tribrach.observations.sights import SlopeDistances
 
 
 def dense_cofactor(adjustment: Adjustment) -> np.ndarray:

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from tests.network.plan_networks import KINDS, candidates, room_network
-from tribrach.network.design_blocks import combine, join
-from tribrach.network.design_groups import coming, going, prospect_for
-from tribrach.network.design_search import best_moves, propose
-from tribrach.network.design_weights import needed_precision, needed_sets, scaled
-from tribrach.network.planning import Criterion, figures, fixed_datum, predict
+from tribrach.planning.blocks import combine, join
+from tribrach.planning.groups import coming, going, prospect_for
+from tribrach.planning.prediction import Criterion, figures, fixed_datum, predict
+from tribrach.planning.search import best_moves, propose
+from tribrach.planning.weights import needed_precision, needed_sets, scaled
 
 
 def designs(kind, count=12, datum="control"):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tests.instruments.field_surveys import STATIONS, TARGETS, readings
+from tribrach.calibration.field_check import Earlier, check_readings
 from tribrach.errors import InputError
-from tribrach.network.field_check import Earlier, check_readings
 
 THREE = ("1", "2", "3")
 

@@ -5,9 +5,9 @@ import pytest
 from scipy.stats import chi2, f
 
 from tests.instruments.field_surveys import SIGMA, readings
+from tribrach.calibration.field_series import SeriesCheck, against_earlier, check_series
+from tribrach.calibration.scanner_readings import face_means
 from tribrach.errors import InputError
-from tribrach.instruments.scanner_readings import face_means
-from tribrach.network.field_series import SeriesCheck, against_earlier, check_series
 
 SERIES = ("1", "2", "3")
 

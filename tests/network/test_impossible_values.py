@@ -6,15 +6,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tribrach.calibration import minimum_norm
 from tribrach.errors import InputError, NotConverged
 from tribrach.io.survey.formats import read_files
-from tribrach.network import minimum_norm
 from tribrach.network.adjustment import adjust
-from tribrach.network.observations.distance import Distances
-from tribrach.network.observations.slope_distance import SlopeDistances
-from tribrach.network.observations.zenith import ZenithAngles
 from tribrach.network.observed_part import observed_part
 from tribrach.network.survey import Survey
+from tribrach.observations.sights import Distances, SlopeDistances, ZenithAngles
 
 FIXED = (False, False, False)
 

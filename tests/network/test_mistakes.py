@@ -8,18 +8,16 @@ import pytest
 
 from tests.network.hanoi import survey, twin
 from tribrach.errors import InputError
+from tribrach.job.name_targets import known_points
 from tribrach.network.adjustment import adjust
-from tribrach.network.common_causes import common_causes
-from tribrach.network.mistakes import mistakes
+from tribrach.network.blunders.mistakes import common_causes, mistakes, swapped_names
+from tribrach.network.blunders.snooping import snoop
+from tribrach.network.blunders.suspects import find_suspects
 from tribrach.network.network import Network
 from tribrach.network.reliability import weigh
-from tribrach.network.snooping import snoop
 from tribrach.network.survey import Survey
-from tribrach.network.suspects import find_suspects
-from tribrach.network.swapped_names import swapped_names
 from tribrach.pipeline import Settings, adjust_network
 from tribrach.simulate.twin import Twin
-from tribrach.stages.naming import known_points
 
 NAME = slice(8, 24)
 

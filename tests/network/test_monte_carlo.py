@@ -18,7 +18,7 @@ from tribrach.network.adjustment import adjust
 from tribrach.network.assembly import Assembly
 from tribrach.network.network import Datum, Network
 from tribrach.network.survey import Survey
-from tribrach.network.unknowns import State
+from tribrach.observations.unknowns import State
 
 
 def free_scanners() -> Survey:

@@ -10,17 +10,17 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.network.test_rank_defects import S2, paper_network, paper_targets, polar
+from tribrach.calibration.minimum_norm import adjust_minimum_norm
+from tribrach.calibration.run_comparison import compare_runs
+from tribrach.calibration.self_calibration import SelfCalibration, Wishes, calibrate
 from tribrach.cli import app
 from tribrach.errors import InputError, RankDefect
 from tribrach.instruments.calibration import PAPER_EIGHT_ELEVATION
-from tribrach.io.survey.csv_file import read_table
+from tribrach.io.survey.csv.file import read_table
+from tribrach.job.calibrate import calibrate_project, calibrations_of
 from tribrach.network.adjustment import Adjustment
-from tribrach.network.minimum_norm import adjust_minimum_norm
-from tribrach.network.run_comparison import compare_runs
-from tribrach.network.self_calibration import SelfCalibration, Wishes, calibrate
 from tribrach.project import Project
 from tribrach.report.calibration_words import calibration_sentences
-from tribrach.stages.calibrating import calibrate_project, calibrations_of
 from tribrach.units import SEC
 
 FOLDER = Path(__file__).parents[2] / "examples" / "paper-network"

@@ -8,8 +8,8 @@ from tribrach.network.adjustment import adjust
 from tribrach.network.datum import point_numbers
 from tribrach.network.linear import SchurFactor
 from tribrach.network.network import Datum
-from tribrach.network.observations.plane import FittedPlanes
 from tribrach.network.survey import Survey
+from tribrach.observations.planes import FittedPlanes
 
 
 def many_planes(stations=4, planes=40):

@@ -13,11 +13,12 @@ from tests.network.plan_networks import (
     sights,
 )
 from tribrach.errors import InputError
-from tribrach.network.design_blocks import combine, join
-from tribrach.network.design_groups import coming, going, prospect_for
 from tribrach.network.network import Datum
-from tribrach.network.observations.target_centre import TargetCentres
-from tribrach.network.planning import (
+from tribrach.network.reliability import weigh
+from tribrach.observations.scanner import TargetCentres
+from tribrach.planning.blocks import combine, join
+from tribrach.planning.groups import coming, going, prospect_for
+from tribrach.planning.prediction import (
     Criterion,
     figures,
     fixed_datum,
@@ -25,7 +26,6 @@ from tribrach.network.planning import (
     predict,
     redundancy_rows,
 )
-from tribrach.network.reliability import weigh
 
 
 @pytest.mark.parametrize("kind", KINDS)

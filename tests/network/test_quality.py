@@ -10,11 +10,11 @@ from tests.network.networks import constrained_network, mixed_network, scanner_n
 from tribrach.network import reliability
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.ellipsoids import confidence_factor, plan_ellipses, principal_axes
-from tribrach.network.observations.height_difference import HeightDifferences
 from tribrach.network.quality import assess
 from tribrach.network.separability import confusable, separability
 from tribrach.network.survey import Survey
-from tribrach.simulate.survey import observe
+from tribrach.observations.levelling import HeightDifferences
+from tribrach.simulate.surveying import observe
 
 
 def noisy(survey: Survey, seed: int = 1) -> Adjustment:

@@ -18,11 +18,10 @@ from tribrach.instruments.calibration import (
 from tribrach.network.adjustment import adjust
 from tribrach.network.assembly import Assembly
 from tribrach.network.datum import open_motions
-from tribrach.network.defect_words import sentences
-from tribrach.network.defects import column_length, null_space
+from tribrach.network.defects import column_length, null_space, sentences
 from tribrach.network.network import Network
-from tribrach.network.observations.polar import ScannerPolar
 from tribrach.network.survey import Survey
+from tribrach.observations.scanner import ScannerPolar
 from tribrach.units import SEC
 
 S2 = np.array([1.2, np.sqrt(6.2417**2 - 1.2**2), 0.0])

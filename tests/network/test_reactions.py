@@ -6,9 +6,9 @@ import pytest
 from tests.network.networks import trilateration
 from tribrach.network.adjustment import adjust
 from tribrach.network.network import Datum
-from tribrach.network.observations.coordinates import Coordinate
-from tribrach.network.observations.slope_distance import SlopeDistances
 from tribrach.network.reactions import constraint_reactions
+from tribrach.observations.control import Coordinate
+from tribrach.observations.sights import SlopeDistances
 
 
 def test_the_gap_is_what_the_observations_alone_would_miss() -> None:

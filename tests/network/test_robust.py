@@ -7,11 +7,11 @@ import pytest
 
 from tests.network.networks import mixed_network, scanner_network
 from tribrach.network.adjustment import adjust
+from tribrach.network.blunders.robust import Method, adjust_robust, weight_function
 from tribrach.network.network import Network
-from tribrach.network.observations.height_difference import HeightDifferences
-from tribrach.network.robust import Method, adjust_robust, weight_function
 from tribrach.network.survey import Survey
-from tribrach.simulate.survey import observe
+from tribrach.observations.levelling import HeightDifferences
+from tribrach.simulate.surveying import observe
 
 METHODS: tuple[Method, ...] = ("huber", "danish", "igg3")
 

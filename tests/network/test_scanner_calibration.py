@@ -9,8 +9,8 @@ from tribrach.geometry.rotation import exp
 from tribrach.instruments.calibration import NIST, CalibrationModel, lichti
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.network import Datum
-from tribrach.network.observations.polar import ScannerPolar
 from tribrach.network.survey import Survey
+from tribrach.observations.scanner import ScannerPolar
 
 #: parameters that two stations with two faces determine (method section 4.2), in m and rad
 TRUTH = {"x10": 1.2e-3, "x2": -0.4e-3, "x4": 8e-5, "x3": 0.3e-3, "x6": -5e-5}

@@ -5,20 +5,18 @@ import pytest
 from scipy.stats import chi2
 
 from tests.network.lab import STATIONS, TRUTH, lab, measured, misaligned
+from tribrach.calibration.calibrated import StationModel, calibrate_survey
+from tribrach.calibration.datum_effects import datum_effects
+from tribrach.calibration.estimability import propose
+from tribrach.calibration.remedies import Addition, enlarged, remedies
+from tribrach.calibration.self_calibration import Wishes, calibrate, without
 from tribrach.errors import InputError, RankDefect
-from tribrach.instruments.calibration import NIST, PAPER_EIGHT, PAPER_EIGHT_ELEVATION
-from tribrach.instruments.calibration_sets import HIGH_END
+from tribrach.instruments.calibration import HIGH_END, NIST, PAPER_EIGHT, PAPER_EIGHT_ELEVATION
 from tribrach.network.adjustment import adjust
-from tribrach.network.approximate import find_start
-from tribrach.network.calibrated import StationModel, calibrate_survey
-from tribrach.network.datum_effects import datum_effects
-from tribrach.network.enlarged import Addition, enlarged
-from tribrach.network.estimability import propose
 from tribrach.network.network import Datum, Network
-from tribrach.network.observations.target_centre import TargetCentres
-from tribrach.network.remedies import remedies
-from tribrach.network.self_calibration import Wishes, calibrate, without
+from tribrach.network.start.start_values import find_start
 from tribrach.network.survey import Survey
+from tribrach.observations.scanner import TargetCentres
 from tribrach.simulate.twins.newcastle_lab import MISALIGNMENTS
 from tribrach.units import SEC
 

@@ -6,10 +6,9 @@ import pytest
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.network.adjustment import adjust
 from tribrach.network.network import Datum
-from tribrach.network.observations.height_difference import HeightDifferences
-from tribrach.network.observations.slope_distance import SlopeDistances
-from tribrach.network.observations.zenith import ZenithAngles
 from tribrach.network.survey import Survey
+from tribrach.observations.levelling import HeightDifferences
+from tribrach.observations.sights import SlopeDistances, ZenithAngles
 
 
 def test_one_line_with_inner_constraints() -> None:

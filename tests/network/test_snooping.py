@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from tests.network.networks import mixed_network, scanner_network, trilateration
-from tribrach.network import snooping as module
 from tribrach.network.adjustment import adjust
+from tribrach.network.blunders import snooping as module
+from tribrach.network.blunders.robust import adjust_robust
+from tribrach.network.blunders.snooping import snoop
 from tribrach.network.network import Datum, Network
-from tribrach.network.observations.base import Use
-from tribrach.network.observations.height_difference import HeightDifferences
 from tribrach.network.quality import assess
-from tribrach.network.robust import adjust_robust
-from tribrach.network.snooping import snoop
 from tribrach.network.survey import Survey
-from tribrach.simulate.survey import observe
+from tribrach.observations.base import Use
+from tribrach.observations.levelling import HeightDifferences
+from tribrach.simulate.surveying import observe
 
 
 def spoilt(network: Network, table: int, item: int, error: object) -> Network:

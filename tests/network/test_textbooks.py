@@ -9,22 +9,24 @@ import pytest
 from tests.network.networks import trilateration
 from tribrach.geodesy.site import FlatSite
 from tribrach.network.adjustment import Adjustment, adjust
+from tribrach.network.blunders.robust import adjust_robust, weight_function
+from tribrach.network.blunders.snooping import snoop
 from tribrach.network.network import Datum
-from tribrach.network.observations.angle import Angles
-from tribrach.network.observations.azimuth import Azimuths
-from tribrach.network.observations.direction import Directions
-from tribrach.network.observations.gnss_baseline import GnssBaselines
-from tribrach.network.observations.height_difference import HeightDifferences
-from tribrach.network.observations.horizontal_distance import HorizontalDistances
-from tribrach.network.observations.slope_distance import SlopeDistances
-from tribrach.network.observations.target_centre import TargetCentres
-from tribrach.network.observations.zenith import ZenithAngles
 from tribrach.network.quality import assess
-from tribrach.network.robust import adjust_robust, weight_function
 from tribrach.network.significance import noncentrality, sidak, tau_critical, w_critical
-from tribrach.network.snooping import snoop
 from tribrach.network.survey import Survey
 from tribrach.network.variance_components import estimate_components
+from tribrach.observations.gnss import GnssBaselines
+from tribrach.observations.levelling import HeightDifferences
+from tribrach.observations.scanner import TargetCentres
+from tribrach.observations.sights import (
+    Angles,
+    Azimuths,
+    Directions,
+    HorizontalDistances,
+    SlopeDistances,
+    ZenithAngles,
+)
 from tribrach.units import GON, SEC, parse_angle
 
 PLAN = (True, True, False)

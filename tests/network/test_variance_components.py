@@ -10,11 +10,11 @@ from tests.network.test_textbooks import niemeier
 from tribrach.errors import AdjustmentError
 from tribrach.network.adjustment import adjust
 from tribrach.network.network import Network
-from tribrach.network.observations.gnss_position import GnssPositions
-from tribrach.network.observations.height_difference import HeightDifferences
 from tribrach.network.survey import Survey
 from tribrach.network.variance_components import VarianceComponents, estimate_components
-from tribrach.simulate.survey import observe
+from tribrach.observations.gnss import GnssPositions
+from tribrach.observations.levelling import HeightDifferences
+from tribrach.simulate.surveying import observe
 
 
 def overstated(network: Network, factors: dict[str, float], seed: int) -> Network:

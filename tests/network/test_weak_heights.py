@@ -15,12 +15,10 @@ from tribrach.geometry.rotation import skew
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.height_recipe import corrected_heights, height_recipe, quick_sigma
 from tribrach.network.network import Network
-from tribrach.network.observations.gnss_position import GnssPositions
-from tribrach.network.observations.inclination import Inclinations
-from tribrach.network.observations.offset import Offsets
-from tribrach.network.observations.parameter import VectorPriors
-from tribrach.network.observations.target_centre import TargetCentres
 from tribrach.network.survey import Survey
+from tribrach.observations.control import Offsets, VectorPriors
+from tribrach.observations.gnss import GnssPositions
+from tribrach.observations.scanner import Inclinations, TargetCentres
 from tribrach.units import SEC
 
 #: sides 7-8, 8-9, 7-9 [m]; z of the spheres 7, 8, 9 in the scan, differences unrounded [m]

@@ -7,9 +7,8 @@ import numpy as np
 from tribrach.geometry import rotation
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.scan_noise import ScanNoise
-from tribrach.registration.plane_set import PlaneSet
-from tribrach.registration.station_view import view_of
-from tribrach.registration.surroundings import Surroundings
+from tribrach.registration.planes.plane_set import PlaneSet
+from tribrach.registration.views import Surroundings, view_of
 from tribrach.scan.range_image import organise
 from tribrach.simulate.scanner import Grid, Scanner, scan
 from tribrach.simulate.scene import Scene, box, ground

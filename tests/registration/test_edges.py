@@ -9,11 +9,11 @@ from scipy.stats import chi2, kstest
 from tribrach.geometry import rotation
 from tribrach.network.adjustment import adjust
 from tribrach.network.network import Datum
-from tribrach.network.observations.plane import FittedPlanes
-from tribrach.network.observations.relative_pose import RelativePoses
-from tribrach.network.observations.target_centre import TargetCentres
 from tribrach.network.survey import Survey
-from tribrach.network.unknowns import plane_basis
+from tribrach.observations.planes import FittedPlanes
+from tribrach.observations.poses import RelativePoses
+from tribrach.observations.scanner import TargetCentres
+from tribrach.observations.unknowns import plane_basis
 from tribrach.registration.edges import edges
 
 NORMALS = np.array(

@@ -20,13 +20,12 @@ from tribrach.geometry import rotation
 from tribrach.geometry.pose import Pose
 from tribrach.network.adjustment import adjust
 from tribrach.network.network import Datum
-from tribrach.network.observations.plane import FittedPlanes
 from tribrach.network.survey import Survey
-from tribrach.network.unknowns import plane_basis
-from tribrach.registration.by_planes import register_by_planes
-from tribrach.registration.plane_poses import information, pair_poses
-from tribrach.registration.plane_set import PlaneSet
-from tribrach.registration.plane_shifts import open_directions
+from tribrach.observations.planes import FittedPlanes
+from tribrach.observations.unknowns import plane_basis
+from tribrach.registration.planes.plane_set import PlaneSet
+from tribrach.registration.planes.poses import information, open_directions, pair_poses
+from tribrach.registration.planes.stations import register_by_planes
 from tribrach.simulate.scene import Scene, box, ground
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from tests.registration.plane_scenes import POSES, look, upright, yard_station
 from tribrach.geometry.pose import Pose
-from tribrach.registration.plane_ties import tie_planes
+from tribrach.registration.planes.ties import tie_planes
 from tribrach.simulate.scene import Scene, box, ground, rectangle
 
 NAMES = ("S1", "S2", "S3")

@@ -13,15 +13,13 @@ from scipy import stats
 from tribrach.errors import InputError
 from tribrach.geometry import rotation
 from tribrach.network.adjustment import Adjustment, adjust
-from tribrach.network.observations.antenna import Antennas
-from tribrach.network.observations.base import Use
-from tribrach.network.observations.coordinates import Coordinates
-from tribrach.network.observations.inclination import Inclinations
-from tribrach.network.observations.parameter import VectorPriors
-from tribrach.network.observations.relative_pose import RelativePoses
-from tribrach.network.observations.target_centre import TargetCentres
-from tribrach.network.snooping import snoop
+from tribrach.network.blunders.snooping import snoop
 from tribrach.network.survey import Survey
+from tribrach.observations.base import Use
+from tribrach.observations.control import Coordinates, VectorPriors
+from tribrach.observations.gnss import Antennas
+from tribrach.observations.poses import RelativePoses
+from tribrach.observations.scanner import Inclinations, TargetCentres
 from tribrach.registration.rigid_model import RigidModel, rigid_model
 from tribrach.units import SEC
 

@@ -5,7 +5,7 @@ import pytest
 
 from tests.registration.plane_scenes import POSES, yard_station
 from tribrach.geometry.pose import Pose
-from tribrach.registration.station_view import StationView, agreement, merged_view
+from tribrach.registration.views import StationView, agreement, merged_view
 
 
 def view(name):

@@ -6,16 +6,15 @@ import numpy as np
 
 from tribrach.geometry import rotation
 from tribrach.network.adjustment import Adjustment, adjust
+from tribrach.network.blunders.snooping import switch
 from tribrach.network.network import Datum, Network
-from tribrach.network.observations.base import Use
-from tribrach.network.observations.coordinates import Coordinates
-from tribrach.network.observations.direction import Directions
-from tribrach.network.observations.height_difference import HeightDifferences
-from tribrach.network.observations.slope_distance import SlopeDistances
-from tribrach.network.observations.target_centre import TargetCentres
 from tribrach.network.quality import assess
-from tribrach.network.snooping import switch
 from tribrach.network.survey import Survey
+from tribrach.observations.base import Use
+from tribrach.observations.control import Coordinates
+from tribrach.observations.levelling import HeightDifferences
+from tribrach.observations.scanner import TargetCentres
+from tribrach.observations.sights import Directions, SlopeDistances
 from tribrach.report.build import build
 from tribrach.report.content import Content
 

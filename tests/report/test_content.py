@@ -6,12 +6,11 @@ from scipy.stats import chi2, norm
 
 from tests.report.cases import levelling, mean_of_two, scanner, scanner_content
 from tribrach.network.adjustment import adjust
-from tribrach.network.checks import check_covariances
+from tribrach.network.blunders.snooping import snoop
 from tribrach.network.network import Datum
-from tribrach.network.observations.base import Use
-from tribrach.network.quality import assess
-from tribrach.network.snooping import snoop
+from tribrach.network.quality import assess, check_covariances
 from tribrach.network.variance_components import estimate_components
+from tribrach.observations.base import Use
 from tribrach.report.build import build
 from tribrach.report.stations import attitude
 

@@ -12,9 +12,9 @@ from tests.report.cases import EVIL, levelling, mean_of_two, scanner, scanner_co
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.network.adjustment import adjust
 from tribrach.network.network import Datum
-from tribrach.network.observations.gnss_baseline import GnssBaselines
 from tribrach.network.quality import assess
 from tribrach.network.survey import Survey
+from tribrach.observations.gnss import GnssBaselines
 from tribrach.report import html, json_result, text
 from tribrach.report.build import build
 from tribrach.report.content import Content

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tribrach.errors import InputError
-from tribrach.scan.faces import head_turn, sides
+from tribrach.scan.prepared import head_turn, sides
 from tribrach.scan.scan import Chunk, Field, Scan
 
 FIELDS = (Field("row", "int32"), Field("column", "int32"), Field("intensity", "float32"))

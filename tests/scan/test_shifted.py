@@ -11,8 +11,8 @@ from tribrach.geometry.pose import Pose
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader
 from tribrach.io.scans.formats import read_scans
+from tribrach.scan.prepared import seen_from
 from tribrach.scan.scan import Field, Scan
-from tribrach.scan.shifted import seen_from
 
 AT = (590_100.0, 2_331_000.0, 25.0)
 

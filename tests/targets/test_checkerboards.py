@@ -15,7 +15,7 @@ from tribrach.simulate import scene as sc
 from tribrach.simulate.aiming import fine_scan
 from tribrach.simulate.scanner import scan
 from tribrach.simulate.twins import newcastle_lab
-from tribrach.targets.checkerboard_search import find_checkerboards
+from tribrach.targets.checkerboards.search import find_checkerboards
 
 SIDE = 0.3
 CASES = [

@@ -9,7 +9,7 @@ from scipy.stats import chi2
 from tests.targets.prints import TOLD, alone, gap, scanned, squares
 from tribrach.errors import InputError
 from tribrach.simulate import scene as sc
-from tribrach.targets.disc_search import find_discs
+from tribrach.targets.discs.search import find_discs
 
 R = 0.1
 CASES = [

@@ -5,7 +5,7 @@ import pytest
 
 from tribrach.errors import InputError
 from tribrach.geometry import rotation
-from tribrach.targets.matching import match
+from tribrach.registration.matching import match
 
 SQUARE = np.array([[0.0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]])
 

@@ -3,7 +3,7 @@ import pytest
 
 from tests.targets.scenes import cylinder, directions, ellipsoid, room, scan
 from tribrach.errors import InputError
-from tribrach.targets.sphere_cloud import find_spheres_in_cloud
+from tribrach.targets.spheres.cloud_search import find_spheres_in_cloud
 
 R, SIGMA = 0.0725, 1e-3
 SPHERES = np.array([[4.0, 0.5, 0.2], [3.5, -0.5, -1.0], [4.5, 1.2, 0.5]])

@@ -4,7 +4,7 @@ from scipy.stats import chi2
 
 from tribrach.errors import InputError
 from tribrach.geometry.polar import xyz_from_polar
-from tribrach.targets.sphere_fit import MASK, fit_sphere, fit_sphere_orthogonal
+from tribrach.targets.spheres.fit import MASK, fit_sphere, fit_sphere_orthogonal
 
 R = 0.115
 ARCSECOND = np.pi / 648000

@@ -6,7 +6,7 @@ from tests.targets.scenes import cylinder, directions, ellipsoid, room, scan
 from tribrach.errors import InputError
 from tribrach.scan.range_image import organise
 from tribrach.targets.range_noise import estimate_range_noise
-from tribrach.targets.sphere_search import find_spheres
+from tribrach.targets.spheres.grid_search import find_spheres
 
 R = 0.0725
 SIGMA, ANGLE = 1.5e-3, 2e-5

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tribrach.geometry import rotation
-from tribrach.transformation.axes import axis_sentences
 from tribrach.transformation.models import find_model
+from tribrach.transformation.outcome import axis_sentences
 
 TITLES = ("e", "n", "u")
 

@@ -9,8 +9,8 @@ from scipy.stats import chi2
 from tribrach.errors import AdjustmentError, InputError
 from tribrach.geometry import euler, rotation
 from tribrach.network.adjustment import adjust
-from tribrach.network.observations.target_centre import TargetCentres
 from tribrach.network.survey import Survey
+from tribrach.observations.scanner import TargetCentres
 from tribrach.transformation.fit import fit_transformation, rotation_angles
 from tribrach.transformation.models import MODELS, Transformation, find_model
 

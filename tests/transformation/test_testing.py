@@ -7,8 +7,7 @@ from scipy.stats import binom
 from tribrach.geometry import rotation
 from tribrach.transformation.fit import fit_transformation
 from tribrach.transformation.model_choice import ladder, scale_test
-from tribrach.transformation.snooping import snoop_points
-from tribrach.transformation.testing import check_points, point_tests
+from tribrach.transformation.testing import check_points, point_tests, snoop_points
 
 SIGMA = 0.003
 

@@ -8,14 +8,14 @@ from typing import Annotated
 
 import typer
 
+from tribrach.calibration.run_comparison import compare_runs
 from tribrach.cli.shell import fail, guarded, refuse_outputs, shown
 from tribrach.io.calibration_file import calibration_text
 from tribrach.io.outputs import write_texts
-from tribrach.network.run_comparison import compare_runs
+from tribrach.job.calibrate import calibrate_project, calibrations_of
 from tribrach.project import Project
 from tribrach.report.calibration_page import calibration_json, calibration_page
 from tribrach.report.calibration_words import calibration_text as summary
-from tribrach.stages.calibrating import calibrate_project, calibrations_of
 
 __all__ = ["calibrate"]
 

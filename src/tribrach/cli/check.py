@@ -8,13 +8,13 @@ from typing import Annotated
 
 import typer
 
+from tribrach.calibration.field_check import check_readings
 from tribrach.cli.shell import guarded, refuse_outputs, shown
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
-from tribrach.network.field_check import check_readings
-from tribrach.project.instrument_section import Instrument
+from tribrach.job.check import read_earlier, readings_of, survey_to_check
+from tribrach.project.instrument import Instrument
 from tribrach.report.field_page import check_json, check_page, check_text
-from tribrach.stages.field_check import read_earlier, readings_of, survey_to_check
 
 __all__ = ["check"]
 

@@ -17,13 +17,13 @@ from tribrach.comparison.station_pair import StationPair
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
 from tribrach.io.site_table import read_sites
+from tribrach.job.cloud_file import open_cloud, station_pair
+from tribrach.job.compare import LIMIT, Method, compare_clouds, offset_test
 from tribrach.report.comparison_page import (
     comparison_page,
     comparison_sentences,
     comparison_tables,
 )
-from tribrach.stages.cloud_file import open_cloud, station_pair
-from tribrach.stages.comparing import LIMIT, Method, compare_clouds, offset_test
 
 __all__ = ["compare"]
 

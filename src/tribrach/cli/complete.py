@@ -10,8 +10,8 @@ import typer
 
 from tribrach.cli.shell import guarded, refuse_outputs, shown
 from tribrach.io.outputs import write_texts
+from tribrach.job.complete import complete_clouds
 from tribrach.report.completeness_page import completeness_page, completeness_text
-from tribrach.stages.completing import complete_clouds
 
 __all__ = ["complete"]
 

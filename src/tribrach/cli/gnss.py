@@ -14,7 +14,7 @@ from tribrach.errors import InputError
 from tribrach.gnss.antennas import AntennaSetup
 from tribrach.gnss.baseline import Baseline, Processing, compute_baseline
 from tribrach.gnss.engine import EngineName
-from tribrach.gnss.observation_file import read_observations
+from tribrach.io.gnss.observation_file import read_observations
 from tribrach.io.outputs import write_text
 from tribrach.report.gnss_result import baseline_facts, baseline_lines
 

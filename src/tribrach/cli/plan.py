@@ -10,11 +10,11 @@ import typer
 
 from tribrach.cli.shell import guarded, refuse_outputs, shown
 from tribrach.io.outputs import write_texts
+from tribrach.job.plan.steps import plan_project
+from tribrach.job.steps import find_and_name
 from tribrach.project import Project
-from tribrach.report.plan_page import plan_page, plan_text
-from tribrach.stages.plan_report import plan_json, plan_report
-from tribrach.stages.planning import plan_project
-from tribrach.stages.survey_run import find_and_name
+from tribrach.report.planning.page import plan_page, plan_text
+from tribrach.report.planning.report import plan_json, plan_report
 
 __all__ = ["plan"]
 

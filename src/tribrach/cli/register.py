@@ -12,8 +12,8 @@ from rich.console import Console
 from tribrach.cli.printing import printed
 from tribrach.cli.shell import guarded, refuse_outputs, shown
 from tribrach.io.outputs import write_texts
+from tribrach.job.register import register_files, registration_json, write_placed
 from tribrach.report.cloud_registration_page import cloud_registration_tables
-from tribrach.stages.registering import register_files, registration_json, write_placed
 from tribrach.units import SEC
 
 __all__ = ["register"]

@@ -14,7 +14,7 @@ from tribrach.cli.shell import guarded, refuse_outputs, shown
 from tribrach.io.outputs import write_text
 from tribrach.io.scans.formats import read_scans
 from tribrach.io.scans.info import describe
-from tribrach.stages.conversion import convert_scans
+from tribrach.job.convert import convert_scans
 
 __all__ = ["convert", "info"]
 

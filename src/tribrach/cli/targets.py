@@ -13,11 +13,11 @@ from tribrach.cli.shell import guarded, refuse_outputs
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_bytes, write_text
 from tribrach.io.scans.formats import read_scans
-from tribrach.project.scan_sections import TargetSection
-from tribrach.scan.shifted import seen_from
-from tribrach.stages.extraction import Findings, blind, find_targets
-from tribrach.stages.scans import StationScan
-from tribrach.stages.thumbnail import decoded
+from tribrach.job.find_targets import Findings, blind, find_targets
+from tribrach.job.scans import StationScan
+from tribrach.job.thumbnail import decoded
+from tribrach.project.sections import TargetSection
+from tribrach.scan.prepared import seen_from
 
 __all__ = ["targets"]
 

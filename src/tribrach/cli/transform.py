@@ -15,8 +15,8 @@ from tribrach.errors import InputError
 from tribrach.io.outputs import write_text, write_texts
 from tribrach.io.scans.formats import read_scans
 from tribrach.io.transformation_file import read_transformation, transformation_data
+from tribrach.job.transform import fit_files, move_cloud, move_points
 from tribrach.report.transformation_page import transformation_results, transformation_tables
-from tribrach.stages.transforming import fit_files, move_cloud, move_points
 from tribrach.transformation.carrying import Carrier
 
 __all__ = ["apply", "fit", "transform"]

@@ -9,13 +9,12 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit, prange
-from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.cloud.placement import Placement
 
 __all__ = ["share_of"]
 
-Array = NDArray[np.float64]
 
 #: points whose derivatives are in memory at a time
 _BLOCK = 50_000

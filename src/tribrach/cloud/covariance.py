@@ -10,15 +10,12 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit, prange
-from numpy.typing import NDArray
 
+from tribrach._types import Array, Single
 from tribrach.cloud.calibration_share import share_of
 from tribrach.cloud.placement import Placement
 
 __all__ = ["covariances", "place_with_sigmas", "rounded", "sigmas"]
-
-Array = NDArray[np.float64]
-Single = NDArray[np.float32]
 
 
 def place_with_sigmas(

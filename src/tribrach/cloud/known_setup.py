@@ -12,13 +12,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.units import SEC
 
 __all__ = ["KnownSetup", "pointing_sigma"]
 
-Array = NDArray[np.float64]
 
 #: pointing of a telescope of magnification one
 _POINTING = 60 * SEC

@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.correction import Correction
 from tribrach.instruments.scan_noise import ScanNoise
 
 __all__ = ["CalibrationShare", "Placement"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

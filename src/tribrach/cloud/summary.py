@@ -15,9 +15,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from tribrach._types import Array
+
 __all__ = ["CLASSES", "EDGES", "CloudSummary"]
 
-Array = NDArray[np.float64]
 
 #: upper limits [m] of twice the sigma, by class
 CLASSES: dict[str, float] = {

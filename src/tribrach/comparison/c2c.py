@@ -8,28 +8,198 @@ Each figure has its floor beside it: what two clouds without any error would sho
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
+from numba import njit, prange
 from numpy.typing import NDArray
 
-from tribrach.comparison.floor import Floor
-from tribrach.comparison.local_plane import plane_distances
+from tribrach._types import Array
 from tribrach.comparison.nearest import Neighbours
-from tribrach.comparison.pattern import Pattern, pattern
+from tribrach.comparison.sampling_floor import Floor, Pattern, pattern
 from tribrach.comparison.streams import SIZE, Part, Stream, in_memory, parts
-from tribrach.comparison.tally import Sample, Tally
 
-__all__ = ["C2C", "Pitch", "Signed", "cloud_to_cloud"]
+__all__ = ["C2C", "Pitch", "Sample", "Signed", "Tally", "cloud_to_cloud", "plane_distances"]
 
-Array = NDArray[np.float64]
+# Figures of millions of distances, gathered chunk by chunk. Metres.
+
+
+#: bins of the histogram that quantiles are read from
+BINS = 20_000
+
+
+@dataclass
+class Tally:
+    """Distances so far: from ``low`` to ``high`` [m], and how many were beyond.
+
+    Sums are taken about the middle of the first chunk, so that they lose no digits.
+    """
+
+    low: float
+    high: float
+    count: int = 0
+    beyond: int = 0
+    shift: float = 0.0
+    total: float = 0.0
+    squares: float = 0.0
+    bins: NDArray[np.int64] = field(default_factory=lambda: np.zeros(BINS, dtype=np.int64))
+
+    def add(self, distances: Array) -> None:
+        """Take in distances (n,); those that are not finite or out of the limits are beyond."""
+        near = distances[(distances >= self.low) & (distances <= self.high)]
+        self.beyond += len(distances) - len(near)
+        if len(near) == 0:
+            return
+        if self.count == 0:
+            self.shift = float(near.mean())
+        self.count += len(near)
+        self.total += float((near - self.shift).sum())
+        self.squares += float(((near - self.shift) ** 2).sum())
+        scaled = (near - self.low) * (BINS / (self.high - self.low))
+        self.bins += np.bincount(np.minimum(scaled.astype(np.int64), BINS - 1), minlength=BINS)
+
+    @property
+    def mean(self) -> float:
+        """Mean [m]."""
+        return self.shift + self.total / self.count
+
+    @property
+    def std(self) -> float:
+        """Standard deviation about the mean [m]."""
+        return float(np.sqrt(max(self.squares / self.count - (self.total / self.count) ** 2, 0.0)))
+
+    @property
+    def rms(self) -> float:
+        """Root mean square [m]."""
+        return float(np.hypot(self.mean, self.std))
+
+    @property
+    def share_beyond(self) -> float:
+        """Share of all distances that were beyond."""
+        return self.beyond / max(self.beyond + self.count, 1)
+
+    def quantile(self, share: float) -> float:
+        """The distance [m] that this share does not exceed, to a twenty-thousandth of the limits.
+
+        Within its bin distances are taken as even.
+        """
+        wanted = share * self.count
+        cumulated = np.cumsum(self.bins)
+        k = int(np.searchsorted(cumulated, wanted))
+        before = cumulated[k] - self.bins[k]
+        within = (wanted - before) / max(self.bins[k], 1)
+        return float(self.low + (k + within) * (self.high - self.low) / BINS)
+
+    def histogram(self, bins: int) -> tuple[Array, NDArray[np.int64]]:
+        """Edges (bins + 1,) [m] and counts (bins,); the number of bins divides 20,000."""
+        return np.linspace(self.low, self.high, bins + 1), self.bins.reshape(bins, -1).sum(axis=1)
+
+
+@dataclass
+class Sample:
+    """Every so-many-th row of a long table: at most ``most`` rows, evenly over all of it."""
+
+    most: int
+    width: int
+    step: int = 1
+    seen: int = 0
+    rows: NDArray[Any] = field(default_factory=lambda: np.empty((0, 0)))
+
+    def __post_init__(self) -> None:
+        self.rows = np.empty((0, self.width))
+
+    def add(self, rows: NDArray[Any]) -> None:
+        """Take in rows (n, width)."""
+        first = -self.seen % self.step
+        self.seen += len(rows)
+        self.rows = np.concatenate([self.rows, rows[first :: self.step]])
+        while len(self.rows) > self.most:
+            self.rows, self.step = self.rows[::2], 2 * self.step
+
+
+# Signed distances from the plane through the nearest points of the reference.
+#
+# A plane has no gaps: this takes most of the sampling out of nearest-neighbour distances (method
+# section 9.1). What remains is the noise of both clouds, that of the plane reduced by its points.
+
+
+#: points through which a plane is laid
+NEIGHBOURS = 16
+
+
+#: thickness over the lesser width of points that are still a plane
+_THIN = 0.35
+
+
+def plane_distances(
+    cloud: Neighbours,
+    points: Array,
+    limit: float,
+    viewpoint: Array | None = None,
+    neighbours: int = NEIGHBOURS,
+) -> Array:
+    """Distances (n,) [m] of points (n, 3) from the local planes of a cloud; NaN without one.
+
+    Positive towards a viewpoint (3,); without one, on the side of the largest coordinate of the
+    normal. No plane is there where the neighbours are no plane, lie to one side of the point, or
+    the nearest is beyond the limit.
+    """
+    out = np.full(len(points), np.nan)
+    if cloud.count < neighbours:
+        return out
+    near, found = cloud.local_query(points, k=neighbours)
+    rows = np.flatnonzero(near[:, 0] <= limit)
+    towards = np.full(3, np.nan) if viewpoint is None else viewpoint - cloud.origin
+    out[rows] = _distances(cloud.points, points[rows] - cloud.origin, found[rows], towards)
+    out[np.abs(out) > limit] = np.nan
+    return out
+
+
+@njit(cache=True, parallel=True, nogil=True)
+def _distances(points, places, found, towards):  # type: ignore[no-untyped-def]
+    """One plane per place, by principal components."""
+    out = np.full(len(places), np.nan)
+    count = found.shape[1]
+    for n in prange(len(places)):
+        mean = np.zeros(3)
+        for k in range(count):
+            mean += points[found[n, k]] - places[n]
+        mean /= count
+        spread = np.zeros((3, 3))
+        for k in range(count):
+            d = points[found[n, k]] - places[n] - mean
+            for i in range(3):
+                for j in range(3):
+                    spread[i, j] += d[i] * d[j]
+        values, axes = np.linalg.eigh(spread)
+        if values[0] > _THIN * _THIN * values[1]:
+            continue
+        normal = axes[:, 0]
+        height = -(normal * mean).sum()
+        # beyond a border the middle of the neighbours is further than their width
+        if (mean * mean).sum() - height * height > values[2] / count:
+            continue
+        if np.isnan(towards[0]):
+            side = normal[np.argmax(np.abs(normal))]
+        else:
+            side = (normal * (towards - places[n])).sum()
+        out[n] = height if side > 0 else -height
+    return out
+
 
 #: places at which the pattern is looked at: per million points, and at least so many in a chunk
 _PLACES, _FEWEST = 400, 50
+
+
 #: points for local planes, over all; points on the map; places of the compared cloud
 _PLANES, _MAP, _OWN = 1_000_000, 20_000, 2_000
+
+
 #: a lattice is named as the model of the floor where more of the places than this are on one
 _MOSTLY = 0.5
+
+
 #: below this many points a figure is not worth its name; noise over pitch where debiasing fails
 _FEW, _COARSE = 30, 0.25
 

@@ -11,15 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.cloud.covariance import covariances
 from tribrach.cloud.placement import Placement
 from tribrach.errors import InputError
 
 __all__ = ["Chunk", "Source", "centred", "from_station", "plain", "whole"]
 
-Array = NDArray[np.float64]
 
 #: points of one part
 CHUNK = 4_000_000

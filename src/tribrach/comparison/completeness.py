@@ -10,7 +10,7 @@ not average out. Metres.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -18,18 +18,143 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from tribrach.comparison.patches import Patches, PatchGrid, found_in
+from tribrach._types import Array, Index
+from tribrach.errors import InputError
 
-__all__ = ["Completeness", "Gap", "assess_completeness"]
+__all__ = ["Completeness", "Gap", "PatchGrid", "Patches", "assess_completeness", "found_in"]
 
-Array = NDArray[np.float64]
-Keys = NDArray[np.int64]
+# Points counted in the cells of a grid, chunk by chunk: memory grows with surface, not points.
+#
+# A cell is one number: three signed indices of 21 bits from an origin near the points. Metres.
+
+
+#: most cells of one cloud in memory: 24 bytes each
+MOST = 60_000_000
+
+
+_HALF = 1 << 20
+
+
+_BITS = 21
+
+
+#: cells waiting to be merged
+_WAITING = 2_000_000
+
+
+@dataclass(frozen=True)
+class PatchGrid:
+    """Cubic cells of a size [m] around an origin (3,) [m]."""
+
+    origin: Array
+    size: float
+
+    @classmethod
+    def around(cls, xyz: Array, size: float) -> PatchGrid:
+        """The grid for points like these (n, 3), its cells at multiples of the size."""
+        return cls(np.floor(np.median(xyz, axis=0) / size) * size, size)
+
+    def keys(self, xyz: Array) -> Index:
+        """Cells (n,) of points (n, 3) [m].
+
+        Raises
+        ------
+        InputError : a point is too far from the origin for cells of this size.
+        """
+        index = np.floor((xyz - self.origin) / self.size)
+        if len(index) and np.abs(index).max() >= _HALF - 1:
+            raise InputError(
+                f"points lie more than {_HALF * self.size / 1000:.0f} km apart, too far for cells "
+                f"of {self.size:g} m",
+                cure="clean the clouds, put all into one frame, or take larger cells",
+            )
+        whole = index.astype(np.int64) + _HALF
+        return (whole[:, 0] << (2 * _BITS)) | (whole[:, 1] << _BITS) | whole[:, 2]
+
+    def indices(self, keys: Index) -> Index:
+        """Signed indices (n, 3) of cells (n,)."""
+        mask = (1 << _BITS) - 1
+        parts = (keys >> (2 * _BITS), (keys >> _BITS) & mask, keys & mask)
+        return np.stack(parts, axis=1) - _HALF
+
+    def centres(self, keys: Index) -> Array:
+        """Middles (n, 3) [m] of cells (n,)."""
+        middle: Array = self.origin + (self.indices(keys) + 0.5) * self.size
+        return middle
+
+    @staticmethod
+    def shifted(keys: Index, step: tuple[int, int, int]) -> Index:
+        """The neighbours (n,) of cells (n,) at a step of cells."""
+        return keys + (step[0] * (1 << (2 * _BITS)) + step[1] * (1 << _BITS) + step[2])
+
+
+@dataclass
+class Patches:
+    """Cells of one cloud, sorted: how many points each has, the sum of their variances [m^2]."""
+
+    keys: Index = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    counts: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    sums: Array = field(default_factory=lambda: np.zeros(0))
+    _waiting: list[tuple[Index, NDArray[np.int64], Array]] = field(default_factory=list)
+    _size: int = 0
+
+    def add(self, keys: Index, variance: Array | None = None) -> None:
+        """Count points by their cells (n,); variance (n,) [m^2], None where it is not known.
+
+        Raises
+        ------
+        InputError : more cells than fit.
+        """
+        found, where, counts = np.unique(keys, return_inverse=True, return_counts=True)
+        sums: Array = np.zeros(len(found))
+        if variance is not None:
+            sums = np.bincount(where, weights=variance, minlength=len(found)).astype(np.float64)
+        self._waiting.append((found, counts.astype(np.int64), sums))
+        self._size += len(found)
+        # merging only what is as large as what is there keeps the work in proportion
+        if self._size > max(_WAITING, len(self.keys)):
+            self.merge()
+
+    def merge(self) -> None:
+        """Bring everything that waits into the sorted cells.
+
+        Raises
+        ------
+        InputError : more cells than fit.
+        """
+        if not self._waiting:
+            return
+        parts = [(self.keys, self.counts, self.sums), *self._waiting]
+        keys, counts, sums = (np.concatenate(column) for column in zip(*parts, strict=True))
+        self.keys, where = np.unique(keys, return_inverse=True)
+        if len(self.keys) > MOST:
+            raise InputError(
+                f"the clouds fill more than {MOST / 1e6:.0f} million cells", cure="take larger ones"
+            )
+        total = np.bincount(where, weights=counts, minlength=len(self.keys))
+        self.counts = np.round(total).astype(np.int64)
+        merged = np.bincount(where, weights=sums, minlength=len(self.keys))
+        self.sums = merged.astype(np.float64)
+        self._waiting, self._size = [], 0
+
+
+def found_in(keys: Index, wanted: Index) -> Index:
+    """Places (n,) of wanted cells in sorted ones, -1 where they are not."""
+    if len(keys) == 0:
+        return np.full(len(wanted), -1, dtype=np.int64)
+    place = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
+    return np.where(keys[place] == wanted, place, -1)
+
 
 _FACES = ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1))
+
+
 #: half of the 26 neighbours: each pair once
 _FORWARD = tuple(
     (i, j, k) for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1) if (i, j, k) > (0, 0, 0)
 )
+
+
 #: a cell of the union with fewer points in all is stray
 _STRAY = 3
 
@@ -134,7 +259,7 @@ def assess_completeness(
     grid: PatchGrid,
     stations: Mapping[str, Patches],
     *,
-    model: Keys | None = None,
+    model: Index | None = None,
     required: float | None = None,
     gaps: int = 10,
 ) -> Completeness:
@@ -173,17 +298,17 @@ def assess_completeness(
     )
 
 
-def _union(stations: Mapping[str, Patches]) -> Keys:
+def _union(stations: Mapping[str, Patches]) -> Index:
     """Cells with enough points of all stations together."""
     empty = np.zeros(0, dtype=np.int64)
     keys = np.concatenate([empty, *(p.keys for p in stations.values())])
     counts = np.concatenate([empty, *(p.counts for p in stations.values())])
     cells, where = np.unique(keys, return_inverse=True)
-    chosen: Keys = cells[np.bincount(where, weights=counts, minlength=len(cells)) >= _STRAY]
+    chosen: Index = cells[np.bincount(where, weights=counts, minlength=len(cells)) >= _STRAY]
     return chosen
 
 
-def _around(patches: Patches, cells: Keys) -> tuple[NDArray[np.int64], Array]:
+def _around(patches: Patches, cells: Index) -> tuple[NDArray[np.int64], Array]:
     """Points (n,) and variances (n,) of a station in cells and those that share a face."""
     count, total = np.zeros(len(cells), dtype=np.int64), np.zeros(len(cells))
     for step in ((0, 0, 0), *_FACES):
@@ -194,7 +319,7 @@ def _around(patches: Patches, cells: Keys) -> tuple[NDArray[np.int64], Array]:
     return count, total
 
 
-def _gaps(grid: PatchGrid, cells: Keys, most: int) -> tuple[Gap, ...]:
+def _gaps(grid: PatchGrid, cells: Index, most: int) -> tuple[Gap, ...]:
     """The largest groups of neighbouring cells (n,), sorted."""
     if len(cells) == 0:
         return ()

@@ -2,19 +2,162 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from collections.abc import Sequence
+from dataclasses import dataclass
 
-from tribrach.comparison.cloud_parts import Source
+import numpy as np
+from numba import njit, prange
+
+from tribrach._types import Array, Index
+from tribrach.comparison.cloud_parts import Source, centred
+from tribrach.comparison.point_cells import Cells, ball_ranges
 from tribrach.errors import InputError
 
-__all__ = ["core_points"]
+__all__ = ["Normals", "core_normals", "core_points"]
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+# Along which direction is the change measured? Normals of core points at a scale D.
+#
+# The normal is the direction of least spread of the points within D / 2 (principal components;
+# Lague, Brodu and Leroux 2013). Where several scales are given, that one is taken where
+# the surface is most planar: the largest ``(l2 - l3) / l1`` of the sorted variances. Metres.
+
+
+#: fewest points that a normal is taken from
+FEWEST = 5
+
+
+_UP = np.array([0.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True)
+class Normals:
+    """Normals (m, 3) of core points, NaN where fewer than five points are near.
+
+    scale (m,) : the diameter D that was used [m]; roughness (m,) : standard deviation [m] of the
+    points along the normal; planarity (m,) : ``(l2 - l3) / l1``; count (m,) : points used.
+    """
+
+    vectors: Array
+    scale: Array
+    roughness: Array
+    planarity: Array
+    count: Index
+
+
+def core_normals(
+    cloud: Source,
+    core: Array,
+    scales: Sequence[float],
+    *,
+    scanner: Array | None = None,
+    direction: Array | None = None,
+) -> Normals:
+    """Normals at core points (m, 3) from a cloud at one or several scales D [m].
+
+    scanner (3,) : normals look towards it; direction (3,) : else their component along it is
+    positive; upwards if neither is given.
+
+    Raises
+    ------
+    InputError : no scale, or one that is not positive.
+    """
+    if len(scales) == 0 or not min(scales) > 0:
+        raise InputError("normals need scales that are positive lengths")
+    radii = np.sort(np.asarray(scales, dtype=float)) / 2
+    origin = core.mean(axis=0)
+    here = core - origin
+    reach = radii[-1]
+    moments = np.zeros((len(core), len(radii), 10))
+    for part in centred(cloud, origin, here.min(axis=0) - reach, here.max(axis=0) + reach):
+        _moments(here, radii, Cells.of(part.xyz, radii[0] / 2).arrays, moments)
+    towards = _towards(core, scanner, direction)
+    vectors, figures = np.empty((len(core), 3)), np.empty((len(core), 4))
+    _axes(moments, 2 * radii, towards, vectors, figures)
+    scale, roughness, planarity, count = figures.T
+    return Normals(vectors, scale, roughness, planarity, count.astype(np.int64))
+
+
+def _towards(core: Array, scanner: Array | None, direction: Array | None) -> Array:
+    """Vectors (m, 3) whose side the normals are on."""
+    if scanner is not None:
+        towards: Array = scanner - core
+        return towards
+    return np.broadcast_to(_UP if direction is None else direction, core.shape)
+
+
+@njit(cache=True, parallel=True, nogil=True)
+def _moments(core, radii, cells, moments):  # type: ignore[no-untyped-def]
+    """Add count, sums and products of the points within each radius, relative to the core point."""
+    xyz = cells[0]
+    for c in prange(len(core)):
+        for s in range(len(radii)):
+            n, reach = 0, radii[s] * radii[s]
+            # single numbers stay in registers, a row of the table would not
+            sx, sy, sz = 0.0, 0.0, 0.0
+            xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            for begin, end in ball_ranges(core[c], radii[s], cells):
+                for k in range(begin, end):
+                    x = xyz[k, 0] - core[c, 0]
+                    y = xyz[k, 1] - core[c, 1]
+                    z = xyz[k, 2] - core[c, 2]
+                    if x * x + y * y + z * z <= reach:
+                        n += 1
+                        sx += x
+                        sy += y
+                        sz += z
+                        xx += x * x
+                        yy += y * y
+                        zz += z * z
+                        xy += x * y
+                        xz += x * z
+                        yz += y * z
+            m = moments[c, s]
+            m[0] += n
+            m[1], m[2], m[3] = m[1] + sx, m[2] + sy, m[3] + sz
+            m[4], m[5], m[6] = m[4] + xx, m[5] + yy, m[6] + zz
+            m[7], m[8], m[9] = m[7] + xy, m[8] + xz, m[9] + yz
+
+
+@njit(cache=True, parallel=True, nogil=True)
+def _axes(moments, scales, towards, vectors, figures):  # type: ignore[no-untyped-def]
+    """Normal, and scale, roughness, planarity and count, of the most planar scale."""
+    for c in prange(len(moments)):
+        vectors[c], figures[c] = np.nan, np.nan
+        best = -1.0
+        for s in range(len(scales)):
+            total = moments[c, s]
+            if total[0] < FEWEST:
+                continue
+            m = total / total[0]
+            spread = np.empty((3, 3))
+            for i in range(3):
+                spread[i, i] = m[4 + i] - m[1 + i] * m[1 + i]
+            spread[0, 1] = spread[1, 0] = m[7] - m[1] * m[2]
+            spread[0, 2] = spread[2, 0] = m[8] - m[1] * m[3]
+            spread[1, 2] = spread[2, 1] = m[9] - m[2] * m[3]
+            values, axes = np.linalg.eigh(spread)
+            # all points on one line or in one place have no normal
+            if values[1] <= 1e-12 * values[2] or values[2] <= 0.0:
+                continue
+            planarity = (values[1] - values[0]) / values[2]
+            if planarity > best:
+                best = planarity
+                normal = axes[:, 0]
+                turned = 0.0
+                for i in range(3):
+                    turned += normal[i] * towards[c, i]
+                sign = -1.0 if turned < 0.0 else 1.0
+                vectors[c] = sign * normal
+                figures[c, 0], figures[c, 2], figures[c, 3] = scales[s], planarity, total[0]
+                figures[c, 1] = np.sqrt(max(values[0], 0.0) * total[0] / (total[0] - 1))
+        if best < 0.0:
+            figures[c, 3] = moments[c, -1, 0]
+
 
 #: most core points that are kept
 MOST = 5_000_000
+
+
 #: cells along an axis stay whole numbers in 21 bits
 _CELLS = 1 << 21
 

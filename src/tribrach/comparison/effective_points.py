@@ -12,11 +12,13 @@ cautious: noise of the timing itself is new with every pulse. Metres.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = ["effective_number", "overlap_factor", "overlap_share"]
+from tribrach._types import Array
+from tribrach.cloud.placement import Placement
+from tribrach.errors import InputError
 
-Array = NDArray[np.float64]
+__all__ = ["beam_areas", "effective_number", "overlap_factor", "overlap_share"]
+
 
 #: beams wider than this many pitches take the integral, right to 0.3 % there
 _DENSE = 6.0
@@ -38,6 +40,8 @@ def _lattice_sums(ratio: Array) -> Array:
 
 
 _RATIOS = np.linspace(1.0, _DENSE, 501)
+
+
 _SUMS = _lattice_sums(_RATIOS)
 
 
@@ -57,3 +61,29 @@ def effective_number(count: Array, area: float, footprint: Array) -> Array:
     ratio = np.sqrt(4 / np.pi * footprint * count / area)
     number: Array = np.where(count > 0, np.maximum(count / overlap_factor(ratio), 1.0), 0.0)
     return np.minimum(number, count)
+
+
+# How large is the beam on the surface at each core point?
+
+
+#: no incidence is taken as flatter than this cosine, 84 degrees
+_FLATTEST = 0.1
+
+
+def beam_areas(core: Array, normals: Array, placement: Placement) -> Array:
+    """Areas (m,) [m^2] of the footprint at points (m, 3) with normals: ``pi/4 d^2 / cos I``.
+
+    d is the beam's diameter at the range from the station (method section 5.2).
+
+    Raises
+    ------
+    InputError : the scan's origin is not known.
+    """
+    if placement.noise is None:
+        raise InputError(f"scan {placement.station} has no known origin, so no beams")
+    beam = core - placement.pose.translation
+    length = np.maximum(np.linalg.norm(beam, axis=1), 1e-9)
+    cosine = np.abs(np.einsum("mi,mi->m", beam, normals)) / length
+    across = np.pi / 4 * placement.noise.beam_diameter(length) ** 2
+    area: Array = across / np.clip(cosine, _FLATTEST, 1.0)
+    return area

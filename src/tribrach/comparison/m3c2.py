@@ -15,20 +15,67 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from tribrach._types import Array, Mask
 from tribrach.comparison.cloud_parts import Source
-from tribrach.comparison.core_normals import Normals, core_normals
-from tribrach.comparison.detection_level import additive_level, mean_sigma, quadratic_level
+from tribrach.comparison.core_points import Normals, core_normals
 from tribrach.comparison.effective_points import effective_number
 from tribrach.comparison.projection_cylinders import Cylinders, Positions, means, medians
 from tribrach.errors import InputError
 
-__all__ = ["ENOUGH", "FEWEST", "M3C2", "Settings", "checked_core", "m3c2"]
+__all__ = [
+    "ENOUGH",
+    "FEWEST",
+    "M3C2",
+    "NORMAL_95",
+    "Settings",
+    "additive_level",
+    "checked_core",
+    "m3c2",
+    "mean_sigma",
+    "quadratic_level",
+]
 
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+# From which distance on is a change no longer explained by uncertainty? Levels of detection, 95 %.
+#
+# With ``s_noise^2 = s_1^2 / n_1 + s_2^2 / n_2`` of the mean positions and ``reg`` of the
+# registration
+#
+# - additive : ``1.96 (s_noise + reg)``, as published (Lague, Brodu and Leroux 2013, eq. 1).
+# Standard
+#   deviations are added, so it is wider than 95 %;
+# - quadratic : ``1.96 sqrt(s_noise^2 + reg^2)``: variances of independent errors add, five false
+#   alarms in a hundred.
+#
+# All in metres; any shapes that go together.
+
+
+#: two-sided 95 % of the normal distribution, as the paper rounds it
+NORMAL_95 = 1.96
+
+
+def mean_sigma(spread_1: Array, n_1: Array, spread_2: Array, n_2: Array) -> Array:
+    """Sigma of the difference of two mean positions from spreads [m] and numbers of points."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        sigma: Array = np.sqrt(spread_1**2 / n_1 + spread_2**2 / n_2)
+    return sigma
+
+
+def additive_level(noise: Array, registration: Array | float) -> Array:
+    """``1.96 (s_noise + reg)``."""
+    level: Array = NORMAL_95 * (noise + registration)
+    return level
+
+
+def quadratic_level(noise: Array, registration: Array | float) -> Array:
+    """``1.96 sqrt(s_noise^2 + reg^2)``."""
+    level: Array = NORMAL_95 * np.hypot(noise, registration)
+    return level
+
 
 #: with fewer points in either cylinder there is no distance; with fewer than enough, a warning
 FEWEST, ENOUGH = 5, 20
+
+
 #: variance of a median over that of a mean, for many normal values
 _MEDIAN_COST = np.pi / 2
 
@@ -80,9 +127,9 @@ class M3C2:
     independent: Array | None
 
     @cached_property
-    def usable(self) -> Flags:
+    def usable(self) -> Mask:
         """Which core points (m,) have at least five points of both clouds."""
-        flags: Flags = np.minimum(self.first.count, self.second.count) >= FEWEST
+        flags: Mask = np.minimum(self.first.count, self.second.count) >= FEWEST
         return flags
 
     @cached_property

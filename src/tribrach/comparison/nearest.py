@@ -12,9 +12,10 @@ from numba import njit, prange
 from numpy.typing import NDArray
 from pykdtree.kdtree import KDTree
 
+from tribrach._types import Array
+
 __all__ = ["Neighbours", "nearest"]
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.uint32]
 
 #: points in a leaf of the tree: the fastest for scans

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.cloud.placement import Placement
 from tribrach.comparison.station_pair import StationPair
 from tribrach.errors import InputError
@@ -27,7 +27,6 @@ from tribrach.geometry.rotation import skew
 
 __all__ = ["SIGMA_FIELDS", "Alignment", "alignment", "scan_position"]
 
-Array = NDArray[np.float64]
 
 #: fields of delivered clouds that precision maps are made of, along x, y, z [m]
 SIGMA_FIELDS = ("sigma_x", "sigma_y", "sigma_z")

@@ -13,10 +13,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from tribrach._types import Array, Index
+
 __all__ = ["Cells", "ball_ranges", "cylinder_ranges"]
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 Short = NDArray[np.int32]
 
 #: most columns; beyond it, or with more than four cells a point, the cells become larger

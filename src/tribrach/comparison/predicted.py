@@ -19,18 +19,18 @@ from numpy.typing import NDArray
 from pykdtree.kdtree import KDTree
 from scipy.spatial import cKDTree
 
+from tribrach._types import Array
 from tribrach.cloud.covariance import covariances
 from tribrach.cloud.placement import Placement
 from tribrach.comparison.cloud_parts import Chunk, Source
 from tribrach.comparison.effective_points import overlap_share
 from tribrach.comparison.m3c2_ep import M3C2EP
 from tribrach.comparison.station_pair import StationPair, along_normals
-from tribrach.distributions import chi2
 from tribrach.scan.normals import FLATTEST
+from tribrach.statistics import chi2
 
 __all__ = ["BAND", "OffsetTest", "Prediction", "compare_offsets", "predict", "with_random"]
 
-Array = NDArray[np.float64]
 
 #: observed over predicted is as predicted within these limits
 BAND = (0.9, 1.1)

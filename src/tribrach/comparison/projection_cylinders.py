@@ -12,15 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit, prange
-from numpy.typing import NDArray
 
+from tribrach._types import Array, Index
 from tribrach.comparison.cloud_parts import Source, centred
 from tribrach.comparison.point_cells import Cells, cylinder_ranges
 
 __all__ = ["Cylinders", "Positions", "means", "medians"]
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 Box = tuple[Array, Array]
 
 #: distances that are kept at the same time for medians

@@ -13,17 +13,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.comparison.m3c2 import ENOUGH, M3C2
 from tribrach.comparison.m3c2_ep import M3C2EP
 from tribrach.comparison.station_pair import StationPair, along_normals
-from tribrach.distributions import chi2
 from tribrach.errors import InputError
+from tribrach.statistics import chi2
 
 __all__ = ["Patches", "Separation", "patches_of", "separate"]
 
-Array = NDArray[np.float64]
 
 #: directions whose singular value is this share of the largest are not seen: normals are not
 #: better known than about half a degree in all they do

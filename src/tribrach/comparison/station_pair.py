@@ -12,8 +12,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.cloud.placement import Placement
 from tribrach.errors import InputError
 from tribrach.geometry.rotation import skew
@@ -21,7 +21,6 @@ from tribrach.network.adjustment import Adjustment
 
 __all__ = ["StationPair", "along_normals"]
 
-Array = NDArray[np.float64]
 
 #: a covariance may have eigenvalues below zero by this share of its largest
 _ROUNDING = 1e-9

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
+
+from tribrach._types import Array
 
 __all__ = ["SIZE", "Part", "Spool", "Stream", "in_memory", "parts"]
 
-Array = NDArray[np.float64]
 Stream = Callable[[], Iterator[Array]]
 
 #: points of a reference that are in memory at a time: 24 bytes each, and as much for their tree

@@ -13,16 +13,15 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 from pyproj import CRS, Transformer
 from pyproj.exceptions import CRSError, ProjError
 
+from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geodesy import frames
 
 __all__ = ["PLATES", "Motion", "Realisation", "carry", "crs_is_dynamic", "plates"]
 
-Array = NDArray[np.float64]
 
 #: epochs this far apart are different ones [years]: four days, a tenth of a millimetre
 SAME_EPOCH = 0.01

@@ -14,17 +14,16 @@ from datetime import date
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 from pyproj import CRS, Transformer
 from pyproj.database import query_crs_info
 from pyproj.enums import PJType
 from pyproj.exceptions import ProjError
 
+from tribrach._types import Array
 from tribrach.errors import InputError
 
 __all__ = ["code", "decimal_year", "ellipsoid", "frame", "is_dynamic", "transform"]
 
-Array = NDArray[np.float64]
 
 #: ITRF to GDA2020: shifts [mm], scale [ppb], rotations of the axes [mas], then their rates per
 #: year, at epoch 2020 (ICSM, GDA2020 Technical Manual)

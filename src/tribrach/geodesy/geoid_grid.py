@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 import pyproj
-from numpy.typing import NDArray
 from pyproj.exceptions import ProjError
 
+from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geodesy.proj_grids import offline
 from tribrach.geodesy.site import GRS80
@@ -24,7 +24,6 @@ from tribrach.units import SEC
 
 __all__ = ["GeoidGrid"]
 
-Array = NDArray[np.float64]
 
 #: half of the distance [rad] over which the slope is taken: two to three cells of a 2.5' grid
 _STEP = np.radians(3 / 60)

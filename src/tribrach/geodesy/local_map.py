@@ -11,11 +11,11 @@ from collections.abc import Callable
 
 import numpy as np
 from numba import njit, prange
-from numpy.typing import NDArray
+
+from tribrach._types import Array
 
 __all__ = ["LocalMap"]
 
-Array = NDArray[np.float64]
 
 #: largest difference from the exact function [m]
 TOLERANCE = 1e-6

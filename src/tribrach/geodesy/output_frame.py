@@ -10,16 +10,15 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pyproj import CRS
 
+from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.geodesy.work_frame import WorkFrame
 
 __all__ = ["FrameKind", "OutputFrame"]
 
-Array = NDArray[np.float64]
 FrameKind = Literal["work", "projected", "ecef"]
 
 

@@ -17,11 +17,11 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+
+from tribrach._types import Array
 
 __all__ = ["GRS80", "EllipsoidSite", "FlatSite", "Site", "ecef_from_geodetic", "enu_rotation"]
 
-Array = NDArray[np.float64]
 
 #: semi-major axis [m] and flattening of GRS80
 GRS80 = (6378137.0, 1 / 298.257222101)

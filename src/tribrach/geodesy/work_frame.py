@@ -11,16 +11,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geodesy.geoid_grid import GeoidGrid
-from tribrach.geodesy.grid import Grid
+from tribrach.geodesy.projection import Grid
 from tribrach.geodesy.site import EllipsoidSite, FlatSite, Site, ecef_from_geodetic
 
 __all__ = ["WorkFrame"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -15,12 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tribrach._types import Array, Index
 from tribrach.errors import InputError
 
 __all__ = ["Alignment", "Groups", "group_planar", "group_rigid", "kabsch", "planar", "umeyama"]
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 #: a mirror image that fits this many times better than the proper rotation is reported
 _MIRROR_RATIO = 5.0

@@ -10,7 +10,8 @@ S2 (5).
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from tribrach._types import Array
 
 __all__ = [
     "opk_by_increment",
@@ -19,7 +20,6 @@ __all__ = [
     "world_from_scanner_from_opk",
 ]
 
-Array = NDArray[np.float64]
 
 #: cosine of phi below which omega and kappa turn about the same axis
 GIMBAL_LOCK = 1e-8

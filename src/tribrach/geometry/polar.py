@@ -13,6 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.errors import InputError
 
 __all__ = [
@@ -25,7 +26,6 @@ __all__ = [
     "xyz_from_polar",
 ]
 
-Array = NDArray[np.float64]
 
 #: nearer than this [m], or closer to a pole than this [rad], H is not defined well enough
 NEAREST, POLE = 0.3, float(np.radians(0.5))

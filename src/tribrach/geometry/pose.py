@@ -11,13 +11,12 @@ from dataclasses import dataclass
 from typing import Self, overload
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.errors import InputError
 
 __all__ = ["Pose"]
 
-Array = NDArray[np.float64]
 
 #: rotation matrices may differ from orthonormal by this much before they are refused
 _SKEWED = 1e-3

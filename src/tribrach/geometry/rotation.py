@@ -7,12 +7,11 @@ A rotation is a 3x3 matrix ``R`` with ``x_world = R @ x_scanner``; increments ar
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-__all__ = ["exp", "log", "right_jacobian_inverse", "skew"]
+from tribrach._types import Array
 
-Array = NDArray[np.float64]
+__all__ = ["exp", "log", "right_jacobian_inverse", "skew"]
 
 
 def skew(a: Array) -> Array:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
+
+from tribrach._types import Array
 
 __all__ = ["covering_points"]
 
-Array = NDArray[np.float64]
 
 #: parts along an edge; larger triangles are split in four first
 _PARTS = 128

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tribrach.errors import InputError
-from tribrach.gnss.observation_file import ObservationFile
+from tribrach.io.gnss.observation_file import ObservationFile
 
 __all__ = ["AntennaSetup", "antenna_options", "antenna_warnings", "satellite_options"]
 

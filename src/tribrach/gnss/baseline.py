@@ -2,14 +2,14 @@
 
 Files are checked first, so that what cannot work is said in a sentence; then the engine runs, and
 its solution becomes a vector from mark to mark with a covariance that is scaled as
-:mod:`~tribrach.gnss.precision` says. ECEF in the frame of the base coordinates and the broadcast
-orbits, metres. Method section 2.7.
+:mod:`~tribrach.instruments.gnss_solutions` says. ECEF in the frame of the base coordinates and the
+broadcast orbits, metres. Method section 2.7.
 """
 
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
@@ -17,6 +17,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tribrach._types import Array, Progress
 from tribrach.errors import InputError
 from tribrach.gnss.antennas import (
     AntennaSetup,
@@ -24,21 +25,90 @@ from tribrach.gnss.antennas import (
     antenna_warnings,
     satellite_options,
 )
-from tribrach.gnss.doubts import doubts_of_files, doubts_of_fixes, doubts_of_length, doubts_of_place
 from tribrach.gnss.engine import EngineName, run_engine
-from tribrach.gnss.matching_files import check_together, usable_systems
-from tribrach.gnss.navigation_file import NavigationFile
-from tribrach.gnss.observation_file import ObservationFile, read_observations
-from tribrach.gnss.orbit_files import Orbits, check_precise, read_orbits
-from tribrach.gnss.precise_file import sp3_text
-from tribrach.gnss.precision import SOURCE, sigma_factor
-from tribrach.gnss.solution_file import FIXED, FLOAT, Solution, read_solution
-from tribrach.gnss.status_file import Use, read_status
+from tribrach.gnss.orbits import Orbits, check_precise, check_together, read_orbits, usable_systems
+from tribrach.instruments.gnss_solutions import SOURCE, sigma_factor
+from tribrach.io.gnss.navigation_file import NavigationFile
+from tribrach.io.gnss.observation_file import ObservationFile, read_observations
+from tribrach.io.gnss.precise_file import sp3_text
+from tribrach.io.gnss.solution_file import FIXED, FLOAT, Solution, Use, read_solution, read_status
 
-__all__ = ["Baseline", "Processing", "compute_baseline"]
+__all__ = ["Baseline", "Processing", "compute_baseline", "doubts_of_length"]
 
-Array = NDArray[np.float64]
-Progress = Callable[[str, int, int | None], None]
+# What makes a baseline doubtful, in sentences: its base, its files, its ambiguities.
+
+
+#: fixed epochs of the second half of a session agree better than this [m]
+DISAGREEING = 0.05
+
+
+#: receivers know their place better than this [m]
+ASTRAY = 100.0
+
+
+#: beyond this length the covariance is too small [m]
+LONG = 20_000.0
+
+
+def doubts_of_place(base: ObservationFile, reference: Array) -> list[str]:
+    """Coordinates of the base that are not where its receiver believed to be."""
+    away = float(np.linalg.norm(reference - base.approximate))
+    # no position in the header is not a number, and never too far
+    if not away > ASTRAY:
+        return []
+    return [
+        f"the coordinates of the base are {away:.0f} m from the position in the header of "
+        f"{base.path.name}: are they right, or are base and rover exchanged? The baseline would be "
+        f"off by some {1e6 * away / 6.4e6:.0f} ppm"
+    ]
+
+
+def doubts_of_files(*files: ObservationFile) -> list[str]:
+    """Epochs that were counted anew."""
+    return [
+        f"{file.path.name}: {file.recounted} of {len(file.times)} epochs promise more satellites "
+        "than they list; they were counted anew"
+        for file in files
+        if file.recounted
+    ]
+
+
+def doubts_of_fixes(
+    name: str, solution: Solution, fixed: NDArray[np.int64], share: float, best: int
+) -> list[str]:
+    """Sentences on ambiguities that are float, rarely fixed, or fixed in different ways."""
+    if not len(fixed):
+        return [f"{name}: the ambiguities could not be fixed, the baseline is a float solution"]
+    out = []
+    if share < 0.5:
+        out.append(f"{name}: only {100 * share:.0f} % of the epochs are fixed")
+    late = fixed[len(fixed) // 2 :]
+    apart = np.linalg.norm(solution.values[late] - solution.values[best], axis=1).max()
+    if apart > DISAGREEING:
+        out.append(
+            f"{name}: fixed epochs differ by {apart:.3f} m, some of them are fixed to wrong "
+            "integers: measure longer, or raise the threshold of the ratio"
+        )
+    return out
+
+
+def doubts_of_length(name: str, length: float, *, precise: bool, satellites: bool) -> list[str]:
+    """What a long baseline [m] suffers from and the covariance leaves out.
+
+    precise : orbits are precise ones; satellites : with their phase centres.
+    """
+    if length <= LONG:
+        return []
+    causes = ["ionosphere", "troposphere"]
+    if not precise:
+        causes.insert(0, "broadcast orbits")
+    elif not satellites:
+        causes.insert(0, "phase centres of satellites, which an ANTEX file would give")
+    return [
+        f"{name}: over {length / 1000:.0f} km errors of {', '.join(causes[:-1])} and {causes[-1]} "
+        "add up, which the covariance leaves out"
+    ]
+
 
 #: bits of RTKLIB's satellite systems
 _SYSTEM_BITS = {"G": 1, "S": 2, "R": 4, "E": 8, "J": 16, "C": 32, "I": 64}

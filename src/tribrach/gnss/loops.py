@@ -12,16 +12,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components, dijkstra
 
-from tribrach.distributions import chi2
+from tribrach._types import Array, Index
+from tribrach.statistics import chi2
 
 __all__ = ["Loop", "close_loops", "minimal_loops", "triangles"]
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 #: a loop as (baseline, +1 or -1) in the order it is walked
 Walk = tuple[tuple[int, int], ...]

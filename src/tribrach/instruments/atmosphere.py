@@ -10,11 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from tribrach._types import Array
 
 __all__ = ["REFERENCE", "Air", "first_velocity_ppm", "refractivity", "vapour_pressure_hpa"]
 
-Array = NDArray[np.float64]
 
 ZERO_CELSIUS = 273.15
 

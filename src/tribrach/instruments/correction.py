@@ -11,14 +11,13 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.geometry.polar import NEAREST, POLE, polar_from_xyz, xyz_by_polar, xyz_from_polar
 from tribrach.instruments.calibration import CalibrationModel
 
 __all__ = ["Correction", "Faces"]
 
-Array = NDArray[np.float64]
 
 #: which face measured a point: always the front, or the back where H is above 180 degrees
 Faces = Literal["front", "back", "dome"]

@@ -12,18 +12,317 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tribrach._types import Array, Index
 from tribrach.errors import InputError
-from tribrach.instruments.faces import AxisErrors, axis_errors, fold, half_difference
-from tribrach.instruments.rounds import Repeats, Rounds, adjust_repeats, adjust_rounds, wrapped
-from tribrach.instruments.sets import find_sets
+from tribrach.units import SEC
 
-__all__ = ["Cells", "Closures", "Means", "Readings", "Reduction", "SetupReduction", "reduce"]
+__all__ = [
+    "Means",
+    "Readings",
+    "Reduction",
+    "adjust_repeats",
+    "adjust_rounds",
+    "axis_errors",
+    "find_sets",
+    "fold",
+    "half_difference",
+    "reduce",
+]
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+# Which readings of a set-up belong to one set?
+#
+# Files tell the order of readings, seldom the sets. A set holds each target once in each face; it
+# ends where a target comes again in a face in which it was read before. Readings one after the
+# other of the same target in the same face are one pointing, and a half-set that ends on its first
+# target closes the horizon rather than beginning a new set.
+
+
+@dataclass(frozen=True)
+class Sets:
+    """Set (n,) of each reading from 0 on, and whether it closes the horizon (n,)."""
+
+    number: Index
+    closing: NDArray[np.bool_]
+
+
+def find_sets(target: Index, face: NDArray[np.int8], series: Index | None = None) -> Sets:
+    """Sets of n readings in the order they were taken.
+
+    Parameters
+    ----------
+    target (n,) index; face (n,) 1 or 2; series (n,) numbers of sets that the file says, 0 where
+    it does not; a change of it begins a set.
+    """
+    n = len(target)
+    number, closing = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=bool)
+    said = np.zeros(n, dtype=np.int64) if series is None else series
+    keys = list(zip(target.tolist(), face.tolist(), strict=True))
+    seen: set[tuple[int, int]] = set()
+    current, half = 0, 0
+    for i, key in enumerate(keys):
+        fresh = i > 0 and said[i] != said[i - 1]
+        if i > 0 and keys[i - 1][1] != key[1]:
+            half = i
+        repeated = i > 0 and keys[i - 1] == key
+        if fresh or (key in seen and not repeated):
+            if not fresh and i > half + 1 and key == keys[half] and _ends(keys, i):
+                closing[i] = True
+            else:
+                current, half = current + 1, i
+                seen = set()
+        seen.add(key)
+        number[i] = current
+    return Sets(number, closing)
+
+
+def _ends(keys: list[tuple[int, int]], i: int) -> bool:
+    """True if the half-set ends here: the other face, the same target again, or nothing follows."""
+    return i + 1 == len(keys) or keys[i + 1][1] != keys[i][1] or keys[i + 1] == keys[i]
+
+
+# Rounds of angles: directions of several sets by least squares, zenith angles and distances.
+#
+# Each set has an orientation of its own; sets need not be complete. Values are face means in a
+# table with a row for each set and a column for each target, NaN where a target was not read.
+# For complete sets the directions are the plain means of the sets reduced to one of them
+# (Ghilani, "Adjustment Computations"; ISO 17123-3).
+
+
+@dataclass(frozen=True)
+class Rounds:
+    """Directions of t targets from s sets [rad].
+
+    direction (t,) within [0, 2 pi), in the orientation of the first set; orientation (s,) of the
+    sets against it; residual (s, t) observed less adjusted; sigma : of a direction in one set from
+    the residuals, NaN without redundancy; sigma_mean (t,) of the adjusted ones; dof.
+    """
+
+    direction: Array
+    orientation: Array
+    residual: Array
+    sigma: float
+    sigma_mean: Array
+    dof: int
+
+
+@dataclass(frozen=True)
+class Repeats:
+    """Means (t,) of values that need no orientation; residual (s, t), sigma and dof as above."""
+
+    mean: Array
+    residual: Array
+    sigma: float
+    sigma_mean: Array
+    dof: int
+
+
+def wrapped(angle: Array) -> Array:
+    """Angles within [-pi, pi)."""
+    result: Array = (angle + np.pi) % (2 * np.pi) - np.pi
+    return result
+
+
+def adjust_rounds(directions: Array) -> Rounds:
+    """Adjust directions (s, t) [rad]; sets that share no target stay apart."""
+    known = np.isfinite(directions)
+    orientation, direction = _approximate(directions, known)
+    misclosure = np.where(
+        known, wrapped(directions - direction[None, :] - orientation[:, None]), 0.0
+    )
+    # the longer side is eliminated, so that the equations stay as small as the shorter one
+    if len(known) <= known.shape[1]:
+        change, shift, rank = _solve(known, misclosure)
+    else:
+        shift, change, rank = _solve(known.T, misclosure.T)
+    # the first set keeps its orientation
+    base = change[0] if len(change) else 0.0
+    direction, orientation = direction + shift + base, orientation + change - base
+    residual = wrapped(directions - direction[None, :] - orientation[:, None])
+    per_target = known.sum(axis=0)
+    dof = int(known.sum()) - rank
+    sigma = _sigma(residual, known, dof)
+    weight = np.where(per_target > 0, 1 / np.maximum(per_target, 1), 0.0)
+    direction = np.where(per_target > 0, direction % (2 * np.pi), np.nan)
+    return Rounds(direction, orientation, residual, sigma, sigma * np.sqrt(weight), dof)
+
+
+def _solve(known: NDArray[np.bool_], misclosure: Array) -> tuple[Array, Array, int]:
+    """Unknowns of rows and of columns of ``l = row + column``, and the rank of the whole."""
+    per_row, per_column = known.sum(axis=1), known.sum(axis=0)
+    weight = np.where(per_column > 0, 1 / np.maximum(per_column, 1), 0.0)
+    # columns eliminated: what is left are the rows
+    normal = np.diag(per_row.astype(float)) - (known * weight) @ known.T
+    right = misclosure.sum(axis=1) - (known * weight) @ misclosure.sum(axis=0)
+    rows = np.linalg.pinv(normal, hermitian=True) @ right
+    columns = weight * (misclosure - known * rows[:, None]).sum(axis=0)
+    rank = int(np.linalg.matrix_rank(normal, hermitian=True)) + int((per_column > 0).sum())
+    return rows, columns, rank
+
+
+def adjust_repeats(values: Array) -> Repeats:
+    """Means over sets of zenith angles or distances (s, t)."""
+    known = np.isfinite(values)
+    count = known.sum(axis=0)
+    weight = np.where(count > 0, 1 / np.maximum(count, 1), 0.0)
+    mean = np.where(count > 0, np.where(known, values, 0.0).sum(axis=0) * weight, np.nan)
+    residual = values - mean[None, :]
+    dof = int(known.sum()) - int((count > 0).sum())
+    sigma = _sigma(residual, known, dof)
+    return Repeats(mean, residual, sigma, sigma * np.sqrt(weight), dof)
+
+
+def _sigma(residual: Array, known: NDArray[np.bool_], dof: int) -> float:
+    return float(np.sqrt((residual[known] ** 2).sum() / dof)) if dof > 0 else float("nan")
+
+
+def _approximate(directions: Array, known: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Orientations (s,) and directions (t,), from set to set through targets they share."""
+    s, t = directions.shape
+    orientation, direction = np.zeros(s), np.zeros(t)
+    placed = np.zeros(t, dtype=bool)
+    waiting = list(range(s))
+    while waiting:
+        # the first one that is left begins a part of its own
+        linked = [waiting[0]]
+        while linked:
+            for k in linked:
+                both = known[k] & placed
+                if both.any():
+                    turn = np.exp(1j * (directions[k, both] - direction[both]))
+                    orientation[k] = np.angle(turn.mean())
+                new = known[k] & ~placed
+                direction[new] = directions[k, new] - orientation[k]
+                placed |= known[k]
+            done = set(linked)
+            waiting = [k for k in waiting if k not in done]
+            linked = [k for k in waiting if (known[k] & placed).any()]
+    return orientation, direction
+
+
+# Both faces of a total station: means, collimation and index error, and what is out of line.
+#
+# Half the difference of the faces of target i is ``(H_F - H_B -+ pi) / 2 = c / sin V + t cot V``
+# for directions, with the collimation error c and the tilt t of the trunnion axis, and ``(V_F +
+# V_B - 2 pi) / 2 = i`` for zenith angles, with the index error i (method section 4.4; Deumlich &
+# Staiger, "Instrumentenkunde der Vermessungstechnik"). The mean of the faces is free of all
+# three.
+
+
+#: face differences are out of line beyond so many robust standard deviations, and beyond this
+LIMIT, FLOOR = 5.0, 20 * SEC
+
+
+#: zenith angles spread at least so much where the tilt of the trunnion axis can be told apart
+SPREAD = np.radians(30)
+
+
+@dataclass(frozen=True)
+class AxisErrors:
+    """Axis errors of an instrument from n pairs of faces [rad].
+
+    collimation, index with their sigmas; trunnion and its sigma, NaN where sights are too level;
+    sigma_direction, sigma_zenith : of a reading in one face, from the scatter of the differences;
+    residual_direction, residual_zenith (n,) of half differences; far_direction, far_zenith (n,)
+    True where one is out of line, which is then left out of everything else; pairs : used.
+    """
+
+    collimation: float
+    sigma_collimation: float
+    trunnion: float
+    sigma_trunnion: float
+    index: float
+    sigma_index: float
+    sigma_direction: float
+    sigma_zenith: float
+    residual_direction: Array
+    residual_zenith: Array
+    far_direction: NDArray[np.bool_]
+    far_zenith: NDArray[np.bool_]
+    pairs: int
+
+
+def fold(direction: Array, zenith: Array, face: NDArray[np.int8]) -> tuple[Array, Array]:
+    """Readings (n,) as face 1 would give them: ``H - pi``, ``2 pi - V`` where the face is 2."""
+    second = face == 2
+    folded = np.where(second, direction - np.pi, direction) % (2 * np.pi)
+    return folded, np.where(second, 2 * np.pi - zenith, zenith)
+
+
+def half_difference(first: Array, second: Array) -> Array:
+    """Half of face 1 less face 2 of folded readings (n,), within a quarter of a circle."""
+    half: Array = ((first - second + np.pi) % (2 * np.pi) - np.pi) / 2
+    return half
+
+
+def axis_errors(half_direction: Array, half_zenith: Array, zenith: Array) -> AxisErrors:
+    """Axis errors by least squares from half differences (n,) and zenith angles (n,) [rad].
+
+    NaN half differences take no part. What is out of line is found from medians, beforehand.
+    """
+    slope = 1 / np.sin(zenith)
+    known = np.isfinite(half_direction) & np.isfinite(slope)
+    far_direction = _far(half_direction / slope, known)
+    use = known & ~far_direction
+    design = slope[:, None]
+    if use.sum() > 3 and np.ptp(zenith[use]) > SPREAD:
+        design = np.stack([slope, 1 / np.tan(zenith)], axis=1)
+    estimate, sigma, residual_direction, s_direction = _fit(design, half_direction, use)
+    level = np.isfinite(half_zenith)
+    far_zenith = _far(half_zenith, level)
+    mean, sigma_mean, residual_zenith, s_zenith = _fit(
+        np.ones((len(half_zenith), 1)), half_zenith, level & ~far_zenith
+    )
+    tilted = design.shape[1] == 2
+    return AxisErrors(
+        collimation=float(estimate[0]),
+        sigma_collimation=float(sigma[0]),
+        trunnion=float(estimate[1]) if tilted else float("nan"),
+        sigma_trunnion=float(sigma[1]) if tilted else float("nan"),
+        index=float(mean[0]),
+        sigma_index=float(sigma_mean[0]),
+        # a half difference has half the variance of a reading
+        sigma_direction=float(np.sqrt(2) * s_direction),
+        sigma_zenith=float(np.sqrt(2) * s_zenith),
+        residual_direction=residual_direction,
+        residual_zenith=residual_zenith,
+        far_direction=far_direction,
+        far_zenith=far_zenith,
+        pairs=int(use.sum()),
+    )
+
+
+def _far(values: Array, known: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Values (n,) that lie off the median by more than chance and any instrument explain."""
+    far = np.zeros(len(values), dtype=bool)
+    if known.sum() < 3:
+        # with one or two pairs nothing says which is wrong, unless no instrument is so bad
+        far[known] = np.abs(values[known]) > np.radians(0.5)
+        return far
+    off = np.abs(values - np.median(values[known]))
+    spread = 1.4826 * np.median(off[known])
+    far[known] = off[known] > max(LIMIT * spread, FLOOR)
+    return far
+
+
+def _fit(design: Array, values: Array, use: NDArray[np.bool_]) -> tuple[Array, Array, Array, float]:
+    """Estimates (u,), their sigmas, residuals (n,) against the fit, sigma of a value."""
+    u = design.shape[1]
+    nothing = np.full(len(values), np.nan)
+    if use.sum() < u:
+        return np.full(u, np.nan), np.full(u, np.nan), nothing, float("nan")
+    a, y = design[use], values[use]
+    estimate = np.linalg.lstsq(a, y, rcond=None)[0]
+    residual: Array = values - design @ estimate
+    dof = len(y) - u
+    s = float(np.sqrt(residual[use] @ residual[use] / dof)) if dof else float("nan")
+    sigma = s * np.sqrt(np.diag(np.linalg.inv(a.T @ a)))
+    return np.asarray(estimate, dtype=float), sigma, residual, s
+
 
 #: sets whose common targets differ by less were read with the circle unmoved [rad]
 UNMOVED = 1e-3
+
+
 #: sets times targets of one set-up
 MOST_CELLS = 10_000_000
 

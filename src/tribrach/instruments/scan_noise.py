@@ -12,11 +12,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from tribrach._types import Array
 
 __all__ = ["ScanNoise"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

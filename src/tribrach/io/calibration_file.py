@@ -13,17 +13,15 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
+from tribrach._types import Array
 from tribrach.errors import InputError
-from tribrach.instruments.calibration import CalibrationModel
-from tribrach.instruments.calibration_sets import Architecture, find_model, unit_of
+from tribrach.instruments.calibration import Architecture, CalibrationModel, find_model, unit_of
 from tribrach.io.toml_model import read_model
 
 __all__ = ["SCHEMA", "Calibration", "calibration_text", "read_calibration"]
 
-Array = NDArray[np.float64]
 
 #: version of the file
 SCHEMA = 1

@@ -11,15 +11,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
+from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.io.toml_model import read_model
 
 __all__ = ["SCHEMA", "LeverArmResult", "lever_arm_text", "read_lever_arm"]
 
-Array = NDArray[np.float64]
 
 #: version of the file
 SCHEMA = 1

@@ -7,14 +7,13 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.io.xml_file import MAX_BYTES, read_bytes
 
 __all__ = ["MESHES", "read_mesh"]
 
-Array = NDArray[np.float64]
 
 #: suffixes of meshes
 MESHES = (".stl", ".obj")

@@ -14,15 +14,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.io.csv_rows import read_rows
-from tribrach.network.survey_table import LARGEST
+from tribrach.network.survey import LARGEST
 
 __all__ = ["NumberTable", "read_numbers"]
 
-Array = NDArray[np.float64]
 
 _UNIT = r"(?:_| ?[\[(])\s*([\w/°\"″%]+)\s*[\])]?$"
 

@@ -13,14 +13,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.errors import InputError
-from tribrach.io.survey.csv_file import Table, read_table
+from tribrach.io.survey.csv.file import Table, read_table
 
 __all__ = ["PointList", "point_list_text", "read_point_list"]
 
-Array = NDArray[np.float64]
 
 _PAIRS = ("ee", "en", "nn", "eu", "nu", "uu")
 _USES = ("", "on", "check", "off")

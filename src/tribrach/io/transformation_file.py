@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.io.xml_file import read_bytes
 from tribrach.transformation.fit import Fit
@@ -22,7 +22,6 @@ from tribrach.transformation.models import Transformation, find_model
 
 __all__ = ["KIND", "SCHEMA", "StoredTransformation", "read_transformation", "transformation_data"]
 
-Array = NDArray[np.float64]
 
 KIND = "transformation"
 SCHEMA = 1

@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tribrach.errors import InputError
 from tribrach.io.clouds.formats import create
@@ -30,7 +29,6 @@ from tribrach.simulate.twin import Twin, TwinScan, child_rng
 
 __all__ = ["write_twin"]
 
-Array = NDArray[np.float64]
 
 #: coordinate step on disk [m]
 STEP = 1e-5

@@ -14,20 +14,18 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from tribrach._types import Array, Index
 from tribrach.errors import AdjustmentError, NotConverged
 from tribrach.geometry import rotation
 from tribrach.network import defects
-from tribrach.network.approximate import find_start
 from tribrach.network.assembly import Assembly, Rows
 from tribrach.network.datum import Cofactor, OpenMotions, open_motions, point_numbers
 from tribrach.network.linear import PIVOT_LIMIT, SingularMatrix
 from tribrach.network.network import Network
-from tribrach.network.unknowns import WIDTH, Layout, State
+from tribrach.network.start.start_values import find_start
+from tribrach.observations.unknowns import WIDTH, Layout, State
 
 __all__ = ["Adjustment", "Options", "adjust"]
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -13,15 +13,13 @@ from functools import cached_property
 import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from tribrach._types import Array, Index
 from tribrach.network.network import JointCovariance, Network
-from tribrach.network.observations.base import Array, Block, Observations, Use
-from tribrach.network.unknowns import State
+from tribrach.observations.base import Block, Observations, Use
+from tribrach.observations.unknowns import State
 
 __all__ = ["Assembly", "Rows"]
-
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

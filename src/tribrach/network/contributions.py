@@ -14,13 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tribrach._types import Array, Index
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.network import Network
 
 __all__ = ["CATEGORIES", "Contribution", "by_category", "contributions"]
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 _CONTROL = ("coordinates", "coordinate", "height")
 _GNSS = (

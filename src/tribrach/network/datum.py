@@ -17,14 +17,13 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 from numpy.typing import NDArray
 
+from tribrach._types import Array, Index
 from tribrach.geometry.rotation import skew
 from tribrach.network.linear import Factor, factorise
-from tribrach.network.unknowns import Layout, State, plane_basis
+from tribrach.observations.unknowns import Layout, State, plane_basis
 
 __all__ = ["GENERATORS", "Cofactor", "generators", "open_motions", "pins_of", "point_numbers"]
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 GENERATORS = (
     "shift in E",

@@ -6,36 +6,302 @@ whole, and can the observations separate all remaining unknowns?
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from tribrach._types import Array, Index
 from tribrach.errors import RankDefect
 from tribrach.network.assembly import Assembly
-from tribrach.network.datum import OpenMotions, pins_of
-from tribrach.network.defect_words import motion_words, sentences, unit_columns, weak_words
+from tribrach.network.datum import GENERATORS, OpenMotions, generators, pins_of
 from tribrach.network.linear import SparseFactor
 from tribrach.network.network import Network
-from tribrach.network.unknowns import State
+from tribrach.observations.unknowns import FAMILIES, WIDTH, Layout, State
 
 __all__ = [
-    "check_datum",
-    "check_rank",
     "column_length",
     "datum_mask",
-    "not_computed",
+    "motion_words",
     "null_space",
+    "sentences",
     "worst_misclosure",
 ]
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+# Null vectors of a network as sentences that name points, stations and parameters.
+#
+# Null vectors that live on one point or one station are taken out first; the rest is reduced to
+# echelon form with pivots on parameters other than points, so that each sentence names as few
+# unknowns as possible; what happens to the points is recognised as a similarity motion where it
+# is one (method section 3.2).
+
+
+def unit_columns(matrix: Array) -> Array:
+    """Columns scaled to unit length; zero columns stay."""
+    size = np.linalg.norm(matrix, axis=0)
+    return matrix / np.where(size > 0, size, 1.0)
+
+
+def motion_words(mix: Array) -> list[str]:
+    """Motions of the whole network, given by their mix (7, d) of the generators, in words."""
+    basis, _ = np.linalg.qr(unit_columns(mix))
+    words: list[str] = []
+    left: list[str] = []
+    for k, name in enumerate(GENERATORS):
+        along = basis @ basis[k]
+        along[k] -= 1.0
+        (words if np.linalg.norm(along) < 1e-6 else left).append(name)
+    missing = basis.shape[1] - len(words)
+    if missing:
+        inside = np.array([n in words for n in GENERATORS])
+        rest = np.where(inside[:, None], 0.0, basis)
+        u, s, _ = np.linalg.svd(rest)
+        words += [_screw(u[:, i]) for i in range(missing) if s[i] > 1e-9]
+    return words
+
+
+def _screw(mix: Array) -> str:
+    """One general motion in words."""
+    turn = mix[3:6]
+    size = float(np.linalg.norm(turn))
+    if size < 1e-9:
+        terms = [f"{c:+.3g} {n}" for c, n in zip(mix, GENERATORS, strict=True) if abs(c) > 1e-6]
+        return " ".join(terms)
+    axis = turn / size
+    along = int(np.argmax(np.abs(axis)))
+    if abs(axis[along]) > 1 - 1e-9:
+        return GENERATORS[3 + along]
+    azimuth = np.degrees(np.arctan2(axis[0], axis[1])) % 360
+    elevation = np.degrees(np.arcsin(np.clip(axis[2], -1, 1)))
+    return f"rotation about an axis of azimuth {azimuth:.0f} deg and elevation {elevation:.0f} deg"
+
+
+def sentences(assembly: Assembly, null: Array, motions: Array, length: Array) -> list[str]:
+    """One sentence per open combination of unknowns, each naming as few as possible.
+
+    null (u, d) null vectors over the free columns, motions (u, k) those of the network as a
+    whole, which are spoken of elsewhere, length (u,) of the columns of the whitened design: it
+    makes metres, radians and parameters comparable.
+    """
+    layout = assembly.layout
+    columns = assembly.free_columns
+    starts = np.array([layout.offset[f] for f in FAMILIES])
+    family = np.searchsorted(starts, columns, side="right") - 1
+    is_point = columns < 3 * layout.count("point")
+    scaled, held = null * length[:, None], motions * length[:, None]
+    everything = np.hstack([scaled, held])
+    owner = _owners(layout, columns)
+    local, rest = _local(everything, owner)
+    said = _basis(np.hstack([local, held]))
+    vectors = _echelon(_at_rest(rest, held, is_point), family)
+    news = np.linalg.norm(vectors - said @ (said.T @ vectors), axis=0)
+    new = np.flatnonzero(news > 1e-6 * np.linalg.norm(vectors, axis=0))
+    new = new[: _basis(everything).shape[1] - said.shape[1]]
+    # what an unknown does on its own is said once and taken out of the rest
+    shared = vectors[:, new] - local @ (local.T @ vectors[:, new])
+    shared[np.abs(shared) < 1e-6 * np.abs(shared).max(axis=0, initial=0.0)] = 0.0
+    alone = [np.abs(part).max(axis=1) for part in _by_owner(local, owner)]
+    motion = generators(assembly.network.start)[columns]
+    return [
+        _sentence(assembly, vector / length, is_point, motion) for vector in [*alone, *shared.T]
+    ]
+
+
+def _at_rest(null: Array, motions: Array, is_point: NDArray[np.bool_]) -> Array:
+    """Null vectors less the motion of the whole network that moves the pinned points."""
+    if motions.shape[1] == 0 or is_point.sum() < motions.shape[1]:
+        return null
+    basis = _basis(motions)
+    pins = np.flatnonzero(is_point)[pins_of(basis[is_point])]
+    if np.linalg.svd(basis[pins], compute_uv=False)[-1] < 1e-9:
+        return null
+    still = null - basis @ np.linalg.solve(basis[pins], null[pins])
+    return _basis(still[:, np.linalg.norm(still, axis=0) > 1e-9])
+
+
+def _by_owner(local: Array, owner: Index) -> list[Array]:
+    """Local null vectors grouped by the unknown they live on."""
+    of = owner[np.abs(local).argmax(axis=0)] if local.size else np.empty(0, dtype=np.int64)
+    return [local[:, of == unknown] for unknown in np.unique(of)]
+
+
+def _basis(vectors: Array) -> Array:
+    """Orthonormal basis of the span of columns."""
+    if vectors.shape[1] == 0:
+        return vectors
+    left, size, _ = np.linalg.svd(unit_columns(vectors), full_matrices=False)
+    basis: Array = left[:, size > 1e-9]
+    return basis
+
+
+def _owners(layout: Layout, columns: Index) -> Index:
+    """Number of the unknown (point, pose, ...) that each free column belongs to."""
+    width = np.concatenate([np.full(layout.count(f), WIDTH[f]) for f in WIDTH])
+    owner: Index = np.repeat(np.arange(len(width)), width)[columns]
+    return owner
+
+
+def _local(null: Array, owner: Index) -> tuple[Array, Array]:
+    """Null vectors that live on one unknown alone, and a basis of the others.
+
+    With an orthonormal basis V of the null space, a vector V c lives on one unknown if its rows
+    there already have full length: an eigenvalue of ``V_k^T V_k`` that is 1.
+    """
+    basis = _basis(null)
+    count = int(owner.max(initial=-1)) + 1
+    gram = np.zeros((count, basis.shape[1], basis.shape[1]))
+    np.add.at(gram, owner, basis[:, :, None] * basis[:, None, :])
+    value, vector = np.linalg.eigh(gram)
+    unknown, which = np.nonzero(value > 1 - 1e-9)
+    if len(unknown) == 0:
+        return np.zeros((len(null), 0)), basis
+    mixes = vector[unknown, :, which].T
+    found = np.where(owner[:, None] == unknown, basis @ mixes, 0.0)
+    left, _, _ = np.linalg.svd(mixes)
+    return found, basis @ left[:, mixes.shape[1] :]
+
+
+def _echelon(null: Array, family: Index) -> Array:
+    """Reduced echelon form (u, d): each pivot appears in one vector only.
+
+    Pivots are looked for among scalars first, then vectors, planes and stations, points last.
+    """
+    if null.shape[1] == 0:
+        return null
+    work = unit_columns(null).T.copy()
+    free_rows = list(range(len(work)))
+    done: list[int] = []
+    for column in np.argsort(-family, kind="stable"):
+        if not free_rows:
+            break
+        best = max(free_rows, key=lambda r: abs(work[r, column]))
+        if abs(work[best, column]) < 1e-6 * np.abs(work[best]).max():
+            continue
+        work[best] /= work[best, column]
+        for r in range(len(work)):
+            if r != best:
+                work[r] -= work[r, column] * work[best]
+        free_rows.remove(best)
+        done.append(best)
+    work[np.abs(work) < 1e-6 * np.abs(work).max(axis=1, keepdims=True)] = 0.0
+    reduced: Array = work[done].T
+    return reduced
+
+
+def _sentence(assembly: Assembly, vector: Array, is_point: NDArray[np.bool_], motion: Array) -> str:
+    """One null vector (u,) in words, with what would cure it."""
+    layout = assembly.layout
+    columns = assembly.free_columns
+    other = np.flatnonzero((vector != 0) & ~is_point)
+    terms = [layout.label(int(columns[i])) for i in other]
+    points, body = _point_words(assembly, vector, is_point, motion)
+    families = {layout.describe(int(columns[i]))[0] for i in other}
+    if not terms:
+        return _only_points(assembly, points, body)
+    if len(terms) == 1 and not points:
+        return (
+            f"{terms[0]} is not determined by any observation; observe it, fix it or leave it out"
+        )
+    effect = _join(terms) + (f" and {body}" if points else "")
+    cure = {
+        "scalar": "give one of them a known value with its sigma, or leave it out",
+        "pose": "add common targets, levelling or a position for the station",
+        "plane": "add planes or targets of another direction",
+        "vector": "give the vector a prior with its sigma",
+    }
+    family = next(f for f in ("scalar", "vector", "plane", "pose") if f in families)
+    return f"cannot be separated: {effect}; only their sum has an effect; {cure[family]}"
+
+
+def weak_words(assembly: Assembly, vector: Array) -> str:
+    """The unknowns that take most part in a vector (u,), in words."""
+    owner = _owners(assembly.layout, assembly.free_columns)
+    share = np.abs(vector) / np.abs(vector).max()
+    first = dict.fromkeys(int(owner[i]) for i in np.argsort(-share) if share[i] > 0.05)
+    labels = []
+    for unknown in first:
+        mine = np.flatnonzero(owner == unknown)
+        column = int(assembly.free_columns[mine[np.argmax(share[mine])]])
+        labels.append(assembly.layout.label(column))
+    return _join(labels, 6)
+
+
+def _join(terms: Sequence[str], most: int = 8) -> str:
+    shown = list(terms[:most]) + ([f"{len(terms) - most} more"] if len(terms) > most else [])
+    return shown[0] if len(shown) == 1 else ", ".join(shown[:-1]) + " and " + shown[-1]
+
+
+def _point_words(
+    assembly: Assembly, vector: Array, is_point: NDArray[np.bool_], motion: Array
+) -> tuple[list[str], str]:
+    """Names of the points a null vector moves, and the motion in words."""
+    names = assembly.layout.names["point"]
+    columns = assembly.free_columns
+    moving = is_point & (vector != 0)
+    index = np.unique(columns[moving] // 3)
+    if len(index) == 0:
+        return [], ""
+    points = [names[i] for i in index]
+    together = is_point & np.isin(columns // 3, index)
+    mix, residual = _similarity(motion[together], vector[together])
+    everyone = len(index) == len(np.unique(columns[is_point] // 3))
+    whom = "all points together" if everyone and len(index) > 1 else f"point {points[0]}"
+    if len(index) > 1 and not everyone:
+        whom = f"points {_join(points)} together"
+    # two points or fewer follow some similarity whatever they do
+    if len(index) > 2 and residual < 1e-6:
+        return points, f"{whom}: {', '.join(motion_words(mix[:, None]))}"
+    if len(index) > 1:
+        return points, f"points {_join(points)}"
+    axes = [assembly.layout.describe(int(c))[2] for c in columns[moving]]
+    return points, f"{_join(axes)} of {whom}"
+
+
+def _similarity(motion: Array, part: Array) -> tuple[Array, float]:
+    """Mix (7,) of the generators that comes nearest to a vector, and the relative misfit."""
+    size = np.linalg.norm(motion, axis=0)
+    size[size == 0] = 1.0
+    mix = np.linalg.lstsq(motion / size, part, rcond=1e-9)[0]
+    misfit = np.linalg.norm(motion / size @ mix - part) / np.linalg.norm(part)
+    return np.where(np.abs(mix) > 1e-7 * np.abs(mix).max(), mix, 0.0) / size, float(misfit)
+
+
+def _only_points(assembly: Assembly, points: list[str], body: str) -> str:
+    """A null vector that moves nothing but points."""
+    if len(points) > 1:
+        return f"nothing holds {body}; tie them to the rest by another observation"
+    ties = _ties(assembly, points[0])
+    if not ties:
+        return f"point {points[0]} is observed by nothing; observe it or leave it out"
+    return (
+        f"{body} cannot be determined: the point is observed only by {_join(ties, 4)}; add a "
+        "distance, a direction or a height that sees the open component"
+    )
+
+
+def _ties(assembly: Assembly, name: str) -> list[str]:
+    """The active observations that touch a name, in words."""
+    network = assembly.network
+    out = []
+    for o, items in zip(network.observations, assembly.active, strict=True):
+        for i, ends in enumerate(o.ends(assembly.layout)):
+            if name in ends and i in items:
+                out.append(network.describe(o, i, network.start))
+    return out
+
 
 #: singular values of the column-scaled system below this are zero
 RANK_TOLERANCE = 1e-9
+
+
 #: and below this they are worth a warning
 WEAK_TOLERANCE = 1e-6
+
+
 DENSE_LIMIT = 1500
+
+
 #: misclosures beyond so many sigmas overflow when they are squared
 _WILD = 1e150
 

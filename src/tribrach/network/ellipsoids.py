@@ -9,13 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tribrach.distributions import chi2, f
+from tribrach._types import Array
+from tribrach.statistics import chi2, f
 
 __all__ = ["Ellipses", "confidence_factor", "plan_ellipses", "principal_axes"]
-
-Array = NDArray[np.float64]
 
 
 def confidence_factor(dimension: int, confidence: float, dof: int | None = None) -> float:

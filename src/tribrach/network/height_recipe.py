@@ -13,17 +13,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.network.network import Network
-from tribrach.network.observations.base import Use
-from tribrach.network.observations.gnss_position import GnssPositions
-from tribrach.network.observations.inclination import Inclinations
-from tribrach.network.observations.offset import Offsets
-from tribrach.network.observations.target_centre import TargetCentres
+from tribrach.observations.base import Use
+from tribrach.observations.control import Offsets
+from tribrach.observations.gnss import GnssPositions
+from tribrach.observations.scanner import Inclinations, TargetCentres
 
 __all__ = ["corrected_heights", "height_recipe", "quick_sigma"]
 
-Array = NDArray[np.float64]
 
 _REASON = "heights by the recipe: six free parameters"
 

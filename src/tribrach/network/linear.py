@@ -24,12 +24,11 @@ import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from tribrach._types import Array, Index
 from tribrach.network.selected_inverse import look_up, selected_inverse
 
 __all__ = ["DenseFactor", "Factor", "SchurFactor", "SingularMatrix", "SparseFactor", "factorise"]
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 #: below this many unknowns the whole inverse is cheaper than any bookkeeping
 DENSE_LIMIT = 900

@@ -12,12 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tribrach.network.axes_in_use import axes_in_use, axes_sentence, is_given
-from tribrach.network.observations.coordinates import Coordinate
-from tribrach.network.survey import Survey
-from tribrach.network.survey_given import GivenPoint
-from tribrach.network.survey_table import Table
-from tribrach.network.unknowns import FAMILIES
+from tribrach.network.network import axes_in_use, axes_sentence, is_given
+from tribrach.network.survey import GivenPoint, Survey, Table
+from tribrach.observations.control import Coordinate
+from tribrach.observations.unknowns import FAMILIES
 
 __all__ = ["observed_part"]
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach.network.adjustment import Adjustment
-from tribrach.network.observations.base import Use
+from tribrach.observations.base import Use
 
 __all__ = ["placement_sentences"]
 

@@ -12,14 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as sla
-from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.network.adjustment import Adjustment
-from tribrach.network.observations.base import Use
+from tribrach.observations.base import Use
 
 __all__ = ["Reactions", "constraint_reactions"]
 
-Array = NDArray[np.float64]
 
 #: units as sentences show them
 _SHOWN = {"m": (1e-3, " mm"), "rad": (1e-3, " mrad")}

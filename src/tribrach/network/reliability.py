@@ -17,6 +17,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from tribrach._types import Array, Index
 from tribrach.network.adjustment import Adjustment
 
 __all__ = [
@@ -29,8 +30,6 @@ __all__ = [
     "weigh",
 ]
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 #: share of its own weight that must be left in S_ii for a value to count as controlled
 UNCONTROLLED = 1e-8

@@ -17,9 +17,10 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from tribrach._types import Array
+
 __all__ = ["look_up", "selected_inverse"]
 
-Array = NDArray[np.float64]
 Index = NDArray[np.integer]
 
 #: columns of the widest panel and of a gathered strip

@@ -14,6 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from tribrach._types import Array, Index
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.network import Network
 from tribrach.network.quality import Quality
@@ -26,8 +27,6 @@ from tribrach.network.reliability import (
 
 __all__ = ["Pair", "Separability", "confusable", "describe_row", "partners", "separability"]
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 #: pairs above this correlation are named
 LIMIT = 0.9

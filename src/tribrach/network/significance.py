@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import gammaln
 
-from tribrach.distributions import chi2, norm, t
+from tribrach.statistics import chi2, norm, t
 
 __all__ = [
     "block_noncentrality",

@@ -14,16 +14,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.geometry.rotation import skew
 from tribrach.network.adjustment import Adjustment
-from tribrach.network.observations.base import Use
-from tribrach.network.observations.gnss_position import GnssPositions
-from tribrach.network.observations.offset import Offsets
-from tribrach.network.observations.parameter import VectorPriors
+from tribrach.observations.base import Use
+from tribrach.observations.control import Offsets, VectorPriors
+from tribrach.observations.gnss import GnssPositions
 
 __all__ = ["Session", "SiteAccuracy", "sessions", "site_accuracy"]
 
-Array = NDArray[np.float64]
 
 #: positions looked at; more are thinned evenly
 _MOST = 60

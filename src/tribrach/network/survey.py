@@ -14,24 +14,295 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geodesy.site import FlatSite, Site
 from tribrach.network.network import Constraint, Datum, JointCovariance, Network
-from tribrach.network.observations.base import Array, Observations, covariance_from_sigma
-from tribrach.network.survey_given import GivenPoint, GivenStation, control_observations
-from tribrach.network.survey_indices import concatenate, layout_of
-from tribrach.network.survey_table import (
-    LARGEST,
-    Table,
-    as_column,
-    check_covariance,
-    check_heights,
-    check_sigmas,
-    check_values,
-)
-from tribrach.network.unknowns import FAMILIES, Layout, State
+from tribrach.observations.base import Observations, Use, covariance_from_sigma
+from tribrach.observations.control import Coordinates
+from tribrach.observations.unknowns import FAMILIES, Layout, State
 
-__all__ = ["Survey"]
+__all__ = ["GivenPoint", "Survey", "Table", "as_column"]
+
+# One call of observations as a survey keeps it: columns by name, names not yet indices.
+
+
+#: coordinates and measurements from here on are none [m]; nor are sigmas below
+LARGEST, SMALLEST_SIGMA = 1e12, 1e-15
+
+
+#: nor are heights over a mark [m]
+HIGHEST = 1e4
+
+
+@dataclass
+class Table:
+    """n observations of a kind; columns (n, ...) by field, with names where they refer.
+
+    hard : the values hold exactly, as constraints.
+    """
+
+    kind: type[Observations]
+    group: str
+    columns: dict[str, Any]
+    n: int
+    hard: bool = False
+
+    def names(self, family: str) -> set[str]:
+        """Names of unknowns that the table refers to as this family."""
+        out: set[str] = set()
+        for item in fields(self.kind):
+            if item.metadata.get("refers") == family and item.name in self.columns:
+                out |= {str(name) for name in np.ravel(self.columns[item.name]) if name}
+        return out
+
+    def active(self) -> Table:
+        """Without check values and what is switched off."""
+        use = self.columns.get("use")
+        if use is None:
+            return self
+        return self.part(as_column(use, self.n).astype(int) == Use.ACTIVE)
+
+    def part(self, keep: NDArray[np.bool_]) -> Table:
+        """Some of the observations, by a mask (n,)."""
+        shared = {f.name for f in fields(self.kind) if "shared" in f.metadata}
+        columns = {
+            name: column if name in shared else _chosen(column, keep)
+            for name, column in self.columns.items()
+        }
+        return Table(self.kind, self.group, columns, int(keep.sum()), self.hard)
+
+
+def _chosen(column: Any, keep: NDArray[np.bool_]) -> Any:
+    """The kept items of a column; what has one value for all stays."""
+    if isinstance(column, list):
+        return [item for item, kept in zip(column, keep, strict=True) if kept]
+    return column[keep] if isinstance(column, np.ndarray) and column.ndim else column
+
+
+def check_covariance(matrices: Array, source: Sequence[str], what: str) -> None:
+    """Refuse covariances (n, k, k) that are not finite, symmetric and positive definite.
+
+    Raises
+    ------
+    InputError : names the source of the first bad matrix.
+    """
+    scale = np.sqrt(np.abs(np.einsum("nii->ni", matrices)))
+    check_sigmas(np.where(scale > 0, scale, 1.0), source, what)
+    scale[scale == 0] = 1.0
+    unit = matrices / scale[:, :, None] / scale[:, None, :]
+    for i, matrix in enumerate(unit):
+        good = np.isfinite(matrix).all() and np.allclose(matrix, matrix.T, atol=1e-9)
+        if not good or np.linalg.eigvalsh(matrix)[0] <= 1e-14:
+            raise InputError(
+                f"covariance of {what} is not symmetric and positive definite",
+                record=source[i] or None,
+                cure="check the order and the signs of its elements",
+            )
+
+
+def check_values(values: Array, source: Sequence[str], kind: str) -> None:
+    """Refuse measured values (n, rows) that are no numbers, or beyond any measurement.
+
+    Raises
+    ------
+    InputError : names the source of the first of them.
+    """
+    good = (np.abs(values) < LARGEST).all(axis=1)
+    if good.all():
+        return
+    k = int(np.argmin(good))
+    what = values[k][~(np.abs(values[k]) < LARGEST)][0]
+    raise InputError(
+        f"{kind} is {what:.3g}, beyond any measurement"
+        if np.isfinite(what)
+        else f"{kind} is not a number",
+        record=source[k] or f"observation {k + 1}",
+    )
+
+
+def check_sigmas(sigmas: Array, source: Sequence[str], kind: str) -> None:
+    """Refuse standard deviations (n, rows) that are not above zero, or beyond any weight.
+
+    Raises
+    ------
+    InputError : names the source of the first of them.
+    """
+    fair = (sigmas > SMALLEST_SIGMA) & (sigmas < LARGEST)
+    if fair.all():
+        return
+    k = int(np.argmin(fair.all(axis=1)))
+    what = sigmas[k][~fair[k]][0]
+    raise InputError(
+        f"sigma of {kind} is {what:g}",
+        record=source[k] or f"observation {k + 1}",
+        cure="leave the observation out"
+        if what >= LARGEST
+        else f"give a standard deviation above {SMALLEST_SIGMA if what > 0 else 0:g}",
+    )
+
+
+def check_heights(columns: Mapping[str, Any], source: Sequence[str], kind: str) -> None:
+    """Refuse heights of instruments, targets and antennas (n,) that nothing stands on.
+
+    Raises
+    ------
+    InputError : names the source of the first of them.
+    """
+    for name, column in columns.items():
+        if "height" not in name:
+            continue
+        heights = np.asarray(column, dtype=float)
+        good = np.abs(heights) < HIGHEST
+        if not good.all():
+            k = int(np.argmin(good))
+            raise InputError(
+                f"{name.replace('_', ' ')} of {kind} is {heights[k]:.6g} m",
+                record=source[k] or f"observation {k + 1}",
+                cure="give the height over the mark in metres",
+            )
+
+
+def as_column(part: Any, n: int) -> NDArray[Any]:
+    """A column (n, ...) of a table; a single value is repeated."""
+    if isinstance(part, str) or np.ndim(part) == 0:
+        return np.full(n, part, dtype=object if isinstance(part, str) else float)
+    array = np.asarray(part)
+    return array.astype(object) if array.dtype.kind in "US" else array
+
+
+# The names in the tables of a survey become indices of unknowns.
+
+
+def layout_of(given: Mapping[str, Iterable[str]], tables: Sequence[Table]) -> Layout:
+    """All names that are given, by family, or referred to by the tables.
+
+    Raises
+    ------
+    InputError : a name is used both as a point and as a scanner station.
+    """
+    names: dict[str, dict[str, None]] = {family: {} for family in FAMILIES}
+    for family, known in given.items():
+        names[family] |= dict.fromkeys(known)
+    for table in tables:
+        for item in fields(table.kind):
+            refers = item.metadata.get("refers")
+            if refers is None or item.name not in table.columns:
+                continue
+            used = dict.fromkeys(n for n in table.columns[item.name].ravel() if n)
+            if refers == "position":
+                used = {n: None for n in used if n not in names["pose"]}
+                refers = "point"
+            names[refers] |= used
+    clash = names["point"].keys() & names["pose"].keys()
+    if clash:
+        raise InputError(
+            f"{sorted(clash)[0]} is used both as a point and as a scanner station",
+            cure="give the station a name of its own",
+        )
+    return Layout(*(tuple(names[family]) for family in FAMILIES))
+
+
+def concatenate(
+    layout: Layout, tables: Sequence[Table], site: Site
+) -> tuple[list[Observations], dict[int, tuple[int, int]]]:
+    """One Observations per kind and group; where each table went (number, first item)."""
+    grouped: dict[tuple[Any, ...], list[Table]] = {}
+    for table in tables:
+        shared = (f.name for f in fields(table.kind) if "shared" in f.metadata)
+        # two instruments' calibration models do not mix, whatever their group
+        key = (table.kind, table.group, *(table.columns.get(name) for name in shared))
+        grouped.setdefault(key, []).append(table)
+    out: list[Observations] = []
+    place: dict[int, tuple[int, int]] = {}
+    for (kind, group, *_), members in grouped.items():
+        first = 0
+        for table in members:
+            place[id(table)] = (len(out), first)
+            first += table.n
+        out.append(_build(layout, kind, group, members, site))
+    return out, place
+
+
+def _build(
+    layout: Layout, kind: type[Observations], group: str, members: list[Table], site: Site
+) -> Observations:
+    """The tables of one kind and group, one after the other."""
+    columns: dict[str, Any] = {}
+    for item in fields(kind):
+        parts = [m.columns.get(item.name) for m in members]
+        if item.name in ("group", "site") or all(part is None for part in parts):
+            continue
+        if "shared" in item.metadata:
+            columns[item.name] = parts[0]
+            continue
+        default = 0 if item.name == "use" else item.metadata.get("per_item", "")
+        filled = [
+            np.full(m.n, default, dtype=object if default == "" else float)
+            if part is None
+            else as_column(part, m.n)
+            for part, m in zip(parts, members, strict=True)
+        ]
+        column = np.concatenate(filled)
+        family = item.metadata.get("refers")
+        columns[item.name] = column if family is None else _indices(layout, family, column)
+    if any(item.name == "site" for item in fields(kind)):
+        columns["site"] = site
+    return kind(group=group, **columns)
+
+
+def _indices(layout: Layout, family: str, names: NDArray[Any]) -> NDArray[np.int64]:
+    """Indices of names in a family; "" gives -1."""
+    find = layout.position_index if family == "position" else lambda n: layout.index(family, n)
+    index = [find(name) if name else -1 for name in names.ravel()]
+    return np.array(index, dtype=np.int64).reshape(names.shape)
+
+
+# Points and scanner stations as they are given beforehand, by name.
+
+
+@dataclass
+class GivenPoint:
+    """A point with what is known of it beforehand.
+
+    xyz (3,) E, N, U [m], NaN where unknown; free (3,) False for fixed or unused components;
+    covariance (3, 3) [m^2] if the coordinates are weighted control; datum (3,) components that
+    carry inner constraints when the reader's format marks them; source ``file:line``.
+    """
+
+    xyz: Array
+    free: NDArray[np.bool_]
+    role: str = "free"
+    covariance: Array | None = None
+    datum: NDArray[np.bool_] | None = None
+    source: str = ""
+
+
+@dataclass
+class GivenStation:
+    """A scanner station with six unknowns: approximate pose (NaN if unknown) and fixed parts."""
+
+    translation: Array
+    rotation: Array
+    free: NDArray[np.bool_]
+    source: str = ""
+
+
+def control_observations(points: Mapping[str, GivenPoint], layout: Layout) -> list[Observations]:
+    """Weighted control coordinates as observations, one table of them or none."""
+    control = [(n, p) for n, p in points.items() if p.covariance is not None]
+    if not control:
+        return []
+    return [
+        Coordinates(
+            values=np.array([p.xyz for _, p in control]),
+            covariance=np.array([p.covariance for _, p in control]),
+            position=np.array([layout.index("point", n) for n, _ in control]),
+            source=np.array([p.source for _, p in control], dtype=object),
+            group="control",
+        )
+    ]
+
 
 #: kinds that refer to a scanner station and place it in the frame
 _PLACING = ("antenna", "mounted_point")

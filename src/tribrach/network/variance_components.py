@@ -17,18 +17,15 @@ from typing import Literal
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from tribrach._types import Array, Index, Mask
 from tribrach.errors import AdjustmentError
 from tribrach.network.adjustment import Adjustment, adjust
+from tribrach.network.blunders.snooping import restart
 from tribrach.network.network import Network
-from tribrach.network.snooping import restart
 
 __all__ = ["Component", "VarianceComponents", "estimate_components"]
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 Method = Literal["foerstner", "helmert"]
 
 #: largest number of unknowns for the full estimate

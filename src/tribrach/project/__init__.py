@@ -6,19 +6,20 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from tribrach.project.datum_section import DatumSection, parse_datum
-    from tribrach.project.instrument_section import Instrument
-    from tribrach.project.lever_arm_section import LeverArm
+    from tribrach.project.instrument import Instrument
     from tribrach.project.model import Project
     from tribrach.project.sections import (
         AdjustmentSection,
+        DatumSection,
+        LeverArm,
         ObservationFile,
         OutputSection,
         PointFile,
         ScaleBar,
         Station,
+        parse_datum,
     )
-    from tribrach.project.site_section import SiteSection
+    from tribrach.project.site import SiteSection
 
 __all__ = [
     "AdjustmentSection",
@@ -36,12 +37,9 @@ __all__ = [
 ]
 
 _HOMES = {
-    "DatumSection": "datum_section",
-    "Instrument": "instrument_section",
-    "LeverArm": "lever_arm_section",
+    "Instrument": "instrument",
     "Project": "model",
-    "SiteSection": "site_section",
-    "parse_datum": "datum_section",
+    "SiteSection": "site",
 }
 
 

@@ -7,39 +7,38 @@ from typing import Self
 
 from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
+from tribrach._types import Progress
 from tribrach.errors import InputError
 from tribrach.geodesy.work_frame import WorkFrame
-from tribrach.gnss.session_run import SessionResult
+from tribrach.gnss.sessions import SessionResult
+from tribrach.job.assembly import Assembly
+from tribrach.job.gnss_observations import compute_sessions
 from tribrach.network.height_recipe import height_recipe
 from tribrach.network.network import Network
 from tribrach.network.observed_part import observed_part
 from tribrach.network.survey import Survey
 from tribrach.project import toml_file
-from tribrach.project.assembly import Assembly
-from tribrach.project.calibration_section import CalibrationSection
-from tribrach.project.datum_section import DatumSection
-from tribrach.project.gnss_observations import Progress, compute_sessions
-from tribrach.project.gnss_section import GnssSection
-from tribrach.project.instrument_section import Instrument
-from tribrach.project.lever_arm_section import LeverArm
-from tribrach.project.plan_section import PlanSection
-from tribrach.project.scan_sections import (
-    CloudSection,
-    ComparisonSection,
-    RegistrationSection,
-    ScanFile,
-    TargetSection,
-)
-from tribrach.project.section import Section
+from tribrach.project.calibration import CalibrationSection
+from tribrach.project.gnss import GnssSection
+from tribrach.project.instrument import Instrument
+from tribrach.project.plan import PlanSection
 from tribrach.project.sections import (
     AdjustmentSection,
+    CloudSection,
+    ComparisonSection,
+    DatumSection,
+    LeverArm,
     ObservationFile,
     OutputSection,
     PointFile,
+    RegistrationSection,
     ScaleBar,
+    ScanFile,
+    Section,
     Station,
+    TargetSection,
 )
-from tribrach.project.site_section import SiteSection
+from tribrach.project.site import SiteSection
 
 __all__ = ["Project"]
 

@@ -18,17 +18,15 @@ from itertools import combinations
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from tribrach._types import Array, Index
 from tribrach.comparison.station_pair import StationPair
-from tribrach.distributions import chi2
 from tribrach.network.adjustment import Adjustment
-from tribrach.network.observations.base import Observations, Use
+from tribrach.observations.base import Observations, Use
+from tribrach.statistics import chi2
 
 __all__ = ["ALPHA", "MOST", "Edge", "edges"]
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 #: turns count with this lever against shifts [m]
 _LEVER = 10.0

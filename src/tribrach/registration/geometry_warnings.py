@@ -11,15 +11,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
+from tribrach._types import Array
 from tribrach.network.adjustment import Adjustment
-from tribrach.network.observations.base import Use
+from tribrach.observations.base import Use
 
 __all__ = ["TargetsAround", "extrapolation_factor", "geometry_sentences", "targets_around"]
 
-Array = NDArray[np.float64]
 
 #: targets within a smaller sector are as good as one, within the second on one side only
 _NARROW, _ONE_SIDED = np.radians(20.0), np.radians(90.0)

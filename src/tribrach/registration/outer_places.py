@@ -9,20 +9,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.network.adjustment import Adjustment, adjust
-from tribrach.network.observations.antenna import Antennas
-from tribrach.network.observations.base import Use
-from tribrach.network.observations.coordinates import Coordinates
-from tribrach.network.observations.gnss_position import GnssPositions
-from tribrach.network.observations.mounted import MountedPoints
-from tribrach.network.survey import Survey
-from tribrach.network.survey_table import Table, as_column
+from tribrach.network.survey import Survey, Table, as_column
+from tribrach.observations.base import Use
+from tribrach.observations.control import Coordinates
+from tribrach.observations.gnss import Antennas, GnssPositions, MountedPoints
 
 __all__ = ["Place", "places_to_check", "places_to_hold"]
 
-Array = NDArray[np.float64]
 
 #: name of an antenna's point in the network of what is measured without scans
 _ANTENNA = "antenna on {}"

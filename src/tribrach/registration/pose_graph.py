@@ -14,13 +14,11 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tribrach.geometry.pose import Pose
 
 __all__ = ["CLOSES", "Joint", "PoseGraph", "join"]
 
-Array = NDArray[np.float64]
 
 #: a loop closes within this [m] and [rad]
 CLOSES = 0.05, float(np.radians(0.25))

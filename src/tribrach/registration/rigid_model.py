@@ -12,8 +12,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.network.adjustment import Adjustment, adjust
@@ -24,8 +24,6 @@ from tribrach.transformation.models import find_model
 from tribrach.transformation.weights import Spread
 
 __all__ = ["RigidModel", "TooFewPlaces", "rigid_model"]
-
-Array = NDArray[np.float64]
 
 
 class TooFewPlaces(InputError):

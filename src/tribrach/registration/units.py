@@ -6,13 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.geometry.pose import Pose
 
 __all__ = ["Mounted", "Sighting", "Unit", "units_of"]
 
-Array = NDArray[np.float64]
 
 #: targets of one kind that stations of a unit see nearer to each other than this are one [m]
 _SAME = 0.05

@@ -9,8 +9,8 @@ from typing import Literal
 
 from tribrach.geodesy.site import EllipsoidSite, FlatSite
 from tribrach.network.adjustment import Adjustment
+from tribrach.network.blunders.snooping import SnoopingLog
 from tribrach.network.quality import Quality
-from tribrach.network.snooping import SnoopingLog
 from tribrach.network.variance_components import VarianceComponents
 from tribrach.report.content import Component, Content, Settings, SnoopingStep
 from tribrach.report.correlations import correlations

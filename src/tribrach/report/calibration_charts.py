@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tribrach.network.self_calibration import SelfCalibration
+from tribrach._types import Array
+from tribrach.calibration.self_calibration import SelfCalibration
 from tribrach.report.figures import new_figure
 from tribrach.report.page import picture
 from tribrach.report.scan_content import Picture
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
 __all__ = ["calibration_charts"]
 
-Array = NDArray[np.float64]
 
 #: most rows or columns of a heat map that get their name
 _MOST_LABELS = 80

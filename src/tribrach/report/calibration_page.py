@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from tribrach.instruments.calibration_sets import unit_of
-from tribrach.network.calibration_correlations import Pair
-from tribrach.network.calibration_tests import BlockTest, Omitted
-from tribrach.network.estimability import Left
-from tribrach.network.remedies import Remedy
-from tribrach.network.self_calibration import Parameter, SelfCalibration
+from tribrach.calibration.correlations import Pair
+from tribrach.calibration.estimability import Left
+from tribrach.calibration.remedies import Remedy
+from tribrach.calibration.self_calibration import Parameter, SelfCalibration
+from tribrach.calibration.significance import BlockTest, Omitted
+from tribrach.instruments.calibration import unit_of
 from tribrach.report.calibration_charts import calibration_charts
 from tribrach.report.calibration_words import (
     calibration_sentences,

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tribrach.instruments.calibration_sets import unit_of
-from tribrach.network.calibration_correlations import LIMITS
-from tribrach.network.calibration_tests import BlockTest, Omitted
+from tribrach._types import Array
+from tribrach.calibration.correlations import LIMITS
+from tribrach.calibration.self_calibration import SelfCalibration, remedy_sentences
+from tribrach.calibration.significance import BlockTest, Omitted
+from tribrach.instruments.calibration import unit_of
 from tribrach.network.quality import global_test
-from tribrach.network.self_calibration import SelfCalibration, remedy_sentences
 from tribrach.units import SEC
 
 __all__ = ["calibration_sentences", "calibration_text", "datum_words", "shown", "shown_unit"]
-
-Array = NDArray[np.float64]
 
 
 def shown_unit(unit: str) -> str:

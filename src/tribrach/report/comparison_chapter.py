@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.comparison.predicted import OffsetTest
 from tribrach.comparison.regression import Regression, regress
 from tribrach.comparison.results import SiteResult, comparison_json
@@ -25,7 +25,6 @@ from tribrach.report.tables import Table
 
 __all__ = ["ComparisonChapter", "comparison_chapter"]
 
-Array = NDArray[np.float64]
 
 #: columns of the regression with their units
 _UNITS = {"range": "m", "incidence": "deg", "mean": "mm", "std": "mm"}

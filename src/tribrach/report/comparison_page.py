@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tribrach.comparison.c2c import C2C
 from tribrach.comparison.predicted import BAND, OffsetTest
@@ -25,7 +24,6 @@ __all__ = [
     "prediction_sentences",
 ]
 
-Array = NDArray[np.float64]
 Make = Callable[[SiteResult], Cell]
 
 _C2C_NOTE = (

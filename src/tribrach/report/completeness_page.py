@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.comparison.completeness import Completeness, Gap
 from tribrach.report.figures import new_figure
 from tribrach.report.page import page, picture
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 
 __all__ = ["completeness_page", "completeness_text"]
 
-Array = NDArray[np.float64]
 
 #: cells shown in a map, drawn at random from more
 _SHOWN = 60_000

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from tribrach.instruments.misalignment_search import Explanation
-from tribrach.instruments.target_distances import DistanceCheck
-from tribrach.instruments.two_face import SIGNATURES, TwoFaceTest
-from tribrach.network.field_check import FieldCheck
-from tribrach.network.field_series import FTest
+from tribrach.calibration.field_check import FieldCheck
+from tribrach.calibration.field_series import FTest
+from tribrach.calibration.misalignment_search import Explanation
+from tribrach.calibration.target_distances import DistanceCheck
+from tribrach.calibration.two_face import SIGNATURES, TwoFaceTest
 from tribrach.report.field_words import amount, check_sentences
 from tribrach.report.figures import new_figure
 from tribrach.report.numbers import number

@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from tribrach.instruments.misalignment_search import Cause, Explanation
-from tribrach.instruments.target_distances import DistanceCheck
-from tribrach.instruments.two_face import ComponentTest, TwoFaceTest
-from tribrach.network.field_check import FieldCheck
-from tribrach.network.field_series import FTest, SeriesCheck
+from tribrach.calibration.field_check import FieldCheck
+from tribrach.calibration.field_series import FTest, SeriesCheck
+from tribrach.calibration.misalignment_search import Cause, Explanation
+from tribrach.calibration.target_distances import DistanceCheck
+from tribrach.calibration.two_face import ComponentTest, TwoFaceTest
 from tribrach.units import SEC
 
 __all__ = ["amount", "check_sentences"]

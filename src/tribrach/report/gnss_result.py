@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from tribrach.gnss.baseline import Baseline
-from tribrach.gnss.matching_files import calendar
+from tribrach.gnss.orbits import calendar
 
 __all__ = ["baseline_facts", "baseline_lines"]
 

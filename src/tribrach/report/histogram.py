@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tribrach.distributions import norm
 from tribrach.report.content import Content
+from tribrach.statistics import norm
 
 __all__ = ["Bar", "Histogram", "histogram"]
 

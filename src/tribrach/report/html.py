@@ -6,10 +6,10 @@ from functools import cache
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from tribrach.report.chapters import Chapters
 from tribrach.report.content import Content
 from tribrach.report.histogram import histogram
 from tribrach.report.plan import plan
+from tribrach.report.sections import Chapters
 
 __all__ = ["ROW_LIMIT", "render"]
 

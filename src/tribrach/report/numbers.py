@@ -6,11 +6,10 @@ import math
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
+
+from tribrach._types import Array
 
 __all__ = ["matrix", "number", "numbers", "sigmas", "triple"]
-
-Array = NDArray[np.float64]
 
 
 def number(value: float) -> float | None:

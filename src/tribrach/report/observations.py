@@ -5,18 +5,16 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.network.adjustment import Adjustment
-from tribrach.network.checks import check_covariances
-from tribrach.network.observations.base import Observations, Use
-from tribrach.network.quality import Quality
+from tribrach.network.quality import Quality, check_covariances
+from tribrach.observations.base import Observations, Use
 from tribrach.report.content import Observation
 from tribrach.report.numbers import number
 
 __all__ = ["observations", "sights"]
 
-Array = NDArray[np.float64]
 _STATES: dict[int, Literal["active", "check", "off"]] = {
     Use.ACTIVE: "active",
     Use.CHECK: "check",

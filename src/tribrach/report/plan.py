@@ -11,15 +11,14 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from tribrach._types import Array
 from tribrach.report.content import Content, Ellipse
 from tribrach.report.labels import Label, place_labels
 
 __all__ = ["Arrow", "Drawn", "Plan", "Symbol", "plan", "round_down"]
 
-Array = NDArray[np.float64]
 WIDTH, MARGIN = 960.0, 56.0
 LOWEST, HIGHEST = 320.0, 860.0
 #: sight lines beyond this number are thinned out

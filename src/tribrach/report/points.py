@@ -5,16 +5,14 @@ from __future__ import annotations
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tribrach.distributions import chi2
+from tribrach._types import Array, Index
 from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.ellipsoids import confidence_factor, plan_ellipses, principal_axes
-from tribrach.network.observations.base import Observations, Use
-from tribrach.network.observations.coordinates import Coordinate, Coordinates
-from tribrach.network.observations.height import Heights
+from tribrach.observations.base import Observations, Use
+from tribrach.observations.control import Coordinate, Coordinates, Heights
 from tribrach.report.content import (
     CheckVerdict,
     Control,
@@ -31,11 +29,10 @@ from tribrach.report.summary import (
     used_axes,
     variance_factor,
 )
+from tribrach.statistics import chi2
 
 __all__ = ["Uncertainty", "control", "points", "position_uncertainty"]
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 _USES: dict[Use, Literal["weighted", "check", "off"]] = {
     Use.ACTIVE: "weighted",
     Use.CHECK: "check",

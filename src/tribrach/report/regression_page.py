@@ -6,10 +6,9 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tribrach.comparison.least_squares import Fit, Term
-from tribrach.comparison.regression import Regression, Relation
+from tribrach._types import Array
+from tribrach.comparison.regression import Fit, Regression, Relation, Term
 from tribrach.report.figures import new_figure
 from tribrach.report.page import page, picture
 from tribrach.report.scan_content import Picture
@@ -20,7 +19,6 @@ if TYPE_CHECKING:
 
 __all__ = ["regression_page", "regression_pictures", "regression_tables", "regression_text"]
 
-Array = NDArray[np.float64]
 Values = Mapping[str, Array]
 
 _NOTE = (

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.geometry.rotation import skew
 from tribrach.network.adjustment import Adjustment
 from tribrach.report.content import Settings, Station
@@ -16,7 +16,6 @@ from tribrach.report.summary import variance_factor
 
 __all__ = ["Attitude", "attitude", "stations"]
 
-Array = NDArray[np.float64]
 #: a total tilt below this [rad] has no direction, so no derivative
 _LEVEL = 1e-9
 

@@ -6,10 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach.network.adjustment import Adjustment
-from tribrach.network.observations.base import Observations, Use
-from tribrach.network.observations.coordinates import Coordinate, Coordinates
-from tribrach.network.observations.height import Heights
 from tribrach.network.quality import Quality
+from tribrach.observations.base import Observations, Use
+from tribrach.observations.control import Coordinate, Coordinates, Heights
 from tribrach.report.content import DatumStatement, GlobalVerdict, KindCount, Settings, Summary
 from tribrach.report.numbers import number
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import textwrap
 
-from tribrach.report.chapters import Chapters
 from tribrach.report.content import Content
+from tribrach.report.sections import Chapters
 from tribrach.report.tables import Column, Row, Table
 
 __all__ = ["WIDTH", "brief", "render", "table_text", "wrapped"]

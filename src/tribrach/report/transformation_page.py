@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tribrach.geometry import euler
 from tribrach.report.style import Style
@@ -19,8 +18,6 @@ from tribrach.transformation.model_choice import Rung
 from tribrach.transformation.outcome import CHECK, Outcome
 
 __all__ = ["transformation_results", "transformation_tables"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

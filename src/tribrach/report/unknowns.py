@@ -6,18 +6,16 @@ from collections.abc import Iterator
 from dataclasses import fields
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tribrach.instruments.calibration_sets import unit_of
+from tribrach.instruments.calibration import unit_of
 from tribrach.network.adjustment import Adjustment
-from tribrach.network.observations.base import Observations
+from tribrach.observations.base import Observations
 from tribrach.report.content import Settings, Unknown
 from tribrach.report.numbers import matrix, numbers, sigmas
 from tribrach.report.summary import variance_factor
 
 __all__ = ["other_unknowns"]
 
-Array = NDArray[np.float64]
 
 #: unit and name of what a scalar is, by the field of the observation kind that refers to it
 _ROLES = {

@@ -11,11 +11,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.errors import InputError
 
 __all__ = ["angular_step"]
 
-Array = NDArray[np.float64]
 
 #: windows, points wished for and kept at most in each
 _WINDOWS, _WISH, _MOST = 24, 150, 600

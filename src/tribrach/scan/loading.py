@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.scan.scan import Chunk, Scan
 
 __all__ = ["LIMIT", "Loaded", "load"]
 
-Array = NDArray[np.float64]
 
 #: scans with more points than this are refused; 2.4 GB of coordinates
 LIMIT = 100_000_000

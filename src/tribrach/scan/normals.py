@@ -11,9 +11,10 @@ from numba import njit, prange
 from numpy.typing import NDArray
 from pykdtree.kdtree import KDTree
 
+from tribrach._types import Array
+
 __all__ = ["incidence_cosines", "normals"]
 
-Array = NDArray[np.float64]
 
 #: neighbours that a normal is taken from
 NEIGHBOURS = 12

@@ -23,14 +23,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
 from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.geometry.pose import Pose
 
 __all__ = ["CHUNK", "Chunk", "Field", "Origin", "Scan"]
 
-Array = NDArray[np.float64]
 
 #: points read at a time; 8 columns of 8 bytes are then 32 MB
 CHUNK = 500_000

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pykdtree.kdtree import KDTree
 
+from tribrach._types import Array
 from tribrach.scan.scan import Scan
 
 __all__ = ["SurfaceSample", "surface_sample"]
 
-Array = NDArray[np.float64]
 
 _BLOCKS, _RECORDS, _POINTS = 5, 100_000, 300
 #: neighbours that a normal is taken from

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geometry.polar import polar_from_xyz, xyz_from_polar
 from tribrach.geometry.pose import Pose
@@ -17,7 +17,6 @@ from tribrach.simulate.twin import Target, TwinScan
 
 __all__ = ["fine_scan", "overview"]
 
-Array = NDArray[np.float64]
 
 #: rays that tell which share of the directions meets anything
 _PROBES = 20_000

@@ -8,11 +8,11 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.simulate.ray_casting import View
 
 __all__ = ["Blend", "average", "border", "offset_rays", "uniform_disc", "unit_vectors"]
 
-Array = NDArray[np.float64]
 
 #: angle between successive places of a sunflower, which fill a disc evenly
 _GOLDEN = np.pi * (3 - np.sqrt(5))

@@ -11,15 +11,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.instruments.precision import Precision
 from tribrach.simulate.surveying import true_sights
 from tribrach.units import GON, SEC
 
 __all__ = ["Day", "gsi"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

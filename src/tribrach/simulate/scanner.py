@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
+from tribrach._types import Array, Index
 from tribrach.geometry.polar import xyz_from_polar
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.calibration import NIST, CalibrationModel
@@ -36,8 +37,6 @@ from tribrach.simulate.scene import Scene
 
 __all__ = ["Block", "Grid", "Scanner", "scan"]
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: beams of a block; a scan of any size needs the memory of one block
 _BLOCK = 200_000
@@ -78,7 +77,7 @@ class Grid:
     def __len__(self) -> int:
         return self.rows * self.columns
 
-    def angles(self, row: Indices, column: Indices) -> Array:
+    def angles(self, row: Index, column: Index) -> Array:
         """H and V (n, 2) [rad] of pixels (n,)."""
         return np.stack([self.first_h + column * self.step, self.first_v + row * self.step], axis=1)
 
@@ -137,7 +136,7 @@ class Block:
     row: NDArray[np.int32]
     column: NDArray[np.int32]
     truth: Array
-    primitive: Indices
+    primitive: Index
     mixed: NDArray[np.bool_]
     rays: int
 
@@ -178,7 +177,7 @@ class _Beams:
         pose: Pose,
         scanner: Scanner,
         grid: Grid,
-        columns: Indices,
+        columns: Index,
         mask: NDArray[np.bool_] | None,
         rng: np.random.Generator,
     ) -> None:
@@ -243,7 +242,7 @@ class _Beams:
             echo.kept[at] &= ~(wide & (self._rng.random(len(at)) < s.lost))
         return echo
 
-    def _near(self, rays: Array, number: Indices, edge: NDArray[np.bool_]) -> Hits:
+    def _near(self, rays: Array, number: Index, edge: NDArray[np.bool_]) -> Hits:
         """Hits with the primitives expected; where these are missed or a border is near, any."""
         hits = self._view.again(rays, number)
         at = np.flatnonzero(edge | (hits.primitive < 0))
@@ -333,10 +332,10 @@ class _Pixels:
     directions looked along, those that saw nothing included.
     """
 
-    row: Indices
-    column: Indices
+    row: Index
+    column: Index
     range: Array
-    primitive: Indices
+    primitive: Index
     edge: NDArray[np.bool_]
     near: Array
     rays: int
@@ -350,11 +349,11 @@ class _Echoes:
     cosine: Array
     intensity: Array
     truth: Array
-    primitive: Indices
+    primitive: Index
     mixed: NDArray[np.bool_]
     kept: NDArray[np.bool_]
 
-    def blend(self, at: Indices, means: Blend) -> None:
+    def blend(self, at: Index, means: Blend) -> None:
         """Put means over footprints in place of single echoes ``at`` (k,).
 
         One surface keeps the echo of one place of it, with the mean intensity.
@@ -371,7 +370,7 @@ def _columns(hits: Hits) -> tuple[NDArray[Any], ...]:
     return hits.range, hits.cosine, hits.reflectance, hits.primitive
 
 
-def _grown(mask: NDArray[np.bool_], columns: Indices, by: int) -> NDArray[np.bool_]:
+def _grown(mask: NDArray[np.bool_], columns: Index, by: int) -> NDArray[np.bool_]:
     """The mask (columns, rows) of some columns, grown so that borders of windows are seen."""
     inside = (columns >= 0) & (columns < mask.shape[1])
     part = np.zeros((len(columns), mask.shape[0]), dtype=bool)

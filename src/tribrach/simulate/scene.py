@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tribrach._types import Array
 from tribrach.errors import InputError
 
 __all__ = [
@@ -35,7 +36,6 @@ __all__ = [
     "sphere",
 ]
 
-Array = NDArray[np.float64]
 
 RECTANGLE, BOX, CYLINDER, SPHERE, CHECKERBOARD, DISC = range(6)
 #: kinds that lie in the plane z = 0 of their own frame

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.geometry.polar import NEAREST, POLE
 from tribrach.simulate.ray_casting import View
 from tribrach.simulate.scene import Scene
 
 __all__ = ["SightLines", "sight_lines", "surface_places"]
 
-Array = NDArray[np.float64]
 
 #: a place this close to a surface lies on it [m]
 ON_SURFACE = 0.05

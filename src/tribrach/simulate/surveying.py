@@ -3,24 +3,49 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+import scipy.sparse.linalg as sla
 
+from tribrach._types import Array
 from tribrach.geodesy.site import FlatSite
 from tribrach.instruments.precision import Precision
-from tribrach.network.observations.direction import Directions
-from tribrach.network.observations.height_difference import HeightDifferences
-from tribrach.network.observations.slope_distance import SlopeDistances
-from tribrach.network.observations.zenith import ZenithAngles
+from tribrach.network.assembly import Assembly
+from tribrach.network.network import Network
 from tribrach.network.survey import Survey
-from tribrach.simulate.survey import observe
+from tribrach.observations.levelling import HeightDifferences
+from tribrach.observations.sights import Directions, SlopeDistances, ZenithAngles
+from tribrach.observations.unknowns import State
 from tribrach.units import GON
 
-__all__ = ["EARTH", "coordinates", "gnss_positions", "levelling", "rods", "sights", "true_sights"]
+__all__ = ["observe", "true_sights"]
 
-Array = NDArray[np.float64]
+# Observations of a network drawn anew from its own stochastic model.
+#
+# Used by demonstrations, by planning and by every Monte Carlo check: the true state gives the
+# values, the covariances give the errors.
+
+
+def observe(network: Network, truth: State, rng: np.random.Generator) -> Network:
+    """The network with active values ``h(truth) + W^-1 z`` and z standard normal.
+
+    Inactive observations keep their values; the truth becomes the start of the iteration.
+    """
+    assembly = Assembly(network)
+    errors = sla.spsolve_triangular(
+        assembly.whitener, rng.standard_normal(len(assembly.rows)), lower=True
+    )
+    observations, first = [], 0
+    for o, items in zip(network.observations, assembly.active, strict=True):
+        size = len(items) * o.rows
+        values = o.values.copy()
+        values[items] = o.predict(truth)[items] + errors[first : first + size].reshape(-1, o.rows)
+        observations.append(replace(o, values=values))
+        first += size
+    return replace(network, observations=tuple(observations), start=truth)
+
 
 #: radius of the Earth of the flat sites [m]
 EARTH = 6371000.0

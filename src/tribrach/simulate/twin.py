@@ -13,6 +13,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.simulate.ray_casting import View
@@ -21,7 +22,6 @@ from tribrach.simulate.scene import Primitive, Scene, checkerboard, disc, sphere
 
 __all__ = ["Sight", "Target", "Twin", "TwinScan", "TwinStation", "child_rng", "steps_for"]
 
-Array = NDArray[np.float64]
 TargetKind = Literal["sphere", "checkerboard", "disc"]
 
 #: what random numbers are drawn for; each purpose has a stream of its own

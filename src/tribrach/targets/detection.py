@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
+
+from tribrach._types import Array
 
 __all__ = ["Detection", "Kind", "Rejected", "with_floor"]
 
-Array = NDArray[np.float64]
 
 #: what a target can be
 Kind = Literal["sphere", "checkerboard", "disc", "plane"]

@@ -11,36 +11,478 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
+from tribrach._types import Array, Index
 from tribrach.scan.range_image import RangeImage
 from tribrach.targets.detection import Detection, Rejected
-from tribrach.targets.plane_fit import PlaneFits, fit_planes, joint, taken_up
-from tribrach.targets.plane_growing import grow_planes
 from tribrach.targets.range_noise import estimate_range_noise
 
 __all__ = ["Plane", "find_planes"]
 
-Array = NDArray[np.float64]
+# Planes through labelled pixels by least squares along the lines of sight, all in one pass each.
+#
+# A plane is m . x = 1, so a beam d meets it at rho = 1 / (m . d). Residuals are ranges; the
+# variance of one is s_rho^2 + rho^2 s_ang^2 tan^2 psi; those beyond three sigmas are trimmed.
+
+
+#: passes over some of the points, the first ones with a wide gate [m], then over all
+_COARSE, _WIDE, _GATE, _FINE = 4, 2, 0.02, 2
+
+
+#: points looked at in a coarse pass, about
+_SOME = 1_000_000
+
+
+#: standard deviation of a normal distribution cut at three sigmas
+_CUT = 0.98658
+
+
+#: residuals beyond this many sigmas are trimmed
+_TRIM = 3.0
+
+
+#: beams steeper to the surface than this [rad] are left out
+_GRAZING = float(np.radians(80.0))
+
+
+@dataclass(frozen=True, eq=False)
+class PlaneFits:
+    """Planes (k) and what their points say.
+
+    m (k, 3) : m . x = 1 [1/m]; normal (k, 3, 3) : normal matrix of m; square (k,) : weighted sum of
+    squared residuals; points (k,) : number of inliers; rms (k,) : along the line of sight [m];
+    center (k, 3) : mean of the inliers [m]; area (k,) : [m^2] of the pixels; incidence (k,) : mean
+    angle [rad].
+    """
+
+    m: Array
+    normal: Array
+    square: Array
+    points: Array
+    rms: Array
+    center: Array
+    area: Array
+    incidence: Array
+
+    @property
+    def s0(self) -> Array:
+        """Standard deviation of unit weight (k,)."""
+        return np.asarray(np.sqrt(self.square / np.maximum(self.points - 3, 1)))
+
+
+def fit_planes(
+    xyz: Array,
+    image: RangeImage,
+    labels: Labels,
+    count: int,
+    noise: tuple[float, float],
+    *,
+    coarse: bool = False,
+) -> PlaneFits:
+    """Planes through the pixels of every label below ``count``.
+
+    noise : sigma of range [m] and angle [rad]; coarse : some of the pixels will do; else ``labels``
+    of trimmed pixels become -1.
+    """
+    m = np.full((count, 3), np.nan)
+    s0 = np.full(count, np.nan)
+    frame = (image.first_v, image.step_h, image.step_v)
+    sums = np.zeros((count, 20))
+    stride = max(1, round((labels.size / _SOME) ** 0.5))
+    for k in range(_COARSE + (0 if coarse else _FINE)):
+        step, final = (stride, False) if k < _COARSE else (1, k == _COARSE + _FINE - 1)
+        sums = _pass(xyz, image.index, labels, m, s0, noise, frame, k < _WIDE, final, step)
+        m, s0 = _updated(sums, m)
+    n = np.maximum(sums[:, 9], 1.0)
+    matrix = np.empty((count, 3, 3))
+    upper = np.triu_indices(3)
+    matrix[:, upper[0], upper[1]] = sums[:, :6]
+    matrix[:, upper[1], upper[0]] = sums[:, :6]
+    return PlaneFits(
+        m,
+        matrix,
+        np.maximum(sums[:, 10], 0.0),
+        sums[:, 9],
+        np.sqrt(sums[:, 11] / n),
+        sums[:, 12:15] / n[:, None],
+        sums[:, 15],
+        sums[:, 16] / n,
+    )
+
+
+def _updated(sums: Array, m: Array) -> tuple[Array, Array]:
+    """Planes and unit sigmas after a pass; NaN where points determine no plane."""
+    out, s0 = np.full_like(m, np.nan), np.full(len(m), np.nan)
+    for k in np.flatnonzero(sums[:, 9] >= 10):
+        a = np.empty((3, 3))
+        a[np.triu_indices(3)] = sums[k, :6]
+        a = np.triu(a) + np.triu(a, 1).T
+        scale = np.sqrt(np.diag(a))
+        if not scale.min() > 0 or np.linalg.cond(a / np.outer(scale, scale)) > 1e12:
+            continue
+        step = np.linalg.solve(a / np.outer(scale, scale), sums[k, 6:9] / scale) / scale
+        out[k] = step if np.isnan(m[k, 0]) else m[k] + step
+        s0[k] = np.sqrt(max(sums[k, 10], 0.0) / (sums[k, 9] - 3))
+    return out, s0
+
+
+@njit(cache=True, nogil=True)
+def _pass(
+    xyz: Array,
+    index: NDArray[np.int32],
+    labels: Labels,
+    m: Array,
+    s0: Array,
+    noise: tuple[float, float],
+    frame: tuple[float, float, float],
+    wide: bool,
+    final: bool,
+    stride: int,
+) -> Array:
+    """Sums (k, 20) over the points of every label, of every ``stride``-th row and column.
+
+    0-5 normal matrix, 6-8 right side, 9 points, 10 weighted squares, 11 squares, 12-14 coordinates,
+    15 area, 16 incidence. Planes not yet known (NaN) are started from m . d = 1 / rho.
+    """
+    rows, columns = index.shape
+    v0, step_h, step_v = frame
+    out = np.zeros((len(m), 20))
+    d = np.empty(3)
+    for i in range(0, rows, stride):
+        pixel = stride**2 * step_h * step_v * abs(np.sin(v0 + i * step_v))
+        for j in range((i // stride) % stride, columns, stride):
+            k = labels[i, j]
+            if k < 0:
+                continue
+            x = xyz[index[i, j]]
+            rho = np.sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2])
+            for c in range(3):
+                d[c] = x[c] / rho
+            s = out[k]
+            p = m[k]
+            if np.isnan(p[0]):
+                # d(1/rho) = -d rho / rho^2: equal range noise for the start
+                _add(s, d, 1 / rho, rho**2 / noise[0])
+                s[9] += 1
+                continue
+            dot = p[0] * d[0] + p[1] * d[1] + p[2] * d[2]
+            cosine = abs(dot) / np.sqrt(p[0] ** 2 + p[1] ** 2 + p[2] ** 2)
+            if dot <= 0 or cosine < np.cos(_GRAZING):
+                if final:
+                    labels[i, j] = -1
+                continue
+            away = 1 / dot
+            v = rho - away
+            sigma = np.sqrt(noise[0] ** 2 + (rho * noise[1]) ** 2 * (1 / cosine**2 - 1))
+            scale = 1.0 if np.isnan(s0[k]) else min(max(s0[k] / _CUT, 0.5), 3.0)
+            kept = abs(v) * cosine < _GATE if wide else abs(v) < _TRIM * scale * sigma
+            if not kept:
+                if final:
+                    labels[i, j] = -1
+                continue
+            # rho = 1 / (m . d): derivative -rho^2 d
+            _add(s, d, -v / away**2, away**2 / sigma)
+            s[9] += 1
+            s[11] += v * v
+            s[12] += x[0]
+            s[13] += x[1]
+            s[14] += x[2]
+            s[15] += pixel * rho * rho / cosine
+            s[16] += np.arccos(min(cosine, 1.0))
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _add(s: Array, d: Array, value: float, root: float) -> None:
+    """Add the equation d . m = value with the square root of its weight to the sums."""
+    w = root * root
+    n = 0
+    for a in range(3):
+        for b in range(a, 3):
+            s[n] += w * d[a] * d[b]
+            n += 1
+        s[6 + a] += w * d[a] * value
+    s[10] += w * value * value
+
+
+def joint(fits: PlaneFits, a: int, b: int) -> tuple[float, float]:
+    """Variances of unit weight of two planes apart and as one plane (closed form)."""
+    apart = fits.square[a] + fits.square[b]
+    n = fits.points[a] + fits.points[b]
+    both = np.linalg.inv(np.linalg.inv(fits.normal[a]) + np.linalg.inv(fits.normal[b]))
+    difference = fits.m[a] - fits.m[b]
+    together = apart + difference @ both @ difference
+    return float(apart / max(n - 6, 1)), float(together / max(n - 3, 1))
+
+
+def taken_up(labels: Labels, group: Index) -> Labels:
+    """Labels renamed by ``group`` (k,); -1 stays."""
+    table = np.append(group, -1).astype(np.int32)
+    return np.asarray(table[labels])
+
+
+# Regions of a range image that are planes: blocks of pixels first, then the pixels around them.
+#
+# The image is cut into blocks. A block whose points are flat is a seed or joins the region
+# beside it if it lies in its plane; the region's plane follows from sums over its blocks. In the
+# end pixels of blocks across edges are given to the region whose plane they lie in (method
+# section 8.3).
+
+
+#: pixels along a block's edge, and the size on the surface [m] that it should have
+_EDGE, _SIZE = (5, 48), 0.08
+
+
+#: a block is flat if its thickness is below this many sigmas and its points fill this share
+_FLAT_START, _FULL = 2.0, 0.6
+
+
+#: a block lies in a plane: centre within these sigmas plus [m], normal within [rad]
+_OFF, _OFF_LEAST, _TURN = 1.0, 2e-3, float(np.radians(12.0))
+
+
+#: regions smaller than this many blocks are dropped
+_BLOCKS = 4
+
+
+#: pixels lie in a plane within this many sigmas plus [m]
+_PIXEL, _PIXEL_LEAST = 3.0, 1e-3
+
+
+def grow_planes(xyz: Array, image: RangeImage, sigma: float) -> tuple[Labels, int]:
+    """Region (rows, columns) int32 of every pixel, -1 for none, and the number of regions.
+
+    xyz (n, 3) : points of the image [m]; sigma : range noise [m].
+    """
+    edge = _block_edge(image)
+    sums = _block_sums(xyz, image.index, edge)
+    fits = _block_planes(sums, edge * edge)
+    flat = (fits[..., 6] <= _FLAT_START * sigma) & (sums[..., 0] >= _FULL * edge * edge)
+    order = np.argsort(np.where(flat, fits[..., 6], np.inf), axis=None)[: int(flat.sum())]
+    blocks, planes = _grown(sums, fits, flat, order, image.wraps, sigma)
+    labels = _pixels(xyz, image.index, blocks, planes, edge, image.wraps, sigma)
+    return labels, len(planes)
+
+
+def _block_edge(image: RangeImage) -> int:
+    """Pixels along a block: about 8 cm on surfaces at the median range."""
+    typical = float(np.nanmedian(image.range[:: max(1, image.shape[0] // 200)]))
+    pixels = _SIZE / max(typical * np.sqrt(image.step_h * image.step_v), 1e-9)
+    return int(np.clip(round(pixels), *_EDGE))
+
+
+@njit(cache=True, nogil=True)
+def _block_sums(xyz: Array, index: NDArray[np.int32], edge: int) -> Array:
+    """Number, sums and products (10) of the points of every block."""
+    rows, columns = index.shape
+    high, wide = (rows + edge - 1) // edge, (columns + edge - 1) // edge
+    out = np.zeros((high, wide, 10))
+    for i in range(rows):
+        for j in range(columns):
+            k = index[i, j]
+            if k < 0:
+                continue
+            s = out[i // edge, j // edge]
+            x, y, z = xyz[k, 0], xyz[k, 1], xyz[k, 2]
+            s[0] += 1
+            s[1] += x
+            s[2] += y
+            s[3] += z
+            s[4] += x * x
+            s[5] += x * y
+            s[6] += x * z
+            s[7] += y * y
+            s[8] += y * z
+            s[9] += z * z
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _seed_plane(s: Array) -> Array:
+    """Centre, normal towards the scanner, thickness (7) of the points with these sums."""
+    out = np.empty(7)
+    c = s[1:4] / s[0]
+    m = np.empty((3, 3))
+    m[0, 0] = s[4] / s[0] - c[0] * c[0]
+    m[0, 1] = m[1, 0] = s[5] / s[0] - c[0] * c[1]
+    m[0, 2] = m[2, 0] = s[6] / s[0] - c[0] * c[2]
+    m[1, 1] = s[7] / s[0] - c[1] * c[1]
+    m[1, 2] = m[2, 1] = s[8] / s[0] - c[1] * c[2]
+    m[2, 2] = s[9] / s[0] - c[2] * c[2]
+    values, vectors = np.linalg.eigh(m)
+    normal = np.ascontiguousarray(vectors[:, 0])
+    if (normal * c).sum() > 0:
+        normal = -normal
+    out[:3], out[3:6], out[6] = c, normal, np.sqrt(max(values[0], 0.0))
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _block_planes(sums: Array, full: int) -> Array:
+    """Planes (high, wide, 7) of blocks that are at least half full; thickness inf of others."""
+    high, wide = sums.shape[:2]
+    out = np.full((high, wide, 7), np.inf)
+    for i in range(high):
+        for j in range(wide):
+            if sums[i, j, 0] >= 0.5 * full and sums[i, j, 0] >= 6:
+                out[i, j] = _seed_plane(sums[i, j])
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _joins(block: Array, plane: Array, sigma: float) -> bool:
+    """Does a flat block lie in the plane of a region?"""
+    turn = (block[3:6] * plane[3:6]).sum()
+    if turn < np.cos(_TURN):
+        return False
+    off = ((block[:3] - plane[:3]) * plane[3:6]).sum()
+    return bool(abs(off) < _OFF * sigma + _OFF_LEAST)
+
+
+@njit(cache=True, nogil=True)
+def _grown(
+    sums: Array,
+    fits: Array,
+    flat: NDArray[np.bool_],
+    order: NDArray[np.int64],
+    wraps: bool,
+    sigma: float,
+) -> tuple[Labels, Array]:
+    """Region (high, wide) of every block and planes (regions, 7), from the flattest blocks on."""
+    high, wide = flat.shape
+    region = np.full((high, wide), -1, dtype=np.int32)
+    planes = np.empty((64, 7))
+    stack = np.empty((high * wide, 2), dtype=np.int32)
+    count = 0
+    for at in order:
+        if region[at // wide, at % wide] >= 0:
+            continue
+        region[at // wide, at % wide] = count
+        stack[0, 0], stack[0, 1] = at // wide, at % wide
+        first, last, update = 0, 1, 3
+        total = sums[at // wide, at % wide].copy()
+        plane = fits[at // wide, at % wide].copy()
+        while first < last:
+            i, j = stack[first, 0], stack[first, 1]
+            first += 1
+            for di, dj in ((0, 1), (0, -1), (1, 0), (-1, 0)):
+                a, b = i + di, j + dj
+                if wraps:
+                    b %= wide
+                if a < 0 or a >= high or b < 0 or b >= wide or region[a, b] >= 0:
+                    continue
+                if not flat[a, b] or not _joins(fits[a, b], plane, sigma):
+                    continue
+                region[a, b] = count
+                stack[last, 0], stack[last, 1] = a, b
+                last += 1
+                total += sums[a, b]
+                if last >= update:  # the plane follows its blocks, ever less often
+                    plane, update = _seed_plane(total), last + max(1, last // 8)
+        if last < _BLOCKS:
+            for k in range(last):
+                region[stack[k, 0], stack[k, 1]] = -2
+            continue
+        if count == len(planes):
+            grown = np.empty((2 * count, 7))
+            grown[:count] = planes
+            planes = grown
+        planes[count] = _seed_plane(total)
+        count += 1
+    return region, planes[:count]
+
+
+@njit(cache=True, nogil=True)
+def _pixels(
+    xyz: Array,
+    index: NDArray[np.int32],
+    region: Labels,
+    planes: Array,
+    edge: int,
+    wraps: bool,
+    sigma: float,
+) -> Labels:
+    """Region of every pixel: the plane that it is nearest to, of its block and those around."""
+    rows, columns = index.shape
+    high, wide = region.shape
+    out = np.full((rows, columns), -1, dtype=np.int32)
+    allowed = _PIXEL * sigma + _PIXEL_LEAST
+    near = np.empty(9, dtype=np.int32)
+    for bi in range(high):
+        for bj in range(wide):
+            n = 0
+            for di in range(-1, 2):
+                for dj in range(-1, 2):
+                    a, b = bi + di, bj + dj
+                    if wraps:
+                        b %= wide
+                    if a < 0 or a >= high or b < 0 or b >= wide or region[a, b] < 0:
+                        continue
+                    fresh = True
+                    for m in range(n):
+                        fresh = fresh and near[m] != region[a, b]
+                    if fresh:
+                        near[n] = region[a, b]
+                        n += 1
+            if n == 0:
+                continue
+            for i in range(bi * edge, min(rows, (bi + 1) * edge)):
+                for j in range(bj * edge, min(columns, (bj + 1) * edge)):
+                    if index[i, j] >= 0:
+                        out[i, j] = _nearest(xyz[index[i, j]], near[:n], planes, allowed)
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _nearest(point: Array, near: Labels, planes: Array, allowed: float) -> int:
+    """The region whose plane is nearest to a point and within ``allowed`` [m], else -1."""
+    best, found = allowed, -1
+    for k in near:
+        p = planes[k]
+        off = abs((point[0] - p[0]) * p[3] + (point[1] - p[1]) * p[4] + (point[2] - p[2]) * p[5])
+        if off < best:
+            best, found = off, k
+    return found
+
+
 Labels = NDArray[np.int32]
+
 
 #: smallest area [m^2], largest rms in sigmas of the range
 AREA, _FLAT = 0.5, 2.5
+
+
 #: waves of good surfaces [m], added to the noise when flatness is tested
 _WAVES = 1e-3
+
+
 #: a surface is curved if its radius is below this [m] and the bow above this [m] and 4 sigma
 _RADIUS, _BOW = 50.0, 5e-4
+
+
 #: neighbouring points share errors of the surface: one independent point per square of this [m]
 _CELL = 0.05
+
+
 #: sigma of what no fit sees of a surface [m]: waves, paint, the scanner's zero error
 FLOOR = 3e-4
+
+
 #: planes that may be one: angle [rad], offset [m], growth of the variance when joined
 _ANGLE, _OFFSET, _GROWTH = float(np.radians(0.3)), 5e-3, 1.5
+
+
 #: points that the outline is made of, at most
 _OUTLINE = 20_000
+
+
 #: parts that residuals are summed over to see how they hang together, along either side
 _PARTS = 8
+
+
 #: cells that stand for the patch where it is compared with others, about; least width [m]
 _CELLS, _WIDTH = 400, 0.1
 

@@ -9,13 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.transformation.models import Transformation
 
 __all__ = ["Carrier"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

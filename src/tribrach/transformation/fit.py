@@ -13,8 +13,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tribrach._types import Array, Mask
 from tribrach.errors import InputError, NotConverged, RankDefect
 from tribrach.geometry import rotation as turns
 from tribrach.transformation.models import Model, Transformation, find_model, start
@@ -22,8 +22,6 @@ from tribrach.transformation.weights import Metric, Spread, given_spread
 
 __all__ = ["CommonPoints", "Fit", "fit_points", "fit_transformation"]
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 _STEPS = 100
 #: ratio of singular values of the scaled design below which a parameter is open

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tribrach.distributions import chi2, f, norm, t
 from tribrach.errors import AdjustmentError, InputError
+from tribrach.statistics import chi2, f, norm, t
 from tribrach.transformation.fit import CommonPoints, Fit, fit_points
 from tribrach.transformation.models import MODELS
 from tribrach.transformation.testing import trusted

@@ -11,15 +11,14 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geometry import rotation as turns
 from tribrach.geometry.alignment import kabsch, planar, umeyama
 
 __all__ = ["MODELS", "Model", "Transformation", "find_model", "start"]
 
-Array = NDArray[np.float64]
 
 _AXES = ("x", "y", "z")
 

@@ -7,25 +7,18 @@ cannot be told. Method section 3.4.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tribrach.distributions import chi2, f
-from tribrach.transformation.fit import Fit
+from tribrach._types import Array
+from tribrach.errors import AdjustmentError, InputError
+from tribrach.statistics import chi2, f
+from tribrach.transformation.fit import Fit, fit_points
 
-__all__ = [
-    "ALPHA0",
-    "CheckResult",
-    "PointTests",
-    "check_points",
-    "compare_points",
-    "point_tests",
-    "trusted",
-]
+__all__ = ["CheckResult", "PointTests", "check_points", "point_tests", "snoop_points", "trusted"]
 
-Array = NDArray[np.float64]
 
 ALPHA0 = 0.001
 
@@ -140,3 +133,133 @@ def compare_points(fit: Fit, place: NDArray[np.int64]) -> CheckResult:
     solved = np.linalg.solve(c, w[:, :, None])[:, :, 0] if np.isfinite(c).all() else np.nan * w
     dof = None if points.weighted else fit.dof
     return CheckResult(place, w, c, np.einsum("ni,ni->n", w, solved), dof)
+
+
+# Common points that do not fit are switched off one by one, with their names and sizes.
+#
+# Method section 3.4, for whole points instead of single values.
+
+
+#: wrong points are looked for that hide each other among so few points, so many of them at most
+_FEW, _DEEPEST = 100, 6
+
+
+@dataclass(frozen=True)
+class Snooped:
+    """A fit without what does not fit; steps say what was done, in words."""
+
+    fit: Fit
+    steps: tuple[str, ...]
+    removed: tuple[str, ...]
+
+
+def snoop_points(fit: Fit, alpha0: float = ALPHA0) -> Snooped:
+    """Switch the worst point off, fit again, and so on; those that fit after all come back.
+
+    The redundancy never falls below one.
+    """
+    steps: list[str] = []
+    removed: list[int] = []
+    while True:
+        tests = point_tests(fit, alpha0)
+        ahead = 0 if tests.suspicious.any() else _hidden(fit, alpha0)
+        if not tests.suspicious.any() and not ahead:
+            break
+        # without sigmas several wrong points hide each other in a large sigma0
+        trial = _one_less(fit, tests, steps, removed, hidden=ahead > 0)
+        if trial is None:
+            break
+        fit = trial
+        for _ in range(ahead - 1):
+            fit = _one_less(fit, point_tests(fit, alpha0), steps, removed, hidden=True) or fit
+    fit, kept = _recalled(fit, removed, steps, alpha0)
+    return Snooped(fit, tuple(steps), tuple(fit.points.names[k] for k in kept))
+
+
+def _one_less(
+    fit: Fit, tests: PointTests, steps: list[str], removed: list[int], *, hidden: bool
+) -> Fit | None:
+    """The fit without its worst point; None if that cannot be spared. Steps and removed grow."""
+    places = np.flatnonzero(fit.points.used)
+    worst = int(np.argmax(np.nan_to_num(tests.statistic / tests.limit)))
+    k = int(places[worst])
+    words = _words(fit, tests, worst, k)
+    try:
+        trial = _without(fit, k, f"does not fit: {words}")
+    except (AdjustmentError, InputError):
+        trial = None
+    if trial is None or trial.dof < 1:
+        steps.append(f"{words}; kept, since without it nothing would check the others")
+        return None
+    others = [] if hidden else _alternatives(fit, tests, worst, places)
+    doubt = f"; it could as well be {' or '.join(others)}" if others else ""
+    together = " together with others" if hidden else ""
+    steps.append(f"{words}; switched off{together}{doubt}")
+    removed.append(k)
+    return trial
+
+
+def _hidden(fit: Fit, alpha0: float) -> int:
+    """How many points must go before all of them are seen to be wrong; 0 if none are.
+
+    Only for fits of few points without sigmas (among many, some cannot hide each other), at most a
+    quarter of them, at a stricter level, since the points were chosen to leave little.
+    """
+    count = int(fit.points.used.sum())
+    if fit.points.weighted or count > _FEW:
+        return 0
+    gone: list[int] = []
+    most = min(count // 4, _DEEPEST)
+    level = 1 - alpha0 / max(count, 1) / 10
+    for _ in range(most):
+        trial = _one_less(fit, point_tests(fit, alpha0), [], gone, hidden=True)
+        if trial is None or trial.dof < 2 * trial.points.dimension:
+            return 0
+        fit = trial
+        result = compare_points(fit, np.array(gone))
+        if len(gone) > 1 and (result.statistic > result.limit(level)).all():
+            return len(gone)
+    return 0
+
+
+def _words(fit: Fit, tests: PointTests, row: int, k: int) -> str:
+    size = 1e3 * tests.error[row]
+    parts = ", ".join(f"{axis} {value:+.1f}" for axis, value in zip("xyz", size, strict=False))
+    return (
+        f"point {fit.points.names[k]} is off by about ({parts}) mm in B (test "
+        f"{tests.statistic[row]:.1f} against {tests.limit[row]:.1f}); A or B may be wrong"
+    )
+
+
+def _without(fit: Fit, k: int, reason: str) -> Fit:
+    used, reasons = fit.points.used.copy(), list(fit.points.reasons)
+    used[k], reasons[k] = False, reason
+    return fit_points(replace(fit.points, used=used, reasons=tuple(reasons)), fit.model)
+
+
+def _alternatives(fit: Fit, tests: PointTests, worst: int, places: NDArray[np.int64]) -> list[str]:
+    """Other points whose removal would leave about as good a fit."""
+    best = max(float(tests.left[worst]), 1e-12 * fit.vtpv)
+    d = fit.points.dimension
+    level = 1.0 if fit.points.weighted else best / max(fit.dof - d, 1)
+    # twice the logarithm of the likelihood, as far as chance moves it
+    near = tests.left - best <= chi2.ppf(0.95, 1) * level
+    near[worst] = False
+    return [fit.points.names[int(k)] for k in places[near & tests.suspicious]][:3]
+
+
+def _recalled(
+    fit: Fit, removed: list[int], steps: list[str], alpha0: float
+) -> tuple[Fit, list[int]]:
+    """Removed points that agree with the final fit take part again."""
+    kept: list[int] = []
+    for k in removed:
+        result = compare_points(fit, np.array([k]))
+        if result.statistic[0] > result.limit(1 - alpha0)[0]:
+            kept.append(k)
+            continue
+        used, reasons = fit.points.used.copy(), list(fit.points.reasons)
+        used[k], reasons[k] = True, ""
+        fit = fit_points(replace(fit.points, used=used, reasons=tuple(reasons)), fit.model)
+        steps.append(f"point {fit.points.names[k]} fits the others after all and is back")
+    return fit, kept

@@ -12,11 +12,11 @@ import numpy as np
 import scipy.linalg as sla
 from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.errors import InputError
 
 __all__ = ["Metric", "Spread", "given_spread"]
 
-Array = NDArray[np.float64]
 
 #: a joint covariance over more values than this is refused
 _MOST = 6000

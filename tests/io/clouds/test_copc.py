@@ -12,10 +12,11 @@ from laspy.copc import Bounds, CopcReader
 
 from tests.io.clouds.test_las import FIELDS, UTM, points
 from tribrach.errors import InputError
-from tribrach.io.clouds import copc, point_spool
+from tribrach.io.clouds import copc
+from tribrach.io.clouds import copc as point_spool
+from tribrach.io.clouds.copc import Cube, subtree
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader
-from tribrach.io.clouds.octree import Cube, subtree
 from tribrach.io.scans.formats import read_scans
 
 HEADER = CloudHeader("S1", FIELDS, 1e-4, UTM, crs="EPSG:32648", epoch=2020.5)

@@ -13,10 +13,9 @@ from scipy.spatial.transform import Rotation
 
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
-from tribrach.io.clouds.e57_poses import copy_with_poses
+from tribrach.io.clouds.e57 import copy_with_poses
 from tribrach.io.e57_pages import PAGE, PAYLOAD, paged, parse, read_header, read_xml
-from tribrach.io.scans.e57 import read
-from tribrach.io.scans.e57_header import pose_of
+from tribrach.io.scans.e57 import pose_of, read
 
 
 def pose(seed: int) -> Pose:

@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 
 from tribrach.errors import InputError
 from tribrach.io.clouds.formats import create
-from tribrach.io.clouds.header import CloudHeader
-from tribrach.io.clouds.precision import single_resolution, step_for
+from tribrach.io.clouds.header import CloudHeader, single_resolution, step_for
 from tribrach.io.scans.formats import read_scans
 from tribrach.scan.scan import Field
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tribrach.io.survey import gama
+from tribrach.io.survey.gama import reader as gama
 from tribrach.network.survey import Survey
 
 #: E, N, U [m] of a small network

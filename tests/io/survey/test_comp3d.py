@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from tribrach.errors import InputError
-from tribrach.geodesy.grid import Grid
+from tribrach.geodesy.projection import Grid
 from tribrach.geometry.rotation import exp
-from tribrach.io.survey import comp3d
+from tribrach.io.survey.comp3d import reader as comp3d
 from tribrach.network.adjustment import Adjustment, adjust
-from tribrach.network.observations.base import Use
 from tribrach.network.survey import Survey
+from tribrach.observations.base import Use
 
 #: three control points and one free one, some 50 m around 1000, 2000
 CONTROL = """

@@ -17,14 +17,14 @@ from typer.testing import CliRunner
 
 from tribrach.cli import app
 from tribrach.errors import AdjustmentError, InputError, NoStartValues, RankDefect
-from tribrach.geodesy.grid import Grid
+from tribrach.geodesy.projection import Grid
 from tribrach.geodesy.site import EllipsoidSite
-from tribrach.io.survey import comp3d
-from tribrach.io.survey.comp3d_control import grid_axes
+from tribrach.io.survey.comp3d.assembly import grid_axes
+from tribrach.io.survey.comp3d import reader as comp3d
 from tribrach.network.adjustment import Adjustment, adjust
-from tribrach.network.observations.base import Use
-from tribrach.network.observations.inclination import Inclinations
 from tribrach.network.survey import Survey
+from tribrach.observations.base import Use
+from tribrach.observations.scanner import Inclinations
 
 FOLDER = Path(__file__).resolve().parents[4] / "shared" / "data" / "networks" / "comp3d"
 

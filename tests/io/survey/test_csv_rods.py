@@ -7,13 +7,13 @@ import pytest
 
 from tribrach.errors import InputError
 from tribrach.instruments.precision import Precision
-from tribrach.io.survey.csv_reader import Context
-from tribrach.io.survey.csv_tables import read
+from tribrach.io.survey.csv.reader import Context
+from tribrach.io.survey.csv.tables import read
+from tribrach.job.name_targets import known_points
 from tribrach.network.adjustment import adjust
-from tribrach.network.observations.gnss_position import GnssPositions
-from tribrach.network.observations.offset import Offsets
 from tribrach.network.survey import Survey
-from tribrach.stages.naming import known_points
+from tribrach.observations.control import Offsets
+from tribrach.observations.gnss import GnssPositions
 
 ROD = Context(precision=Precision(rod=0.0005, bubble=np.radians(8 / 60), eccentricity=0.001))
 

@@ -15,9 +15,9 @@ from tests.io.survey.dynadjust_files import (
 from tribrach.errors import InputError
 from tribrach.geodesy import frames
 from tribrach.geodesy.site import EllipsoidSite, ecef_from_geodetic, enu_rotation
-from tribrach.io.survey import dna, dynaml
+from tribrach.io.survey.dynadjust import dna, dynaml
 from tribrach.network.adjustment import adjust
-from tribrach.network.observations.base import Use
+from tribrach.observations.base import Use
 
 FORMATS = {"dna": (write_dna, dna.read), "xml": (write_xml, dynaml.read)}
 LATITUDE, LONGITUDE = np.radians(-36.5), np.radians(146.25)

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tribrach.io.survey import dna, dynaml
+from tribrach.io.survey.dynadjust import dna, dynaml
 from tribrach.network.adjustment import Adjustment, adjust
 
 pytestmark = pytest.mark.data

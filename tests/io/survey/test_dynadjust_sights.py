@@ -7,9 +7,9 @@ from tests.io.survey.dynadjust_files import Directions, Line, Network, Station, 
 from tests.io.survey.test_dynadjust import ENU, A
 from tribrach.errors import InputError
 from tribrach.geodesy.site import EllipsoidSite
-from tribrach.io.survey import dna, dynaml
+from tribrach.io.survey.dynadjust import dna, dynaml
 from tribrach.network.adjustment import adjust
-from tribrach.network.observations.base import Use
+from tribrach.observations.base import Use
 
 PLACES = {
     "A": (0, 0, 0),

@@ -15,7 +15,7 @@ from tests.io.survey.gama_files import (
 )
 from tribrach.errors import InputError
 from tribrach.network.adjustment import adjust
-from tribrach.network.observations.base import Use
+from tribrach.observations.base import Use
 from tribrach.units import CC, GON, SEC
 
 HANDS = ("left-handed", "right-handed")

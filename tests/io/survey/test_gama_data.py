@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from lxml import etree
 
-from tribrach.io.survey import gama
+from tribrach.io.survey.gama import reader as gama
 from tribrach.network.adjustment import Adjustment, adjust
 
 FOLDER = Path(__file__).resolve().parents[4] / "shared" / "data" / "networks" / "gama"

@@ -9,12 +9,12 @@ import pytest
 from tribrach.errors import InputError
 from tribrach.geodesy.epochs import Motion, Realisation
 from tribrach.geodesy.site import EllipsoidSite, ecef_from_geodetic
-from tribrach.gnss.precision import sigma_factor
+from tribrach.instruments.gnss_solutions import sigma_factor
+from tribrach.io.gnss.files import GnssContext, read
+from tribrach.io.gnss.gvx import read_gvx
+from tribrach.io.gnss.rtklib_pos import read_rtklib
+from tribrach.io.gnss.sinex import read_sinex
 from tribrach.io.survey.formats import read_files
-from tribrach.io.survey.gnss_files import GnssContext, read
-from tribrach.io.survey.gvx import read_gvx
-from tribrach.io.survey.rtklib_pos import read_rtklib
-from tribrach.io.survey.sinex import read_sinex
 from tribrach.network.adjustment import adjust
 from tribrach.network.network import Datum
 

@@ -7,9 +7,9 @@ from scipy.spatial.transform import Rotation
 from tests.io.survey.riscan_files import Rsp, Scan, write
 from tribrach.errors import InputError
 from tribrach.geodesy.site import EllipsoidSite
-from tribrach.io.survey import riscan
+from tribrach.io.survey.riscan import reader as riscan
 from tribrach.network.adjustment import adjust
-from tribrach.network.observations.base import Use
+from tribrach.observations.base import Use
 
 ACCURACY = (0.004, 0.002, 0.002)
 #: targets in an upright east-north-up project frame

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from tribrach.errors import InputError
-from tribrach.io.survey import riscan
-from tribrach.io.survey.riscan_records import parse
+from tribrach.io.survey.riscan import reader as riscan
+from tribrach.io.survey.riscan.records import parse
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.quality import assess
 

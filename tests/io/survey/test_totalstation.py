@@ -9,12 +9,13 @@ from typer.testing import CliRunner
 from tribrach.cli import app
 from tribrach.errors import InputError
 from tribrach.instruments.precision import Precision
-from tribrach.io.survey import csv_tables, totalstation
-from tribrach.io.survey.csv_reader import Context
+from tribrach.io.survey import totalstation
+from tribrach.io.survey.csv import tables as csv_tables
+from tribrach.io.survey.csv.reader import Context
 from tribrach.io.survey.formats import read_files
 from tribrach.io.totalstation.recorder import Recorder
 from tribrach.network.adjustment import adjust
-from tribrach.network.observations.base import Use
+from tribrach.observations.base import Use
 from tribrach.project import Project
 from tribrach.units import GON, SEC
 

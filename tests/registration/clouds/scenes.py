@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.registration.clouds.prepared import PreparedScan, prepare
@@ -13,8 +13,6 @@ from tribrach.simulate.scanner import Grid, Scanner, scan
 from tribrach.simulate.scene import Primitive, Scene, box, cylinder, ground, rectangle
 from tribrach.simulate.setups import levelled, tilted
 from tribrach.units import SEC
-
-Array = NDArray[np.float64]
 
 NOISE = ScanNoise(0.001, 1e-5, 10 * SEC, 10 * SEC, 0.002, 0.0002)
 _V = (np.radians(35.0), np.radians(135.0))

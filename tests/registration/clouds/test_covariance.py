@@ -7,12 +7,12 @@ from scipy.stats import chi2
 from tests.registration.clouds.scenes import scanned, yard
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import exp, log
-from tribrach.network.observations.relative_pose import RelativePoses
-from tribrach.network.unknowns import Layout, State
-from tribrach.registration.clouds.differences import differences
+from tribrach.observations.poses import RelativePoses
+from tribrach.observations.unknowns import Layout, State
 from tribrach.registration.clouds.fine import align
 from tribrach.registration.clouds.prepared import PreparedScan, prepare
 from tribrach.registration.clouds.relative_covariance import relative_covariance
+from tribrach.registration.clouds.together import differences
 from tribrach.simulate.twins import sphere_courtyard
 
 NO_FLOOR = (0.0, 0.0)

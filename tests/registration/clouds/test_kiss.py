@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.registration.clouds.scenes import yard_scans
-from tribrach.registration.clouds import kiss
+from tribrach.registration.clouds import starts as kiss
 
 
 def test_nothing_is_proposed_where_it_is_not_installed(monkeypatch: pytest.MonkeyPatch) -> None:

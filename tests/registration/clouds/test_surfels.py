@@ -6,10 +6,8 @@ import pytest
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import exp
-from tribrach.registration.clouds.cells import Cells, CellSum, coarser
-from tribrach.registration.clouds.prepared import prepare
-from tribrach.registration.clouds.surfels import surfels_of
-from tribrach.registration.clouds.view import BEHIND, SEEN_THROUGH, UNSEEN, View
+from tribrach.registration.clouds.prepared import BEHIND, SEEN_THROUGH, UNSEEN, View, prepare
+from tribrach.registration.clouds.surfels import Cells, CellSum, coarser, surfels_of
 
 
 def summed(xyz: np.ndarray, size: float, chunk: int = 700) -> Cells:

@@ -12,32 +12,283 @@ import hashlib
 import json
 import re
 import uuid
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, BinaryIO, Self
 
 import numpy as np
+from lxml import etree
 from numpy.typing import NDArray
 from pye57 import libe57
 from pyproj import CRS
+from scipy.spatial.transform import Rotation
 
+from tribrach._types import Array
 from tribrach.errors import InputError
-from tribrach.io.clouds.e57_tree import quaternion
+from tribrach.geometry.pose import Pose
 from tribrach.io.clouds.header import CloudHeader
 from tribrach.io.clouds.staged import Staged, staged_name
+from tribrach.io.e57_pages import (
+    PAGE,
+    PAYLOAD,
+    Header,
+    child,
+    damaged,
+    paged,
+    parse,
+    read_header,
+    read_xml,
+    verify,
+)
+from tribrach.io.scans.e57 import pose_of
 from tribrach.scan.scan import Field
 
-__all__ = ["E57Writer"]
+__all__ = ["copy_with_poses"]
 
-Array = NDArray[np.float64]
+# New poses in the XML section of an E57 file, of scans and of the pictures that hang on them.
+#
+# Poses of pictures are in the world of the poses of the scans. A picture that names a scan (its
+# ``associatedData3DGuid``) moves with it by new times old inverse, so that it still lies on the
+# points; one that names none moves with the only scan of its file, and stays where there are
+# several.
+
+
+#: representations of a picture that lie somewhere; a visual reference does not
+_PLACED = ("pinholeRepresentation", "sphericalRepresentation", "cylindricalRepresentation")
+
+
+def replace_poses(root: etree._Element, poses: Mapping[int, Pose], source: Path) -> tuple[str, ...]:
+    """Put poses, world from scanner by index of the scan, into a tree; what is to be said of it.
+
+    Raises
+    ------
+    InputError : a scan that the file has not.
+    """
+    scans = _children(root, "data3D")
+    moves: dict[int, tuple[Pose, Pose]] = {}
+    for index, pose in poses.items():
+        if not 0 <= index < len(scans):
+            raise InputError(
+                f"the file has {len(scans)} scans, none is number {index + 1}", file=source
+            )
+        moves[index] = (pose_of(scans[index], []) or Pose.identity(), pose)
+    said = _move_pictures(root, scans, moves)
+    for index, pose in poses.items():
+        _set_pose(scans[index], pose, before=child(scans[index], "points"))
+    return said
+
+
+def _move_pictures(
+    root: etree._Element,
+    scans: Sequence[etree._Element],
+    moves: Mapping[int, tuple[Pose, Pose]],
+) -> tuple[str, ...]:
+    """Pictures follow their scans; a sentence if some cannot."""
+    guids = [_text(scan, "guid") for scan in scans]
+    stay = 0
+    for picture in _children(root, "images2D"):
+        named = _text(picture, "associatedData3DGuid")
+        found = [k for k, guid in enumerate(guids) if guid == named] if named else []
+        if not named and len(scans) == 1:
+            found = [0]
+        pose = pose_of(picture, [])
+        if pose is None and all(child(picture, kind) is None for kind in _PLACED):
+            continue
+        if len(found) == 1 and found[0] in moves:
+            _set_pose(picture, _moved(pose or Pose.identity(), *moves[found[0]]), before=None)
+        elif len(found) != 1:
+            stay += 1
+    if not stay:
+        return ()
+    words = "a picture names no scan" if stay == 1 else f"{stay} pictures name no scan"
+    return (f"{words} of the file and did not move with the points",)
+
+
+def _moved(pose: Pose, old: Pose, new: Pose) -> Pose:
+    """``new old^-1 pose``, differences first: translations may be millions of metres."""
+    turn = new.rotation @ old.rotation.T
+    shift = turn @ (pose.translation - old.translation)
+    return Pose(turn @ pose.rotation, new.translation + shift)
+
+
+def _children(root: etree._Element, name: str) -> list[etree._Element]:
+    """The members of a vector of the tree."""
+    group = child(root, name)
+    return [] if group is None else [e for e in group if isinstance(e.tag, str)]
+
+
+def _text(element: etree._Element, name: str) -> str:
+    """The text of a child; "" if there is none."""
+    found = child(element, name)
+    return "" if found is None else (found.text or "").strip()
+
+
+def _set_pose(owner: etree._Element, pose: Pose, before: etree._Element | None) -> None:
+    """Put a pose into a scan or picture, in the place of the old one."""
+    element = child(owner, "pose")
+    if element is None:
+        element = _structure(owner, "pose", before=before)
+    x, y, z, w = quaternion(pose)
+    _numbers(element, "rotation", {"w": w, "x": x, "y": y, "z": z})
+    _numbers(element, "translation", dict(zip("xyz", pose.translation.tolist(), strict=True)))
+
+
+def quaternion(pose: Pose) -> list[float]:
+    """x, y, z, w of a pose's rotation, w not negative."""
+    q: list[float] = Rotation.from_matrix(pose.rotation).as_quat(canonical=True).tolist()
+    return q
+
+
+def _numbers(pose: etree._Element, name: str, values: Mapping[str, float]) -> None:
+    """One part of a pose, in the place of the old one."""
+    old = child(pose, name)
+    if old is None:
+        part = _structure(pose, name, before=None)
+    else:
+        part = old
+        for one in values:
+            stale = child(part, one)
+            if stale is not None:
+                part.remove(stale)
+    for one, value in values.items():
+        element = etree.SubElement(part, _tag(pose, one), type="Float")
+        element.text = repr(float(value))
+
+
+def _structure(parent: etree._Element, name: str, before: etree._Element | None) -> etree._Element:
+    """A new structure in a parent, before one of its children or at its end."""
+    element = etree.Element(_tag(parent, name), type="Structure")
+    if before is None:
+        parent.append(element)
+    else:
+        before.addprevious(element)
+    return element
+
+
+def _tag(near: etree._Element, name: str) -> str:
+    """A name in the namespace of the standard, as the file writes it."""
+    space = near.nsmap.get(None)
+    return f"{{{space}}}{name}" if space else name
+
+
+def replace_crs(root: etree._Element, crs: str) -> None:
+    """Put the reference system into a tree."""
+    element = child(root, "coordinateMetadata")
+    if element is None:
+        element = etree.Element(_tag(root, "coordinateMetadata"), type="String")
+        group = child(root, "data3D")
+        if group is None:
+            root.append(element)
+        else:
+            group.addprevious(element)
+    for one in list(element):
+        element.remove(one)
+    element.set("type", "String")
+    element.text = etree.CDATA(crs) if "]]>" not in crs else crs
+
+
+# A copy of an E57 file in which only the poses of its scans are others.
+#
+# Points and images lie in pages before the XML section; these are copied byte for byte, their
+# checksums verified on the way. The new XML takes the place of the old one, or comes at the end of
+# the file where the old one is not last.
+
+
+#: pages copied at a time, 4 MB
+_POSE_BLOCK = 4096
+
+
+_DECLARATION = b'<?xml version="1.0" encoding="UTF-8"?>\n'
+
+
+def copy_with_poses(
+    source: Path, destination: Path, poses: Mapping[int, Pose], crs: str | None
+) -> tuple[str, ...]:
+    """Write a copy of an E57 file with these poses, world from scanner, by index of the scan.
+
+    crs : WKT that replaces ``coordinateMetadata``; the old text stays if it is None. Pictures move
+    with the scan that they hang on; everything else passes through. Returns sentences about what
+    could not follow.
+
+    Raises
+    ------
+    InputError : no E57 file, truncated, damaged, a scan that it has not, or nowhere to write.
+    """
+    try:
+        file = source.open("rb")
+    except OSError as error:
+        raise InputError(
+            f"the file cannot be read ({error.strerror})", file=source, cure="check the path"
+        ) from error
+    with file:
+        header = read_header(file, source)
+        root = parse(read_xml(file, header, source), source)
+        said = replace_poses(root, poses, source)
+        if crs is not None:
+            replace_crs(root, crs)
+        xml = _DECLARATION + etree.tostring(root, encoding="UTF-8", xml_declaration=False)
+        xml += b" " * (-len(xml) % 4)  # the standard wants multiples of four
+        with Staged(destination) as staged:
+            _write(file, header, xml, staged.file, source)
+    return said
+
+
+def _write(file: BinaryIO, header: Header, xml: bytes, out: BinaryIO, source: Path) -> None:
+    """The pages before the XML, the XML, and the header again."""
+    start = header.xml_start if header.xml_is_last else header.physical_length // PAGE * PAYLOAD
+    whole, rest = divmod(start, PAYLOAD)
+    first = _copy(file, out, whole, source)
+    before = b""
+    if rest:  # the XML begins within a page
+        before = _pages(file, whole, 1, source)[:rest]
+    tail = paged(before + xml)
+    out.write(tail)
+    new = replace(
+        header,
+        physical_length=whole * PAGE + len(tail),
+        xml_offset=whole * PAGE + rest,
+        xml_length=len(xml),
+    ).to_bytes()
+    page = first if whole else tail[:PAGE]
+    out.seek(0)
+    out.write(paged(new + page[len(new) : PAYLOAD]))
+
+
+def _copy(file: BinaryIO, out: BinaryIO, count: int, source: Path) -> bytes:
+    """Copy pages from the beginning; the first of them."""
+    first = b""
+    for done in range(0, count, _POSE_BLOCK):
+        data = _pages(file, done, min(_POSE_BLOCK, count - done), source)
+        first = first or data[:PAGE]
+        out.write(data)
+    return first
+
+
+def _pages(file: BinaryIO, first: int, count: int, source: Path) -> bytes:
+    """Verified pages of a file."""
+    file.seek(first * PAGE)
+    data = file.read(count * PAGE)
+    if len(data) < count * PAGE:
+        raise damaged(source, "it ended while it was read")
+    verify(np.frombuffer(data, dtype=np.uint8).reshape(-1, PAGE), first, source)
+    return data
+
 
 _OURS = ("trb", "urn:tribrach:e57:1")
+
+
 _NORMALS = ("nor", "http://www.libe57.org/E57_NOR_surface_normals.txt")
+
+
 _AXES = ("cartesianX", "cartesianY", "cartesianZ")
+
+
 _RGB = {"red": "colorRed", "green": "colorGreen", "blue": "colorBlue"}
+
+
 #: column and integer type or precision by name of a field
 _KNOWN = {
     "intensity": ("intensity", "float32"),
@@ -49,9 +300,15 @@ _KNOWN = {
     "column": ("columnIndex", "int32"),
     **{f"normal_{a}": (f"nor:normal{a.upper()}", "float32") for a in "xyz"},
 }
+
+
 #: buffers that pye57 takes by type; other integers go through "q", for "l" is 32 bits to it
 _BUFFERS = {"int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "float32": "f", "float64": "d"}
+
+
 _REACH = 2**31 - 1
+
+
 #: points handed to libE57 at a time
 _BLOCK = 100_000
 

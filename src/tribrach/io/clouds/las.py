@@ -19,6 +19,7 @@ from numba import njit, prange
 from numpy.typing import NDArray
 from pyproj import CRS
 
+from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.io.clouds.header import CloudHeader
 from tribrach.io.clouds.staged import Staged
@@ -26,7 +27,6 @@ from tribrach.scan.scan import Field
 
 __all__ = ["LasRecords", "LasWriter", "forget_date", "las_header"]
 
-Array = NDArray[np.float64]
 
 #: our names of the format's own dimensions
 _RENAMED = {"time": "gps_time"}

@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pyproj import CRS
 
+from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.io.clouds.header import CloudHeader
 from tribrach.io.clouds.staged import Staged
 
 __all__ = ["PlyWriter"]
 
-Array = NDArray[np.float64]
 
 _TYPES = {
     "i1": "char",

@@ -9,9 +9,9 @@ file); values that the file flags as invalid are zero, intensities their low lim
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,25 +20,425 @@ from lxml import etree
 from numba import njit
 from numpy.typing import NDArray
 from pye57 import libe57
+from pyproj import CRS
+from pyproj.exceptions import CRSError
+from scipy.spatial.transform import Rotation
 
+from tribrach._types import Array
 from tribrach.errors import InputError
-from tribrach.io.e57_pages import CURE, child, damaged, parse, read_header, read_xml
-from tribrach.io.scans.e57_columns import CARTESIAN, Column
-from tribrach.io.scans.e57_header import (
-    ScanHeader,
-    crs_of,
-    distance,
-    scan_header,
-    unique_names,
-)
-from tribrach.scan.scan import CHUNK, Chunk, Scan
+from tribrach.geometry.pose import Pose
+from tribrach.io.e57_pages import CURE, child, damaged, number, parse, read_header, read_xml
+from tribrach.scan.scan import CHUNK, Chunk, Field, Origin, Scan
 
-__all__ = ["E57Scan", "read", "scan_elements", "xml_of"]
+__all__ = ["E57Scan", "pose_of", "read"]
 
-Array = NDArray[np.float64]
+# Which column of an E57 scan becomes which field, and through which buffer?
+
+
+Values = NDArray[Any]
+
+
+CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
+
+
+SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
+
+
+_COLOURS = {"colorRed": "red", "colorGreen": "green", "colorBlue": "blue"}
+
+
+_KNOWN = {
+    "intensity": ("intensity", "float32"),
+    **{theirs: (ours, "uint16") for theirs, ours in _COLOURS.items()},
+    "timeStamp": ("time", "float64"),
+    "returnIndex": ("return_number", "uint8"),
+    "returnCount": ("number_of_returns", "uint8"),
+    "rowIndex": ("row", "int32"),
+    "columnIndex": ("column", "int32"),
+    "normalX": ("normal_x", "float32"),
+    "normalY": ("normal_y", "float32"),
+    "normalZ": ("normal_z", "float32"),
+}
+
+
+#: columns that say which values of others mean nothing
+_FLAGS = {
+    "isIntensityInvalid": ("intensity",),
+    "isColorInvalid": ("red", "green", "blue"),
+    "isTimeStampInvalid": ("time",),
+}
+
+
+#: buffers that pye57 takes by type; other integers go through "q", for "l" is 32 bits to it
+_BUFFERS = {"int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "float32": "f", "float64": "d"}
+
+
+_INTEGERS = ("uint8", "int8", "uint16", "int16", "int32", "uint32", "int64")
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column on its way from the file into a field.
+
+    path : its name in the file; field : what it becomes; buffer : type character of the buffer;
+    low, high : limits that colours are stretched from; flag : the column that invalidates it.
+    """
+
+    path: str
+    field: Field
+    buffer: str
+    low: float = 0.0
+    high: float = 65535.0
+    flag: str | None = None
+
+    def values(self, raw: Values, invalid: Values | None) -> Values:
+        """The field from what the buffer holds (n,); invalid (n,) : values that mean nothing.
+
+        These become zero, intensities the low limit.
+
+        Raises
+        ------
+        InputError : values beyond the field's type.
+        """
+        out = self._converted(raw)
+        if invalid is not None and invalid.any():
+            nothing = self.field.low if self.field.name == "intensity" else None
+            out[invalid.astype(bool)] = 0 if nothing is None else nothing
+        return out
+
+    def _converted(self, raw: Values) -> Values:
+        """A new array of the field's type."""
+        if self.field.name in _COLOURS.values():
+            if (self.low, self.high) == (0, 65535) and raw.dtype == np.uint16:
+                return raw.copy()
+            if (self.low, self.high) == (0, 255) and raw.dtype != np.float64:
+                wide: Values = np.multiply(np.minimum(raw, 255), 257, dtype=np.uint16)
+                return wide
+            share = (raw.astype(np.float64) - self.low) / max(self.high - self.low, 1e-300)
+            whole: Values = np.rint(65535 * np.clip(np.nan_to_num(share), 0, 1))
+            return whole.astype(np.uint16)
+        if self.field.name == "return_number":  # counted from zero in the file
+            return np.clip(raw.astype(np.int64) + 1, 0, 255).astype(np.uint8)
+        kind = np.dtype(self.field.dtype)
+        if raw.dtype == np.longlong and kind.itemsize < 8 and len(raw):
+            limits = np.iinfo(kind)
+            if raw.min() < limits.min or raw.max() > limits.max:
+                raise InputError(f"values of {self.path} do not fit {kind.name}")
+        return raw.astype(kind)
+
+
+def integer_type(low: float | None, high: float | None) -> str:
+    """The smallest integers that hold low to high; 64 bits if that is not said."""
+    if low is None or high is None:
+        return "int64"
+    fits = (n for n in _INTEGERS if np.iinfo(n).min <= low and high <= np.iinfo(n).max)
+    return next(fits, "int64")
+
+
+def columns(
+    scan: etree._Element, prototype: etree._Element, taken: Sequence[str], notes: dict[str, str]
+) -> tuple[tuple[Column, ...], tuple[str, ...]]:
+    """Columns besides those that coordinates are made of, and sentences about the odd ones.
+
+    taken : columns that are coordinates; notes : descriptions by name of a column.
+    """
+    found: list[Column] = []
+    odd: list[str] = []
+    for element in prototype:
+        if not isinstance(element.tag, str):
+            continue
+        local = etree.QName(element).localname
+        path = f"{element.prefix}:{local}" if element.prefix else local
+        if path in taken:
+            continue
+        if element.get("type") not in ("Float", "Integer", "ScaledInteger"):
+            odd.append(f"column {path} holds no numbers and is left out")
+            continue
+        column = _column(scan, element, local, path, notes.get(local, ""))
+        if column.field.name in {one.field.name for one in found}:
+            column = replace(column, field=replace(column.field, name=path))
+        found.append(column)
+        if column.field.name in _COLOURS.values() and column.high <= column.low:
+            odd.append(f"the limits of {path} are empty")
+    flags = {n: f for f, names in _FLAGS.items() for n in names if f in {c.path for c in found}}
+    return tuple(replace(c, flag=flags.get(c.field.name)) for c in found), tuple(odd)
+
+
+def _column(
+    scan: etree._Element, element: etree._Element, local: str, path: str, note: str
+) -> Column:
+    """One column by its element of the prototype."""
+    low, high = _limits(element)
+    kind = _type(element, low, high)
+    known = _KNOWN.get(local) if element.prefix is None or local.startswith("normal") else None
+    name, own = known or (local, kind)
+    if local in _COLOURS:
+        low, high = _stated(scan, "colorLimits", local, low, high)
+        low, high = (0.0, 255.0) if low is None or high is None else (low, high)
+        buffer = {"uint8": "B", "uint16": "H"}.get(kind, "d")
+        return Column(path, Field(name, own, 0.0, 65535.0), buffer, low, high)
+    if name == "intensity":
+        low, high = _stated(scan, "intensityLimits", "intensity", low, high)
+        return Column(path, Field(name, own, low, high), "f")
+    if name == "return_number":  # its limits count from zero
+        low = high = None
+    buffer = _BUFFERS.get(own if np.dtype(own).kind == "f" else kind, "q")
+    buffer = "d" if kind == "float64" else buffer
+    return Column(path, Field(name, own, low, high, note), buffer)
+
+
+def _type(element: etree._Element, low: float | None, high: float | None) -> str:
+    """What a column holds, as numpy calls it."""
+    if element.get("type") == "Integer":
+        return integer_type(low, high)
+    single = element.get("type") == "Float" and element.get("precision") == "single"
+    return "float32" if single else "float64"
+
+
+def _limits(element: etree._Element) -> tuple[float | None, float | None]:
+    """Limits of a column, scaled; None where it has none."""
+    try:
+        low, high = (float(element.attrib[k]) for k in ("minimum", "maximum"))
+        if element.get("type") == "ScaledInteger":
+            scale, offset = float(element.get("scale", "1")), float(element.get("offset", "0"))
+            low, high = low * scale + offset, high * scale + offset
+    except (KeyError, ValueError):
+        return None, None
+    return (low, high) if np.isfinite([low, high]).all() else (None, None)
+
+
+def _stated(
+    scan: etree._Element, group: str, name: str, low: float | None, high: float | None
+) -> tuple[float | None, float | None]:
+    """Limits that the scan states, else those of the column."""
+    stated = tuple(number(child(scan, group, f"{name}{end}")) for end in ("Minimum", "Maximum"))
+    return (low, high) if None in stated else (stated[0], stated[1])
+
+
+# What does an E57 file say of a scan besides its points: pose, grid, bounds, names, origin?
+
+
+#: the scanner cannot be at zero if that is farther from the points than they extend and than this
+FAR = 10.0
+
+
+#: stated bounds beyond this are placeholders [m]
+_ENDLESS = 1e9
+
+
+_TEXTS = {
+    "description": "description",
+    "sensorVendor": "sensor vendor",
+    "sensorModel": "sensor model",
+    "sensorSerialNumber": "sensor serial number",
+    "guid": "guid",
+}
+
+
+_NUMBERS = {
+    "temperature": "temperature [C]",
+    "relativeHumidity": "relative humidity [%]",
+    "atmosphericPressure": "atmospheric pressure [Pa]",
+}
+
+
+@dataclass(frozen=True)
+class ScanHeader:
+    """A scan's header.
+
+    coordinates : names of the three columns, empty if there are none; state : the column that
+    marks records without a point; bounds (2, 3) [m] as stated.
+    """
+
+    records: int
+    pose: Pose | None
+    coordinates: tuple[str, ...]
+    state: str | None
+    columns: tuple[Column, ...]
+    grid: tuple[int, int] | None
+    bounds: Array | None
+    origin: Origin
+    warnings: tuple[str, ...]
+    facts: dict[str, str] = field(default_factory=dict)
+
+
+def scan_header(scan: etree._Element, path: Path, index: int) -> ScanHeader:
+    """The header of one child of ``data3D``.
+
+    Raises
+    ------
+    InputError : a count that is none, or points without coordinates.
+    """
+    warnings: list[str] = []
+    records = _records(scan, path, index)
+    prototype = child(scan, "points", "prototype")
+    if not records:
+        warnings.append("the scan holds no points")
+    names = [] if prototype is None else [e.tag for e in prototype if isinstance(e.tag, str)]
+    local = {etree.QName(name).localname for name in names}
+    axes = next((s for s in (CARTESIAN, SPHERICAL) if set(s) <= local), ())
+    if records and not axes:
+        raise InputError("the points have no coordinates", file=path, record=f"scan {index + 1}")
+    state = axes[0][: len("cartesian")] + "InvalidState" if axes else None
+    state = state if state in local else None
+    taken = (*axes, state) if state else axes
+    found: tuple[Column, ...] = ()
+    if prototype is not None:
+        found, odd = columns(scan, prototype, taken, _notes(scan))
+        warnings += odd
+    pose = pose_of(scan, warnings)
+    bounds = _bounds(scan)
+    origin = _origin(pose, bounds if records else None, warnings)
+    grid = _grid(scan, {c.field.name for c in found})
+    return ScanHeader(
+        records, pose, axes, state, found, grid, bounds, origin, tuple(warnings), _facts(scan)
+    )
+
+
+def _records(scan: etree._Element, path: Path, index: int) -> int:
+    """The stated number of points."""
+    points = child(scan, "points")
+    text = "0" if points is None else points.get("recordCount", "0")
+    if not (text.isascii() and text.isdigit() and len(text) < 19):
+        raise damaged(path, f"scan {index + 1} states {text[:30]!r} points")
+    return int(text)
+
+
+def pose_of(scan: etree._Element, warnings: list[str]) -> Pose | None:
+    """World from the frame of a scan or picture; None without a pose.
+
+    A part that is missing or no motion is the identity, with a warning added.
+    """
+    if child(scan, "pose") is None:
+        return None
+    rotation, translation = np.eye(3), np.zeros(3)
+    q = [number(child(scan, "pose", "rotation", k)) for k in "xyzw"]
+    t = [number(child(scan, "pose", "translation", k)) for k in "xyz"]
+    turn = np.array([np.nan if v is None else v for v in q])
+    length = float(np.linalg.norm(turn))
+    if not np.isfinite(length):
+        warnings.append("the pose has no rotation, none is taken")
+    elif length < 1e-6:
+        warnings.append("the quaternion of the pose is zero, no rotation is taken")
+    else:
+        rotation = Rotation.from_quat(turn).as_matrix()
+        if abs(length - 1) > 1e-3:
+            warnings.append(f"the quaternion of the pose has length {length:.4f}, scaled to 1")
+    if None in t:
+        warnings.append("the pose has no translation, zero is taken")
+    else:
+        translation = np.array(t, dtype=float)
+    return Pose(rotation, translation)
+
+
+def _bounds(scan: etree._Element) -> Array | None:
+    """Stated Cartesian bounds (2, 3); None if there are none or they are placeholders."""
+    ends = [
+        [number(child(scan, "cartesianBounds", f"{axis}{end}")) for axis in "xyz"]
+        for end in ("Minimum", "Maximum")
+    ]
+    bounds = np.array([[np.nan if v is None else v for v in row] for row in ends])
+    good = (np.abs(bounds) < _ENDLESS).all() and (bounds[0] <= bounds[1]).all()
+    return bounds if good else None
+
+
+def distance(bounds: Array, point: Array) -> float:
+    """How far a point (3,) lies outside bounds, less what is allowed; positive if too far [m]."""
+    away = float(np.linalg.norm(np.maximum(np.maximum(bounds[0] - point, point - bounds[1]), 0)))
+    return away - max(FAR, float(np.linalg.norm(bounds[1] - bounds[0])))
+
+
+def _origin(pose: Pose | None, bounds: Array | None, warnings: list[str]) -> Origin:
+    """E57 has points in the scanner frame; unless they are placed already and no pose says so."""
+    moved = pose is not None and not np.allclose(pose.matrix, np.eye(4), rtol=0, atol=1e-9)
+    if moved or bounds is None or distance(bounds, np.zeros(3)) <= 0:
+        return "stated"
+    warnings.append(
+        "the points are far from (0, 0, 0) and no pose places them: they are probably placed "
+        "already, so where the scanner stood is unknown"
+    )
+    return "unknown"
+
+
+def _grid(scan: etree._Element, names: set[str]) -> tuple[int, int] | None:
+    """Rows and columns, if every point has both."""
+    if not {"row", "column"} <= names:
+        return None
+    low_high = [
+        number(child(scan, "indexBounds", f"{axis}{end}"))
+        for axis in ("row", "column")
+        for end in ("Minimum", "Maximum")
+    ]
+    if None in low_high:
+        return None
+    a, b, c, d = (int(v) for v in low_high if v is not None)
+    return (b - a + 1, d - c + 1) if b >= a and d >= c else None
+
+
+def _facts(scan: etree._Element) -> dict[str, str]:
+    """What else the header says."""
+    facts = {}
+    for name, title in _TEXTS.items():
+        element = child(scan, name)
+        if element is not None and (element.text or "").strip():
+            facts[title] = str(element.text).strip()
+    for name, title in _NUMBERS.items():
+        value = number(child(scan, name))
+        if value:  # zero stands for unknown in most files
+            facts[title] = f"{value:g}"
+    start = number(child(scan, "acquisitionStart", "dateTimeValue"))
+    if start:
+        facts["start [GPS s]"] = f"{start:.3f}"
+    return facts
+
+
+def _notes(scan: etree._Element) -> dict[str, str]:
+    """Descriptions of our own columns."""
+    group = next(
+        (e for e in scan if isinstance(e.tag, str) and etree.QName(e).localname == "descriptions"),
+        None,
+    )
+    if group is None:
+        return {}
+    return {etree.QName(e).localname: e.text or "" for e in group if isinstance(e.tag, str)}
+
+
+def crs_of(root: etree._Element) -> tuple[str | None, str]:
+    """WKT of the file's reference system, None if PROJ does not know it; and the text itself."""
+    element = child(root, "coordinateMetadata")
+    text = "" if element is None else (element.text or "").strip()
+    if not text:
+        return None, ""
+    try:
+        return str(CRS.from_user_input(text).to_wkt()), text
+    except CRSError:
+        return None, text
+
+
+def unique_names(scans: list[etree._Element], path: Path) -> list[tuple[str, tuple[str, ...]]]:
+    """A name for each scan and what is to be said of it.
+
+    Scans without a name take the file's, and their number if there are several.
+    """
+    stated = [(child(scan, "name"), k) for k, scan in enumerate(scans)]
+    out: list[tuple[str, tuple[str, ...]]] = []
+    given: set[str] = set()
+    for element, k in stated:
+        wanted = "" if element is None else (element.text or "").strip()
+        name = wanted or (path.stem if len(scans) == 1 else f"{path.stem}-{k + 1}")
+        free, number_ = name, 2
+        while free in given:
+            free, number_ = f"{name}-{number_}", number_ + 1
+        given.add(free)
+        said = f"another scan has the name {name!r} too, this one is called {free!r}"
+        out.append((free, (said,) if free != name else ()))
+    return out
+
 
 #: records that libE57 decodes at a time
 _BLOCK = 50_000
+
+
 #: points that are looked at to tell placed ones from others
 _GLANCE = 1000
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from pathlib import Path
 
+import numpy as np
+
+from tribrach._types import Array
 from tribrach.scan.scan import Origin
 
-__all__ = ["MARGIN", "assumed_origin", "bounds_of"]
+__all__ = ["assumed_origin", "bounds_of", "scan_name"]
 
-Array = NDArray[np.float64]
 
 #: the scanner is taken to be at zero if that lies within the bounds and this margin [m]
 MARGIN = 10.0
@@ -27,3 +28,21 @@ def bounds_of(xyz: Array) -> Array | None:
     """Smallest and largest coordinates (2, 3) of the finite points of (n, 3); None without any."""
     finite = xyz[np.isfinite(xyz).all(axis=1)]
     return None if len(finite) == 0 else np.stack([finite.min(axis=0), finite.max(axis=0)])
+
+
+# What a scan is called whose file does not say.
+
+
+_PACKED = (".gz", ".xz", ".bz2")
+
+
+def scan_name(path: Path, index: int = 0) -> str:
+    """The file's name without its suffixes; a number behind all scans but the first."""
+    name = path.name
+    for packed in _PACKED:
+        if name.lower().endswith(packed):
+            name = name[: -len(packed)]
+    name = name.rpartition(".")[0] or name
+    if name.lower().endswith(".copc"):
+        name = name[: -len(".copc")] or name
+    return name if index == 0 else f"{name}-{index + 1}"

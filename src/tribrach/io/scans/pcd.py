@@ -17,20 +17,17 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.io.scans.columns import Columns, arranged, cast
-from tribrach.io.scans.origin import assumed_origin, bounds_of
+from tribrach.io.scans.origin import assumed_origin, bounds_of, scan_name
 from tribrach.io.scans.records import RecordScan, native, sampled
-from tribrach.io.scans.scan_name import scan_name
-from tribrach.io.scans.text import Block, Lines, Mark, opened
-from tribrach.io.scans.text_scan import TextScan, short
-from tribrach.io.scans.text_table import rows, table
+from tribrach.io.scans.text import Block, Lines, Mark, TextScan, opened, rows, short, table
 from tribrach.scan.scan import CHUNK, Chunk, Field, Scan
 
 __all__ = ["PcdCompressedScan", "PcdScan", "PcdTextScan", "read"]
 
-Array = NDArray[np.float64]
 
 #: longest header [bytes]; longest match of the compression for each 3 bytes of it
 _HEADER, _LONGEST = 1 << 16, 264

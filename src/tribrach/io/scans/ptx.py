@@ -15,18 +15,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.io.scans.columns import arranged
-from tribrach.io.scans.scan_name import scan_name
-from tribrach.io.scans.text import Block, Lines, opened
-from tribrach.io.scans.text_scan import TextScan, short
-from tribrach.io.scans.text_table import rows, table
+from tribrach.io.scans.origin import scan_name
+from tribrach.io.scans.text import Block, Lines, TextScan, opened, rows, short, table
 from tribrach.scan.scan import Chunk, Field, Origin, Scan
 
 __all__ = ["HEADER", "PtxScan", "read"]
 
-Array = NDArray[np.float64]
 
 #: values in the lines of a header
 HEADER = (1, 1, 3, 3, 3, 3, 4, 4, 4, 4)

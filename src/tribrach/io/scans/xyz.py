@@ -11,20 +11,26 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.io.scans.columns import arranged, known_name
-from tribrach.io.scans.origin import assumed_origin, bounds_of
-from tribrach.io.scans.scan_name import scan_name
-from tribrach.io.scans.text import BLANKS, Block, Lines, Mark, delimiters, opened
-from tribrach.io.scans.text_scan import TextScan, short
-from tribrach.io.scans.text_table import rows
+from tribrach.io.scans.origin import assumed_origin, bounds_of, scan_name
+from tribrach.io.scans.text import (
+    BLANKS,
+    Block,
+    Lines,
+    Mark,
+    TextScan,
+    delimiters,
+    opened,
+    rows,
+    short,
+)
 from tribrach.scan.scan import Scan
 
 __all__ = ["XyzScan", "numeric", "read"]
 
-Array = NDArray[np.float64]
 
 _COMMENTS = (b"#", b"//", b"%", b"!", b"'")
 #: lines before the points, at most

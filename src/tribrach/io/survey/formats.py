@@ -13,16 +13,16 @@ from tribrach.network.survey import Survey
 
 __all__ = ["FORMATS", "format_of", "read_files"]
 
-#: format name -> module of the reader
+#: format name -> module of the reader in :mod:`tribrach.io`
 FORMATS = {
-    "gama": "gama",
-    "dynaml": "dynaml",
-    "dna": "dna",
-    "comp3d": "comp3d",
-    "riscan": "riscan",
-    "totalstation": "totalstation",
-    "csv": "csv_tables",
-    "gnss": "gnss_files",
+    "gama": "survey.gama.reader",
+    "dynaml": "survey.dynadjust.dynaml",
+    "dna": "survey.dynadjust.dna",
+    "comp3d": "survey.comp3d.reader",
+    "riscan": "survey.riscan.reader",
+    "totalstation": "survey.totalstation",
+    "csv": "survey.csv.tables",
+    "gnss": "gnss.files",
 }
 SUFFIXES = {
     ".gkf": "gama",
@@ -83,7 +83,7 @@ def read_files(paths: Sequence[Path], format: str | None = None) -> Survey:
         by_format.setdefault(format or format_of(path), []).append(path)
     surveys: list[Survey] = []
     for name, files in by_format.items():
-        module = importlib.import_module(f"tribrach.io.survey.{FORMATS[name]}")
+        module = importlib.import_module(f"tribrach.io.{FORMATS[name]}")
         if name in JOINT:
             surveys.append(module.read(files))
         else:

@@ -15,10 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Points", "Problem", "RawFile", "Setups", "Shots"]
+from tribrach._types import Array, Index
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+__all__ = ["Points", "Problem", "RawFile", "Setups", "Shots"]
 
 
 @dataclass(frozen=True)

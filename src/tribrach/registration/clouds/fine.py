@@ -17,14 +17,13 @@ from numba import njit
 from numpy.typing import NDArray
 from pykdtree.kdtree import KDTree
 
+from tribrach._types import Array, Index
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import exp
 from tribrach.registration.clouds.surfels import Surfels
 
 __all__ = ["GATES", "Alignment", "Indexed", "Matches", "align", "matched"]
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: limits of the residuals, one after the other [m]
 GATES = (0.2, 0.05, 0.015)
@@ -69,8 +68,8 @@ class Matches:
     [m]; sigma (n,) : of the residual [m].
     """
 
-    first: Indices
-    second: Indices
+    first: Index
+    second: Index
     forward: NDArray[np.bool_]
     point: Array
     normal: Array
@@ -169,7 +168,7 @@ class _Pairs:
 
     def _nearest(
         self, reference: Indexed, surfels: Surfels, pose: Pose, gate: float
-    ) -> tuple[Indices, Indices]:
+    ) -> tuple[Index, Index]:
         """Surfels (k,) that have a match in the reference, and their matches (k,)."""
         if self.most is None or len(surfels) <= self.most:
             found = _nearest(reference, surfels, pose, gate)
@@ -203,7 +202,7 @@ def _sigma(s: Surfels) -> Array:
     return np.asarray(np.sqrt(s.sigma_offset**2 + (_ROUGH * s.thickness) ** 2 + SIGMA_SURFACE**2))
 
 
-def _nearest(reference: Indexed, surfels: Surfels, pose: Pose, gate: float) -> Indices:
+def _nearest(reference: Indexed, surfels: Surfels, pose: Pose, gate: float) -> Index:
     """Index (n,) of the nearest surfel of the reference with a like normal, -1 without one."""
     moved, normal = pose @ surfels.center, surfels.normal @ pose.rotation.T
     limit = float(np.hypot(gate, _REACH * max(surfels.size.max(), reference.surfels.size.max())))

@@ -14,14 +14,14 @@ from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tribrach.distributions import chi2
+from tribrach._types import Array
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import log, skew
 from tribrach.network.network import Network
-from tribrach.network.observations.relative_pose import RelativePoses
 from tribrach.network.survey import Survey
+from tribrach.observations.poses import RelativePoses
+from tribrach.statistics import chi2
 
 __all__ = [
     "CloudEdge",
@@ -34,7 +34,6 @@ __all__ = [
     "observe",
 ]
 
-Array = NDArray[np.float64]
 
 #: probability that a good loop is called open
 ALPHA = 0.001
@@ -45,7 +44,7 @@ class CloudEdge:
     """A pose of the second station in the first.
 
     covariance (6, 6) : in the order of
-    :class:`~tribrach.network.observations.relative_pose.RelativePoses`.
+    :class:`~tribrach.observations.poses.RelativePoses`.
     """
 
     first: str

@@ -20,9 +20,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from tribrach._types import Array
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import skew
 from tribrach.registration.clouds.fine import Alignment, Indexed, Matches
@@ -30,7 +30,6 @@ from tribrach.units import SEC
 
 __all__ = ["FLOOR", "RelativeCovariance", "relative_covariance"]
 
-Array = NDArray[np.float64]
 
 #: sigmas of what residuals never show: of shifts [m] and of turns [rad]
 FLOOR = (1e-3, 10 * SEC)
@@ -53,7 +52,7 @@ class RelativeCovariance:
     """Covariance of a relative pose X_a = T X_b.
 
     covariance (6, 6) : of translation in a [m] and a rotation vector applied on the right, in b
-    [rad] (the order of :class:`~tribrach.network.observations.relative_pose.RelativePoses`);
+    [rad] (the order of :class:`~tribrach.observations.poses.RelativePoses`);
     middle (3,) : of the overlap, frame of a [m]; local (6, 6) : of the shift of the middle [m] and
     the turn about it [rad], frame of a, floor included; observations : matches of both directions,
     effective : how many count; correlation_length : [m]; sigma : of unit weight [m]; unheld (6, k)

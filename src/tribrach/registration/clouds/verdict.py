@@ -10,16 +10,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tribrach.geometry.pose import Pose
 from tribrach.registration.clouds.fine import Indexed
-from tribrach.registration.clouds.view import AT_SURFACE, SEEN_THROUGH, View
+from tribrach.registration.clouds.prepared import AT_SURFACE, SEEN_THROUGH, View
 
 __all__ = ["Verdict", "judge"]
 
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 #: what may lie nearer without being seen through [m], and per metre of range
 _MARGIN, _PER_METRE = 0.12, 0.01

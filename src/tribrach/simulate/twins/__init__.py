@@ -6,12 +6,7 @@ from collections.abc import Callable
 
 from tribrach.errors import InputError
 from tribrach.simulate.twin import Twin
-from tribrach.simulate.twins import (
-    hanoi_facade,
-    konya_building,
-    newcastle_lab,
-    sphere_courtyard,
-)
+from tribrach.simulate.twins import hanoi_facade, konya_building, newcastle_lab, sphere_courtyard
 
 __all__ = ["TWINS", "build"]
 

@@ -6,11 +6,11 @@ The leg lengths are published; the shape of the polygon and the heights are reco
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from tribrach._types import Array
 
 __all__ = ["HEIGHT_INSTRUMENT", "HEIGHT_TARGET", "LEGS", "NAMES", "lines", "traverse"]
 
-Array = NDArray[np.float64]
 
 NAMES = ("A", "B", "C", "D", "E")
 #: lengths of AB, BC, CD, DE, EA [m]

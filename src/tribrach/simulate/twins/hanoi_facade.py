@@ -10,8 +10,8 @@ is left of nearest-neighbour distances beside their sampling floor.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.instruments.precision import Precision
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.simulate import raw_readings, surveying
@@ -26,7 +26,6 @@ from tribrach.units import SEC
 
 __all__ = ["build", "sites_table"]
 
-Array = NDArray[np.float64]
 
 FLOOR = 6.0
 NORTH, EAST = 2062.0, 1090.0

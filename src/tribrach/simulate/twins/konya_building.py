@@ -8,8 +8,8 @@ the ninth has a GNSS position of 10, 10 and 15 mm.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.simulate import surveying
 from tribrach.simulate.aiming import fine_scan, overview
@@ -21,7 +21,6 @@ from tribrach.units import SEC
 
 __all__ = ["build"]
 
-Array = NDArray[np.float64]
 
 ORIGIN = np.array([4200.0, 7700.0, 1021.0])
 LEVER_ARM = np.array([0.0, 0.0, 0.329])

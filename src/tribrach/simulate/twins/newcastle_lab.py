@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.geometry.polar import polar_from_xyz
 from tribrach.instruments.calibration import NIST
 from tribrach.instruments.scan_noise import ScanNoise
@@ -26,7 +26,6 @@ from tribrach.units import SEC
 
 __all__ = ["MISALIGNMENTS", "build", "places", "with_ceiling"]
 
-Array = NDArray[np.float64]
 
 BASE = 6.2417
 SIDE = 0.2

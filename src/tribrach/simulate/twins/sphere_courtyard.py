@@ -7,8 +7,8 @@ have a part in common; two more are check points. Station S6 sees no more than g
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tribrach._types import Array
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.simulate import surveying
 from tribrach.simulate.aiming import fine_scan, overview
@@ -20,7 +20,6 @@ from tribrach.units import SEC
 
 __all__ = ["build"]
 
-Array = NDArray[np.float64]
 
 ORIGIN = np.array([500.0, 300.0, 112.0])
 RADIUS = 0.115

@@ -1,0 +1,1 @@
+"""Calibrating scanners: self-calibration in the network, what is estimable, checks in the field."""

@@ -1,0 +1,169 @@
+"""Scanner observations of a survey that get a calibration model and its unknowns.
+
+Centres of targets become range, horizontal angle and zenith angle with the covariance carried
+over (``Jp C Jp^T``, method sections 2.1 and 2.2); polar observations get the model. Unknowns are
+named ``x10(scanner)``: the parameter, and the instrument or station that it belongs to.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from tribrach._types import Array
+from tribrach.errors import InputError
+from tribrach.geometry.polar import polar_by_xyz, polar_from_xyz, require_defined
+from tribrach.instruments.calibration import Architecture, CalibrationModel
+from tribrach.network.survey import Survey, Table, as_column
+from tribrach.observations.control import ScalarPriors
+from tribrach.observations.scanner import ScannerPolar, TargetCentres
+
+__all__ = ["StationModel", "add_priors", "calibrate_survey", "polar_of_centres", "unknown_name"]
+
+
+@dataclass(frozen=True)
+class StationModel:
+    """The calibration model of a station.
+
+    model : its parameters; owner : instrument or station that they belong to; architecture : a
+    hybrid scanner has no back face; face : of target centres that do not say it, +1 or -1.
+    """
+
+    model: CalibrationModel
+    owner: str
+    architecture: Architecture = "panoramic"
+    face: float = 1.0
+
+    @property
+    def unknowns(self) -> tuple[str, ...]:
+        """Names of the unknowns, in the order of the model."""
+        return tuple(unknown_name(p, self.owner) for p in self.model.parameters)
+
+
+def unknown_name(parameter: str, owner: str) -> str:
+    """Name of a calibration unknown."""
+    return f"{parameter}({owner})"
+
+
+def calibrate_survey(survey: Survey, models: Mapping[str, StationModel]) -> None:
+    """Give the scanner observations of stations (by name) their calibration models.
+
+    All parameters become free unknowns that start at zero unless the survey has them already.
+
+    Raises
+    ------
+    InputError : a back face of a hybrid scanner, a target too near or above the scanner, a target
+        centre with a scale of its own, or one that shares a covariance with others.
+    """
+    joint = survey.joint_tables()
+    tables: list[list[Table]] = []
+    for number, table in enumerate(survey.tables()):
+        mine = table.kind in (TargetCentres, ScannerPolar) and not table.hard
+        if not mine or not table.names("pose") & models.keys():
+            tables.append([table])
+            continue
+        if number in joint:
+            raise InputError(
+                "target centres that share one covariance matrix have no calibration",
+                record=_first_source(table),
+                cure="give each target its own covariance",
+            )
+        tables.append(_split(table, models))
+    survey.replace_tables(tables)
+    for station, given in models.items():
+        if station in survey.stations:
+            for name in given.unknowns:
+                survey.scalars.setdefault(name, (0.0, True))
+
+
+def add_priors(
+    survey: Survey, names: Sequence[str], values: Array, covariance: Array, source: str
+) -> None:
+    """Known parameters (k,) with their covariance (k, k) as observations of the unknowns."""
+    table = survey.add(
+        ScalarPriors,
+        values=values,
+        sigma=np.sqrt(np.diag(covariance)),
+        scalar=list(names),
+        source=[source] * len(names),
+        group="calibration",
+    )
+    for name, value in zip(names, values, strict=True):
+        survey.scalars[name] = (float(value), True)
+    k = len(names)
+    if k > 1:
+        rows = np.zeros(k, dtype=np.int64)
+        survey.correlate(np.full(k, table), np.arange(k), rows, covariance, source)
+
+
+def _split(table: Table, models: Mapping[str, StationModel]) -> list[Table]:
+    """The table in parts of one model each; what has no model stays as it is."""
+    stations = as_column(table.columns["station"], table.n).astype(str)
+    whose = np.array([models[s].owner if s in models else "" for s in stations])
+    out = []
+    for owner in dict.fromkeys(whose):
+        part = table.part(whose == owner)
+        if not owner:
+            out.append(part)
+            continue
+        out.append(_with_model(part, models[str(stations[whose == owner][0])]))
+    return out
+
+
+def _with_model(part: Table, given: StationModel) -> Table:
+    """Observations of one model as polar ones with its unknowns."""
+    columns = dict(part.columns)
+    if part.kind is TargetCentres:
+        columns = _polar_columns(part, given)
+    face = as_column(columns.get("face", 1.0), part.n).astype(float)
+    raw_back = columns["values"][:, 2] > np.pi
+    back = np.flatnonzero(raw_back | (face < 0))
+    if given.architecture == "hybrid" and len(back):
+        raise InputError(
+            f"{given.owner} is a hybrid scanner and has no back face",
+            record=str(columns["source"][back[0]]) or None,
+            cure="say that it is panoramic, or correct the face",
+        )
+    names = np.array([given.unknowns] * part.n, dtype=object).reshape(part.n, -1)
+    columns |= {"face": face, "model": given.model, "parameters": names}
+    return Table(ScannerPolar, part.group, columns, part.n)
+
+
+def _polar_columns(part: Table, given: StationModel) -> dict[str, Any]:
+    """Columns of polar observations from target centres."""
+    xyz = np.asarray(part.columns["values"], dtype=float)
+    scale = part.columns.get("scale")
+    if scale is not None and any(as_column(scale, part.n)):
+        raise InputError(
+            "target centres with a scale of their own have no calibration",
+            record=_first_source(part),
+            cure="leave the scale or the calibration out",
+        )
+    polar, matrices = polar_of_centres(
+        xyz, np.asarray(part.columns["covariance"]), list(part.columns["source"])
+    )
+    kept = {k: v for k, v in part.columns.items() if k not in ("scale", "values", "covariance")}
+    return kept | {"values": polar, "covariance": matrices, "face": given.face}
+
+
+def polar_of_centres(xyz: Array, covariance: Array, sources: Sequence[str]) -> tuple[Array, Array]:
+    """Range, H, V (n, 3) of centres (n, 3) and their covariances (n, 3, 3).
+
+    Raises
+    ------
+    InputError : a target nearer than 0.3 m, or within half a degree of the standing axis.
+    """
+    polar = polar_from_xyz(xyz)
+    require_defined(polar, np.asarray(sources, dtype=object))
+    turn = polar_by_xyz(xyz)
+    matrices = turn @ covariance @ turn.transpose(0, 2, 1)
+    symmetric: Array = (matrices + matrices.transpose(0, 2, 1)) / 2
+    return polar, symmetric
+
+
+def _first_source(table: Table) -> str | None:
+    sources = table.columns.get("source", [])
+    return str(sources[0]) if len(sources) and sources[0] else None

@@ -1,0 +1,205 @@
+"""Series of scans of a few targets from two stations: how precise is the scanner today?
+
+Every scan of every series is a free set-up of its own; all of them and the targets are adjusted as
+one free network, so that what is left are errors of the instrument and of finding targets. With t
+targets and m scans the redundancy is ``(m - 1) (3 t - 6)``: 30 for four targets, two stations and
+three series. The tests are those of the ISO 17123 family: the experimental standard deviation
+against the stated one (chi-square), against an earlier one (F), and, since two stations see other
+errors, what the stations differ by against what the series do (F).
+
+The workflow follows what is published about ISO 17123-9:2018 (two stations, four targets, one or
+three series); the text of the standard was not at hand, and no conformity with it is claimed
+(method section 11.2).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tribrach._types import Array
+from tribrach.calibration.scanner_readings import Readings
+from tribrach.errors import InputError
+from tribrach.geometry.polar import xyz_by_polar, xyz_from_polar
+from tribrach.network.adjustment import Adjustment, adjust
+from tribrach.network.network import Datum
+from tribrach.network.survey import Survey
+from tribrach.observations.scanner import TargetCentres
+from tribrach.statistics import chi2, f
+
+__all__ = ["FTest", "SeriesCheck", "against_earlier", "check_series"]
+
+
+@dataclass(frozen=True)
+class FTest:
+    """A ratio of two variances against its limits; lower is zero in a one-sided test."""
+
+    ratio: float
+    dof: tuple[int, int]
+    lower: float
+    upper: float
+
+    @property
+    def passed(self) -> bool:
+        """Is the ratio within the limits?"""
+        return self.lower <= self.ratio <= self.upper
+
+
+@dataclass(frozen=True)
+class SeriesCheck:
+    """All series together.
+
+    scans, targets, series : how many; s : experimental standard deviation of a coordinate of a
+    target centre [m], all coordinates weighted equally, with dof; s_station (stations,) within each
+    station's own series; sigma : what the stated precision makes of a coordinate, mean [m];
+    statistic, critical : weighted sum of squares with the stated precision against its limit;
+    s_bound : largest true standard deviation that s does not contradict [m]; stations : what they
+    differ by against their own scatter, None without repeated series; residuals : largest of a
+    coordinate [m] and where.
+    """
+
+    scans: int
+    targets: int
+    series: int
+    s: float
+    dof: int
+    s_station: dict[str, float]
+    sigma: float
+    statistic: float
+    critical: float
+    p: float
+    s_bound: float
+    stations: FTest | None
+    largest: float
+    largest_at: str
+    alpha: float
+
+    @property
+    def passed(self) -> bool:
+        """Is the scanner as precise as stated?"""
+        return self.statistic <= self.critical
+
+
+def check_series(readings: Readings, alpha: float = 0.05) -> SeriesCheck:
+    """Adjust all series and test them.
+
+    readings : means of faces, every scan a station and a series.
+
+    Raises
+    ------
+    InputError : fewer than two scans, or fewer than three targets common to all.
+    """
+    targets, scans = _complete(readings)
+    keep = np.isin(readings.target, targets)
+    readings = readings.take(keep)
+    stated = _adjusted(readings, weighted=True)
+    plain = _adjusted(readings, weighted=False)
+    dof = plain.dof
+    s2 = plain.vtpv / dof
+    own = {
+        str(name): _adjusted(readings.take(readings.station == name), weighted=False)
+        for name in dict.fromkeys(readings.station)
+        if len(set(readings.series[readings.station == name])) > 1
+    }
+    worst = int(np.argmax(np.abs(plain.residuals)))
+    o = plain.network.observations[plain.rows.table[worst]]
+    start, end = o.ends(plain.layout)[int(plain.rows.item[worst])]
+    return SeriesCheck(
+        scans=len(scans),
+        targets=len(targets),
+        series=len(set(readings.series)),
+        s=float(np.sqrt(s2)),
+        dof=dof,
+        s_station={name: float(np.sqrt(a.vtpv / a.dof)) for name, a in own.items()},
+        sigma=_coordinate_sigma(readings),
+        statistic=stated.vtpv,
+        critical=float(chi2.ppf(1 - alpha, dof)),
+        p=float(chi2.sf(stated.vtpv, dof)),
+        s_bound=float(np.sqrt(plain.vtpv / chi2.ppf(alpha, dof))),
+        stations=_between(readings, alpha),
+        largest=float(plain.residuals[worst]),
+        largest_at=f"{start} -> {end}",
+        alpha=alpha,
+    )
+
+
+def against_earlier(now: SeriesCheck, s: float, dof: int) -> FTest:
+    """The experimental standard deviation against one of another day or instrument, two-sided."""
+    lower, upper = (float(f.ppf(q, now.dof, dof)) for q in (now.alpha / 2, 1 - now.alpha / 2))
+    return FTest((now.s / s) ** 2, (now.dof, dof), lower, upper)
+
+
+def _complete(readings: Readings) -> tuple[list[str], list[tuple[str, str]]]:
+    """Targets that every scan has, and the scans."""
+    scans = list(dict.fromkeys(zip(readings.station, readings.series, strict=True)))
+    if len(scans) < 2:
+        raise InputError(
+            "there is one scan only", cure="scan the targets from two stations, or in series"
+        )
+    seen = [
+        set(readings.target[(readings.station == s) & (readings.series == k)]) for s, k in scans
+    ]
+    common = set.intersection(*seen)
+    targets = [str(t) for t in dict.fromkeys(readings.target) if t in common]
+    if len(targets) < 3:
+        raise InputError(
+            f"all scans together have {len(targets)} targets in common",
+            cure="the check takes four targets that every scan sees, and three at least",
+        )
+    return targets, scans
+
+
+def _name(station: str, series: str) -> str:
+    return f"{station}, series {series}" if series else station
+
+
+def _centres(readings: Readings) -> tuple[Array, Array]:
+    """Centres (n, 3) in the scanner frames and their covariances (n, 3, 3)."""
+    turn = xyz_by_polar(readings.polar)
+    covariance = turn @ readings.covariance @ turn.transpose(0, 2, 1)
+    return xyz_from_polar(readings.polar), (covariance + covariance.transpose(0, 2, 1)) / 2
+
+
+def _coordinate_sigma(readings: Readings) -> float:
+    """Root of the mean variance of a coordinate [m], as stated."""
+    return float(np.sqrt(np.einsum("nii->n", _centres(readings)[1]).mean() / 3))
+
+
+def _adjusted(readings: Readings, *, weighted: bool) -> Adjustment:
+    """The free network of all scans; with the stated covariances, or all coordinates alike.
+
+    Coordinates that are all alike have a sigma of a metre, so that the variance factor is the
+    variance of a coordinate.
+    """
+    survey = Survey(datum=Datum("free"))
+    centres, covariance = _centres(readings)
+    names = [_name(s, k) for s, k in zip(readings.station, readings.series, strict=True)]
+    for name in dict.fromkeys(names):
+        survey.station(name)
+    survey.add(
+        TargetCentres,
+        values=centres,
+        covariance=covariance if weighted else np.tile(np.eye(3), (len(centres), 1, 1)),
+        station=names,
+        target=[str(t) for t in readings.target],
+        source=[str(s) for s in readings.source],
+    )
+    return adjust(survey.network())
+
+
+def _between(readings: Readings, alpha: float) -> FTest | None:
+    """What stations differ by against the scatter of their own series, by the stated weights.
+
+    The sum of squares of all less those of each station by itself is what the stations differ by.
+    """
+    stations = list(dict.fromkeys(readings.station))
+    parts = [readings.take(readings.station == name) for name in stations]
+    if len(stations) < 2 or any(len(set(part.series)) < 2 for part in parts):
+        return None
+    whole = _adjusted(readings, weighted=True)
+    own = [_adjusted(part, weighted=True) for part in parts]
+    within, dof = sum(a.vtpv for a in own), sum(a.dof for a in own)
+    more = whole.dof - dof
+    ratio = (whole.vtpv - within) / more / (within / dof)
+    return FTest(float(ratio), (more, dof), 0.0, float(f.ppf(1 - alpha, more, dof)))

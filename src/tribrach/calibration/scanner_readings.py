@@ -1,0 +1,167 @@
+"""Readings of targets by scanners: stations, series, faces; pairs of faces and their means.
+
+Range r [m], horizontal angle H (counter-clockwise) and zenith angle V [rad], back-face readings
+folded to the front: ``V_f = 2 pi - V``, ``H_f = H - pi`` (method sections 1.2 and 4.4).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach._types import Array
+from tribrach.errors import InputError
+
+__all__ = ["FacePairs", "Readings", "face_means", "face_pairs", "folded"]
+
+
+Names = NDArray[np.object_]
+
+
+@dataclass(frozen=True)
+class Readings:
+    """Readings (n,) of targets.
+
+    station, series, target (n,) names; face (n,) +1 front, -1 back; polar (n, 3) folded; covariance
+    (n, 3, 3) of r, H, V [m, rad]; source (n,) where each came from.
+    """
+
+    station: Names
+    series: Names
+    target: Names
+    face: Array
+    polar: Array
+    covariance: Array
+    source: Names
+
+    def __len__(self) -> int:
+        return len(self.polar)
+
+    def take(self, chosen: NDArray[np.int64] | NDArray[np.bool_]) -> Readings:
+        """Some of the readings."""
+        return Readings(*(getattr(self, name)[chosen] for name in Readings.__dataclass_fields__))
+
+
+@dataclass(frozen=True)
+class FacePairs:
+    """Targets (n,) measured in both faces, see :class:`Readings`.
+
+    half (n, 3) half of front less back; covariance (n, 3, 3) of it, which is that of the mean too;
+    polar (n, 3) mean of both faces.
+    """
+
+    station: Names
+    series: Names
+    target: Names
+    half: Array
+    covariance: Array
+    polar: Array
+
+    def __len__(self) -> int:
+        return len(self.half)
+
+
+def folded(polar: Array, face: Array) -> tuple[Array, Array]:
+    """Readings (n, 3) folded to the front, and their faces (n,): V above pi is the back face."""
+    raw = polar[:, 2] > np.pi
+    out = polar.copy()
+    out[raw, 1] -= np.pi
+    out[raw, 2] = 2 * np.pi - out[raw, 2]
+    out[:, 1] = _wrapped(out[:, 1])
+    return out, np.where(raw, -1.0, face)
+
+
+def _wrapped(angle: Array) -> Array:
+    """Angles in [-pi, pi)."""
+    return np.asarray((angle + np.pi) % (2 * np.pi) - np.pi)
+
+
+def _groups(readings: Readings) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Number of each reading's (station, series, target), and the first reading of each."""
+    key = np.array(
+        [
+            "\0".join(parts)
+            for parts in zip(readings.station, readings.series, readings.target, strict=True)
+        ]
+    )
+    _, first, number = np.unique(key, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.empty(len(order), dtype=np.int64)
+    rank[order] = np.arange(len(order))
+    return rank[number], first[order]
+
+
+def _by_face(readings: Readings) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """First reading of every group, and its front and back reading, -1 for none.
+
+    Raises
+    ------
+    InputError : a target twice on one face in one series.
+    """
+    number, first = _groups(readings)
+    sides = []
+    for face in (1.0, -1.0):
+        mine = np.flatnonzero(readings.face == face)
+        side = np.full(len(first), -1, dtype=np.int64)
+        side[number[mine]] = mine
+        twice = np.bincount(number[mine], minlength=len(first)) > 1
+        if twice.any():
+            row = int(first[np.flatnonzero(twice)[0]])
+            raise InputError(
+                f"{readings.station[row]} has target {readings.target[row]} twice on one face",
+                record=str(readings.source[row]) or None,
+                cure="tell the series apart in a column set, or the faces in a column face",
+            )
+        sides.append(side)
+    return first, sides[0], sides[1]
+
+
+def face_pairs(readings: Readings) -> FacePairs:
+    """Targets with readings of both faces.
+
+    Raises
+    ------
+    InputError : a target twice on one face in one series.
+    """
+    first, front, back = _by_face(readings)
+    both = (front >= 0) & (back >= 0)
+    first, front, back = first[both], front[both], back[both]
+    difference = readings.polar[front] - readings.polar[back]
+    difference[:, 1] = _wrapped(difference[:, 1])
+    half = difference / 2
+    return FacePairs(
+        readings.station[first],
+        readings.series[first],
+        readings.target[first],
+        half,
+        (readings.covariance[front] + readings.covariance[back]) / 4,
+        readings.polar[back] + half,
+    )
+
+
+def face_means(readings: Readings) -> Readings:
+    """One reading for every station, series and target: the mean of both faces where there are.
+
+    The face of a mean is 0.
+
+    Raises
+    ------
+    InputError : a target twice on one face in one series.
+    """
+    first, front, back = _by_face(readings)
+    both = (front >= 0) & (back >= 0)
+    one = np.where(front >= 0, front, back)
+    polar, covariance = readings.polar[one].copy(), readings.covariance[one].copy()
+    pairs = face_pairs(readings)
+    polar[both], covariance[both] = pairs.polar, pairs.covariance
+    return Readings(
+        readings.station[first],
+        readings.series[first],
+        readings.target[first],
+        np.where(both, 0.0, readings.face[one]),
+        polar,
+        covariance,
+        readings.source[first],
+    )

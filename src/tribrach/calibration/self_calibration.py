@@ -1,0 +1,432 @@
+"""Self-calibration from beginning to end: what can be estimated, then estimates and their tests.
+
+Estimability comes first: where unknowns are open nothing is inverted; the sentences say which,
+which parameters can be estimated all the same, and what would separate the others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach._types import Array
+from tribrach.calibration.correlations import Correlations, calibration_correlations
+from tribrach.calibration.datum_effects import DatumSigmas, datum_effects
+from tribrach.calibration.estimability import (
+    Estimability,
+    Proposal,
+    estimability,
+    parameter_columns_of,
+    propose,
+)
+from tribrach.calibration.minimum_norm import adjust_minimum_norm
+from tribrach.calibration.remedies import Remedy, remedies
+from tribrach.calibration.significance import (
+    BlockTest,
+    Omitted,
+    block_test,
+    omitted_parameters,
+    station_test,
+)
+from tribrach.errors import AdjustmentError, InputError, RankDefect
+from tribrach.instruments.calibration import NIST, CalibrationModel, unit_of
+from tribrach.network.adjustment import Adjustment, adjust
+from tribrach.network.blunders.snooping import SnoopingLog, snoop
+from tribrach.network.linear import SingularMatrix
+from tribrach.network.network import Network
+from tribrach.network.start.start_values import find_start
+from tribrach.observations.base import Use
+from tribrach.observations.scanner import ScannerPolar
+from tribrach.observations.unknowns import State
+from tribrach.statistics import f
+
+__all__ = [
+    "Parameter",
+    "Readings",
+    "SelfCalibration",
+    "Wishes",
+    "calibrate",
+    "calibration_names",
+    "remedy_sentences",
+    "without",
+]
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """How a calibration is done.
+
+    near : correlation above which two parameters are hardly separated; limit_t : of a significant
+    parameter; posterior : are sigmas scaled with the sigma0 that the residuals give; minimum_norm :
+    what is open is closed by the smallest solution; reduce : what cannot be separated is
+    left out; back : has the scanner a back face; snoop : are blunders searched for; alpha : of the
+    tests of parameters that are no unknowns, all together.
+    """
+
+    near: float = 0.95
+    limit_t: float = 3.29
+    posterior: bool = False
+    minimum_norm: bool = False
+    reduce: bool = False
+    back: bool = True
+    snoop: bool = False
+    alpha: float = 0.05
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """An estimated parameter in metres, radians or without unit."""
+
+    name: str
+    unit: str
+    value: float
+    sigma: float
+    significant: bool
+
+    @property
+    def plain(self) -> str:
+        """The name that the model has for it."""
+        return self.name.split("(")[0]
+
+    @property
+    def owner(self) -> str:
+        """The instrument or station that it belongs to."""
+        return self.name[len(self.plain) + 1 : -1]
+
+    @property
+    def t(self) -> float:
+        """Value over sigma."""
+        return self.value / self.sigma if self.sigma > 0 else float("nan")
+
+
+@dataclass(frozen=True)
+class Readings:
+    """Polar observations that took part, all (n,) or (n, 3).
+
+    stations : pose index; polar : measured r, H, V folded to the front; face; sigma (n, 3); after :
+    residuals; before : residuals of the same network without parameters, None if it has none.
+    """
+
+    stations: NDArray[np.int64]
+    polar: Array
+    face: Array
+    sigma: Array
+    after: Array
+    before: Array | None
+
+
+@dataclass(frozen=True)
+class SelfCalibration:
+    """A calibration; factor : variance that sigmas are scaled with, sigma_origin : in words."""
+
+    adjustment: Adjustment
+    before: Adjustment | None
+    parameters: tuple[Parameter, ...]
+    estimability: Estimability
+    proposal: Proposal
+    remedies: tuple[Remedy, ...]
+    together: BlockTest
+    gain: BlockTest | None
+    omitted: tuple[Omitted, ...]
+    differ: BlockTest | None
+    correlations: Correlations
+    datums: tuple[DatumSigmas, ...]
+    readings: Readings
+    factor: float
+    sigma_origin: str
+    left_out: tuple[str, ...]
+    log: SnoopingLog | None
+    limit_t: float = 3.29
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the parameters."""
+        return tuple(p.name for p in self.parameters)
+
+    @property
+    def covariance(self) -> Array:
+        """Covariance (k, k) of the parameters, scaled with the factor."""
+        columns = np.concatenate([self.adjustment.columns(name) for name in self.names])
+        return self.factor * self.adjustment.covariance_columns(columns, columns)
+
+    @property
+    def suggested(self) -> tuple[str, ...]:
+        """Parameters that are worth keeping, by elimination.
+
+        What is hardly separated goes first, then the least significant one after the other, each
+        time with the others as they are without it, until all are significant: of two that share
+        an effect one stays. A minimum norm proposes nothing.
+        """
+        if not self.datums:
+            return ()
+        hardly = {item.name for item in self.proposal.hardly}
+        values = np.array([p.value for p in self.parameters])
+        return _eliminated(self.names, values, self.covariance, hardly, self.limit_t)
+
+
+def calibration_names(network: Network) -> tuple[str, ...]:
+    """Names of the free calibration unknowns of a network, in its order."""
+    layout = network.start.layout
+    used: set[int] = set()
+    for o in network.observations:
+        if isinstance(o, ScannerPolar):
+            used |= set(np.unique(o.parameters).tolist())
+    free = network.free[layout.columns("scalar", np.arange(layout.count("scalar")))[:, 0]]
+    names = layout.names["scalar"]
+    return tuple(names[i] for i in sorted(used) if i >= 0 and free[i])
+
+
+def calibrate(
+    network: Network, wishes: Wishes | None = None, models: Sequence[CalibrationModel] = (NIST,)
+) -> SelfCalibration:
+    """Calibrate the scanners of a network.
+
+    models : whose parameters are tested where they are no unknowns.
+
+    Raises
+    ------
+    InputError : the network has no calibration parameters.
+    RankDefect : unknowns are open, in sentences; also what could be estimated and what would help.
+    AdjustmentError : there are no start values, or the iteration does not converge.
+    """
+    wishes = wishes or Wishes()
+    names = calibration_names(network)
+    if not names:
+        raise InputError(
+            "the network has no calibration parameters",
+            cure="add a section [calibration], and observations of a scanner",
+        )
+    state = find_start(network)
+    # with parameters at zero, where what acts alike does so exactly
+    flat = _with_zero(state, names)
+    found = estimability(network, flat)
+    try:
+        proposal = propose(network, flat, names, wishes.near)
+    except SingularMatrix:
+        raise RankDefect(
+            "stations or targets cannot be determined, whatever is calibrated", found.open
+        ) from None
+    further: list[Remedy] = []
+    if proposal.left or proposal.hardly:
+        further = remedies(network, flat, names, wishes.near, back=wishes.back)
+    left_out: tuple[str, ...] = ()
+    if found.open and not wishes.minimum_norm:
+        if not (wishes.reduce and proposal.left):
+            raise RankDefect(*_refusal(found, proposal, further))
+        left_out = tuple(item.name for item in proposal.left)
+        network = without(network, left_out)
+        names = proposal.names
+    network = network.with_start(state)
+    log: SnoopingLog | None = None
+    if wishes.minimum_norm:
+        adjustment = adjust_minimum_norm(network)
+    elif wishes.snoop:
+        adjustment, log = snoop(network)
+    else:
+        adjustment = adjust(network)
+    return _analysed(
+        adjustment, names, wishes, models, found, proposal, tuple(further), left_out, log
+    )
+
+
+def without(network: Network, names: Sequence[str]) -> Network:
+    """The network with parameters held at their start, zero where they have none."""
+    free = network.free.copy()
+    free[parameter_columns_of(network, names)] = False
+    return replace(network, free=free)
+
+
+def _with_zero(state: State, names: Sequence[str]) -> State:
+    """The state with parameters zero."""
+    scalars = state.scalars.copy()
+    scalars[[state.layout.index("scalar", name) for name in names]] = 0.0
+    return replace(state, scalars=scalars)
+
+
+def _analysed(
+    adjustment: Adjustment,
+    names: tuple[str, ...],
+    wishes: Wishes,
+    models: Sequence[CalibrationModel],
+    found: Estimability,
+    proposal: Proposal,
+    further: tuple[Remedy, ...],
+    left_out: tuple[str, ...],
+    log: SnoopingLog | None,
+) -> SelfCalibration:
+    """All figures of an adjusted calibration."""
+    posterior = wishes.posterior and adjustment.dof > 0
+    factor = adjustment.posterior_factor if posterior else 1.0
+    before = _without_parameters(adjustment, names, wishes)
+    own = {name.split("(")[0] for name in names}
+    omitted = [
+        item
+        for model in models
+        for item in omitted_parameters(
+            adjustment,
+            model.select([p for p in model.parameters if p not in own]),
+            wishes.alpha,
+            factor,
+        )
+    ]
+    return SelfCalibration(
+        adjustment=adjustment,
+        before=before,
+        parameters=_parameters(adjustment, names, factor, wishes.limit_t),
+        estimability=found,
+        proposal=proposal,
+        remedies=further,
+        together=_together(adjustment, names, wishes, posterior),
+        gain=None if before is None or wishes.minimum_norm else _gain(before, adjustment),
+        omitted=tuple(omitted),
+        differ=_differ(adjustment, names, posterior),
+        correlations=calibration_correlations(adjustment, names),
+        datums=() if wishes.minimum_norm else tuple(datum_effects(adjustment, names)),
+        readings=_readings(adjustment, before),
+        factor=factor,
+        sigma_origin=_origin(adjustment, posterior),
+        left_out=left_out,
+        log=log,
+        limit_t=wishes.limit_t,
+    )
+
+
+def _eliminated(
+    names: Sequence[str], values: Array, covariance: Array, first: set[str], limit: float
+) -> tuple[str, ...]:
+    """Names that stay; values (k,) and covariance (k, k) follow as those of the others at zero."""
+    alive, c, q = list(names), values, covariance
+    while alive:
+        t = np.abs(c) / np.sqrt(np.diag(q))
+        marked = [k for k, name in enumerate(alive) if name in first]
+        k = marked[0] if marked else int(np.argmin(t))
+        if not marked and t[k] > limit:
+            break
+        rest = np.arange(len(alive)) != k
+        c = (c - q[:, k] * (c[k] / q[k, k]))[rest]
+        q = (q - np.outer(q[:, k], q[k]) / q[k, k])[np.ix_(rest, rest)]
+        alive.pop(k)
+    return tuple(alive)
+
+
+def _refusal(
+    found: Estimability, proposal: Proposal, further: Sequence[Remedy]
+) -> tuple[str, list[str]]:
+    """Headline and sentences of a network with open unknowns."""
+    count = len(found.open)
+    headline = (
+        f"{count} combination{'s' if count > 1 else ''} of unknowns cannot be determined "
+        f"(singular values {found.gap[0]:.0e} against {found.gap[1]:.0e})"
+    )
+    words = list(found.open)
+    words += [f"{item.name} is to be left out: {item.why}" for item in proposal.left]
+    if proposal.names:
+        words.append(f"these can be estimated together: {', '.join(proposal.names)}")
+    words += remedy_sentences(proposal, further)
+    return headline, words
+
+
+def remedy_sentences(proposal: Proposal, further: Sequence[Remedy]) -> list[str]:
+    """What every addition would give, in words."""
+    out = []
+    known = set(proposal.names)
+    well = set(proposal.recommended)
+    for remedy in further:
+        more = [n for n in remedy.proposal.names if n not in known]
+        better = [n for n in remedy.proposal.recommended if n not in well and n in known]
+        if more:
+            out.append(f"{remedy.what} would make estimable: {', '.join(more)}")
+        if better:
+            out.append(f"{remedy.what} would separate well: {', '.join(better)}")
+    return out
+
+
+def _parameters(
+    adjustment: Adjustment, names: Sequence[str], factor: float, limit: float
+) -> tuple[Parameter, ...]:
+    layout, out = adjustment.layout, []
+    for name in names:
+        value = float(adjustment.state.scalars[layout.index("scalar", name)])
+        sigma = float(np.sqrt(factor * adjustment.covariance(name)[0, 0]))
+        significant = sigma > 0 and abs(value) > limit * sigma
+        out.append(Parameter(name, unit_of(name.split("(")[0]), value, sigma, significant))
+    return tuple(out)
+
+
+def _without_parameters(
+    adjustment: Adjustment, names: Sequence[str], wishes: Wishes
+) -> Adjustment | None:
+    """The same network with all parameters zero; None if it cannot be adjusted."""
+    plain = without(adjustment.network.with_start(_with_zero(adjustment.state, names)), names)
+    try:
+        return adjust_minimum_norm(plain) if wishes.minimum_norm else adjust(plain)
+    except AdjustmentError:
+        return None
+
+
+def _together(
+    adjustment: Adjustment, names: Sequence[str], wishes: Wishes, posterior: bool
+) -> BlockTest:
+    """All parameters against zero; a minimum norm has no such test."""
+    if wishes.minimum_norm:
+        return BlockTest(len(names), adjustment.dof, float("nan"), float("nan"), posterior)
+    return block_test(adjustment, names, posterior=posterior)
+
+
+def _gain(before: Adjustment, after: Adjustment) -> BlockTest | None:
+    """F-test of how much the sum of squares falls with the parameters."""
+    freedom = before.dof - after.dof
+    if freedom <= 0 or after.dof <= 0 or after.vtpv <= 0:
+        return None
+    statistic = (before.vtpv - after.vtpv) / freedom / after.posterior_factor
+    return BlockTest(
+        freedom, after.dof, statistic, float(f.sf(statistic, freedom, after.dof)), True
+    )
+
+
+def _differ(adjustment: Adjustment, names: Sequence[str], posterior: bool) -> BlockTest | None:
+    """Test of stations against each other, where stations share the parameters of an instrument."""
+    owners = {name[name.index("(") :] for name in names}
+    mine = [o for o in adjustment.network.observations if isinstance(o, ScannerPolar) and o.model]
+    models = {o.model for o in mine if o.model}
+    stations = np.unique(np.concatenate([o.station for o in mine])) if mine else ()
+    if len(owners) >= len(stations) or len(models) != 1:
+        return None
+    own = list(dict.fromkeys(name.split("(")[0] for name in names))
+    return station_test(adjustment, models.pop().select(own), posterior=posterior)
+
+
+def _origin(adjustment: Adjustment, posterior: bool) -> str:
+    if posterior:
+        return (
+            f"a posteriori, sigma0 {adjustment.sigma0_posterior:.4f}, redundancy {adjustment.dof}"
+        )
+    return "a priori, from the sigmas of the observations"
+
+
+def _readings(adjustment: Adjustment, before: Adjustment | None) -> Readings:
+    """Polar observations with their residuals."""
+    stations, polar, face, sigma, after, earlier = [], [], [], [], [], []
+    for o in adjustment.network.observations:
+        if not isinstance(o, ScannerPolar):
+            continue
+        items = np.flatnonzero(o.use == Use.ACTIVE)
+        folded = o.folded()[items]
+        stations.append(o.station[items])
+        polar.append(folded)
+        face.append(o.face[items])
+        sigma.append(o.sigma[items])
+        after.append(-o.misclosure(adjustment.state)[items])
+        if before is not None:
+            earlier.append(-o.misclosure(before.state)[items])
+    return Readings(
+        np.concatenate(stations),
+        np.concatenate(polar),
+        np.concatenate(face),
+        np.concatenate(sigma),
+        np.concatenate(after),
+        np.concatenate(earlier) if before is not None else None,
+    )

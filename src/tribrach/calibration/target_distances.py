@@ -1,0 +1,164 @@
+"""Distances between targets from two stations: the field check of a scanner.
+
+The distance between two targets does not depend on where it is measured from, but for errors of the
+instrument: a range zero ``x10`` shortens it by up to ``2 x10`` where the station stands between the
+targets and cancels where it stands on their line outside (method sections 4.2 and 11.3; the field
+check of four targets and two stations follows what is published about DVW-Merkblatt 7, whose text
+was not at hand). Differences of one station less the other are zero but for noise; their weighted
+sum of squares is a chi-square with as many degrees of freedom as their covariance has directions.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach._types import Array
+from tribrach.calibration.misalignment_search import Explanation, explain, whitened
+from tribrach.calibration.scanner_readings import Readings
+from tribrach.errors import InputError
+from tribrach.geometry.polar import xyz_by_polar, xyz_from_polar
+from tribrach.instruments.calibration import NIST
+from tribrach.statistics import chi2, norm
+
+__all__ = ["DISTANCE_PARAMETERS", "DistanceCheck", "compare_distances"]
+
+
+#: targets whose distances are compared, evenly chosen from more
+MOST = 40
+
+
+#: parameters that means of faces still contain and distances show
+DISTANCE_PARAMETERS = ("x10", "x1z", "x9z", "x12b", "x11a", "x11b", "x1n")
+
+
+#: and those of readings of one face
+_ONE_FACE = ("x2", "x4", "x6", "x3", "x7", "x9n")
+
+
+@dataclass(frozen=True)
+class DistanceCheck:
+    """Differences (p,) of distances between targets, first station less second.
+
+    pairs (p,) of target names; lengths (p, 2) [m] from either station; difference, sigma and limit
+    (p,) [m], the limits so that all hold together with 1 - alpha or more; statistic against its
+    chi-square limit with dof; zero, sigma_zero : range zero from the differences alone [m];
+    faces : is every reading a mean of both? in_common : targets that both stations saw, of which
+    40 are compared at most.
+    """
+
+    stations: tuple[str, str]
+    series: str
+    pairs: tuple[tuple[str, str], ...]
+    lengths: Array
+    difference: Array
+    sigma: Array
+    limit: Array
+    statistic: float
+    dof: int
+    critical: float
+    p: float
+    zero: float
+    sigma_zero: float
+    explanation: Explanation
+    alpha: float
+    faces: bool
+    in_common: int
+
+    @property
+    def passed(self) -> bool:
+        """Is the whole of it noise?"""
+        return self.statistic <= self.critical
+
+
+def compare_distances(
+    readings: Readings, first: str, second: str, series: str = "", alpha: float = 0.05
+) -> DistanceCheck:
+    """Distances between the targets that two stations have in common, in one series.
+
+    readings : means of faces.
+
+    Raises
+    ------
+    InputError : fewer than three common targets.
+    """
+    mine = [_of(readings, station, series) for station in (first, second)]
+    common = [t for t in mine[0] if t in mine[1]]
+    in_common = len(common)
+    if len(common) < 3:
+        raise InputError(
+            f"stations {first} and {second} have {len(common)} targets in common",
+            cure="a field check takes four, and three at least",
+        )
+    if in_common > MOST:
+        common = [common[int(k)] for k in np.linspace(0, in_common - 1, MOST)]
+    parts = [readings.take(np.array([rows[t] for t in common])) for rows in mine]
+    index = np.array(list(combinations(range(len(common)), 2)))
+    faces = bool(all((part.face == 0).all() for part in parts))
+    names = DISTANCE_PARAMETERS if faces else (*DISTANCE_PARAMETERS, *_ONE_FACE)
+    made = [_distances(part, index, names) for part in parts]
+    lengths = np.stack([m[0] for m in made], axis=1)
+    difference = lengths[:, 0] - lengths[:, 1]
+    covariance = made[0][1] + made[1][1]
+    columns = made[0][2] - made[1][2]
+    # distances between t targets are functions of 3 t - 6 numbers
+    rank = min(len(index), 3 * len(common) - 6)
+    white, design = whitened(covariance, rank, difference, columns)
+    dof = len(white)
+    statistic, critical = float(white @ white), float(chi2.ppf(1 - alpha, dof))
+    each = 1 - (1 - alpha) ** (1 / len(index))
+    sigma = np.sqrt(np.diag(covariance))
+    weight = float(design[:, 0] @ design[:, 0])
+    return DistanceCheck(
+        (first, second),
+        series,
+        tuple((common[i], common[j]) for i, j in index),
+        lengths,
+        difference,
+        sigma,
+        sigma * norm.ppf(1 - each / 2),
+        statistic,
+        dof,
+        critical,
+        float(chi2.sf(statistic, dof)),
+        float(design[:, 0] @ white) / weight if weight > 0 else float("nan"),
+        1 / np.sqrt(weight) if weight > 0 else float("inf"),
+        explain(names, design, white),
+        alpha,
+        faces,
+        in_common,
+    )
+
+
+def _of(readings: Readings, station: str, series: str) -> dict[str, int]:
+    """Row of each target of a station in a series."""
+    mine = (readings.station == station) & (readings.series == series)
+    return {str(readings.target[i]): int(i) for i in np.flatnonzero(mine)}
+
+
+def _distances(
+    part: Readings, index: NDArray[np.int64], names: tuple[str, ...]
+) -> tuple[Array, Array, Array]:
+    """Distances (p,), their covariance (p, p), and what parameters of one make of them (p, k)."""
+    xyz = xyz_from_polar(part.polar)
+    i, j = index.T
+    chord = xyz[j] - xyz[i]
+    length = np.linalg.norm(chord, axis=1)
+    unit = chord / length[:, None]
+    turn = xyz_by_polar(part.polar)
+    by_polar = np.zeros((len(index), len(xyz), 3))
+    rows = np.arange(len(index))
+    by_polar[rows, j] = np.einsum("pi,pij->pj", unit, turn[j])
+    by_polar[rows, i] = -np.einsum("pi,pij->pj", unit, turn[i])
+    covariance = np.einsum("pti,tij,qtj->pq", by_polar, part.covariance, by_polar, optimize=True)
+    model = NIST.select(names)
+    r, h, v = part.polar.T
+    # measured = true - Delta; a mean of faces keeps the part that does not change its sign
+    sides = [model.columns(r, h, v, np.full(len(r), face)) for face in (1.0, -1.0)]
+    mean = (sides[0] + sides[1]) / 2
+    own = np.where((part.face < 0)[:, None, None], sides[1], sides[0])
+    b = np.where((part.face == 0)[:, None, None], mean, own)
+    return length, covariance, -np.einsum("pti,tik->pk", by_polar, b)

@@ -1,0 +1,192 @@
+"""What does it cost to take a site as flat? Numbers for the warning (method section 1.1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from pyproj import CRS, Proj, Transformer
+from pyproj.exceptions import CRSError, ProjError
+
+from tribrach._types import Array
+from tribrach.errors import InputError
+from tribrach.geodesy.proj_grids import offline
+from tribrach.geodesy.site import GRS80, EllipsoidSite, ecef_from_geodetic
+
+__all__ = ["Grid", "flat_warnings", "grid_scale", "stereographic"]
+
+# Projected coordinates and heights, and the work frame they stand for.
+#
+# Grid coordinates E, N with ellipsoidal heights h become positions in W by projection, ellipsoid
+# and ENU at the origin, so that scale, convergence and curvature are exact everywhere; and back
+# again. Grids of an older datum are taken to WGS 84 in plan; their heights are heights over its
+# ellipsoid (GRS80 to 0.1 mm) already and stay as they are. Method section 1.1.
+
+
+_GEOGRAPHIC = "+proj=longlat +datum=WGS84 +type=crs"
+
+
+def gaussian_radius(latitude: float, ellipsoid: tuple[float, float] = GRS80) -> float:
+    """Mean radius of curvature ``sqrt(M N)`` [m] at a latitude [rad]."""
+    a, f = ellipsoid
+    e2 = f * (2 - f)
+    return float(a * np.sqrt(1 - e2) / (1 - e2 * np.sin(latitude) ** 2))
+
+
+def stereographic(latitude: float, easting: float, northing: float) -> str:
+    """PROJ definition of the oblique stereographic grid of a local system.
+
+    It touches the ellipsoid at ``latitude`` [degrees], where its coordinates are ``easting`` and
+    ``northing`` [m]; the longitude of a local system is unknown and zero.
+    """
+    return (
+        f"+proj=sterea +lat_0={latitude!r} +lon_0=0 +k_0=1 +x_0={easting!r} +y_0={northing!r} "
+        "+ellps=GRS80 +units=m +type=crs"
+    )
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A projected grid around an origin ``(easting, northing)`` at an ellipsoidal height [m].
+
+    crs : anything PROJ understands, such as ``EPSG:2154`` or a ``+proj`` string.
+
+    Raises
+    ------
+    InputError : PROJ does not know the grid, or the origin is outside of it.
+    """
+
+    crs: str
+    easting: float
+    northing: float
+    height: float = 0.0
+
+    @cached_property
+    def _geographic_from_grid(self) -> Transformer:
+        offline()
+        try:
+            definition = CRS.from_user_input(self.crs)
+            if definition.is_geographic or definition.is_geocentric:
+                raise InputError(f"{self.crs} is not a projected grid")
+            return Transformer.from_crs(definition, _GEOGRAPHIC, always_xy=True)
+        except (CRSError, ProjError) as error:
+            raise InputError(
+                f"the grid {self.crs} is not known to PROJ", cure="give an EPSG code"
+            ) from error
+
+    @cached_property
+    def place(self) -> tuple[float, float]:
+        """Latitude and longitude [rad] of the origin.
+
+        Raises
+        ------
+        InputError : the origin is outside of the grid.
+        """
+        longitude, latitude = self._geographic_from_grid.transform(self.easting, self.northing)
+        if not (np.isfinite(longitude) and np.isfinite(latitude)):
+            raise InputError(
+                f"the origin {self.easting:g} {self.northing:g} is outside the grid {self.crs}"
+            )
+        return float(np.radians(latitude)), float(np.radians(longitude))
+
+    @cached_property
+    def site(self) -> EllipsoidSite:
+        """The work frame: ENU at the origin on GRS80."""
+        phi, longitude = self.place
+        return EllipsoidSite(phi, longitude, self.height, curvature_radius=gaussian_radius(phi))
+
+    def plan(self, latitude: float, longitude: float) -> Array:
+        """E, N (2,) of a place [rad].
+
+        Raises
+        ------
+        InputError : it is outside of the grid.
+        """
+        found: Array = self._plan(np.degrees([longitude]), np.degrees([latitude]))[0]
+        if not np.isfinite(found).all():
+            raise InputError(
+                f"latitude {np.degrees(latitude):.4f}, longitude {np.degrees(longitude):.4f} is "
+                f"outside the grid {self.crs}",
+                cure="give the crs of the place",
+            )
+        return found
+
+    def to_work(self, enh: Array) -> Array:
+        """W coordinates (n, 3) of E, N, h (n, 3)."""
+        longitude, latitude = self._geographic_from_grid.transform(enh[:, 0], enh[:, 1])
+        ecef = ecef_from_geodetic(np.radians(latitude), np.radians(longitude), enh[:, 2])
+        return self.site.from_ecef(ecef)
+
+    def from_work(self, x: Array) -> Array:
+        """E, N, h (n, 3) of W coordinates (n, 3)."""
+        geodetic = self.site.geodetic(x)
+        geographic = self._geographic_from_grid
+        plan = self._plan(np.degrees(geodetic[:, 1]), np.degrees(geodetic[:, 0]))
+        # a change of datum in plan alone does not return exactly: 0.4 mm from NTF and back
+        plan += plan - self._plan(*geographic.transform(plan[:, 0], plan[:, 1]))
+        return np.concatenate([plan, geodetic[:, 2:]], axis=1)
+
+    def _plan(self, longitude: Array, latitude: Array) -> Array:
+        """E, N (n, 2) of geographic positions in degrees."""
+        plan = self._geographic_from_grid.transform(longitude, latitude, direction="INVERSE")
+        return np.stack(plan, axis=1)
+
+
+RADIUS = 6371000.0
+
+
+#: effects below this [m] are not worth a sentence
+NEGLIGIBLE = 1e-4
+
+
+def grid_scale(crs: str, xyz: Array) -> float:
+    """Length in the grid over length on the ground, minus one, at E, N, height (3,) [m].
+
+    Raises
+    ------
+    InputError : PROJ does not know the grid, or the place is outside of it.
+    """
+    try:
+        definition = CRS.from_user_input(crs)
+        to_geographic = Transformer.from_crs(definition, definition.geodetic_crs, always_xy=True)
+        longitude, latitude = to_geographic.transform(xyz[0], xyz[1], errcheck=True)
+        factor = float(Proj(definition).get_factors(longitude, latitude).meridional_scale)
+    except (CRSError, ProjError) as error:
+        raise InputError(
+            f"the site is not within the grid {crs}", cure="check crs and coordinates"
+        ) from error
+    height = 0.0 if np.isnan(xyz[2]) else float(xyz[2])
+    radius = gaussian_radius(np.radians(latitude))
+    return factor / (1 + height / radius) - 1
+
+
+def flat_warnings(xyz: Array, crs: str | None, *, curved: bool) -> list[str]:
+    """Sentences on what a flat site neglects over the extent of points (n, 3), E, N, U [m].
+
+    crs : the projection of the coordinates, if they are projected; curved : zenith angles are
+    corrected for the curvature of the Earth.
+    """
+    known = xyz[~np.isnan(xyz[:, :2]).any(axis=1)]
+    if len(known) < 2:
+        return []
+    extent = float(np.hypot(*np.ptp(known[:, :2], axis=0)))
+    out = []
+    if crs is not None:
+        height = known[:, 2][~np.isnan(known[:, 2])]
+        centre = np.array([*known[:, :2].mean(axis=0), height.mean() if len(height) else np.nan])
+        scale = grid_scale(crs, centre)
+        if abs(scale) * extent > NEGLIGIBLE:
+            out.append(
+                f"the coordinates of {crs} are taken as Cartesian: their scale differs from the "
+                f"ground by {1e6 * scale:.1f} ppm, {1e3 * abs(scale) * extent:.1f} mm over the "
+                f"{extent:.0f} m of the site; a site of kind projected takes it into account"
+            )
+    bend = extent**2 / (2 * RADIUS)
+    if bend > NEGLIGIBLE and not curved:
+        out.append(
+            f"the site is taken as flat: over its {extent:.0f} m the Earth curves by "
+            f"{1e3 * bend:.1f} mm and plumb lines turn by {extent / 30.9:.1f} arcsec; "
+            "curvature_radius_m or a site on the ellipsoid takes it into account"
+        )
+    return out

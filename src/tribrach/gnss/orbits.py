@@ -1,0 +1,207 @@
+"""Orbits of a baseline: broadcast ones, and precise ones where files of them are given.
+
+Precise orbits take the place of the broadcast ones; these are still needed for the times at which
+signals were sent. Satellite clocks cancel in the differences of a baseline, so files of clocks
+have nothing to add.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+
+from tribrach.errors import InputError
+from tribrach.io.gnss.navigation_file import NavigationFile, read_navigation
+from tribrach.io.gnss.observation_file import ObservationFile
+from tribrach.io.gnss.precise_file import PreciseOrbits, is_sp3, joined, read_sp3
+from tribrach.io.gnss.rinex_file import read_packed
+
+__all__ = ["Orbits", "calendar", "check_precise", "check_together", "read_orbits", "usable_systems"]
+
+# Do the files of a baseline belong together: the same time, common satellites, their orbits?
+
+
+#: broadcast orbits are used up to this far from their time [s]
+ORBIT_AGE = 14400.0
+
+
+#: phases of fewer satellites give no position
+FEWEST = 4
+
+
+def calendar(seconds: float) -> str:
+    """Date and time of seconds since 1980-01-06, in the same time system."""
+    return f"{datetime(1980, 1, 6) + timedelta(seconds=round(seconds)):%Y-%m-%d %H:%M:%S}"
+
+
+def check_together(
+    base: ObservationFile, rover: ObservationFile, orbits: Sequence[NavigationFile]
+) -> None:
+    """Refuse files that cannot give a baseline.
+
+    Raises
+    ------
+    InputError : no common time, fewer than four common satellites, no orbits for them.
+    """
+    if not orbits:
+        raise InputError("there is no navigation file", cure="give the broadcast orbits of the day")
+    start, end = max(base.times[0], rover.times[0]), min(base.times[-1], rover.times[-1])
+    if end < start:
+        raise InputError(
+            f"{base.path.name} ({_span(base)}) and {rover.path.name} ({_span(rover)}) have no time "
+            "in common",
+            file=rover.path,
+            cure="give files of the same session",
+        )
+    common = base.satellites & rover.satellites
+    if len(common) < FEWEST:
+        raise InputError(
+            f"{base.path.name} and {rover.path.name} have {_count(len(common))} in common, and "
+            f"{FEWEST} are needed",
+            file=rover.path,
+            cure="give files of the same session with the same satellite systems",
+        )
+    known: set[str] = set()
+    for orbit in orbits:
+        near = (orbit.times > start - ORBIT_AGE) & (orbit.times < end + ORBIT_AGE)
+        known |= set(orbit.satellites[near])
+    if len(known & common) < FEWEST:
+        times = np.concatenate([orbit.times for orbit in orbits])
+        raise InputError(
+            f"the orbits ({calendar(times.min())} to {calendar(times.max())}) cover "
+            f"{_count(len(known & common))} of the session that starts {calendar(start)}",
+            file=orbits[0].path,
+            cure="give the navigation file of the same day and systems",
+        )
+
+
+def usable_systems(
+    base: ObservationFile,
+    rover: ObservationFile,
+    orbits: Sequence[NavigationFile],
+    wanted: str,
+) -> str:
+    """Letters of the wanted satellite systems that all files have.
+
+    Raises
+    ------
+    InputError : none of them.
+    """
+    of_orbits = {str(name)[0] for orbit in orbits for name in orbit.satellites}
+    found = "".join(
+        letter
+        for letter in dict.fromkeys(wanted.upper())
+        if letter in base.systems and letter in rover.systems and letter in of_orbits
+    )
+    if not found:
+        raise InputError(
+            f"the files have none of the satellite systems {wanted} in common",
+            file=rover.path,
+            cure="name others, such as GREC",
+        )
+    return found
+
+
+def _span(file: ObservationFile) -> str:
+    return f"{calendar(file.times[0])} to {calendar(file.times[-1])}"
+
+
+def _count(n: int) -> str:
+    return {0: "no satellite", 1: "one satellite"}.get(n, f"{n} satellites")
+
+
+#: epochs that the engine's polynomials go through, and their largest step [s]
+EPOCHS, STEP = 11, 901.0
+
+
+@dataclass(frozen=True, eq=False)
+class Orbits:
+    """Broadcast orbits by file, precise ones of all files together or None, names of the latter."""
+
+    broadcast: tuple[NavigationFile, ...]
+    precise: PreciseOrbits | None = None
+    names: tuple[str, ...] = ()
+
+
+def read_orbits(paths: Sequence[Path]) -> Orbits:
+    """Navigation files and SP3 files, told apart by what is in them.
+
+    Raises
+    ------
+    InputError : what a file says wrong, a file of clocks, precise orbits alone.
+    """
+    broadcast: list[NavigationFile] = []
+    precise: list[PreciseOrbits] = []
+    for path in paths:
+        data = read_packed(path)
+        if is_sp3(data):
+            precise.append(read_sp3(path, data))
+        elif b"CLOCK DATA" in data[:60]:
+            raise InputError(
+                "this is a file of satellite clocks, which cancel in a baseline",
+                file=path,
+                cure="leave it out",
+            )
+        else:
+            broadcast.append(read_navigation(path))
+    if precise and not broadcast:
+        raise InputError(
+            "precise orbits alone do not suffice: broadcast ones give the times of transmission",
+            file=precise[0].path,
+            cure="give the navigation file of the day as well",
+        )
+    if not precise:
+        return Orbits(tuple(broadcast))
+    names = tuple(file.path.name for file in precise)
+    return Orbits(tuple(broadcast), joined(precise), names)
+
+
+def check_precise(orbits: PreciseOrbits, base: ObservationFile, rover: ObservationFile) -> None:
+    """Refuse precise orbits that do not cover the common time of two receivers.
+
+    Raises
+    ------
+    InputError : too few epochs or too far apart, another time, too few of the satellites.
+    """
+    start, end = max(base.times[0], rover.times[0]), min(base.times[-1], rover.times[-1])
+    first, last = float(orbits.times[0]), float(orbits.times[-1])
+    if len(orbits.times) < EPOCHS:
+        raise InputError(
+            f"{len(orbits.times)} epochs of precise orbits are too few to interpolate: "
+            f"{EPOCHS} are needed",
+            file=orbits.path,
+            cure="give a whole file",
+        )
+    if start < first or end > last:
+        raise InputError(
+            f"the precise orbits ({calendar(first)} to {calendar(last)}) do not cover the session "
+            f"({calendar(start)} to {calendar(end)})",
+            file=orbits.path,
+            cure="give the file of the day, and those of the days before and after where it is "
+            "near midnight",
+        )
+    low, high = np.searchsorted(orbits.times, [start, end])
+    around = orbits.times[max(int(low) - EPOCHS // 2, 0) : int(high) + EPOCHS // 2 + 1]
+    widest = float(np.diff(around).max())
+    if widest > STEP:
+        raise InputError(
+            f"the precise orbits have epochs {widest / 60:.0f} minutes apart, too far to "
+            "interpolate",
+            file=orbits.path,
+            cure="give orbits every 15 minutes or less",
+        )
+    there = np.isfinite(orbits.xyz[max(int(low) - 1, 0) : int(high) + 1, :, 0])
+    known = {orbits.satellites[k] for k in np.flatnonzero(there.all(axis=0))}
+    common = base.satellites & rover.satellites & known
+    if len(common) < FEWEST:
+        count = {0: "none", 1: "one"}.get(len(common), str(len(common)))
+        raise InputError(
+            f"the precise orbits have {count} of the satellites that both receivers observed, and "
+            f"{FEWEST} are needed",
+            file=orbits.path,
+            cure="give orbits of the same satellite systems",
+        )

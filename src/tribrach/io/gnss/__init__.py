@@ -1,0 +1,1 @@
+"""Files of GNSS: RINEX, orbits, solutions and vectors."""

@@ -1,0 +1,192 @@
+"""Ready GNSS vectors and positions as a survey: GVX, SINEX, solutions of RTKLIB.
+
+All files of one call share a work frame: that of the job, or one centred on what they hold.
+Coordinates of other frames and epochs are carried to those of the job, or refused where nothing
+says how the marks move.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from tribrach.errors import InputError
+from tribrach.geodesy.epochs import Motion, Realisation, carry
+from tribrach.geodesy.site import EllipsoidSite, Site
+from tribrach.io.gnss.gvx import read_gvx
+from tribrach.io.gnss.records import GnssRecords
+from tribrach.io.gnss.rtklib_pos import read_rtklib
+from tribrach.io.gnss.sinex import read_sinex
+from tribrach.network.survey import Survey
+from tribrach.observations.gnss import GnssBaselines, GnssPositions
+
+__all__ = ["GnssContext", "ellipsoid_of", "read", "survey_of"]
+
+
+@dataclass(frozen=True)
+class GnssContext:
+    """What the project says about GNSS files.
+
+    site : the ellipsoidal work frame, None if the files bring it; job : frame and epoch of the
+    project; source : frame of the files where they say none, epoch before theirs; motion of marks;
+    point, base : names of a solution of RTKLIB; factor on its formal sigmas; known : points that
+    have coordinates already.
+    """
+
+    site: EllipsoidSite | None = None
+    job: Realisation | None = None
+    frame: str = ""
+    epoch: float | None = None
+    motion: Motion | None = None
+    point: str = ""
+    base: str = ""
+    factor: float | None = None
+    known: frozenset[str] = field(default_factory=frozenset)
+
+
+def read(paths: Sequence[Path], context: GnssContext | None = None) -> Survey:
+    """Survey of files of GNSS results.
+
+    Raises
+    ------
+    InputError : of the readers; epochs that do not fit; a flat work frame.
+    """
+    wish = context or GnssContext()
+    readers: dict[str, Callable[[Path], GnssRecords]] = {
+        ".gvx": read_gvx,
+        ".xml": read_gvx,
+        ".snx": read_sinex,
+        ".pos": lambda path: read_rtklib(
+            path, point=wish.point, base=wish.base, factor=wish.factor
+        ),
+    }
+    found = []
+    for path in paths:
+        reader = readers.get(path.suffix.lower(), read_sinex)
+        found.append((path, reader(path)))
+    return survey_of(found, wish)
+
+
+def survey_of(found: Sequence[tuple[Path, GnssRecords]], wish: GnssContext) -> Survey:
+    """Survey of what files hold; see :func:`read`."""
+    job = _job(found, wish)
+    for path, records in found:
+        _carried(path, records, wish, job)
+    site = wish.site
+    if site is None:
+        places = [r.xyz for _, r in found if len(r.xyz)]
+        places += [np.array(list(r.approximate.values())) for _, r in found if r.approximate]
+        if not places:
+            raise InputError(
+                "the vectors bring no coordinates of any point",
+                file=found[0][0],
+                cure="use them in a project with a site and points",
+            )
+        site = EllipsoidSite.centred(np.concatenate(places))
+    survey = Survey(site=site)
+    if job is not None:
+        survey.info |= {"frame": job.frame, "epoch": job.epoch}
+    for _, records in found:
+        _add(survey, site, records, wish)
+        survey.warnings += records.warnings
+    return survey
+
+
+def _job(found: Sequence[tuple[Path, GnssRecords]], wish: GnssContext) -> Realisation | None:
+    """Frame and epoch of the job: of the project, or of the first file that states them."""
+    if wish.job is not None:
+        return wish.job
+    for _, records in found:
+        if records.frame or wish.frame:
+            epoch = records.epoch if wish.epoch is None else wish.epoch
+            return Realisation(wish.frame or records.frame, epoch)
+    return None
+
+
+def _carried(path: Path, records: GnssRecords, wish: GnssContext, job: Realisation | None) -> None:
+    """Coordinates of a file in the frame and at the epoch of the job."""
+    if job is None:
+        return
+    name = wish.frame or records.frame
+    if not name and len(records.xyz):
+        records.warnings.append(
+            f"{path.name} does not name its frame; its coordinates are taken as {job.frame}"
+        )
+    epoch = records.epoch if wish.epoch is None else wish.epoch
+    source = Realisation(name or job.frame, job.epoch if epoch is None else epoch)
+    motion = wish.motion
+    if motion is None and records.velocity is not None:
+        motion = Motion(velocity=records.velocity)
+        _add_velocity_covariance(records, source, job)
+    try:
+        if len(records.xyz):
+            records.xyz, _ = carry(records.xyz, source, job, motion)
+        if records.approximate:
+            # start values only: nothing depends on their motion
+            places = np.array(list(records.approximate.values()))
+            still = motion if motion and motion.plate else Motion(velocity=np.zeros(3))
+            moved, _ = carry(places, source, job, still)
+            records.approximate = dict(zip(records.approximate, moved, strict=True))
+    except InputError as error:
+        raise InputError(error.what, file=path, cure=error.cure) from error
+
+
+def _add_velocity_covariance(records: GnssRecords, source: Realisation, job: Realisation) -> None:
+    """Covariance of positions that were moved by the velocities of the same solution."""
+    if records.velocity_covariance is None or source.epoch is None or job.epoch is None:
+        return
+    n = 3 * len(records.xyz)
+    move = np.hstack([np.eye(n), (job.epoch - source.epoch) * np.eye(n)])
+    records.covariance = move @ records.velocity_covariance @ move.T
+
+
+def _add(survey: Survey, site: EllipsoidSite, records: GnssRecords, wish: GnssContext) -> None:
+    """Observations of one file; coordinates of points that nothing else gives start values."""
+    turn = site.w_from_ecef
+    named = set(survey.points) | wish.known
+    for name, xyz in records.approximate.items():
+        if name not in named:
+            survey.point(name, site.from_ecef(xyz[None])[0])
+    n = len(records.positions)
+    if n:
+        whole = np.kron(np.eye(n), turn)
+        covariance = whole @ records.covariance @ whole.T
+        table = survey.add(
+            GnssPositions,
+            values=site.from_ecef(records.xyz),
+            covariance=np.einsum("aiaj->aij", covariance.reshape(n, 3, n, 3)),
+            position=records.positions,
+            source=records.position_sources,
+        )
+        if n > 1:
+            item, row = np.divmod(np.arange(3 * n), 3)
+            source = records.position_sources[0]
+            survey.correlate(np.full(3 * n, table), item, row, covariance, source)
+    if len(records.start):
+        survey.add(
+            GnssBaselines,
+            values=records.vectors @ turn.T,
+            covariance=turn @ records.blocks @ turn.T,
+            start=records.start,
+            end=records.end,
+            source=records.vector_sources,
+        )
+
+
+def ellipsoid_of(site: Site, path: Path) -> EllipsoidSite:
+    """The work frame of a job, which must be on the ellipsoid.
+
+    Raises
+    ------
+    InputError : it is flat.
+    """
+    if not isinstance(site, EllipsoidSite):
+        raise InputError(
+            "geocentric vectors need a place on the ellipsoid, and the site is flat",
+            file=path,
+            cure="give the project a site with latitude_deg and longitude_deg, or a crs",
+        )
+    return site

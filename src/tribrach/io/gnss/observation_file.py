@@ -1,0 +1,330 @@
+"""What does a RINEX observation file hold, and is it whole?
+
+The engine reads the measurements; here the header, the epochs and the satellites are read, and
+every record is counted against what its epoch line promises, so that a damaged or truncated file
+is refused and not silently shortened. Times in seconds since 1980-01-06 in the file's own time
+system (GPS time in all but pure GLONASS files).
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.errors import InputError
+from tribrach.io.gnss.rinex_file import read_rinex
+
+__all__ = ["ObservationFile", "header_of", "header_text", "read_observations", "seconds_of"]
+
+_CLOCK = rb" ([ \d]\d) ([ \d]\d) ([ \d]\d) ([ \d]\d)((?: {2}| \d|\d\d)\d\.\d{7})"
+
+
+# events other than measurements may leave the date blank
+_EPOCH_2 = re.compile(
+    rb"^(?: ([ \d]\d)" + _CLOCK + rb"| {26})  (\d)((?: {2}| \d|\d\d)\d)(.*)$", re.M
+)
+
+
+_EPOCH_3 = re.compile(
+    rb"^>(?: (\d{4})" + _CLOCK + rb"| {28})  (\d)((?: {2}| \d|\d\d)\d)(.*)$", re.M
+)
+
+
+_SATELLITE_3 = re.compile(rb"^[GREJCIS][ \d]\d", re.M)
+
+
+#: what a line of measurements may consist of
+_VALUES = re.compile(rb"^(?:[GREJCIS][ \d]\d)?[ \d.+-]*$")
+
+
+_FIRST_DAY = np.datetime64("1980-01-06T00:00:00", "us")
+
+
+@dataclass(frozen=True)
+class ObservationFile:
+    """One receiver's file.
+
+    text : plain RINEX; marker : name of the station, "" if none; approximate : ECEF (3,) [m] of
+    the header, NaN if none; antenna : type with its dome; delta : height, east, north (3,) [m] of
+    the antenna reference point over the mark; times (n,) [s]; satellites : such as G07; recounted :
+    epochs whose number of satellites was wrong in the file and is right in ``text``.
+    """
+
+    path: Path
+    text: bytes
+    version: float
+    marker: str
+    approximate: NDArray[np.float64]
+    antenna: str
+    delta: NDArray[np.float64]
+    times: NDArray[np.float64]
+    satellites: frozenset[str]
+    recounted: int = 0
+
+    @property
+    def interval(self) -> float:
+        """Usual time between epochs [s]; 0 of a single epoch."""
+        return float(np.median(np.diff(self.times))) if len(self.times) > 1 else 0.0
+
+    @property
+    def systems(self) -> frozenset[str]:
+        """Letters of the satellite systems."""
+        return frozenset(name[0] for name in self.satellites)
+
+
+def header_text(path: Path, data: bytes) -> tuple[list[tuple[str, str]], int]:
+    """Header lines as (label, content), and where the body starts.
+
+    Raises
+    ------
+    InputError : the header does not end.
+    """
+    end = re.search(rb"END OF HEADER *\r?\n?", data[:1_000_000])
+    if end is None:
+        raise InputError(
+            "the RINEX header has no end", file=path, cure="download or transfer it again"
+        )
+    lines = data[: end.start()].decode("latin-1").splitlines()
+    return [(line[60:].strip(), line[:60]) for line in lines if len(line) > 60], end.end()
+
+
+def header_of(path: Path, lines: list[tuple[str, str]]) -> tuple[float, str]:
+    """Version and type letters of the first header line.
+
+    Raises
+    ------
+    InputError : no number, or a version that is not read.
+    """
+    first = next((text for label, text in lines if label == "RINEX VERSION / TYPE"), "")
+    try:
+        version = float(first[:9])
+    except ValueError:
+        version = 0.0
+    if not 2 <= version < 4:
+        raise InputError(
+            f"RINEX version {first[:9].strip() or 'of the file'} is not read",
+            file=path,
+            line=1,
+            cure="convert it to RINEX 2.11 or 3",
+        )
+    return version, first[20:60]
+
+
+def read_observations(path: Path) -> ObservationFile:
+    """Header, epochs and satellites of an observation file.
+
+    Raises
+    ------
+    InputError : no observation file, damaged, truncated, without epochs.
+    """
+    data = read_rinex(path)
+    lines, start = header_text(path, data)
+    version, kind = header_of(path, lines)
+    if kind[:1].upper() != "O":
+        raise InputError(
+            f"this is RINEX of type {kind[:20].strip() or '?'}, not observations",
+            file=path,
+            cure="give the observation file of the receiver here",
+        )
+    if b"\x00" in data:
+        raise _damaged(path, data, data.index(b"\x00"), "a zero byte")
+    read = _epochs_3 if version >= 3 else _epochs_2
+    data, recounted, times, satellites = read(path, data, start, lines)
+    if not len(times):
+        raise InputError("the file has no epochs", file=path, cure="give a file with measurements")
+    if (np.diff(times) < 0).any():
+        raise InputError(
+            "the epochs of the file run backwards in time",
+            file=path,
+            cure="splice files in the order of their measurement",
+        )
+    return ObservationFile(
+        path,
+        data,
+        version,
+        _first(lines, "MARKER NAME")[:60].strip(),
+        _numbers(path, lines, "APPROX POSITION XYZ"),
+        _first(lines, "ANT # / TYPE")[20:40].strip(),
+        np.nan_to_num(_numbers(path, lines, "ANTENNA: DELTA H/E/N")),
+        times,
+        satellites,
+        recounted,
+    )
+
+
+def _first(lines: list[tuple[str, str]], label: str) -> str:
+    return next((text for name, text in lines if name == label), "")
+
+
+def _numbers(path: Path, lines: list[tuple[str, str]], label: str) -> NDArray[np.float64]:
+    """Three numbers of a header line, NaN where there is none."""
+    text = _first(lines, label)
+    words = [text[k : k + 14].strip() for k in (0, 14, 28)]
+    if not any(words):
+        return np.full(3, np.nan)
+    try:
+        values = np.array([float(word) for word in words])
+    except ValueError:
+        raise InputError(f"{label} of the header is no number", file=path) from None
+    return np.full(3, np.nan) if label.startswith("APPROX") and not values.any() else values
+
+
+def seconds_of(years: list[int], rest: list[tuple[int, int, int, int, float]]) -> list[float]:
+    """Seconds since 1980-01-06 of calendar dates.
+
+    Raises
+    ------
+    ValueError : a day or month that does not exist.
+    """
+    days = np.array(
+        [f"{y:04d}-{m:02d}-{d:02d}" for y, (m, d, *_) in zip(years, rest, strict=True)],
+        dtype="datetime64[us]",
+    )
+    whole = (days - _FIRST_DAY).astype(np.int64) / 1e6
+    return [float(w + h * 3600 + n * 60 + s) for w, (*_, h, n, s) in zip(whole, rest, strict=True)]
+
+
+def _times(path: Path, data: bytes, found: list[re.Match[bytes]]) -> NDArray[np.float64]:
+    """Seconds (n,) of epoch lines."""
+    years, rest = [], []
+    for match in found:
+        year, month, day, hour, minute = (int(word) for word in match.groups()[:5])
+        # two-digit years of RINEX 2: 80 to 99 and 00 to 79
+        years.append(year if year > 99 else year + (1900 if year >= 80 else 2000))
+        rest.append((month, day, hour, minute, float(match.group(6))))
+    try:
+        return np.array(seconds_of(years, rest))
+    except ValueError as error:
+        raise _damaged(path, data, found[0].start(), "a date that does not exist") from error
+
+
+def _epochs_3(
+    path: Path, data: bytes, start: int, lines: list[tuple[str, str]]
+) -> tuple[bytes, int, NDArray[np.float64], frozenset[str]]:
+    del lines
+    found = list(_EPOCH_3.finditer(data, start))
+    short = _check_records(path, data, start, found, 1)
+    satellites = {m.group().decode().replace(" ", "0") for m in _SATELLITE_3.finditer(data[start:])}
+    times = _times(path, data, _measured(found))
+    return _recounted(data, found, short), len(short), times, frozenset(satellites)
+
+
+def _recounted(data: bytes, found: list[re.Match[bytes]], short: dict[int, int]) -> bytes:
+    """The text with the numbers of satellites that are really there; lines name their own."""
+    if not short:
+        return data
+    parts, last = [], 0
+    for k, count in short.items():
+        parts += [data[last : found[k].start(8)], b"%3d" % count]
+        last = found[k].end(8)
+    return b"".join([*parts, data[last:]])
+
+
+def _epochs_2(
+    path: Path, data: bytes, start: int, lines: list[tuple[str, str]]
+) -> tuple[bytes, int, NDArray[np.float64], frozenset[str]]:
+    try:
+        kinds = int(_first(lines, "# / TYPES OF OBSERV")[:6])
+    except ValueError:
+        raise InputError("the header does not say what is observed", file=path) from None
+    found = list(_EPOCH_2.finditer(data, start))
+    _check_records(path, data, start, found, -(-kinds // 5))
+    names: set[str] = set()
+    for match in _measured(found):
+        count = int(match.group(8))
+        further = max(-(-count // 12) - 1, 0)
+        text = match.group(9)[:36]
+        # more than twelve names go on in further lines
+        rest = data[match.end() + 1 : match.end() + 1 + 100 * further].split(b"\n")[:further]
+        text += b"".join(line[32:68] for line in rest)
+        words = [text[k : k + 3].decode("latin-1") for k in range(0, 3 * count, 3)]
+        names |= {(w[:1].strip() or "G") + w[1:].replace(" ", "0") for w in words if w.strip()}
+    return data, 0, _times(path, data, _measured(found)), frozenset(names)
+
+
+def _measured(found: list[re.Match[bytes]]) -> list[re.Match[bytes]]:
+    """Epochs with measurements: flag 0, or 1 after a power failure."""
+    return [match for match in found if match.group(7) in b"01"]
+
+
+def _check_records(
+    path: Path, data: bytes, start: int, found: list[re.Match[bytes]], each: int
+) -> dict[int, int]:
+    """Every epoch has the lines it promises, ``each`` per satellite, and they are numbers.
+
+    The epochs of RINEX 3 that list fewer satellites than they promise, with the number they list:
+    some receivers write such files, and every line names its satellite.
+    """
+    if data[start : found[0].start() if found else len(data)].strip():
+        raise _damaged(path, data, start, "no epoch where one is due")
+    short: dict[int, int] = {}
+    for k, match in enumerate(found):
+        end = found[k + 1].start() if k + 1 < len(found) else len(data)
+        flag, count = int(match.group(7)), int(match.group(8))
+        # the first part is the rest of the epoch line, the last one what follows the last newline
+        here = data[match.end() : end].split(b"\n")[1:]
+        here = here[:-1] if here and not here[-1].strip() else here
+        names = max(-(-count // 12) - 1, 0) if match.re is _EPOCH_2 and flag < 2 else 0
+        expected = count if 1 < flag < 6 else names + count * each
+        missing = expected - len(here)
+        last = k + 1 == len(found)
+        if missing > 0:
+            whole = match.re is _EPOCH_3 and flag < 2 and (not last or (short and _ended(data)))
+            if not whole:
+                raise _short(path, data, match, last)
+            short[k] = len(here)
+        elif last and not _ended(data) and _cut(match, here):
+            raise _short(path, data, match, last)
+        if any(line.strip() for line in here[expected:]):
+            raise _damaged(path, data, match.end(), "a line that belongs to no epoch")
+        if not 1 < flag < 6:
+            _check_values(path, data, match, here[names:expected])
+    return short
+
+
+def _check_values(path: Path, data: bytes, match: re.Match[bytes], lines: list[bytes]) -> None:
+    for line in lines:
+        if not _VALUES.match(line.rstrip(b"\r")):
+            raise _damaged(path, data, data.index(line, match.end()), "no numbers")
+
+
+def _short(path: Path, data: bytes, match: re.Match[bytes], last: bool) -> InputError:
+    when = " ".join(match.group().decode("latin-1")[:28].strip("> ").split())
+    if not last:
+        return _damaged(path, data, match.start(), f"lines are missing in the epoch {when}")
+    return InputError(
+        f"the file ends within the epoch {when}",
+        file=path,
+        line=_line(data, len(data)),
+        cure="download or transfer it again",
+    )
+
+
+def _ended(data: bytes) -> bool:
+    return data.endswith((b"\n", b"\r"))
+
+
+def _cut(match: re.Match[bytes], here: list[bytes]) -> bool:
+    """True if the last line stops inside of a number, or before the others of its epoch do."""
+    first = 0 if match.re is _EPOCH_2 else 3
+    if not here:
+        return False
+    inside = 0 < (len(here[-1].rstrip()) - first) % 16 < 14
+    return inside or len(here[-1]) < max(len(line) for line in here)
+
+
+def _damaged(path: Path, data: bytes, at: int, what: str) -> InputError:
+    return InputError(
+        f"the RINEX is damaged: {what}",
+        file=path,
+        line=_line(data, at),
+        cure="download or transfer it again",
+    )
+
+
+def _line(data: bytes, at: int) -> int:
+    return data.count(b"\n", 0, at) + 1

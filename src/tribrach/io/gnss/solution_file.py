@@ -1,0 +1,249 @@
+"""Solution files of RTKLIB (``.pos``): positions or baselines, epoch by epoch.
+
+The three columns after the standard deviations are *signed roots* of covariances: ``sdne = -0.002``
+says that the covariance is ``-(0.002)^2``. Their order is xy, yz, zx for geocentric coordinates,
+ne, eu, un for latitude, longitude and height, en, nu, ue for baselines. Source: RTKLIB 2.4.3
+manual, appendix B.1.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach._types import Array
+from tribrach.errors import InputError
+from tribrach.geodesy.site import ecef_from_geodetic, enu_rotation
+
+__all__ = ["FIXED", "Solution", "Use", "read_solution", "read_status"]
+
+# Which satellites did a run of RTKLIB really use, and how large were their phase residuals?
+#
+# The status file beside the solution has a line for each satellite, frequency and epoch:
+# ``$SAT,week, seconds,satellite,frequency,azimuth,elevation,code residual,phase
+# residual,valid,...`` (RTKLIB 2.4.3 manual, appendix B.2). Satellites that files hold may be
+# left out by the engine, for their health or a bad accuracy index.
+
+
+_LINE = re.compile(rb"^\$SAT,\d+,[\d.]+,([A-Z]\d\d),\d,[-\d.]+,[-\d.]+,[-\d.]+,([-\d.]+),1,", re.M)
+
+
+@dataclass(frozen=True)
+class Use:
+    """Satellites by name, and the root mean square of their phase residuals [m], None if none."""
+
+    satellites: tuple[str, ...]
+    residual: float | None
+
+    @property
+    def systems(self) -> str:
+        """Letters of the systems."""
+        return "".join(dict.fromkeys(name[0] for name in self.satellites))
+
+
+def read_status(path: Path) -> Use | None:
+    """What a status file says; None where the engine wrote none."""
+    if not path.is_file():
+        return None
+    found = _LINE.findall(path.read_bytes())
+    if not found:
+        return None
+    residuals = np.array([word for _, word in found], dtype=float)
+    # the reference satellite of the double differences has none
+    others = residuals[residuals != 0]
+    rms = float(np.sqrt((others**2).mean())) if len(others) else None
+    return Use(tuple(sorted({name.decode() for name, _ in found})), rms)
+
+
+Kind = Literal["ecef", "geodetic", "baseline"]
+
+
+FIXED, FLOAT = 1, 2
+
+
+#: files above this are refused
+MAX_BYTES = 500_000_000
+
+
+#: half of the last decimal of the standard deviations [m]
+ROUNDING = 5e-5
+
+
+_WGS84 = (6378137.0, 1 / 298.257223563)
+
+
+_STAMP = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(\.\d*)?")
+
+
+_GPS_START = np.datetime64("1980-01-06T00:00:00", "us")
+
+
+@dataclass(frozen=True)
+class Solution:
+    """n epochs of a solution.
+
+    kind : what ``values`` (n, 3) are: ECEF positions [m], or E, N, U of the baseline [m];
+    covariance (n, 3, 3) [m^2] along the same axes; times (n,) seconds since 1980-01-06; quality
+    (n,) 1 fixed, 2 float, 4 code differences, 5 single; satellites (n,); ratio (n,) of the
+    ambiguity test; reference (3,) ECEF of the base, NaN if the header does not say; lines (n,)
+    of the file.
+    """
+
+    kind: Kind
+    values: Array
+    covariance: Array
+    times: Array
+    quality: NDArray[np.int64]
+    satellites: NDArray[np.int64]
+    ratio: Array
+    reference: Array
+    lines: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+
+def read_solution(path: Path) -> Solution:
+    """All epochs of a ``.pos`` file, geodetic positions turned into ECEF.
+
+    Raises
+    ------
+    InputError : unreadable, no solution file, malformed numbers, a covariance that is none.
+    """
+    text = _text(path)
+    kind = _kind(path, text)
+    rows, lines = [], []
+    for number, line in enumerate(text.splitlines(), start=1):
+        if line.strip() and not line.startswith(("%", "+")):
+            rows.append(line)
+            lines.append(number)
+    if not rows:
+        nothing = np.zeros((0, 3))
+        count = np.zeros(0, dtype=np.int64)
+        return Solution(
+            kind, nothing, np.zeros((0, 3, 3)), np.zeros(0), count, count, np.zeros(0),
+            _reference(text), count,
+        )  # fmt: skip
+    where = np.array(lines)
+    times, table = _table(path, rows, where)
+    values, covariance = _covariances(kind, table)
+    spectrum, vectors = np.linalg.eigh(covariance)
+    rounding = ROUNDING**2 + 4 * ROUNDING * np.sqrt(np.maximum(spectrum.sum(axis=1), 0))
+    bad = np.flatnonzero(~(spectrum[:, 0] > -rounding))
+    if len(bad):
+        raise InputError(
+            "the standard deviations and covariances are no covariance matrix",
+            file=path,
+            line=int(where[bad[0]]),
+            cure="the last three are signed roots: keep them as RTKLIB wrote them",
+        )
+    # four decimals of the roots let small eigenvalues fall below zero
+    whole = np.maximum(spectrum, ROUNDING**2)
+    covariance = np.einsum("nij,nj,nkj->nik", vectors, whole, vectors)
+    quality, satellites = (table[:, k].astype(np.int64) for k in (3, 4))
+    return Solution(
+        kind, values, covariance, times, quality, satellites, table[:, 12], _reference(text), where
+    )
+
+
+def _text(path: Path) -> str:
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise InputError(f"the file has more than {MAX_BYTES / 1e6:.0f} MB", file=path)
+        return path.read_text(encoding="latin-1")
+    except OSError as error:
+        raise InputError(
+            f"the file cannot be read ({error.strerror})", file=path, cure="check the path"
+        ) from error
+
+
+def _kind(path: Path, text: str) -> Kind:
+    head = "\n".join(line for line in text[:20000].splitlines() if line.startswith("%")).lower()
+    for sign, kind in (("x-ecef", "ecef"), ("e-baseline", "baseline"), ("latitude", "geodetic")):
+        if sign in head:
+            if kind == "geodetic" and "latitude(d'" in head:
+                raise InputError(
+                    "latitudes in degrees, minutes and seconds are not read",
+                    file=path,
+                    cure="let RTKLIB write decimal degrees or x/y/z",
+                )
+            return kind  # type: ignore[return-value]
+    raise InputError(
+        "this is no solution file of RTKLIB with its header",
+        file=path,
+        cure="let RTKLIB write the header with the column names",
+    )
+
+
+def _table(path: Path, rows: list[str], lines: NDArray[np.int64]) -> tuple[Array, Array]:
+    """Times (n,) and the thirteen numbers after them (n, 13)."""
+    joined = "\n".join(rows).replace(",", " ")
+    clock = re.match(r"\s*\d{4}/\d\d/\d\d\s", joined) is not None
+    try:
+        if clock:
+            words = [row.split(None, 2) for row in joined.splitlines()]
+            stamps = [f"{day.replace('/', '-')}T{hour}" for day, hour, _ in words]
+            odd = next((k for k, stamp in enumerate(stamps) if not _STAMP.fullmatch(stamp)), None)
+            if odd is not None:
+                raise ValueError(f"no time in row {odd + 1}")
+            since = np.array(stamps, dtype="datetime64[us]") - _GPS_START
+            times = since.astype(np.int64) / 1e6
+            body = "\n".join(rest for _, _, rest in words)
+            table = np.loadtxt(io.StringIO(body), ndmin=2, usecols=range(13))
+        else:
+            whole = np.loadtxt(io.StringIO(joined), ndmin=2, usecols=range(15))
+            times, table = whole[:, 0] * 604800 + whole[:, 1], whole[:, 2:]
+    except (ValueError, IndexError) as error:
+        found = re.search(r"row (\d+)", str(error))
+        row = int(found.group(1)) if found else 0
+        raise InputError(
+            "the line has no time and thirteen numbers",
+            file=path,
+            line=int(lines[min(max(row - 1, 0), len(lines) - 1)]),
+            cure="keep the file as RTKLIB wrote it",
+        ) from error
+    if not np.isfinite(table).all():
+        row = int(np.flatnonzero(~np.isfinite(table).all(axis=1))[0])
+        raise InputError("a value is not a number", file=path, line=int(lines[row]))
+    return times, table
+
+
+def _covariances(kind: Kind, table: Array) -> tuple[Array, Array]:
+    """Values (n, 3) and covariances (n, 3, 3): ECEF, or E, N, U of baselines."""
+    signed = table[:, 8:11]
+    off = np.sign(signed) * signed**2
+    sigma = table[:, 5:8]
+    covariance = np.zeros((len(table), 3, 3))
+    covariance[:, range(3), range(3)] = sigma**2
+    for (i, j), column in zip(((0, 1), (1, 2), (2, 0)), off.T, strict=True):
+        covariance[:, i, j] = covariance[:, j, i] = column
+    if kind != "geodetic":
+        return table[:, :3], covariance
+    # sigmas in the order north, east, up; covariances ne, eu, un
+    order = [1, 0, 2]
+    covariance = covariance[:, order][:, :, order]
+    latitude, longitude = np.radians(table[:, :2]).T
+    axes = enu_rotation(latitude, longitude)
+    ecef = ecef_from_geodetic(latitude, longitude, table[:, 2], _WGS84)
+    return ecef, axes.transpose(0, 2, 1) @ covariance @ axes
+
+
+def _reference(text: str) -> Array:
+    """ECEF (3,) of the base from the header, NaN if it is not there."""
+    found = re.search(r"^%\s*ref pos\s*:\s*(\S+)\s+(\S+)\s+(\S+)", text[:20000], re.M)
+    if found is None:
+        return np.full(3, np.nan)
+    try:
+        numbers = np.array([float(word) for word in found.groups()])
+    except ValueError:
+        return np.full(3, np.nan)
+    if np.abs(numbers[:2]).max() <= 360:  # latitude, longitude, height
+        latitude, longitude = np.radians(numbers[:2])
+        return ecef_from_geodetic(latitude, longitude, numbers[2], _WGS84)
+    return numbers

@@ -1,0 +1,111 @@
+"""What does the maker say of an instrument, and where does each of its figures come from?
+
+Figures carry their unit in their name, as in a project file. One that the maker does not publish
+has a default whose source says so. They are single-point figures of the makers, whose meaning
+(one sigma, a limit, which surface) differs from sheet to sheet: a field check is worth more.
+"""
+
+from __future__ import annotations
+
+import difflib
+import tomllib
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any, Literal
+
+from tribrach.errors import InputError
+
+__all__ = ["Figure", "Sheet", "find_sheet", "sheets"]
+
+_ABOUT = ("aliases", "kind", "status", "remark")
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One figure by its key, such as ``range_mm``, with its source."""
+
+    key: str
+    value: float
+    source: str
+
+    @property
+    def published(self) -> bool:
+        """False for a default in place of a figure that the maker does not give."""
+        return not self.source.startswith("default")
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """The sheet of an instrument.
+
+    status : ``read`` if its figures were compared with their sources, ``quoted`` if they should
+    be compared with the sheet of the instrument at hand; aliases : models with the same figures.
+    """
+
+    name: str
+    kind: str
+    status: Literal["read", "quoted"]
+    figures: tuple[Figure, ...]
+    aliases: tuple[str, ...] = ()
+    remark: str = ""
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Figures by key."""
+        return {figure.key: figure.value for figure in self.figures}
+
+    def source(self, key: str) -> str:
+        """Where a figure comes from; "" for one that the sheet has not."""
+        return next((figure.source for figure in self.figures if figure.key == key), "")
+
+
+@cache
+def sheets() -> tuple[Sheet, ...]:
+    """All sheets of the package."""
+    text = (files("tribrach.io") / "sheets.toml").read_text(encoding="utf-8")
+    data = tomllib.loads(text)
+    return tuple(
+        _sheet(name, entry, data["sources"]) for name, entry in data["instruments"].items()
+    )
+
+
+def find_sheet(name: str) -> Sheet:
+    """The sheet of a model, capitals and blanks aside.
+
+    Raises
+    ------
+    InputError : there is none; the nearest names are given.
+    """
+    known = {_plain(word): sheet for sheet in sheets() for word in (sheet.name, *sheet.aliases)}
+    found = known.get(_plain(name))
+    if found is not None:
+        return found
+    near = difflib.get_close_matches(_plain(name), known, 3, cutoff=0.5)
+    names = list(dict.fromkeys(known[word].name for word in near)) or [s.name for s in sheets()]
+    raise InputError(
+        f"there is no sheet of an instrument {name!r}",
+        cure=f"{'the nearest are' if near else 'there are'} {', '.join(names)}; or leave sheet out "
+        "and give the figures",
+    )
+
+
+def _plain(name: str) -> str:
+    """A name in small letters and digits."""
+    return "".join(c for c in name.lower() if c.isalnum())
+
+
+def _sheet(name: str, entry: dict[str, Any], sources: dict[str, str]) -> Sheet:
+    figures = [
+        Figure(key, float(value[0]), sources[value[1]])
+        for key, value in entry.items()
+        if key not in _ABOUT
+    ]
+    return Sheet(
+        name=name,
+        kind=entry["kind"],
+        status=entry["status"],
+        figures=tuple(figures),
+        aliases=tuple(entry.get("aliases", ())),
+        remark=entry.get("remark", ""),
+    )

@@ -1,0 +1,150 @@
+"""Comp3D's project file (``.comp``): which files, which grid, which kind of computation.
+
+It is JSON behind ``data=`` and holds the results of the last run too, which are not read. Without
+a project file the files themselves are named and the defaults of a local system hold.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import isfinite, pi
+from pathlib import Path
+from typing import Any
+
+from tribrach.errors import InputError
+from tribrach.geodesy.projection import Grid, stereographic
+from tribrach.io.survey.comp3d.text import MAX_BYTES
+from tribrach.units import GON
+
+__all__ = ["Project", "read_project"]
+
+#: latitude [degrees] of a local system that states none
+DEFAULT_LATITUDE = 45.0
+
+
+DEFAULT_REFRACTION = 0.12
+
+
+#: radians of the angular unit, by the project file's number for it
+_UNITS = {0: 1.0, 1: GON, 2: pi / 180}
+
+
+@dataclass(frozen=True)
+class Project:
+    """What a project says besides points and observations.
+
+    grid is None where only the coordinates can tell where the project is. simulation : "" or
+    the kind of simulation, for which measured values do not count.
+    """
+
+    name: str
+    folder: Path
+    points: str
+    observations: str
+    grid: Grid | None
+    unit: float
+    refraction: float
+    inner_constraints: bool
+    simulation: str
+
+
+def read_project(paths: Sequence[Path]) -> Project:
+    """The project of a ``.comp`` file, or of an ``.obs`` and a ``.cor`` file.
+
+    Raises
+    ------
+    InputError : files missing or of other kinds, JSON broken, entries missing or not sensible.
+    """
+    if len(paths) == 1 and paths[0].suffix.lower() == ".comp":
+        return _from_json(paths[0])
+    by_kind = {path.suffix.lower(): path for path in paths}
+    points = by_kind.get(".cor") or by_kind.get(".new")
+    observations = by_kind.get(".obs")
+    if points is None or observations is None or len(paths) != 2:
+        raise InputError(
+            "Comp3D files are one .comp project, or one .obs and one .cor file",
+            record=" ".join(path.name for path in paths),
+        )
+    if points.parent.resolve() != observations.parent.resolve():
+        raise InputError("both files must be in one folder", file=points.name)
+    return Project(
+        name=observations.stem,
+        folder=observations.parent,
+        points=points.name,
+        observations=observations.name,
+        grid=None,
+        unit=GON,
+        refraction=DEFAULT_REFRACTION,
+        inner_constraints=False,
+        simulation="",
+    )
+
+
+def _from_json(path: Path) -> Project:
+    config = _config(path)
+    names = [_entry(config, key, str, path) for key in ("root_COR_file", "root_OBS_file")]
+    if config.get("coord_cov_file"):
+        raise InputError(
+            f"the covariance file {config['coord_cov_file']} of the coordinates is not read",
+            file=path.name,
+            cure="remove it from the project, or give the points' sigmas",
+        )
+    kind = _entry(config, "compute_type", int, path)
+    unit = _entry(config, "files_unit", int, path)
+    if kind not in (0, 1, 2) or unit not in _UNITS:
+        raise InputError(f"unknown compute_type {kind} or files_unit {unit}", file=path.name)
+    return Project(
+        name=str(config.get("name") or path.stem),
+        folder=path.parent,
+        points=names[0].replace("\\", "/"),
+        observations=names[1].replace("\\", "/"),
+        grid=_grid(config, path),
+        unit=_UNITS[unit],
+        refraction=float(_entry(config, "refraction", (int, float), path)),
+        inner_constraints=bool(config.get("internal_constraints")),
+        simulation=("", "propagation of variances", "Monte Carlo")[kind],
+    )
+
+
+def _grid(config: dict[str, Any], path: Path) -> Grid:
+    centre = _entry(config, "local_center", list, path)
+    if len(centre) < 2 or not all(isinstance(c, int | float) and isfinite(c) for c in centre[:2]):
+        raise InputError("local_center is not two numbers", file=path.name)
+    easting, northing = float(centre[0]), float(centre[1])
+    if config.get("use_proj"):
+        return Grid(_entry(config, "proj_def", str, path).strip(), easting, northing)
+    latitude = float(_entry(config, "center_latitude", (int, float), path))
+    if not abs(latitude) < 89:
+        raise InputError(f"center_latitude is {latitude:g} degrees", file=path.name)
+    return Grid(stereographic(latitude, easting, northing), easting, northing)
+
+
+def _entry(config: dict[str, Any], key: str, kind: type | tuple[type, ...], path: Path) -> Any:
+    value = config.get(key)
+    if not isinstance(value, kind):
+        raise InputError(f"{key} is {value!r}", file=path.name, record="config")
+    return value
+
+
+def _config(path: Path) -> dict[str, Any]:
+    """The ``config`` object of a project file."""
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise InputError(f"larger than {MAX_BYTES // 1_000_000} MB", file=path.name)
+        text = path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", file=path.name) from error
+    except UnicodeDecodeError as error:
+        raise InputError("not UTF-8", file=path.name) from error
+    start = text.find("{")
+    try:
+        # control characters occur inside the strings that Comp3D writes
+        document = json.JSONDecoder(strict=False).raw_decode(text, max(start, 0))[0]
+    except (json.JSONDecodeError, RecursionError) as error:
+        raise InputError("broken JSON", file=path.name, line=getattr(error, "lineno", 1)) from error
+    config = document.get("config") if isinstance(document, dict) else None
+    if not isinstance(config, dict):
+        raise InputError("there is no config object", file=path.name)
+    return config

@@ -1,0 +1,65 @@
+"""Comp3D networks (IGN): ``.comp`` projects, or an ``.obs`` and a ``.cor`` file.
+
+Grid coordinates and ellipsoidal heights become a work frame that is East-North-Up at the
+project's centre on the ellipsoid, so that the scale of heights, the convergence and the curvature
+that Comp3D's spherical frame approximates are exact. Sigmas of coordinates are along the local
+axes of each point. Subframes (codes 11 and 12) are stations with six unknowns, levelled ones with
+both tilts held. Whatever is switched off in the files stays, switched off, with its reason.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from tribrach.errors import InputError
+from tribrach.geodesy.projection import Grid, stereographic
+from tribrach.io.survey.comp3d.assembly import assemble
+from tribrach.io.survey.comp3d.observations import read_observations
+from tribrach.io.survey.comp3d.points import Points, read_points
+from tribrach.io.survey.comp3d.project import DEFAULT_LATITUDE, Project, read_project
+from tribrach.io.survey.comp3d.text import Problems
+from tribrach.network.survey import Survey
+
+__all__ = ["read"]
+
+
+def read(paths: Path | Sequence[Path], *, tolerant: bool = False) -> Survey:
+    """Survey of a project file, or of an observation and a coordinate file.
+
+    tolerant : leave lines out that cannot be used, with a warning for each, as Comp3D does.
+
+    Raises
+    ------
+    InputError : a file is missing or not readable; a line is malformed, has an unknown code or a
+        sigma too close to zero (not if tolerant); a point is held although the project uses inner
+        constraints; points that are sighted have one and the same place.
+    NoStartValues : points whose distance a sigma depends on cannot be located.
+    """
+    problems = Problems(tolerant)
+    project = read_project([paths] if isinstance(paths, Path) else list(paths))
+    points = read_points(project.folder / project.points, project.points, problems)
+    observed = read_observations(
+        project.folder / project.observations, project.observations, points, project.unit, problems
+    )
+    if not points.records:
+        raise InputError("no point has usable coordinates", file=project.points)
+    project = _located(project, points, problems)
+    return assemble(project, points, observed, problems)
+
+
+def _located(project: Project, points: Points, problems: Problems) -> Project:
+    """The project with its grid, by default a local system around its points."""
+    if project.grid is not None:
+        return project
+    centre = np.mean([record.enh for record in points.records.values()], axis=0).round(-1)
+    easting, northing = float(centre[0]), float(centre[1])
+    problems.warnings.append(
+        f"No project file: a local stereographic grid around {easting:.0f} {northing:.0f} at "
+        f"latitude {DEFAULT_LATITUDE:g} degrees and refraction {project.refraction:g} are assumed."
+    )
+    crs = stereographic(DEFAULT_LATITUDE, easting, northing)
+    return replace(project, grid=Grid(crs, easting, northing))

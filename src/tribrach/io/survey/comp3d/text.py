@@ -1,0 +1,149 @@
+"""Lines of Comp3D's text files: comments, included files, fields.
+
+Everything from ``*`` on is a comment. ``@name`` alone on a line includes another file of the same
+kind, relative to the file that names it, backslashes allowed. Files are UTF-8 or Latin-1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from math import isfinite
+from pathlib import Path
+
+from tribrach.errors import InputError
+
+__all__ = ["MAX_BYTES", "Line", "Problems", "read_lines"]
+
+#: largest file that is read, and how deep files may include each other
+MAX_BYTES = 200_000_000
+
+
+MAX_DEPTH = 5
+
+
+@dataclass
+class Problems:
+    """What to do with a line that cannot be used: raise, or note it and leave the line out."""
+
+    tolerant: bool = False
+    warnings: list[str] = field(default_factory=list)
+
+    def refuse(self, error: InputError) -> None:
+        """Raise the error, or keep its sentence as a warning if tolerant."""
+        if not self.tolerant:
+            raise error
+        self.warnings.append(f"{str(error).rstrip('.')}; the line is left out.")
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line with data.
+
+    file : path as named by the project; number : 1-based; fields : without the comment;
+    folder : where files named on the line are looked for.
+    """
+
+    file: str
+    number: int
+    fields: tuple[str, ...]
+    folder: Path
+
+    @property
+    def source(self) -> str:
+        """``file:line``."""
+        return f"{self.file}:{self.number}"
+
+    def error(self, what: str, cure: str | None = None) -> InputError:
+        """The error of this line."""
+        return InputError(what, file=self.file, line=self.number, cure=cure)
+
+    def integer(self, index: int, what: str) -> int:
+        """A field as an integer.
+
+        Raises
+        ------
+        InputError : it is not one.
+        """
+        try:
+            return int(self.fields[index])
+        except ValueError:
+            raise self.error(f"{what} is {self.fields[index]!r}, not an integer") from None
+
+    def numbers(self, first: int, what: str) -> list[float]:
+        """All fields from the first on as numbers.
+
+        Raises
+        ------
+        InputError : one is not a finite number.
+        """
+        out = []
+        for text in self.fields[first:]:
+            try:
+                value = float(text)
+            except ValueError:
+                raise self.error(f"{text!r} in {what} is not a number") from None
+            if not isfinite(value):
+                raise self.error(f"{text!r} in {what} is not a finite number")
+            out.append(value)
+        return out
+
+    def subfile(self, index: int) -> tuple[Path, str]:
+        """Path and shown name of the file that a field names with ``@``.
+
+        Raises
+        ------
+        InputError : the field is missing or has no ``@``.
+        """
+        name = self.fields[index] if len(self.fields) > index else ""
+        if len(name) < 2 or not name.startswith("@"):
+            raise self.error("the file of the observations is missing", "name it as @file")
+        return _resolve(self, name)
+
+
+def read_lines(path: Path, shown: str, problems: Problems, depth: int = 1) -> Iterator[Line]:
+    """Lines with data of a file and of all files it includes, in order.
+
+    Raises
+    ------
+    InputError : a file is missing, too large, not text, or files include each other.
+    """
+    for number, text in enumerate(_text(path, shown).splitlines(), start=1):
+        fields = tuple(text.split("*", 1)[0].split())
+        if len("".join(fields)) < 2:
+            continue
+        line = Line(shown, number, fields, path.parent)
+        if not fields[0].startswith("@"):
+            yield line
+            continue
+        try:
+            if depth >= MAX_DEPTH:
+                raise line.error(f"{fields[0][1:]} is the {MAX_DEPTH}th file inside a file")
+            other, name = _resolve(line, fields[0])
+            if not other.is_file():
+                raise line.error(f"there is no file {name}")
+        except InputError as error:
+            problems.refuse(error)
+            continue
+        yield from read_lines(other, name, problems, depth + 1)
+
+
+def _resolve(line: Line, name: str) -> tuple[Path, str]:
+    relative = Path(name[1:].replace("\\", "/"))
+    return line.folder / relative, (Path(line.file).parent / relative).as_posix()
+
+
+def _text(path: Path, shown: str) -> str:
+    """The text of a file."""
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise InputError(f"larger than {MAX_BYTES // 1_000_000} MB", file=shown)
+        data = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", file=shown) from error
+    if b"\0" in data:
+        raise InputError("not a text file in UTF-8 or Latin-1", file=shown)
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")

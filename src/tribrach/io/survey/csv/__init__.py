@@ -1,0 +1,1 @@
+"""Tribrach's own tables of points and observations."""

@@ -1,0 +1,233 @@
+"""A CSV file by columns: text read once, numbers in metres and radians, every row with its line.
+
+UTF-8 with or without a byte order mark; comma, semicolon or tab between cells; ``#`` starts a
+comment line. A cell that is empty has no value.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach._types import Array
+from tribrach.errors import InputError
+from tribrach.io.csv_rows import read_rows
+from tribrach.io.survey.csv.columns import (
+    KINDS,
+    NUMBERS,
+    QUANTITIES,
+    WORDS,
+    Kind,
+    nearest,
+    units_of,
+)
+from tribrach.network.survey import LARGEST
+from tribrach.units import UNITS, parse_angle
+
+__all__ = ["Table", "read_table"]
+
+
+@dataclass(frozen=True)
+class Table:
+    """A CSV file by columns.
+
+    words : names by column, "" where empty; numbers : values (n,) in metres, radians and square
+    metres by quantity, NaN where empty; lines : 1-based line of each row; head : line of the
+    header; titles : column names as typed.
+    """
+
+    path: Path
+    kind: Kind
+    words: dict[str, list[str]]
+    numbers: dict[str, Array]
+    lines: list[int]
+    head: int
+    titles: dict[str, str]
+
+    def __len__(self) -> int:
+        return len(self.lines)
+
+    def has(self, *columns: str) -> bool:
+        """True if all columns are there."""
+        return all(column in self.words or column in self.numbers for column in columns)
+
+    def source(self, row: int) -> str:
+        """``file:line`` of a row."""
+        return f"{self.path.name}:{self.lines[row]}"
+
+    def error(self, row: int | None, what: str, cure: str | None = None) -> InputError:
+        """An error at a row, or at the header."""
+        line = self.head if row is None else self.lines[row]
+        return InputError(what, file=self.path, line=line, cure=cure)
+
+    def number(self, column: str) -> Array:
+        """Values (n,) of a column; NaN if there is no such column."""
+        found = self.numbers.get(column)
+        return np.full(len(self), np.nan) if found is None else found
+
+    def columns(self, *names: str) -> Array:
+        """Values (n, k) of columns that must be filled.
+
+        Raises
+        ------
+        InputError : a column is missing, or a cell of it is empty.
+        """
+        for name in names:
+            if name not in self.numbers:
+                raise self.error(None, f"there is no column for {name}", f"add {_example(name)}")
+        values = np.stack([self.numbers[name] for name in names], axis=1)
+        empty = np.argwhere(np.isnan(values))
+        if len(empty):
+            row, column = empty[0].tolist()
+            raise self.error(row, f"{self.titles[names[column]]} is empty", "give a value")
+        return values
+
+    def names(self, column: str, rows: Sequence[int] | NDArray[np.int64]) -> list[str]:
+        """Names of rows, none of them empty.
+
+        Raises
+        ------
+        InputError : an empty name.
+        """
+        cells = self.words[column]
+        for row in rows:
+            if not cells[row]:
+                raise self.error(int(row), f"{column} is empty", "give a name")
+        return [cells[row] for row in rows]
+
+
+def read_table(path: Path) -> Table:
+    """Read a CSV file whose header names columns and units.
+
+    Raises
+    ------
+    InputError : not UTF-8, empty, no kind of table, a column without unit, unknown or useless
+        here, a row of another length, a cell that is not a number, a sigma that is not above zero.
+    """
+    rows, lines = read_rows(path)
+    header = [" ".join(name.split()).lower() for name in rows[0]]
+    plan = _scanned([_column(path, lines[0], name) for name in header])
+    kind = _kind(path, lines[0], [quantity for quantity, _ in plan])
+    words: dict[str, list[str]] = {}
+    numbers: dict[str, Array] = {}
+    titles: dict[str, str] = {}
+    width = len(header)
+    cells = [[cell.strip() for cell in column] for column in zip(*rows[1:], strict=True)]
+    for title, (quantity, unit), column in zip(header, plan, cells or [[]] * width, strict=True):
+        name = kind.aliases.get(quantity, quantity)
+        _check_place(path, lines[0], kind, title, name, titles)
+        titles[name] = title
+        if unit is None:
+            words[name] = column
+        else:
+            numbers[name] = _numbers(path, lines[1:], title, column, unit)
+    return Table(path, kind, words, numbers, lines[1:], lines[0], titles)
+
+
+def _column(path: Path, line: int, name: str) -> tuple[str, str | None]:
+    """Quantity and unit of a column name; the unit is None for words, "" for plain numbers."""
+    if name == "scan":
+        return "station", None
+    if name in WORDS or name in NUMBERS:
+        return name, (None if name in WORDS else "")
+    quantity, _, unit = name.rpartition("_")
+    if quantity in QUANTITIES and unit in QUANTITIES[quantity]:
+        return quantity, unit
+    if name in QUANTITIES:
+        what, cure = f"column {name} has no unit", f"name it {_example(name)}"
+    elif quantity in QUANTITIES:
+        what, cure = f"{unit} in column {name} is no unit of it", f"use {units_of(quantity)}"
+    else:
+        near = nearest(name)
+        what = f"column {name!r} is unknown"
+        cure = f"did you mean {near}" if near else "see the documentation of the CSV files"
+    raise InputError(what, file=path, line=line, cure=cure)
+
+
+def _scanned(plan: list[tuple[str, str | None]]) -> list[tuple[str, str | None]]:
+    """In a table with stations ``point`` is another name of ``target``."""
+    names = [name for name, _ in plan]
+    if "station" not in names or "target" in names:
+        return plan
+    return [("target" if name == "point" else name, unit) for name, unit in plan]
+
+
+def _example(quantity: str) -> str:
+    """A column name of a quantity with its usual unit."""
+    return f"{quantity}_{QUANTITIES[quantity][0]}" if quantity in QUANTITIES else quantity
+
+
+def _kind(path: Path, line: int, quantities: list[str]) -> Kind:
+    """What kind of table has these columns."""
+    for kind in KINDS:
+        if all(need in quantities for need in kind.needs):
+            return kind
+    raise InputError(
+        "the columns do not say what kind of table this is",
+        file=path,
+        line=line,
+        cure="name from and to; station and target; point; or gnss",
+    )
+
+
+def _check_place(
+    path: Path, line: int, kind: Kind, title: str, name: str, titles: dict[str, str]
+) -> None:
+    """Refuse a column that means nothing in this kind of table or is there already."""
+    if not kind.knows(name):
+        what, cure = f"column {title} has no meaning in a table of {kind.name}", "remove it"
+    elif name in titles:
+        what, cure = f"columns {titles[name]} and {title} say the same thing", "keep one of them"
+    else:
+        return
+    raise InputError(what, file=path, line=line, cure=cure)
+
+
+def _numbers(path: Path, lines: list[int], title: str, cells: list[str], unit: str) -> Array:
+    """Values in metres and radians, NaN for empty cells; sigmas must be above zero."""
+    try:
+        if unit == "dms":
+            values = np.array([parse_angle(c, unit) if c else np.nan for c in cells])
+        else:
+            values = np.array([float(c or "nan") for c in cells]) * UNITS.get(unit, 1.0)
+        good = np.isfinite(values) | np.array([not c for c in cells], dtype=bool)
+    except ValueError:
+        good = np.array([not c or _is_number(c, unit) for c in cells], dtype=bool)
+    if good.all():
+        # Python reads 1_0 as ten
+        good = ~(np.abs(values) >= LARGEST) & np.array(["_" not in c for c in cells], dtype=bool)
+    if title.startswith("sigma"):
+        bad = np.flatnonzero(~good) if not good.all() else np.flatnonzero(values <= 0)
+        good[bad] = False
+    wrong = np.flatnonzero(~good)
+    if len(wrong):
+        raise _bad_cell(path, lines[wrong[0]], title, cells[wrong[0]], unit)
+    return values
+
+
+def _bad_cell(path: Path, line: int, title: str, cell: str, unit: str) -> InputError:
+    """What is wrong with a cell."""
+    if _is_number(cell, unit) and abs(parse_angle(cell, unit if unit == "dms" else "m")) >= LARGEST:
+        what, cure = f"{title} is {cell}", "give a number that was measured"
+    elif _is_number(cell, unit):
+        what, cure = f"{title} is {cell}", "give a standard deviation above zero"
+    elif "," in cell and _is_number(cell.replace(",", "."), unit):
+        what, cure = f"{title} is {cell!r}", "write decimals with a point"
+    elif unit == "dms":
+        what, cure = f"{title} is {cell!r}", "write degrees, minutes and seconds as 12-34-56.7"
+    else:
+        what, cure = f"{title} is {cell!r}, not a number", "give a number or leave the cell empty"
+    return InputError(what, file=path, line=line, cure=cure)
+
+
+def _is_number(cell: str, unit: str) -> bool:
+    """True if a cell can be read as a finite value of the unit."""
+    try:
+        return "_" not in cell and math.isfinite(parse_angle(cell, unit if unit == "dms" else "m"))
+    except ValueError:
+        return False

@@ -1,0 +1,328 @@
+"""Coordinates and GNSS from a CSV file: control, check and approximate points, positions, vectors.
+
+Coordinates stand in the site's own system (``e, n, u``, also written ``x, y, z`` or ``easting,
+northing, height``), as ``latitude, longitude, height`` or as ``ecef_x, ecef_y, ecef_z``; vectors
+along the axes of the work frame (``de, dn, du``) or geocentric (``dx, dy, dz``).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach._types import Array, Index
+from tribrach.geodesy.site import EllipsoidSite, FlatSite
+from tribrach.io.survey.csv.columns import COVARIANCE, LOCAL
+from tribrach.io.survey.csv.reader import Reader, located
+from tribrach.observations.control import Coordinate, Coordinates, Offsets, VectorPriors
+from tribrach.observations.gnss import Antennas, GnssBaselines, GnssPositions
+
+__all__ = ["CoordinateReader", "PositionReader", "RodReader", "VectorReader"]
+
+# Targets on rods over marks from a CSV file: ``mark, target, rod_m`` (method section 2.6).
+#
+# The rod is the height of the target's centre over the mark along the plumb line. Its length has a
+# sigma; a bubble of some sensitivity moves the target by ``rod * bubble`` sideways, an eccentricity
+# of the sphere on its rod adds to that. What the file does not say comes from the instrument.
+
+
+def rod_covariance(rod: Array, sigma: Array, bubble: Array, eccentricity: Array) -> Array:
+    """Covariances (n, 3, 3) [m^2] along E, N, U of targets over marks.
+
+    rod, sigma, eccentricity (n,) [m]; bubble (n,) [rad], in each of two directions.
+    """
+    plan = (rod * bubble) ** 2 + eccentricity**2
+    covariance: Array = np.stack([plan, plan, sigma**2], axis=1)[:, :, None] * np.eye(3)
+    return covariance
+
+
+class RodReader(Reader):
+    """Spheres, prisms or checkerboards set up over marks."""
+
+    def read(self) -> None:
+        """All rods, as offsets from mark to target."""
+        rod = self.table.columns("rod")[:, 0]
+        bad = np.flatnonzero(~(rod > 0))
+        if len(bad):
+            row = int(bad[0])
+            raise self.table.error(
+                row, f"the rod is {rod[row]:g} m long", "give a length above zero"
+            )
+        marks = self.table.names("mark", self.all)
+        targets = self.table.names("target", self.all)
+        for row, (mark, target) in enumerate(zip(marks, targets, strict=True)):
+            if mark == target:
+                raise self.table.error(
+                    row, f"mark and target are both {mark}", "give each a name of its own"
+                )
+        own = self.precision
+        covariance = rod_covariance(
+            rod,
+            self.sigma(("sigma_rod",), self.all, lambda: self._all(own.rod)),
+            self.sigma(("bubble",), self.all, lambda: self._all(own.bubble)),
+            self.sigma(("eccentricity",), self.all, lambda: self._all(own.eccentricity)),
+        )
+        if not (np.einsum("nii->ni", covariance) > 0).all():
+            raise self.table.error(
+                0, "neither bubble nor eccentricity move the target", "give one of both above zero"
+            )
+        zero = np.zeros(len(rod))
+        self.add(
+            Offsets,
+            self.all,
+            values=np.stack([zero, zero, rod], axis=1),
+            covariance=covariance,
+            start=marks,
+            end=targets,
+        )
+
+    def _all(self, value: float | None) -> Array | None:
+        """One value for all rows."""
+        return None if value is None else np.full(len(self.all), value)
+
+
+ROLES = ("control", "fixed", "approximate", "check")
+
+
+#: standard deviation [m] of check coordinates that have none
+CHECK_SIGMA = 1e-4
+
+
+_AXES = ("e", "n", "u")
+
+
+class _Placed(Reader):
+    """Readers of tables with coordinates."""
+
+    def given(self) -> Array:
+        """Coordinates (n, 3) of the file in their own system, NaN where empty."""
+        table = self.table
+        if table.has("latitude", "longitude"):
+            return np.stack([table.number(n) for n in ("latitude", "longitude", "u")], axis=1)
+        if table.has("ecef_x", "ecef_y", "ecef_z"):
+            return np.stack([table.number(f"ecef_{a}") for a in "xyz"], axis=1)
+        if not any(table.has(axis) for axis in _AXES):
+            raise table.error(None, "there are no coordinates", "add e_m, n_m, u_m")
+        return np.stack([table.number(axis) for axis in _AXES], axis=1)
+
+    def to_work(self, given: Array, covariance: Array | None = None) -> tuple[Array, Array | None]:
+        """W coordinates and covariances of complete coordinates, at the epoch of the job."""
+        if self.table.has("latitude", "longitude"):
+            positions, turned = self.frame.from_geodetic(given, covariance)
+        elif self.table.has("ecef_x"):
+            positions, turned = self.frame.from_ecef(given, covariance)
+            if covariance is not None and not self._geocentric_sigmas():
+                axes = self.frame.site.axes(positions)
+                turned = axes.transpose(0, 2, 1) @ covariance @ axes
+        else:
+            positions, turned = self.frame.from_own(given, covariance)
+        if self.carry is not None and isinstance(self.frame.site, EllipsoidSite):
+            site = self.frame.site
+            positions = site.from_ecef(self.carry(site.to_ecef(positions)))
+        return positions, turned
+
+    def _geocentric_sigmas(self) -> bool:
+        """True if sigmas stand along X, Y, Z, by their titles; an instrument's are E, N, U."""
+        titles = [self.table.titles.get(name, "") for name in ("sigma_e", "cee")]
+        return any(title.startswith(("sigma_x", "cxx")) for title in titles)
+
+    def complete(self, given: Array) -> Array:
+        """The same coordinates, none of them empty."""
+        empty = np.flatnonzero(np.isnan(given).any(axis=1))
+        if len(empty):
+            raise self.table.error(int(empty[0]), "a coordinate is empty", "give all three")
+        return given
+
+
+class PositionReader(_Placed):
+    """Positions measured by GNSS: over marks, or of the antenna on a scanner with a lever arm.
+
+    Positions of one ``set`` (a session, one reference) have a share of their variance in common,
+    half of it unless the instrument says otherwise.
+    """
+
+    def read(self) -> None:
+        """All positions."""
+        plan, up = self.precision.gnss_plan, self.precision.gnss_up
+        default = None
+        if plan is not None and up is not None:
+            default = np.tile(np.diag([plan**2, plan**2, up**2]), (len(self.all), 1, 1))
+        covariance = self.covariance(_AXES, LOCAL, default)
+        values, turned = self.to_work(self.complete(self.given()), covariance)
+        own, common = self._common(covariance if turned is None else turned)
+        names = np.array(self.table.names("gnss", self.all), dtype=object)
+        on_scanner = np.array([name in self.lever_arms for name in names], dtype=bool)
+        marks, scanners = np.flatnonzero(~on_scanner), np.flatnonzero(on_scanner)
+        height = np.nan_to_num(self.table.number("antenna_height"))
+        if len(marks):
+            self.add(
+                GnssPositions,
+                marks,
+                values=values[marks],
+                covariance=own[marks],
+                common=common[marks],
+                position=names[marks],
+                antenna_height=height[marks],
+            )
+        if len(scanners):
+            arms = np.array([self.lever_arms[name] for name in names[scanners]], dtype=object)
+            self.add(
+                Antennas,
+                scanners,
+                values=values[scanners],
+                covariance=own[scanners],
+                common=common[scanners],
+                station=names[scanners],
+                lever_arm=arms,
+            )
+
+    def _common(self, covariance: Array) -> tuple[Array, NDArray[Any]]:
+        """Own covariances (n, 3, 3), and the name of each row's common shift, "" for none."""
+        sets = np.array(self.table.words.get("set", [""] * len(self.all)), dtype=object)
+        names = np.array([f"common shift of {name}" if name else "" for name in sets], dtype=object)
+        own, share = covariance.copy(), self.precision.gnss_common
+        if share == 0:
+            names = np.full(len(names), "", dtype=object)
+        for name in dict.fromkeys(names[names != ""]):
+            mine = names == name
+            own[mine] *= 1 - share
+            self.survey.vectors[name] = (np.zeros(3), True)
+            self.survey.add(
+                VectorPriors,
+                values=np.zeros((1, 3)),
+                covariance=share * covariance[mine].mean(axis=0)[None],
+                vector=[name],
+                source=[str(self.sources[np.flatnonzero(mine)[0]])],
+            )
+        return own, names
+
+
+class VectorReader(Reader):
+    """GNSS baselines from and to marks."""
+
+    def read(self) -> None:
+        """All vectors, geocentric ones turned into the work frame."""
+        if self.table.has("dx"):
+            values = self.frame.vectors(self.table.columns("dx", "dy", "dz"))
+            covariance = self.frame.turned(self.covariance(("dx", "dy", "dz"), COVARIANCE))
+        else:
+            values = self.table.columns("de", "dn", "du")
+            covariance = self.covariance(("de", "dn", "du"), LOCAL)
+        ends = {name: self.table.names(name, self.all) for name in ("from", "to")}
+        self.add(
+            GnssBaselines,
+            self.all,
+            values=values,
+            covariance=covariance,
+            start=ends["from"],
+            end=ends["to"],
+        )
+
+
+class CoordinateReader(_Placed):
+    """Points with given coordinates and what they are for.
+
+    control is weighted by its sigmas, fixed holds, approximate only starts the iteration, check is
+    compared and not used. Without a role, points with sigmas are control, the others approximate.
+    """
+
+    def read(self) -> None:
+        """All points; on a flat site a point may lack coordinates."""
+        names = self.table.names("point", self.all)
+        given, (sigma, covariance) = self.given(), self._precision()
+        roles = self._roles(np.asarray(np.isfinite(sigma).any(axis=1)))
+        known = ~np.isnan(given)
+        partial = isinstance(self.frame.site, FlatSite) and self.frame.grid is None
+        xyz = given if partial else self.to_work(self.complete(given))[0]
+        self._check(names, roles, known, sigma)
+        for row in self.all:
+            with located(self.table.path):
+                self.survey.point(
+                    names[row],
+                    xyz[row],
+                    free=~(known[row] & (roles[row] == "fixed")),
+                    role=roles[row] if roles[row] != "approximate" else "free",
+                    source=self.sources[row],
+                )
+        for role in ("control", "check"):
+            mine = roles == role
+            whole = np.flatnonzero(mine & known.all(axis=1))
+            if len(whole):
+                _, turned = self.to_work(given[whole], covariance[whole])
+                self._whole(role, whole, xyz, turned, names)
+            rest = np.flatnonzero(mine & ~known.all(axis=1))
+            if len(rest):
+                self._single(role, rest, given, sigma, names)
+
+    def _precision(self) -> tuple[Array, Array]:
+        """Sigmas (n, 3), NaN where not given, and covariances (n, 3, 3)."""
+        if any(self.table.has(name) for name in (*LOCAL, *COVARIANCE)):
+            covariance = self.covariance(_AXES, LOCAL)
+            diagonal = np.einsum("nii->ni", covariance)
+            bad = np.flatnonzero(~(diagonal > 0).all(axis=1))
+            if len(bad):
+                raise self.table.error(
+                    int(bad[0]), "a variance is not above zero", "give variances above zero"
+                )
+            return np.sqrt(diagonal), covariance
+        sigma = np.stack([self.table.number(f"sigma_{a}") for a in _AXES], axis=1)
+        filled = np.where(np.isnan(sigma), CHECK_SIGMA, sigma)
+        return sigma, filled[:, :, None] ** 2 * np.eye(3)
+
+    def _roles(self, weighted: NDArray[np.bool_]) -> NDArray[Any]:
+        """Role of each row (n,)."""
+        default = np.where(weighted, "control", "approximate")
+        default = default if self.role is None else np.full(len(self.all), self.role)
+        typed = self.table.words.get("role", [""] * len(self.all))
+        for row, word in enumerate(typed):
+            if word and word not in ROLES:
+                raise self.table.error(row, f"role is {word!r}", f"use {', '.join(ROLES)}")
+        return np.where(np.array(typed) == "", default, typed)
+
+    def _check(
+        self, names: list[str], roles: NDArray[Any], known: NDArray[np.bool_], sigma: Array
+    ) -> None:
+        """Every point has a coordinate, and control a sigma for each of its coordinates."""
+        empty = np.flatnonzero(~known.any(axis=1))
+        if len(empty):
+            row = int(empty[0])
+            raise self.table.error(
+                row, f"point {names[row]} has no coordinates", "give one or more"
+            )
+        bare = np.flatnonzero((roles == "control") & (known & np.isnan(sigma)).any(axis=1))
+        if len(bare):
+            row = int(bare[0])
+            raise self.table.error(
+                row,
+                f"control point {names[row]} has a coordinate without sigma",
+                "add sigma_e_mm, sigma_n_mm and sigma_u_mm, or give it the role fixed",
+            )
+
+    def _whole(
+        self, role: str, rows: Index, xyz: Array, covariance: Array | None, names: list[str]
+    ) -> None:
+        """Points with all three coordinates."""
+        self._observe(role, Coordinates, rows, names, values=xyz[rows], covariance=covariance)
+
+    def _single(self, role: str, rows: Index, given: Array, sigma: Array, names: list[str]) -> None:
+        """Coordinates of points that lack others."""
+        for axis in range(3):
+            mine = rows[~np.isnan(given[rows, axis])]
+            values, own = given[mine, axis], sigma[mine, axis]
+            own = np.where(np.isnan(own), CHECK_SIGMA, own)
+            self._observe(role, Coordinate, mine, names, values=values, sigma=own, axis=axis)
+
+    def _observe(
+        self,
+        role: str,
+        kind: type[Coordinates] | type[Coordinate],
+        rows: Index,
+        names: list[str],
+        **columns: Any,
+    ) -> None:
+        """Given coordinates as observations of the group control."""
+        names = [names[row] for row in rows]
+        held_out = role == "check"
+        self.add(kind, rows, held_out=held_out, group="control", position=names, **columns)

@@ -1,0 +1,167 @@
+"""What all kinds of CSV tables share: use and reason, groups, sigmas and their defaults."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach._types import Array, Index
+from tribrach.errors import InputError
+from tribrach.geodesy.work_frame import WorkFrame
+from tribrach.instruments.precision import Precision
+from tribrach.io.survey.csv.file import Table
+from tribrach.network.survey import Survey
+from tribrach.observations.base import Observations, Use
+
+__all__ = ["Context", "Reader", "located"]
+
+
+USES = {"": Use.ACTIVE, "on": Use.ACTIVE, "check": Use.CHECK, "off": Use.OFF}
+
+
+@dataclass(frozen=True)
+class Context:
+    """What the project says about a file.
+
+    precision : of the instrument; frame : the work frame; role : of points without a role of their
+    own; lever_arms : name of the antenna's lever arm by scanner station; carry : takes ECEF (n, 3)
+    [m] of the file to the frame and epoch of the job.
+    """
+
+    precision: Precision = field(default_factory=Precision)
+    frame: WorkFrame = field(default_factory=WorkFrame)
+    role: str | None = None
+    lever_arms: Mapping[str, str] = field(default_factory=dict)
+    carry: Callable[[Array], Array] | None = None
+
+
+class Reader(ABC):
+    """A table on its way into a survey."""
+
+    def __init__(self, table: Table, context: Context) -> None:
+        self.table = table
+        self.precision, self.frame = context.precision, context.frame
+        self.role, self.lever_arms = context.role, context.lever_arms
+        self.carry = context.carry
+        self.survey = Survey(site=context.frame.site)
+        self.all: Index = np.arange(len(table))
+        self.sources: NDArray[Any] = np.empty(len(table), dtype=object)
+        self.sources[:] = [table.source(row) for row in range(len(table))]
+        self.use = self._uses()
+
+    @abstractmethod
+    def read(self) -> None:
+        """Fill the survey with the whole table."""
+
+    def _uses(self) -> NDArray[np.int8]:
+        """Use of each row, and in ``self.reason`` why it is off."""
+        n = len(self.table)
+        words = [word.lower() for word in self.table.words.get("use", [""] * n)]
+        for row, word in enumerate(words):
+            if word not in USES:
+                raise self.table.error(row, f"use is {word!r}", "write on, check or off")
+        use = np.array([USES[word] for word in words], dtype=np.int8)
+        reason = np.array(self.table.words.get("reason", [""] * n), dtype=object)
+        self.reason = np.where(
+            (use == Use.OFF) & (reason == ""), "switched off in the file", reason
+        )
+        return use
+
+    def add(
+        self,
+        kind: type[Observations],
+        rows: Index,
+        *,
+        held_out: bool = False,
+        group: str | None = None,
+        **columns: Any,
+    ) -> None:
+        """Add observations of rows of the file; columns (len(rows), ...) or single values.
+
+        held_out : rows that are not switched off become checks; group : of all, instead of the
+        file's own column.
+
+        Raises
+        ------
+        InputError : what the survey refuses, with file and line.
+        """
+        groups = np.full(len(rows), group or "", dtype=object)
+        if group is None and "group" in self.table.words:
+            groups = np.array(self.table.words["group"], dtype=object)[rows]
+        use = self.use[rows]
+        use[held_out & (use == Use.ACTIVE)] = Use.CHECK
+        columns |= {"source": self.sources[rows], "use": use, "reason": self.reason[rows]}
+        for name in dict.fromkeys(groups):
+            chosen = {key: _part(column, groups == name) for key, column in columns.items()}
+            with located(self.table.path):
+                self.survey.add(kind, group=name, **chosen)
+
+    def sigma(
+        self, columns: tuple[str, ...], rows: Index, default: Callable[[], Array | None]
+    ) -> Array:
+        """Sigmas (len(rows),): the first of the columns that is filled, or the instrument's.
+
+        Raises
+        ------
+        InputError : neither is given.
+        """
+        given = np.full(len(rows), np.nan)
+        for column in columns:
+            given = np.where(np.isnan(given), self.table.number(column)[rows], given)
+        empty = np.flatnonzero(np.isnan(given))
+        if len(empty) == 0:
+            return given
+        found = default()
+        given = given if found is None else np.where(np.isnan(given), found, given)
+        empty = np.flatnonzero(np.isnan(given))
+        if len(empty):
+            raise self.table.error(
+                int(rows[empty[0]]),
+                f"there is no {columns[0]}",
+                "add the column with its unit, or name an instrument in the project",
+            )
+        return given
+
+    def covariance(
+        self, names: tuple[str, ...], matrix: tuple[str, ...], default: Array | None = None
+    ) -> Array:
+        """Covariances (n, 3, 3) of all rows: six columns, three sigmas, or the default (n, 3, 3).
+
+        Raises
+        ------
+        InputError : none of them is there, or a cell is empty.
+        """
+        table = self.table
+        if any(table.has(name) for name in matrix):
+            flat = table.columns(*matrix)
+            return flat[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3)
+        if default is not None and not any(table.has(f"sigma_{name}") for name in names):
+            return default
+        sigma = table.columns(*(f"sigma_{name}" for name in names))
+        return sigma[:, :, None] ** 2 * np.eye(3)
+
+
+@contextmanager
+def located(path: Path) -> Iterator[None]:
+    """Errors that name a line of the file by its name get the path as it was given."""
+    try:
+        yield
+    except InputError as error:
+        name, _, line = (error.record or "").rpartition(":")
+        if name != path.name or not line.isdigit():
+            raise
+        raise InputError(error.what, file=path, line=int(line), cure=error.cure) from None
+
+
+def _part(column: Any, mine: NDArray[np.bool_]) -> Any:
+    """Rows of a column; a single value stays as it is."""
+    if isinstance(column, list):
+        column = np.array(column, dtype=object)
+    return column[mine] if isinstance(column, np.ndarray) and column.ndim else column

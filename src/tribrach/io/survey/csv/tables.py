@@ -1,0 +1,58 @@
+"""Our own CSV files: observations and coordinates whose header names column and unit.
+
+What a file holds follows from its columns (:mod:`~tribrach.io.survey.csv.columns`): sights and
+levelling (``from,to``), angles (``at,from,to``), GNSS vectors (``from,to,de_m,dn_m,du_m``), scanner
+targets and polar observations (``station,target``), readings of a total station
+(``station,target,direction_gon``), inclinations (``station,tilt_x_arcsec``), GNSS
+positions (``gnss,e_m,n_m,u_m``), targets on rods (``mark,target,rod_m``) and given coordinates
+(``point,e_m,n_m,u_m``). Standard deviations stand in ``sigma_`` columns or come from the instrument
+of the project.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from tribrach.io.survey.csv.file import Table, read_table
+from tribrach.io.survey.csv.places import CoordinateReader, PositionReader, RodReader, VectorReader
+from tribrach.io.survey.csv.reader import Context, Reader
+from tribrach.io.survey.csv.readings import ReadingsReader
+from tribrach.io.survey.csv.scans import InclinationReader, PolarReader, TargetReader
+from tribrach.io.survey.csv.sights import AngleReader, SightReader
+from tribrach.network.survey import Survey
+
+__all__ = ["Context", "read"]
+
+_READERS: dict[str, Callable[[Table, Context], Reader]] = {
+    "scanner polar observations": PolarReader,
+    "scanner targets": TargetReader,
+    "readings of a total station": ReadingsReader,
+    "targets on rods": RodReader,
+    "inclinations": InclinationReader,
+    "GNSS positions": PositionReader,
+    "coordinates": CoordinateReader,
+    "angles": AngleReader,
+    "vectors in the work frame": VectorReader,
+    "geocentric vectors": VectorReader,
+    "sights": SightReader,
+}
+
+
+def read(path: Path, context: Context | None = None) -> Survey:
+    """Survey of one CSV file.
+
+    Raises
+    ------
+    InputError : the file, the line, what is wrong there and what to do about it.
+    """
+    table = read_table(Path(path))
+    if table.kind.name not in _READERS:
+        raise table.error(
+            None,
+            f"this is a table of {table.kind.name}, which nobody measured",
+            "name the file under observations of [plan]",
+        )
+    reader = _READERS[table.kind.name](table, context or Context())
+    reader.read()
+    return reader.survey

@@ -1,0 +1,1 @@
+"""Networks of DynAdjust, as DynaML and as DNA."""

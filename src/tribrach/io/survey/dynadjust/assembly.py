@@ -1,0 +1,387 @@
+"""A survey from DynAdjust's records, whichever of its two file formats they came in.
+
+The work frame is East-North-Up at the centroid of the stations, on the ellipsoid of the
+stations' reference frame. Stations marked ``F`` are free; ``C`` components are fixed. Without
+any ``C`` and any point cluster the given coordinates carry inner constraints, which is what the
+weak prior that DynAdjust gives its free stations amounts to.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import pi
+from typing import Any
+
+import numpy as np
+
+from tribrach._types import Array
+from tribrach.geodesy import frames
+from tribrach.geodesy.site import ecef_from_geodetic
+from tribrach.io.survey.dynadjust.records import (
+    IGNORED,
+    Cluster,
+    Entry,
+    Records,
+    Sight,
+    number,
+    packed_dms,
+)
+from tribrach.io.survey.dynadjust.stations import Stations
+from tribrach.network.network import Datum
+from tribrach.network.survey import Survey
+from tribrach.observations.base import Observations, Use
+from tribrach.observations.control import Heights
+from tribrach.observations.gnss import GnssBaselines, GnssPositions
+from tribrach.observations.levelling import HeightDifferences
+from tribrach.observations.sights import Angles, Azimuths, Directions, SlopeDistances, ZenithAngles
+
+__all__ = ["assemble"]
+
+# GNSS baselines and points of DynAdjust's files as observations in the work frame.
+#
+# Measurements of other frames are transformed at their own epoch (method section 1.1), a baseline
+# by both its ends. Covariances are scaled in latitude, longitude and height by P, L and H, then as
+# a whole by V; those of geographic points are in rad^2 and m^2.
+
+
+#: epochs this far apart are different ones [years]
+SAME_EPOCH = 1e-3
+
+
+#: a transformation of positions less accurate than this is warned about [m]
+ACCURATE = 0.1
+
+
+def add_clusters(survey: Survey, stations: Stations, clusters: Sequence[Cluster]) -> None:
+    """Add all GNSS measurements.
+
+    Raises
+    ------
+    InputError : frame or coordinate type unknown, epochs that do not fit, malformed numbers,
+        a scale or covariance that is not positive.
+    """
+    for cluster in clusters:
+        if min(cluster.scales) <= 0:
+            raise cluster.place.error(
+                f"a covariance scale is {min(cluster.scales):g}",
+                "give scales above zero",
+            )
+    _add_baselines(survey, stations, [c for c in clusters if c.type != "Y"])
+    _add_points(survey, stations, [c for c in clusters if c.type == "Y"])
+
+
+def _add_baselines(survey: Survey, stations: Stations, clusters: Sequence[Cluster]) -> None:
+    entries = [entry for cluster in clusters for entry in cluster.entries]
+    if not entries:
+        return
+    owner = [cluster for cluster in clusters for _ in cluster.entries]
+    start = np.array([stations.ecef[entry.first] for entry in entries])
+    vector = np.array([_cartesian(entry) for entry in entries])
+    a = _in_network_frame(survey, stations, owner, start, positions=False)
+    b = _in_network_frame(survey, stations, owner, start + vector, positions=False)
+    w_from_ecef = stations.site.w_from_ecef
+    maps = w_from_ecef @ _scaling(stations, owner, start + vector / 2)
+    _add(
+        survey,
+        GnssBaselines,
+        clusters,
+        (b - a) @ w_from_ecef.T,
+        maps,
+        start=[entry.first for entry in entries],
+        end=[entry.second for entry in entries],
+    )
+
+
+def _add_points(survey: Survey, stations: Stations, clusters: Sequence[Cluster]) -> None:
+    entries = [entry for cluster in clusters for entry in cluster.entries]
+    if not entries:
+        return
+    owner = [cluster for cluster in clusters for _ in cluster.entries]
+    geographic = np.array([_is_geographic(cluster) for cluster in owner])
+    xyz = np.zeros((len(entries), 3))
+    for i, entry in enumerate(entries):
+        if geographic[i]:
+            xyz[i] = ecef_from_geodetic(*_geographic(entry), stations.ellipsoid)
+        else:
+            xyz[i] = _cartesian(entry)
+    scaling = _scaling(stations, owner, xyz)
+    scaling[geographic] = scaling[geographic] @ _ecef_by_geodetic(stations, xyz[geographic])
+    moved = _in_network_frame(survey, stations, owner, xyz, positions=True)
+    if any(cluster.coordinates == "LLH" for cluster in clusters):
+        survey.warnings.append(
+            "heights of points measured as LLH are orthometric; they are taken as ellipsoidal, "
+            "no geoid model is read"
+        )
+    _add(
+        survey,
+        GnssPositions,
+        clusters,
+        stations.site.from_ecef(moved),
+        stations.site.w_from_ecef @ scaling,
+        position=[entry.first for entry in entries],
+    )
+
+
+def _add(
+    survey: Survey,
+    kind: type[Observations],
+    clusters: Sequence[Cluster],
+    values: Array,
+    maps: Array,
+    **columns: Any,
+) -> None:
+    """Add values (N, 3) in W; maps (N, 3, 3) take the file's covariances to W."""
+    covariances, first = [], 0
+    for cluster in clusters:
+        n = len(cluster.entries)
+        given = cluster.covariance().reshape(n, 3, n, 3)
+        m = maps[first : first + n]
+        covariances.append(cluster.scales[0] * np.einsum("aij,ajbk,blk->aibl", m, given, m))
+        first += n
+    entries = [entry for cluster in clusters for entry in cluster.entries]
+    ignored = np.array([entry.ignored for entry in entries])
+    table = survey.add(
+        kind,
+        values=values,
+        covariance=np.concatenate([np.einsum("aiaj->aij", c) for c in covariances]),
+        source=[str(entry.place) for entry in entries],
+        use=np.where(ignored, Use.OFF, Use.ACTIVE).astype(np.int8),
+        reason=np.where(ignored, IGNORED, "").astype(object),
+        **columns,
+    )
+    first = 0
+    for cluster, covariance in zip(clusters, covariances, strict=True):
+        n = len(cluster.entries)
+        if n > 1:
+            item, row = np.divmod(np.arange(3 * n), 3)
+            survey.correlate(
+                np.full(3 * n, table),
+                first + item,
+                row,
+                covariance.reshape(3 * n, 3 * n),
+                str(cluster.place),
+            )
+        first += n
+
+
+def _scaling(stations: Stations, owner: Sequence[Cluster], xyz: Array) -> Array:
+    """Matrices (N, 3, 3) that stretch ECEF errors at ``xyz`` by the roots of L, P and H."""
+    roots = np.sqrt(np.array([(c.scales[2], c.scales[1], c.scales[3]) for c in owner]))
+    axes = stations.axes(xyz)
+    out: Array = np.einsum("nki,nk,nkj->nij", axes, roots, axes)
+    return out
+
+
+def _ecef_by_geodetic(stations: Stations, xyz: Array) -> Array:
+    """Derivatives (n, 3, 3) of ECEF by latitude, longitude [rad] and height [m]."""
+    a, f = stations.ellipsoid
+    e2 = f * (2 - f)
+    latitude, _, height = stations.geodetic(xyz).T
+    w2 = 1 - e2 * np.sin(latitude) ** 2
+    columns = np.zeros((len(xyz), 3, 3))
+    columns[:, 1, 0] = a * (1 - e2) / w2**1.5 + height
+    columns[:, 0, 1] = (a / np.sqrt(w2) + height) * np.cos(latitude)
+    columns[:, 2, 2] = 1.0
+    return stations.axes(xyz).transpose(0, 2, 1) @ columns
+
+
+def _in_network_frame(
+    survey: Survey,
+    stations: Stations,
+    owner: Sequence[Cluster],
+    xyz: Array,
+    *,
+    positions: bool,
+) -> Array:
+    """ECEF (N, 3) of each entry's frame and epoch in those of the stations."""
+    out = xyz.copy()
+    for name in dict.fromkeys(cluster.frame for cluster in owner):
+        mine = np.array([cluster.frame == name for cluster in owner])
+        place = next(cluster.place for cluster in owner if cluster.frame == name)
+        with place.named():
+            moving = frames.is_dynamic(name)
+        years = np.array([_year(c) if moving else stations.year for c in owner if c.frame == name])
+        with place.named():
+            out[mine], accuracy = frames.transform(xyz[mine], name, stations.frame, years)
+        if positions and not accuracy <= ACCURATE:
+            survey.warnings.append(
+                f"{name} and {stations.frame} differ by an uncertain amount (stated accuracy "
+                f"{accuracy:g} m): measured points carry it"
+            )
+        late = np.abs(years - stations.year).max() > SAME_EPOCH
+        if moving and stations.dynamic and late:
+            _other_epoch(survey, stations, name, owner, positions)
+    return out
+
+
+def _other_epoch(
+    survey: Survey,
+    stations: Stations,
+    name: str,
+    owner: Sequence[Cluster],
+    positions: bool,
+) -> None:
+    """Velocities are not known: positions of another epoch are refused, baselines warned about."""
+    cluster = next(
+        c for c in owner if c.frame == name and abs(_year(c) - stations.year) > SAME_EPOCH
+    )
+    what = f"epoch {cluster.epoch} of {name} is not that of the stations, {stations.epoch}"
+    if positions:
+        raise cluster.place.error(
+            f"{what}, and no station velocities are known",
+            "give stations and measurements in a plate-fixed frame or at one epoch",
+        )
+    text = f"{what}: the turn of the plate in between is neglected in the baselines"
+    if not any(name in old and old.endswith("in the baselines") for old in survey.warnings):
+        survey.warnings.append(f"{cluster.place}: {text}")
+
+
+def _year(cluster: Cluster) -> float:
+    with cluster.place.named():
+        return frames.decimal_year(cluster.epoch)
+
+
+def _is_geographic(cluster: Cluster) -> bool:
+    if cluster.coordinates in ("LLH", "LLh"):
+        return True
+    if cluster.coordinates != "XYZ":
+        raise cluster.place.error(
+            f"coordinate type {cluster.coordinates!r} of the point cluster is not known",
+            "use XYZ, LLH or LLh",
+        )
+    return False
+
+
+def _cartesian(entry: Entry) -> Array:
+    return np.array(
+        [
+            number(text, f"{axis} of the measurement", entry.place)
+            for text, axis in zip(entry.values, "XYZ", strict=True)
+        ]
+    )
+
+
+def _geographic(entry: Entry) -> tuple[Any, Any, Any]:
+    latitude = packed_dms(entry.values[0], "the latitude", entry.place)
+    longitude = packed_dms(entry.values[1], "the longitude", entry.place)
+    height = number(entry.values[2], "the height", entry.place)
+    return np.float64(latitude), np.float64(longitude), np.float64(height)
+
+
+# Terrestrial measurements of DynAdjust's files as observations.
+#
+# Angles, azimuths, directions, zenith and vertical angles refer to the ellipsoid's normal;
+# DynAdjust models no refraction and neither is any assumed here. Orthometric heights and their
+# differences are taken as ellipsoidal, for lack of a geoid model.
+
+
+_KINDS: dict[str, type[Observations]] = {
+    "A": Angles,
+    "B": Azimuths,
+    "D": Directions,
+    "H": Heights,
+    "L": HeightDifferences,
+    "R": Heights,
+    "S": SlopeDistances,
+    "V": ZenithAngles,
+    "Z": ZenithAngles,
+}
+
+
+def add_sights(survey: Survey, sights: Sequence[Sight]) -> None:
+    """Add all terrestrial measurements.
+
+    Raises
+    ------
+    InputError : a standard deviation that is not positive.
+    """
+    for kind in dict.fromkeys(sight.type for sight in sights):
+        _add_sights(survey, kind, [sight for sight in sights if sight.type == kind])
+    if any(sight.type in "HL" and not sight.ignored for sight in sights):
+        survey.warnings.append(
+            "measured heights and height differences are orthometric; they are taken as "
+            "ellipsoidal, no geoid model is read"
+        )
+
+
+def _add_sights(survey: Survey, kind: str, sights: Sequence[Sight]) -> None:
+    ignored = np.array([sight.ignored for sight in sights])
+    values = np.array([sight.value for sight in sights])
+    survey.add(
+        _KINDS[kind],
+        # a vertical angle is counted from the horizon
+        values=pi / 2 - values if kind == "Z" else values,
+        sigma=np.array([sight.sigma for sight in sights]),
+        source=[str(sight.place) for sight in sights],
+        use=np.where(ignored, Use.OFF, Use.ACTIVE).astype(np.int8),
+        reason=np.where(ignored, IGNORED, "").astype(object),
+        **_fields(kind, sights),
+    )
+
+
+def _fields(kind: str, sights: Sequence[Sight]) -> dict[str, Any]:
+    """The fields of the kind that name stations and heights."""
+    first = [sight.names[0] for sight in sights]
+    if kind in "HR":
+        return {"position": first}
+    out: dict[str, Any] = {"start": first, "end": [sight.names[1] for sight in sights]}
+    if kind == "L":
+        return out
+    out["height_instrument"] = np.array([sight.height_instrument for sight in sights])
+    out["height_target"] = np.array([sight.height_target for sight in sights])
+    if kind == "A":
+        out["foresight"] = [sight.names[2] for sight in sights]
+    if kind == "D":
+        out["orientation"] = [sight.set_name for sight in sights]
+    return out
+
+
+def assemble(files: Sequence[Records]) -> Survey:
+    """The survey of all files of one network.
+
+    Raises
+    ------
+    InputError : no stations, an unknown station, frame or coordinate type, epochs that do not
+        fit, a covariance that is not positive definite, a measurement type that is not read.
+    """
+    stations = Stations(files)
+    clusters = [cluster for file in files for cluster in file.clusters]
+    sights = [sight for file in files for sight in file.sights]
+    active, ignored = _measured(stations, files)
+    survey = Survey(site=stations.site)
+    survey.warnings += [text for file in files for text in file.warnings]
+    stations.add_to(survey, active, ignored)
+    add_clusters(survey, stations, clusters)
+    add_sights(survey, sights)
+    points = any(c.type == "Y" and not all(e.ignored for e in c.entries) for c in clusters)
+    if not points and not stations.constrained & active:
+        survey.datum = Datum("free")
+        survey.warnings.append(
+            "no station is constrained and no point is measured: the given coordinates of all "
+            "stations carry inner constraints"
+        )
+    survey.info |= {
+        "format": "DynAdjust",
+        "files": [file.file for file in files],
+        "frame": stations.frame,
+        "epoch": stations.year,
+    }
+    return survey
+
+
+def _measured(stations: Stations, files: Sequence[Records]) -> tuple[set[str], set[str]]:
+    """Names of stations in active and in ignored measurements.
+
+    Raises
+    ------
+    InputError : a station that is in no station file.
+    """
+    names: dict[bool, set[str]] = {False: set(), True: set()}
+    for file in files:
+        for cluster in file.clusters:
+            for entry in cluster.entries:
+                ends = (entry.first,) if cluster.type == "Y" else (entry.first, entry.second)
+                names[entry.ignored] |= stations.known(ends, entry.place)
+        for sight in file.sights:
+            names[sight.ignored] |= stations.known(sight.names, sight.place)
+    return names[False], names[True]

@@ -1,0 +1,269 @@
+"""DNA text files of DynAdjust: stations (``.stn``) and measurements (``.msr``), fixed columns.
+
+Versions 3.00 and 3.01. A measurement file needs its station file; give both to :func:`read`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import pi
+from pathlib import Path
+
+import numpy as np
+
+from tribrach._types import Array
+from tribrach.errors import InputError
+from tribrach.io.survey.dynadjust.assembly import assemble
+from tribrach.io.survey.dynadjust.records import (
+    ARCSEC,
+    SIGHTS,
+    Cluster,
+    Entry,
+    Place,
+    Records,
+    Sight,
+    StationRecord,
+    number,
+)
+from tribrach.io.xml_file import read_bytes
+from tribrach.network.survey import Survey
+
+__all__ = ["parse", "read"]
+
+
+def _columns(*edges: tuple[int, int]) -> tuple[slice, ...]:
+    return tuple(slice(start, start + width) for start, width in edges)
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """Columns of one version: station fields, GNSS value and variances, GNSS header."""
+
+    station: tuple[slice, ...]
+    gnss: tuple[slice, ...]
+    header: tuple[slice, ...]
+
+
+_LAYOUTS = {
+    "3.00": _Layout(
+        _columns((0, 20), (20, 3), (24, 3), (27, 14), (41, 14), (55, 14), (69, 3)),
+        _columns((62, 14), (76, 14), (90, 14), (104, 14)),
+        _columns((62, 7), (69, 7), (76, 7), (83, 7), (90, 14), (104, 14)),
+    ),
+    "3.01": _Layout(
+        _columns((0, 20), (20, 3), (24, 3), (27, 20), (47, 20), (67, 20), (87, 3)),
+        _columns((62, 20), (82, 20), (102, 20), (122, 20)),
+        _columns((62, 10), (72, 10), (82, 10), (92, 10), (102, 20), (122, 20)),
+    ),
+}
+
+
+_FIRST, _SECOND, _THIRD = _columns((2, 20), (22, 20), (42, 20))
+
+
+_LINEAR, _DEGREES, _MINUTES, _SECONDS = _columns((62, 14), (76, 4), (80, 2), (82, 8))
+
+
+_SIGMA, _INSTRUMENT, _TARGET = _columns((90, 9), (99, 7), (106, 7))
+
+
+def read(paths: Path | Sequence[Path]) -> Survey:
+    """Survey of one or more DNA files: station and measurement files of one network.
+
+    Raises
+    ------
+    InputError : unreadable, malformed, no stations, or a measurement type that is not read.
+    """
+    return assemble([parse(p) for p in ([paths] if isinstance(paths, Path) else paths)])
+
+
+def parse(path: Path) -> Records:
+    """Records of one DNA file.
+
+    Raises
+    ------
+    InputError : not a DNA file of version 3, or a malformed line in it.
+    """
+    try:
+        lines = read_bytes(path).decode("utf-8-sig").splitlines()
+    except UnicodeDecodeError as error:
+        raise InputError(
+            "the file is not UTF-8 text", file=path, cure="save it as UTF-8"
+        ) from error
+    head = lines[0]
+    layout = _LAYOUTS.get(head[6:12].strip())
+    kind = head[12:15].upper()
+    if head[:6].upper() != "!#=DNA" or layout is None or kind not in ("STN", "MSR"):
+        raise InputError(
+            "the first line is not the header of a DNA 3 station or measurement file",
+            file=path,
+            line=1,
+            cure="it reads like '!#=DNA 3.01 STN  13.12.2018  GDA2020  01.01.2020  43'",
+        )
+    records = Records(str(path), head[29:43].strip(), head[43:57].strip())
+    reader = _Reader(records, layout, lines)
+    if kind == "STN":
+        reader.stations()
+    else:
+        reader.measurements()
+    return records
+
+
+class _Reader:
+    """Walks over the lines of a file."""
+
+    def __init__(self, records: Records, layout: _Layout, lines: Sequence[str]) -> None:
+        self.records, self.layout = records, layout
+        self.lines = [
+            (Place(records.file, number), line)
+            for number, line in enumerate(lines, start=1)
+            if number > 1 and line.strip() and not line.startswith("*")
+        ]
+        self.next = 0
+
+    def stations(self) -> None:
+        """All stations."""
+        for place, line in self.lines:
+            name, constraints, kind, *values, zone = (line[c].strip() for c in self.layout.station)
+            if not name or not constraints or not kind:
+                raise place.error("a station line needs a name, constraints and a coordinate type")
+            x, y, z = values
+            self.records.stations.append(
+                StationRecord(name, constraints, kind, (x, y, z), zone, place)
+            )
+
+    def measurements(self) -> None:
+        """All measurements."""
+        while self.next < len(self.lines):
+            place, line = self.take("a measurement")
+            kind, ignored = line[0].upper(), line[1:2] == "*"
+            if kind in "GXY":
+                self.cluster(kind, ignored, place, line)
+            elif kind == "D":
+                self.directions(ignored, place, line)
+            elif kind in SIGHTS:
+                self.sight(kind, ignored, place, line)
+            else:
+                self.records.refuse(kind, ignored, place)
+
+    def take(self, what: str) -> tuple[Place, str]:
+        """The next line; an error if the file has ended."""
+        if self.next == len(self.lines):
+            raise Place(self.records.file, None).error(f"the file ends where {what} should follow")
+        self.next += 1
+        return self.lines[self.next - 1]
+
+    def cluster(self, kind: str, ignored: bool, place: Place, line: str) -> None:
+        """Header and entries of a G, X or Y measurement."""
+        n = 1 if kind == "G" else _count(line, place)
+        *scales, frame, epoch = (line[c].strip() for c in self.layout.header)
+        v, p, lam, h = (number(text or "1", "a scale", place) for text in scales)
+        entries = [self.entry(place, line, n - 1, ignored)]
+        for k in range(1, n):
+            where, entry = self.take(f"entry {k + 1} of {n} of the cluster")
+            if entry[0].upper() != kind:
+                raise where.error(
+                    f"entry {k + 1} of {n} of the {kind} cluster of {place} is missing"
+                )
+            entries.append(self.entry(where, entry, n - 1 - k, ignored))
+        self.records.clusters.append(
+            Cluster(
+                kind,
+                (line[_SECOND].strip() or "XYZ") if kind == "Y" else "XYZ",
+                entries,
+                (v, p, lam, h),
+                frame or self.records.frame,
+                epoch or self.records.epoch,
+                place,
+            )
+        )
+
+    def entry(self, place: Place, line: str, following: int, ignored: bool) -> Entry:
+        """Three lines of values and variances, then three per covariance block."""
+        rows = [self.take("the components of a GNSS measurement") for _ in range(3)]
+        value, *columns = self.layout.gnss
+        variance = [
+            number(rows[i][1][columns[j]], "a variance", rows[i][0])
+            for j in range(3)
+            for i in range(j, 3)
+        ]
+        blocks = [self.block() for _ in range(following)]
+        x, y, z = (text[value].strip() for _, text in rows)
+        return Entry(
+            line[_FIRST].strip(),
+            line[_SECOND].strip(),
+            (x, y, z),
+            tuple(variance),
+            blocks,
+            ignored or line[1:2] == "*",
+            place,
+        )
+
+    def block(self) -> Array:
+        """A 3x3 covariance block."""
+        rows = [self.take("a covariance block") for _ in range(3)]
+        return np.array(
+            [
+                [number(line[c], "a covariance", place) for c in self.layout.gnss[1:]]
+                for place, line in rows
+            ]
+        )
+
+    def directions(self, ignored: bool, place: Place, line: str) -> None:
+        """A set: the first line names instrument, first target and how many follow."""
+        name = f"orientation of {line[_FIRST].strip()} ({place})"
+        first = line[_FIRST].strip()
+        self.add("D", (first, line[_SECOND].strip()), ignored, place, line, name)
+        for k in range(_count(line, place)):
+            where, entry = self.take(f"direction {k + 2} of the set")
+            if entry[0].upper() != "D" or entry[_FIRST].strip():
+                raise where.error(f"direction {k + 2} of the set of {place} is missing")
+            off = ignored or entry[1:2] == "*"
+            self.add("D", (first, entry[_THIRD].strip()), off, where, entry, name)
+
+    def sight(self, kind: str, ignored: bool, place: Place, line: str) -> None:
+        """A measurement on one line."""
+        names = tuple(line[c].strip() for c in (_FIRST, _SECOND, _THIRD)[: SIGHTS[kind][0]])
+        self.add(kind, names, ignored, place, line, "")
+
+    def add(
+        self,
+        kind: str,
+        names: tuple[str, ...],
+        ignored: bool,
+        place: Place,
+        line: str,
+        set_name: str,
+    ) -> None:
+        """Value, sigma and heights of one line."""
+        if not all(names):
+            raise place.error(f"a measurement of type {kind} needs {len(names)} station names")
+        angular = SIGHTS[kind][1]
+        value = _angle(line, place) if angular else number(line[_LINEAR], "the value", place)
+        sigma = number(line[_SIGMA], "the standard deviation", place)
+        instrument, target = (
+            number(line[c].strip() or "0", "a height", place) for c in (_INSTRUMENT, _TARGET)
+        )
+        sigma *= ARCSEC if angular else 1.0
+        self.records.sights.append(
+            Sight(kind, names, value, sigma, instrument, target, ignored, place, set_name)
+        )
+
+
+def _count(line: str, place: Place) -> int:
+    """Number of entries in a cluster or of further directions in a set."""
+    text = line[_THIRD].strip()
+    if not text.isdigit() or int(text) < 1:
+        raise place.error(f"the number of entries is {text!r}, not a count")
+    return int(text)
+
+
+def _angle(line: str, place: Place) -> float:
+    """Degrees, minutes and seconds in their columns [rad]."""
+    degrees, minutes, seconds = (line[c].strip() for c in (_DEGREES, _MINUTES, _SECONDS))
+    d, m, s = (number(text, "an angle", place) for text in (degrees, minutes, seconds))
+    if not (0 <= m < 60 and 0 <= s < 60):
+        raise place.error(f"minutes {minutes} and seconds {seconds} do not stay below 60")
+    sign = -1.0 if degrees.startswith("-") else 1.0
+    return sign * (abs(d) + m / 60 + s / 3600) * pi / 180

@@ -1,0 +1,216 @@
+"""DynaML, the XML of DynAdjust: station, measurement and combined files.
+
+A measurement file needs its station file; give both to :func:`read`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tribrach._types import Array
+from tribrach.io.survey.dynadjust.assembly import assemble
+from tribrach.io.survey.dynadjust.records import (
+    ARCSEC,
+    SIGHTS,
+    Cluster,
+    Entry,
+    Place,
+    Records,
+    Sight,
+    StationRecord,
+    number,
+    packed_dms,
+)
+from tribrach.io.xml_file import line_of, load
+from tribrach.network.survey import Survey
+
+__all__ = ["parse", "read"]
+
+_VARIANCE = ("SigmaXX", "SigmaXY", "SigmaXZ", "SigmaYY", "SigmaYZ", "SigmaZZ")
+
+
+_BLOCK = [[f"m{i}{j}" for j in (1, 2, 3)] for i in (1, 2, 3)]
+
+
+def read(paths: Path | Sequence[Path]) -> Survey:
+    """Survey of one or more DynaML files: station and measurement files of one network.
+
+    Raises
+    ------
+    InputError : unreadable, malformed, no stations, or a measurement type that is not read.
+    """
+    return assemble([parse(p) for p in ([paths] if isinstance(paths, Path) else paths)])
+
+
+def parse(path: Path) -> Records:
+    """Records of one DynaML file.
+
+    Raises
+    ------
+    InputError : not a DynaML file, or an element that is missing or malformed.
+    """
+    root = load(path, "DnaXmlFormat")
+    # the schema gives these defaults
+    frame = root.get("referenceframe", "GDA2020")
+    records = Records(str(path), str(frame), str(root.get("epoch", "01.01.2020")))
+    for element in _children(root):
+        node = _Node(element, Place(records.file, line_of(element)))
+        if element.tag == "DnaStation":
+            records.stations.append(node.station())
+        elif element.tag == "DnaMeasurement":
+            _measurement(records, node)
+        else:
+            raise node.place.error(f"element <{element.tag}> is not of DynaML")
+    return records
+
+
+def _children(element: Any) -> Iterator[Any]:
+    """Child elements without comments."""
+    return (child for child in element if isinstance(child.tag, str))
+
+
+class _Node:
+    """An element with its place."""
+
+    def __init__(self, element: Any, place: Place) -> None:
+        self.element, self.place = element, place
+
+    def nodes(self) -> Iterator[_Node]:
+        """Children with their places."""
+        for child in _children(self.element):
+            yield _Node(child, Place(self.place.file, line_of(child)))
+
+    def text(self, tag: str, default: str | None = None) -> str:
+        """Text of a child; an error if there is none and no default."""
+        found = self.element.findtext(tag)
+        if found is None and default is None:
+            raise self.place.error(f"<{self.element.tag}> has no <{tag}>")
+        return (found or "").strip() or (default or "")
+
+    def number(self, tag: str, default: str | None = None) -> float:
+        """Number in a child."""
+        return number(self.text(tag, default), f"<{tag}>", self.place)
+
+    @property
+    def ignored(self) -> bool:
+        """True if the element ``Ignore`` holds a star."""
+        return "*" in self.text("Ignore", " ")
+
+    def station(self) -> StationRecord:
+        """The record of a station."""
+        coordinates = self.element.find("StationCoord")
+        if coordinates is None:
+            raise self.place.error("<DnaStation> has no <StationCoord>")
+        node = _Node(coordinates, Place(self.place.file, line_of(coordinates)))
+        return StationRecord(
+            self.text("Name"),
+            self.text("Constraints"),
+            self.text("Type"),
+            (node.text("XAxis"), node.text("YAxis"), node.text("Height")),
+            node.text("HemisphereZone", " ").strip(),
+            self.place,
+        )
+
+    def entry(self, first: str, second: str, ignored: bool, covariance: str) -> Entry:
+        """A baseline or a point with its covariances."""
+        blocks = [node.block() for node in self.nodes() if node.element.tag == covariance]
+        return Entry(
+            first,
+            second,
+            (self.text("X"), self.text("Y"), self.text("Z")),
+            tuple(self.number(tag) for tag in _VARIANCE),
+            blocks,
+            ignored,
+            self.place,
+        )
+
+    def block(self) -> Array:
+        """A 3x3 covariance block."""
+        return np.array([[self.number(tag) for tag in row] for row in _BLOCK])
+
+
+def _measurement(records: Records, node: _Node) -> None:
+    kind = node.text("Type").upper()
+    if kind in ("G", "X", "Y"):
+        records.clusters.append(_cluster(records, node, kind))
+    elif kind == "D":
+        records.sights += _directions(node)
+    elif kind in SIGHTS:
+        records.sights.append(_sight(node, kind))
+    else:
+        records.refuse(kind, node.ignored, node.place)
+
+
+def _cluster(records: Records, node: _Node, kind: str) -> Cluster:
+    """A GNSS measurement; station names stand before the element they belong to."""
+    tag, covariance = (
+        ("Clusterpoint", "PointCovariance") if kind == "Y" else ("GPSBaseline", "GPSCovariance")
+    )
+    first = second = ""
+    entries: list[Entry] = []
+    for child in node.nodes():
+        name = child.element.tag
+        if name == "First":
+            first = (child.element.text or "").strip()
+        elif name == "Second":
+            second = (child.element.text or "").strip()
+        elif name == tag:
+            entries.append(child.entry(first, second, node.ignored, covariance))
+    total = node.text("Total", "") if kind != "G" else "1"
+    if not entries or (total and total != str(len(entries))):
+        raise node.place.error(f"the measurement has {len(entries)} of {total or 'its'} <{tag}>")
+    v, p, lam, h = (node.number(f"{axis}scale", "1") for axis in "VPLH")
+    return Cluster(
+        kind,
+        node.text("Coords", "XYZ") if kind == "Y" else "XYZ",
+        entries,
+        (v, p, lam, h),
+        node.text("ReferenceFrame", records.frame),
+        node.text("Epoch", records.epoch),
+        node.place,
+    )
+
+
+def _sight(node: _Node, kind: str) -> Sight:
+    count, angular = SIGHTS[kind]
+    return Sight(
+        kind,
+        tuple(node.text(tag) for tag in ("First", "Second", "Third")[:count]),
+        _value(node, angular),
+        node.number("StdDev") * (ARCSEC if angular else 1.0),
+        node.number("InstHeight", "0"),
+        node.number("TargHeight", "0"),
+        node.ignored,
+        node.place,
+    )
+
+
+def _directions(node: _Node) -> list[Sight]:
+    """A set: its first direction stands in the measurement, the others in ``Directions``."""
+    name = f"orientation of {node.text('First')} ({node.place})"
+    sights = []
+    for k, item in enumerate([node, *(n for n in node.nodes() if n.element.tag == "Directions")]):
+        names = (node.text("First"), item.text("Second" if k == 0 else "Target"))
+        sights.append(
+            Sight(
+                "D",
+                names,
+                _value(item, True),
+                item.number("StdDev") * ARCSEC,
+                0.0,
+                0.0,
+                node.ignored or item.ignored,
+                item.place,
+                name,
+            )
+        )
+    return sights
+
+
+def _value(node: _Node, angular: bool) -> float:
+    text = node.text("Value")
+    return packed_dms(text, "<Value>", node.place) if angular else node.number("Value")

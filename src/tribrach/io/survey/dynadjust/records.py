@@ -1,0 +1,248 @@
+"""What stands in DynAdjust's files, before it means anything: one record per entry.
+
+The DynaML and the DNA reader fill the same records; :mod:`tribrach.io.survey.dynadjust.assembly`
+makes a survey of them. Numbers are in the file's units: metres, ECEF; angles already in radians.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from math import pi
+
+import numpy as np
+
+from tribrach._types import Array
+from tribrach.errors import InputError
+
+__all__ = [
+    "ARCSEC",
+    "IGNORED",
+    "SIGHTS",
+    "TYPES",
+    "Cluster",
+    "Entry",
+    "Place",
+    "Records",
+    "Sight",
+    "StationRecord",
+    "number",
+    "packed_dms",
+]
+
+
+#: DynAdjust's measurement types
+TYPES = {
+    "A": "horizontal angle",
+    "B": "geodetic azimuth",
+    "C": "chord on the ellipsoid",
+    "D": "direction set",
+    "E": "arc on the ellipsoid",
+    "G": "GNSS baseline",
+    "H": "orthometric height",
+    "I": "astronomic latitude",
+    "J": "astronomic longitude",
+    "K": "astronomic azimuth",
+    "L": "height difference",
+    "M": "distance at sea level",
+    "P": "geodetic latitude",
+    "Q": "geodetic longitude",
+    "R": "ellipsoidal height",
+    "S": "slope distance",
+    "V": "zenith angle",
+    "X": "GNSS baseline cluster",
+    "Y": "GNSS point cluster",
+    "Z": "vertical angle",
+}
+
+
+#: types that become observations, beside G, X and Y: number of stations and angular or not
+SIGHTS = {
+    "A": (3, True),
+    "B": (2, True),
+    "D": (2, True),
+    "H": (1, False),
+    "L": (2, False),
+    "R": (1, False),
+    "S": (2, False),
+    "V": (2, True),
+    "Z": (2, True),
+}
+
+
+ARCSEC = pi / 180 / 3600
+
+
+#: reason of measurements that carry the ignore flag
+IGNORED = "ignored in the file"
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a record stands, for sources and error messages."""
+
+    file: str
+    line: int | None = None
+
+    def __str__(self) -> str:
+        return self.file if self.line is None else f"{self.file}:{self.line}"
+
+    def error(self, what: str, cure: str | None = None) -> InputError:
+        """An :class:`InputError` at this place."""
+        return InputError(what, file=self.file, line=self.line, cure=cure)
+
+    @contextmanager
+    def named(self) -> Iterator[None]:
+        """Give errors raised inside, which know no file, this place."""
+        try:
+            yield
+        except InputError as error:
+            raise self.error(error.what, error.cure) from error
+
+
+@dataclass(frozen=True)
+class StationRecord:
+    """A station: constraints such as ``CCF``, coordinates of type XYZ, LLH, LLh or UTM."""
+
+    name: str
+    constraints: str
+    type: str
+    values: tuple[str, str, str]
+    zone: str
+    place: Place
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One baseline or point of a cluster.
+
+    values : three texts as in the file; variance : XX, XY, XZ, YY, YZ, ZZ;
+    blocks : 3x3 covariances with each of the entries that follow.
+    """
+
+    first: str
+    second: str
+    values: tuple[str, str, str]
+    variance: tuple[float, ...]
+    blocks: Sequence[Array]
+    ignored: bool
+    place: Place
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """A GNSS measurement of type G, X (baselines) or Y (points) with its covariance scales."""
+
+    type: str
+    coordinates: str
+    entries: Sequence[Entry]
+    scales: tuple[float, float, float, float]
+    frame: str
+    epoch: str
+    place: Place
+
+    def covariance(self) -> Array:
+        """Covariance (3n, 3n) as given, before scaling.
+
+        Raises
+        ------
+        InputError : an entry has not one block for each entry after it.
+        """
+        n = len(self.entries)
+        out = np.zeros((3 * n, 3 * n))
+        for k, entry in enumerate(self.entries):
+            if len(entry.blocks) != n - 1 - k:
+                raise entry.place.error(
+                    f"{len(entry.blocks)} covariance blocks follow where the cluster of {n} "
+                    f"needs {n - 1 - k}"
+                )
+            xx, xy, xz, yy, yz, zz = entry.variance
+            rows = slice(3 * k, 3 * k + 3)
+            out[rows, rows] = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+            for j, block in enumerate(entry.blocks, start=k + 1):
+                out[rows, 3 * j : 3 * j + 3] = block
+                out[3 * j : 3 * j + 3, rows] = block.T
+        return out
+
+
+@dataclass(frozen=True)
+class Sight:
+    """A terrestrial measurement: value and sigma in metres or radians, heights in metres."""
+
+    type: str
+    names: tuple[str, ...]
+    value: float
+    sigma: float
+    height_instrument: float
+    height_target: float
+    ignored: bool
+    place: Place
+    set_name: str = ""
+
+
+@dataclass
+class Records:
+    """All records of one file with its default reference frame and epoch."""
+
+    file: str
+    frame: str
+    epoch: str
+    stations: list[StationRecord] = field(default_factory=list)
+    clusters: list[Cluster] = field(default_factory=list)
+    sights: list[Sight] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+
+    def refuse(self, kind: str, ignored: bool, place: Place) -> None:
+        """Meet a measurement of a type that is not read: an error, a warning if it is ignored.
+
+        Raises
+        ------
+        InputError : the measurement is not ignored in the file.
+        """
+        name = TYPES.get(kind, "unknown")
+        if not ignored:
+            raise place.error(
+                f"measurement type {kind} ({name}) is not read",
+                "set its ignore flag in the file, or leave it out",
+            )
+        self.warnings.append(f"{place}: ignored measurement of type {kind} ({name}) is not read")
+
+
+def number(text: str, what: str, place: Place) -> float:
+    """A finite number.
+
+    Raises
+    ------
+    InputError : it is not one; names ``what``.
+    """
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not np.isfinite(value):
+        raise place.error(f"{what} is {text.strip()!r}, not a number")
+    return value
+
+
+def packed_dms(text: str, what: str, place: Place) -> float:
+    """Angle [rad] of a text ``ddd.mmsssss``: degrees, two digits of minutes, then seconds.
+
+    Raises
+    ------
+    InputError : not a number, or minutes or seconds of 60 and more.
+    """
+    number(text, what, place)
+    plain = text.strip()
+    sign = -1.0 if plain.startswith("-") else 1.0
+    degrees, _, fraction = plain.lstrip("+-").partition(".")
+    fraction = fraction.ljust(4, "0")
+    if not (degrees or "0").isdigit() or not fraction.isdigit():
+        raise place.error(f"{what} is {plain!r}, not degrees.minutesseconds")
+    minutes, seconds = int(fraction[:2]), float(f"{fraction[2:4]}.{fraction[4:] or 0}")
+    if minutes >= 60 or seconds >= 60:
+        raise place.error(
+            f"{what} is {plain!r}, but minutes and seconds stay below 60",
+            "write angles as degrees.minutesseconds, such as 145.5741 for 145 degrees 57' 41\"",
+        )
+    return sign * (int(degrees or 0) + minutes / 60 + seconds / 3600) * pi / 180

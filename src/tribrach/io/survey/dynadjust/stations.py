@@ -1,0 +1,188 @@
+"""Where are DynAdjust's stations, in which frame, and what of them is held fixed?"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+import pyproj
+
+from tribrach._types import Array
+from tribrach.errors import InputError
+from tribrach.geodesy import frames
+from tribrach.geodesy.site import EllipsoidSite, ecef_from_geodetic, enu_rotation
+from tribrach.io.survey.dynadjust.records import (
+    Place,
+    Records,
+    StationRecord,
+    number,
+    packed_dms,
+)
+from tribrach.network.survey import Survey
+from tribrach.observations.control import Components
+
+__all__ = ["Stations", "ecef_of"]
+
+
+class Stations:
+    """All stations of a network in the reference frame of the first one.
+
+    frame, epoch : names of the network's frame and its date; year : the epoch as decimal year;
+    ellipsoid (a, f); ecef : name -> (3,) [m]; site : the work frame; constrained : names with
+    at least one fixed component.
+    """
+
+    def __init__(self, files: Sequence[Records]) -> None:
+        members = [(record, file) for file in files for record in file.stations]
+        if not members:
+            raise InputError(
+                "there are no stations",
+                file=files[0].file if files else None,
+                cure="give the station file together with the measurement file",
+            )
+        self.records = [record for record, _ in members]
+        self.frame, self.epoch = members[0][1].frame, members[0][1].epoch
+        place = members[0][0].place
+        with place.named():
+            self.year = frames.decimal_year(self.epoch)
+            self.ellipsoid = frames.ellipsoid(self.frame)
+            self.dynamic = frames.is_dynamic(self.frame)
+        xyz = np.array([ecef_of(record, self.ellipsoid) for record in self.records])
+        for file in files:
+            mine = np.array([owner is file for _, owner in members])
+            if mine.any() and file.frame != self.frame:
+                with file.stations[0].place.named():
+                    year = frames.decimal_year(file.epoch)
+                    xyz[mine], _ = frames.transform(xyz[mine], file.frame, self.frame, year)
+        self.ecef = {record.name: row for record, row in zip(self.records, xyz, strict=True)}
+        self.site = EllipsoidSite.centred(xyz, self.ellipsoid)
+        self.constrained = {r.name for r in self.records if "C" in r.constraints}
+
+    def known(self, names: Sequence[str], place: Place) -> set[str]:
+        """The names, all of which are stations.
+
+        Raises
+        ------
+        InputError : one is not.
+        """
+        for name in names:
+            if name not in self.ecef:
+                raise place.error(
+                    f"station {name or '(no name)'} is in no station file",
+                    "add it to the station file",
+                )
+        return set(names)
+
+    def add_to(self, survey: Survey, active: set[str], ignored: set[str]) -> None:
+        """Stations that are measured become points; the others are named in a warning."""
+        unused = []
+        for record in self.records:
+            letters = record.constraints
+            if not re.fullmatch("[CF]{3}", letters):
+                raise record.place.error(
+                    f"constraints of station {record.name} are {letters!r}",
+                    "write three letters, C for constrained and F for free, such as CCC or FFC",
+                )
+            if record.name not in active | ignored:
+                unused.append(record.name)
+                continue
+            if record.name not in active:
+                letters = "CCC"
+                survey.warnings.append(
+                    f"station {record.name} is in ignored measurements only: it is held at its "
+                    "given coordinates"
+                )
+            self._add(survey, record, letters)
+        if unused:
+            some = ", ".join(unused[:5]) + (", ..." if len(unused) > 5 else "")
+            survey.warnings.append(f"{len(unused)} stations are not measured and left out: {some}")
+
+    def _add(self, survey: Survey, record: StationRecord, letters: str) -> None:
+        """A point with all components free or fixed, or fixed along some directions.
+
+        The letters stand for latitude, longitude and height of geographic coordinates, for
+        east, north and height of projected ones and for the axes of geocentric ones.
+        """
+        ecef = self.ecef[record.name]
+        x = self.site.from_ecef(ecef[None])[0]
+        fixed = letters == "CCC"
+        survey.point(
+            record.name,
+            x,
+            free=np.full(3, not fixed),
+            role="control" if fixed else "free",
+            source=str(record.place),
+        )
+        if fixed or letters == "FFF":
+            return
+        east, north, up = self.axes(ecef[None])[0]
+        axes = {"XYZ": np.eye(3), "UTM": np.array([east, north, up])}.get(
+            record.type, np.array([north, east, up])
+        )
+        held = axes[[letter == "C" for letter in letters]] @ self.site.w_from_ecef.T
+        survey.add(
+            Components,
+            values=held @ x,
+            position=[record.name] * len(held),
+            direction=held,
+            source=[str(record.place)] * len(held),
+            hard=True,
+        )
+
+    def axes(self, xyz: Array) -> Array:
+        """Rows east, north, up (n, 3, 3) at ECEF positions (n, 3)."""
+        geodetic = self.geodetic(xyz)
+        return enu_rotation(geodetic[:, 0], geodetic[:, 1])
+
+    def geodetic(self, xyz: Array) -> Array:
+        """Latitude, longitude [rad] and ellipsoidal height [m] (n, 3) of ECEF (n, 3)."""
+        return self.site.geodetic(self.site.from_ecef(xyz))
+
+
+def ecef_of(record: StationRecord, ellipsoid: tuple[float, float]) -> Array:
+    """ECEF (3,) [m] of a station's coordinates; orthometric heights are taken as ellipsoidal.
+
+    Raises
+    ------
+    InputError : unknown coordinate type, malformed number, projection zone missing.
+    """
+    first, second, third = record.values
+    place = record.place
+    height = number(third, "the height", place) if record.type != "XYZ" else 0.0
+    if record.type == "XYZ":
+        return np.array(
+            [
+                number(t, f"{c} of station {record.name}", place)
+                for t, c in zip(record.values, "XYZ", strict=True)
+            ]
+        )
+    if record.type in ("LLH", "LLh"):
+        latitude = packed_dms(first, f"latitude of station {record.name}", place)
+        longitude = packed_dms(second, f"longitude of station {record.name}", place)
+    elif record.type == "UTM":
+        plan = (
+            number(first, "the easting", place),
+            number(second, "the northing", place),
+        )
+        longitude, latitude = _utm(record, ellipsoid)(*plan, inverse=True, radians=True)
+    else:
+        raise place.error(
+            f"coordinate type {record.type!r} of station {record.name} is not known",
+            "use XYZ, LLH, LLh or UTM",
+        )
+    geodetic = np.array([latitude, longitude, height])
+    return ecef_from_geodetic(geodetic[0], geodetic[1], geodetic[2], ellipsoid)
+
+
+def _utm(record: StationRecord, ellipsoid: tuple[float, float]) -> pyproj.Proj:
+    """The projection of a zone such as ``S55``."""
+    match = re.fullmatch(r"([NSns])\s*(\d{1,2})", record.zone.strip())
+    if match is None or not 1 <= int(match[2]) <= 60:
+        raise record.place.error(
+            f"hemisphere and zone of station {record.name} are {record.zone!r}",
+            "write them as S55 or N32",
+        )
+    a, f = ellipsoid
+    south = match[1].upper() == "S"
+    return pyproj.Proj(proj="utm", zone=int(match[2]), south=south, a=a, f=f)

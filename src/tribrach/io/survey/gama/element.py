@@ -1,0 +1,190 @@
+"""An element of a GNU Gama file with its attributes as typed values.
+
+Every complaint names file and line. Attributes that the format does not have are refused: a
+misspelt ``stdev`` would otherwise weigh an observation silently with the default.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Collection, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from lxml import etree
+
+from tribrach.errors import InputError
+from tribrach.units import CC, SEC, parse_angle
+
+__all__ = ["Element", "checked"]
+
+T = TypeVar("T")
+
+
+_SIGHT = "from to val stdev from_dh to_dh extern"
+
+
+#: attributes of each element that takes part in the adjustment
+ATTRIBUTES = {
+    "network": "axes-xy angles epoch",
+    "points-observations": (
+        "distance-stdev direction-stdev angle-stdev zenith-angle-stdev azimuth-stdev"
+    ),
+    "point": "id x y z fix adj extern",
+    "obs": "from orientation from_dh",
+    "direction": "to val stdev from_dh to_dh extern",
+    "distance": _SIGHT,
+    "s-distance": _SIGHT,
+    "z-angle": _SIGHT,
+    "azimuth": _SIGHT,
+    "angle": "from bs fs val stdev from_dh bs_dh fs_dh extern",
+    "height-differences": "",
+    "coordinates": "",
+    "vectors": "",
+    "dh": "from to val stdev dist extern",
+    "vec": "from to dx dy dz from_dh to_dh extern",
+    "cov-mat": "dim band",
+}
+
+
+@dataclass(frozen=True)
+class Element:
+    """``node`` of the XML tree of the file ``path``."""
+
+    node: Any
+    path: Path
+
+    def __post_init__(self) -> None:
+        if self.tag not in ATTRIBUTES:
+            return
+        known = ATTRIBUTES[self.tag].split()
+        for name in self.node.attrib:
+            if name not in known and not name.startswith("{"):
+                cure = f"use {', '.join(known)}" if known else "leave it out"
+                raise self.error(f"<{self.tag}> has no attribute {name}", cure)
+
+    @property
+    def tag(self) -> str:
+        """Name without the namespace, which older files leave out."""
+        return str(etree.QName(self.node).localname)
+
+    @property
+    def source(self) -> str:
+        """``file:line``."""
+        return f"{self.path.name}:{self.node.sourceline}"
+
+    def error(self, what: str, cure: str | None = None) -> InputError:
+        """An error with file and line, to be raised."""
+        return InputError(what, file=self.path, line=self.node.sourceline, cure=cure)
+
+    def children(self, allowed: Collection[str] | None = None) -> Iterator[Element]:
+        """Child elements, comments left out.
+
+        Raises
+        ------
+        InputError : an element that is not allowed here.
+        """
+        for node in self.node:
+            if not isinstance(node.tag, str):
+                continue
+            child = Element(node, self.path)
+            if allowed is not None and child.tag not in allowed:
+                raise child.error(
+                    f"<{child.tag}> is unknown in <{self.tag}>", f"use {', '.join(allowed)}"
+                )
+            yield child
+
+    def has(self, name: str) -> bool:
+        """Whether an attribute is given."""
+        return name in self.node.attrib
+
+    def text(self, name: str, default: str | None = None) -> str:
+        """Text of an attribute, blanks around it removed.
+
+        Raises
+        ------
+        InputError : not given and no default, or empty.
+        """
+        value = self.node.get(name, default)
+        if value is None or (self.has(name) and not value.strip()):
+            raise self.error(f"<{self.tag}> has no {name}", f"give {name}")
+        return str(value).strip()
+
+    def choice(self, name: str, values: Collection[str], default: str) -> str:
+        """One of several words.
+
+        Raises
+        ------
+        InputError : another word.
+        """
+        word = self.text(name, default)
+        if word not in values:
+            raise self.error(f"{name} is {word!r}", f"use {', '.join(v for v in values if v)}")
+        return word
+
+    def number(self, name: str, default: float | None = None) -> float:
+        """A finite number.
+
+        Raises
+        ------
+        InputError : not given and no default, or not a finite number.
+        """
+        if default is not None and not self.has(name):
+            return default
+        return self.as_number(name, self.text(name))
+
+    def positive(self, name: str, default: float | None = None) -> float:
+        """A number above zero.
+
+        Raises
+        ------
+        InputError : as :meth:`number`, or zero or below.
+        """
+        value = self.number(name, default)
+        if value <= 0:
+            raise self.error(f"{name} of <{self.tag}> is {value:g}", "give a number above zero")
+        return value
+
+    def as_number(self, name: str, text: str) -> float:
+        """A word of the attribute or text called ``name`` as a finite number."""
+        try:
+            value = float(text)
+        except ValueError as error:
+            raise self.error(f"{name} of <{self.tag}> is not a number: {text!r}") from error
+        if not np.isfinite(value):
+            raise self.error(f"{name} of <{self.tag}> is not a finite number: {text}")
+        return value
+
+    def angle(self, name: str) -> tuple[float, float]:
+        """Angle [rad] and the unit [rad] of its standard deviation.
+
+        Gon with cc, or ``D-M-S`` with arc seconds.
+
+        Raises
+        ------
+        InputError : not given, or not an angle.
+        """
+        text = self.text(name)
+        sexagesimal = re.match(r"[+-]?\d+-\d+-", text) is not None
+        try:
+            value = parse_angle(text, "dms" if sexagesimal else "gon")
+        except ValueError as error:
+            raise self.error(f"{name} of <{self.tag}> is not an angle: {text!r}") from error
+        if not np.isfinite(value):
+            raise self.error(f"{name} of <{self.tag}> is not a finite angle: {text}")
+        return value, SEC if sexagesimal else CC
+
+
+def checked(element: Element, action: Callable[[], T]) -> T:
+    """Result of a call for an element; its complaints gain the file and line.
+
+    Raises
+    ------
+    InputError : of the call.
+    """
+    try:
+        return action()
+    except InputError as error:
+        raise element.error(error.what, error.cure) from error

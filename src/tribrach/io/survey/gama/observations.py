@@ -1,0 +1,382 @@
+"""The observations of a GNU Gama file, as far as they fit the points' coordinates.
+
+Set-ups (``<obs>``), height differences, observed coordinates and vectors; each list may have a
+covariance matrix of its own. Observations that need a coordinate which is not part of the network
+are kept but switched off, with the reason.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.io.survey.gama.axes import Axes
+from tribrach.io.survey.gama.element import Element, checked
+from tribrach.network.survey import Survey
+from tribrach.observations.base import Observations, Use
+from tribrach.observations.control import Coordinate
+from tribrach.observations.gnss import GnssBaselines
+from tribrach.observations.levelling import HeightDifferences
+from tribrach.observations.sights import (
+    Angles,
+    Azimuths,
+    Directions,
+    HorizontalDistances,
+    SlopeDistances,
+    ZenithAngles,
+)
+from tribrach.units import MM
+
+__all__ = ["ObservationReader"]
+
+# How well were the observations of a GNU Gama file measured?
+#
+# By the observation's own ``stdev``, by a default of its section, or by the covariance matrix of
+# its cluster (upper band by rows). Written in mm and cc, or arc seconds where the angle is in
+# degrees; here metres and radians.
+
+
+_DEFAULTS = {
+    "direction": "direction-stdev",
+    "angle": "angle-stdev",
+    "azimuth": "azimuth-stdev",
+    "z-angle": "zenith-angle-stdev",
+}
+
+
+def distance_sigma(section: Element, metres: float) -> float | None:
+    """Default ``a + b D^c`` [mm] of a distance, D in km; ``b`` is 0 and ``c`` 1 if not given."""
+    if not section.has("distance-stdev"):
+        return None
+    words = section.text("distance-stdev").split()
+    if len(words) > 3:
+        raise section.error("distance-stdev has more than three numbers", "give a, b and c")
+    numbers = [section.as_number("distance-stdev", word) for word in words]
+    a, b, c = (*numbers, *(0.0, 0.0, 1.0)[len(numbers) :])
+    return float(a + b * (metres / 1000) ** c)
+
+
+def observation_sigma(element: Element, section: Element) -> float:
+    """Standard deviation of a sight as written (mm, cc or arc seconds).
+
+    Raises
+    ------
+    InputError : neither the observation nor its section gives one, or it is not above zero.
+    """
+    default = None
+    if element.tag in _DEFAULTS and section.has(_DEFAULTS[element.tag]):
+        default = section.number(_DEFAULTS[element.tag])
+    elif element.tag in ("distance", "s-distance"):
+        default = distance_sigma(section, element.number("val"))
+    if default is None and not element.has("stdev"):
+        raise element.error(f"<{element.tag}> has no standard deviation", "add stdev")
+    return element.positive("stdev", default)
+
+
+@dataclass
+class Cluster:
+    """Observations of one ``<obs>`` or list, which share a covariance matrix if there is one.
+
+    table, row: of each value as :meth:`Survey.correlate` takes them; unit: of its standard
+    deviation [m or rad], negative where the file's axis or angle runs against ours.
+    """
+
+    element: Element
+    table: list[int] = field(default_factory=list)
+    row: list[int] = field(default_factory=list)
+    unit: list[float] = field(default_factory=list)
+
+    @cached_property
+    def matrix_element(self) -> Element | None:
+        """The cluster's ``<cov-mat>``.
+
+        Raises
+        ------
+        InputError : there are two.
+        """
+        found = [child for child in self.element.children() if child.tag == "cov-mat"]
+        if len(found) > 1:
+            raise found[1].error("a second covariance matrix", "keep one")
+        return found[0] if found else None
+
+    def take(self, table: int, rows: int, unit: float) -> None:
+        """Note the values of one observation."""
+        self.table += [table] * rows
+        self.row += list(range(rows))
+        self.unit += [unit] * rows
+
+    def covariance(self, element: Element) -> NDArray[np.float64]:
+        """Covariance matrix (k, k) [m^2, rad^2] of the values in the file's axes.
+
+        Raises
+        ------
+        InputError : dimension, band or number of elements do not fit.
+        """
+        unit = np.array(self.unit)
+        return band_matrix(element, len(unit)) * np.outer(unit, unit)
+
+
+def band_matrix(element: Element, size: int) -> NDArray[np.float64]:
+    """Symmetric matrix (size, size) of a ``<cov-mat dim band>``.
+
+    Raises
+    ------
+    InputError : dimension, band or number of elements do not fit.
+    """
+    dim, band = _whole(element, "dim"), _whole(element, "band")
+    if dim != size:
+        raise element.error(
+            f"the covariance matrix has dimension {dim} for {size} values", "correct dim"
+        )
+    numbers = [element.as_number("an element", w) for w in (element.node.text or "").split()]
+    upper = [(i, j) for i in range(dim) for j in range(i, min(i + band, dim - 1) + 1)]
+    if len(numbers) != len(upper):
+        raise element.error(
+            f"the covariance matrix has {len(numbers)} elements instead of {len(upper)}",
+            "give the upper band by rows",
+        )
+    matrix = np.zeros((dim, dim))
+    row, column = np.array(upper, dtype=int).reshape(-1, 2).T
+    matrix[row, column] = matrix[column, row] = numbers
+    return matrix
+
+
+def _whole(element: Element, name: str) -> int:
+    value = element.number(name)
+    if value != int(value) or value < 0:
+        raise element.error(f"{name} is {value:g}", "give a whole number")
+    return int(value)
+
+
+Needs = tuple[bool, bool, bool]
+
+
+#: kind of each element of a set-up, and which of E, N, U it needs at both ends
+SIGHTS: dict[str, tuple[type[Observations], Needs]] = {
+    "direction": (Directions, (True, True, False)),
+    "distance": (HorizontalDistances, (True, True, False)),
+    "angle": (Angles, (True, True, False)),
+    "azimuth": (Azimuths, (True, True, False)),
+    "s-distance": (SlopeDistances, (True, True, True)),
+    "z-angle": (ZenithAngles, (True, True, True)),
+}
+
+
+class ObservationReader:
+    """Adds the observations of the sections to a survey.
+
+    Parameters
+    ----------
+    survey : its points and sigma0 are there already.
+    hand : 1 if the file's angles are clockwise, -1 if counter-clockwise.
+    used : (3,) E, N, U of each point that are part of the network.
+    """
+
+    def __init__(
+        self, survey: Survey, axes: Axes, hand: float, used: dict[str, NDArray[np.bool_]]
+    ) -> None:
+        self.survey, self.axes, self.hand, self.used = survey, axes, hand, used
+        #: sources of the observations that are off
+        self.off: list[str] = []
+        #: whether observed coordinates tie the network to a frame
+        self.controls = False
+
+    def section(self, section: Element) -> None:
+        """Read a ``<points-observations>`` with its default standard deviations.
+
+        Raises
+        ------
+        InputError : with file and line.
+        """
+        readers: dict[str, Callable[[Element, Cluster], None]] = {
+            "obs": lambda child, cluster: self._obs(child, cluster, section),
+            "height-differences": self._height_differences,
+            "coordinates": self._coordinates,
+            "vectors": self._vectors,
+        }
+        for child in section.children(("point", *readers)):
+            if child.tag != "point":
+                cluster = Cluster(child)
+                readers[child.tag](child, cluster)
+                self._correlate(cluster)
+
+    def _obs(self, element: Element, cluster: Cluster, section: Element) -> None:
+        """One set-up: its directions share an orientation unknown."""
+        station = element.text("from", "")
+        height = element.number("from_dh", 0.0)
+        if element.has("orientation"):
+            element.angle("orientation")  # start values are found, but it must be an angle
+        circle = f"orientation {station} ({element.source})"
+        for child in element.children((*SIGHTS, "dh", "cov-mat")):
+            if child.tag == "cov-mat":
+                continue
+            start = child.text("from", station)
+            if not start:
+                raise child.error(f"<{child.tag}> has no station", "give from")
+            if child.tag == "dh":
+                self._dh(child, start, cluster, by_length=False)
+            else:
+                self._sight(child, start, height, circle, cluster, section)
+
+    def _sight(
+        self,
+        element: Element,
+        start: str,
+        height: float,
+        circle: str,
+        cluster: Cluster,
+        section: Element,
+    ) -> None:
+        """One observation of a set-up."""
+        kind, needs = SIGHTS[element.tag]
+        columns: dict[str, Any] = self._ends(element, start)
+        columns["height_instrument"] = element.number("from_dh", height)
+        columns["height_target"] = element.number("to_dh", 0.0)
+        for name in ("bs_dh", "fs_dh"):
+            element.number(name, 0.0)  # heights do not enter horizontal angles
+        if kind is Directions:
+            columns["orientation"] = [circle]
+        value, unit = self._value(element)
+        own = cluster.matrix_element is None
+        sigma = observation_sigma(element, section) * abs(unit) if own else 1.0
+        self._add(kind, element, [value], sigma, cluster, unit, needs, columns)
+
+    def _value(self, element: Element) -> tuple[float, float]:
+        """Value [m, rad] and the signed unit of its standard deviation [m, rad]."""
+        if element.tag in ("distance", "s-distance"):
+            return element.positive("val"), MM
+        value, unit = element.angle("val")
+        if element.tag == "z-angle":
+            if not 0 < value < np.pi:
+                raise element.error("the zenith angle is not between 0 and 200 gon")
+            return value, unit
+        return float(np.remainder(self.hand * value, 2 * np.pi)), self.hand * unit
+
+    def _ends(self, element: Element, start: str) -> dict[str, list[str]]:
+        """Start and end, or backsight and foresight of an angle."""
+        if element.tag == "angle":
+            names = {"start": start, "end": element.text("bs"), "foresight": element.text("fs")}
+        else:
+            names = {"start": start, "end": element.text("to")}
+        for name in names.values():
+            self._known(element, name)
+        if len(set(names.values())) != len(names):
+            raise element.error(f"<{element.tag}> has the same point at two ends")
+        return {key: [name] for key, name in names.items()}
+
+    def _known(self, element: Element, name: str) -> None:
+        if name not in self.used:
+            raise element.error(
+                f"<{element.tag}> names point {name}, which is not defined", "define the point"
+            )
+
+    def _height_differences(self, element: Element, cluster: Cluster) -> None:
+        for child in element.children(("dh", "cov-mat")):
+            if child.tag == "dh":
+                self._dh(child, child.text("from"), cluster, by_length=True)
+
+    def _dh(self, element: Element, start: str, cluster: Cluster, *, by_length: bool) -> None:
+        """A height difference; its sigma may be ``sigma-apr sqrt(km)`` outside of set-ups."""
+        sigma = MM
+        if cluster.matrix_element is None:
+            default = None
+            if by_length and element.has("dist"):
+                default = self.survey.sigma0 * float(np.sqrt(element.positive("dist")))
+            if default is None and not element.has("stdev"):
+                raise element.error("<dh> has no standard deviation", "add stdev")
+            sigma *= element.positive("stdev", default)
+        values = [element.number("val")]
+        needs = (False, False, True)
+        ends = self._ends(element, start)
+        self._add(HeightDifferences, element, values, sigma, cluster, MM, needs, ends)
+
+    def _coordinates(self, element: Element, cluster: Cluster) -> None:
+        """Observed coordinates, which have a covariance matrix."""
+        for child in element.children(("point", "cov-mat")):
+            if child.tag == "cov-mat":
+                continue
+            name = child.text("id")
+            self._known(child, name)
+            if not any(child.has(axis) for axis in "xyz"):
+                raise child.error(f"point {name} has no coordinates here", "give x and y, or z")
+            for column, axis in zip(self.axes.matrix().T, "xyz", strict=True):
+                if child.has(axis):
+                    to = int(np.argmax(np.abs(column)))
+                    values = [child.number(axis) * column[to]]
+                    columns = {"position": [name], "axis": np.array([to])}
+                    needs = (to == 0, to == 1, to == 2)
+                    unit = float(column[to]) * MM
+                    self._add(Coordinate, child, values, 1.0, cluster, unit, needs, columns)
+
+    def _vectors(self, element: Element, cluster: Cluster) -> None:
+        """Coordinate differences, which have a covariance matrix."""
+        for child in element.children(("vec", "cov-mat")):
+            if child.tag == "cov-mat":
+                continue
+            columns: dict[str, Any] = self._ends(child, child.text("from"))
+            columns["height_start"] = child.number("from_dh", 0.0)
+            columns["height_end"] = child.number("to_dh", 0.0)
+            vector = np.array([child.number(name) for name in ("dx", "dy", "dz")])
+            values = [self.axes.matrix() @ vector]
+            needs = (True, True, True)
+            self._add(GnssBaselines, child, values, 1.0, cluster, MM, needs, columns)
+
+    def _add(
+        self,
+        kind: type[Observations],
+        element: Element,
+        values: list[Any],
+        sigma: float,
+        cluster: Cluster,
+        unit: float,
+        needs: Needs,
+        columns: dict[str, Any],
+    ) -> None:
+        """Add one observation; off, with the reason, where the network lacks what it needs."""
+        reason = self._unusable(columns, needs)
+        if reason:
+            columns = columns | {"use": [int(Use.OFF)], "reason": [reason]}
+            self.off.append(element.source)
+        elif kind is Coordinate:
+            self.controls = True
+        table = checked(
+            element,
+            lambda: self.survey.add(
+                kind, values=values, sigma=sigma, source=[element.source], **columns
+            ),
+        )
+        cluster.take(table, len(kind.units), unit)
+
+    def _unusable(self, columns: dict[str, Any], needs: Needs) -> str:
+        """Why an observation cannot be used; empty if it can."""
+        for key in ("start", "end", "foresight", "position"):
+            for name in columns.get(key, ()):
+                missing = np.array(needs) & ~self.used[name]
+                if missing.any():
+                    what = "the height" if not missing[:2].any() else "the position"
+                    return f"{what} of {name} is neither fixed nor adjusted"
+        return ""
+
+    def _correlate(self, cluster: Cluster) -> None:
+        """Give the cluster its covariance matrix."""
+        element = cluster.matrix_element
+        if element is None:
+            if cluster.element.tag in ("coordinates", "vectors") and cluster.table:
+                raise cluster.element.error(
+                    f"<{cluster.element.tag}> has no covariance matrix", "add <cov-mat>"
+                )
+            return
+        matrix = cluster.covariance(element)
+        if cluster.element.tag == "vectors":
+            turn = np.kron(np.eye(len(matrix) // 3), self.axes.matrix())
+            matrix = turn @ matrix @ turn.T
+        item = np.zeros(len(matrix), dtype=int)
+        checked(
+            element,
+            lambda: self.survey.correlate(cluster.table, item, cluster.row, matrix, element.source),
+        )

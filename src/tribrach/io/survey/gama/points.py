@@ -1,0 +1,119 @@
+"""The points of a GNU Gama file: which coordinates are given, fixed, adjusted or constrained.
+
+``fix`` names coordinates held as they are, ``adj`` those to be found; capitals in ``adj`` mark
+*constrained* coordinates, which carry the inner constraints of a free network. Where both name a
+coordinate, ``fix`` counts. A coordinate that neither names is not part of the network.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.io.survey.gama.axes import Axes
+from tribrach.io.survey.gama.element import Element
+
+__all__ = ["PointRecord", "read_points"]
+
+_ROLES = ("", "xy", "XY", "z", "Z", "xyz", "XYZ", "xyZ", "XYz")
+
+
+@dataclass(frozen=True)
+class PointRecord:
+    """A point as the file has it.
+
+    xyz (3,) [m] in the file's axes, NaN where not given; fixed, adjusted: coordinate letters.
+    """
+
+    element: Element
+    name: str
+    xyz: NDArray[np.float64]
+    fixed: str
+    adjusted: str
+
+    @property
+    def used(self) -> NDArray[np.bool_]:
+        """(3,) x, y, z that are part of the network."""
+        return np.array([axis in (self.fixed + self.adjusted).lower() for axis in "xyz"])
+
+    @property
+    def free(self) -> NDArray[np.bool_]:
+        """(3,) x, y, z to be found."""
+        return self.used & [axis not in self.fixed.lower() for axis in "xyz"]
+
+    @property
+    def constrained(self) -> NDArray[np.bool_]:
+        """(3,) x, y, z that carry inner constraints."""
+        return self.free & [axis in self.adjusted for axis in "XYZ"]
+
+    def world(self, axes: Axes) -> NDArray[np.float64]:
+        """E, N, U (3,) [m]; zero where not used, NaN where used and not given."""
+        return axes.world_from_file(np.where(self.used, self.xyz, 0.0))
+
+
+def read_points(sections: list[Element]) -> dict[str, PointRecord]:
+    """Points by name, of ``<point>`` elements that define one and of observed coordinates.
+
+    The role may stand with the point's definition or with its observed coordinates, whose values
+    serve as start values of a point without any.
+
+    Raises
+    ------
+    InputError : a name twice, a role that does not exist, coordinates missing or not numbers.
+    """
+    points: dict[str, PointRecord] = {}
+    for section in sections:
+        for element in section.children():
+            if element.tag == "point":
+                record = _record(element)
+                if record.name in points:
+                    first = points[record.name].element.source
+                    raise element.error(
+                        f"point {record.name} is defined twice (first at {first})",
+                        "keep one definition",
+                    )
+                points[record.name] = record
+    for section in sections:
+        for element in section.children():
+            if element.tag == "coordinates":
+                for child in element.children(("point", "cov-mat")):
+                    if child.tag == "point":
+                        _with_observed(points, _record(child))
+    for record in points.values():
+        _complete(record)
+    return points
+
+
+def _record(element: Element) -> PointRecord:
+    xyz = np.array([element.number(axis, np.nan) for axis in "xyz"])
+    if element.has("x") != element.has("y"):
+        raise element.error("x and y must be given together", "give both or none")
+    fixed = element.choice("fix", _ROLES, "")
+    adjusted = element.choice("adj", _ROLES, "")
+    return PointRecord(element, element.text("id"), xyz, fixed, adjusted)
+
+
+def _with_observed(points: dict[str, PointRecord], observed: PointRecord) -> None:
+    """Add to the points what their observed coordinates tell."""
+    known = points.get(observed.name)
+    if known is None:
+        if observed.used.any():
+            points[observed.name] = observed
+        return
+    role = known if known.used.any() else observed
+    points[observed.name] = replace(
+        known,
+        xyz=np.where(np.isnan(known.xyz), observed.xyz, known.xyz),
+        fixed=role.fixed,
+        adjusted=role.adjusted,
+    )
+
+
+def _complete(record: PointRecord) -> None:
+    for axis, value in zip("xyz", record.xyz, strict=True):
+        if axis in record.fixed.lower() and np.isnan(value):
+            raise record.element.error(
+                f"point {record.name} is fixed without {axis}", f"give {axis}"
+            )

@@ -1,0 +1,146 @@
+"""GNU Gama local networks (``.gkf``): all observation kinds, covariance matrices and axes.
+
+The file's x and y become E and N by the letters of ``axes-xy``; horizontal angles and azimuths
+that run counter-clockwise (``angles="right-handed"``) change sign. Angles are gon, or degrees
+written ``D-M-S``; standard deviations are mm and cc (or arc seconds with degrees). Format:
+GNU Gama manual, "XML input data format for gama-local".
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.io import xml_file
+from tribrach.io.survey.gama.axes import AXES, HANDS, Axes
+from tribrach.io.survey.gama.element import Element, checked
+from tribrach.io.survey.gama.observations import ObservationReader
+from tribrach.io.survey.gama.points import PointRecord, read_points
+from tribrach.network.network import Datum
+from tribrach.network.survey import Survey
+
+__all__ = ["read"]
+
+NAMESPACE = "{http://www.gnu.org/software/gama/gama-local}"
+
+
+#: older files leave the namespace out
+ROOTS = (NAMESPACE + "gama-local", "gama-local")
+
+
+#: attributes of <parameters> that say how to compute or print, not what
+INDIFFERENT = (
+    "tol-abs",
+    "update-constrained-coordinates",
+    "algorithm",
+    "language",
+    "encoding",
+    "angles",
+    "cov-band",
+    "iterations",
+)
+
+
+def read(path: Path) -> Survey:
+    """The survey in a ``.gkf`` file.
+
+    ``survey.info["axes"]`` keeps the file's :class:`Axes` (for results in its own x, y),
+    ``info["sigma_act"]`` which sigma0 the file wants covariances scaled with, and
+    ``info["confidence"]`` its confidence level.
+
+    Raises
+    ------
+    InputError : the file, with its line, and what is wrong there.
+    """
+    path = Path(path)
+    root = Element(xml_file.load(path, *ROOTS), path)
+    networks = list(root.children(("network",)))
+    if len(networks) != 1:
+        raise root.error(f"there are {len(networks)} <network> elements", "give one")
+    return _Reader(networks[0]).survey
+
+
+class _Reader:
+    """Walks the file and fills the survey."""
+
+    def __init__(self, network: Element) -> None:
+        self.axes = Axes(network.choice("axes-xy", AXES, "ne"))
+        hand = HANDS[network.choice("angles", HANDS, "left-handed")]
+        self.survey = Survey(sigma0=10.0)
+        self.survey.info |= {"axes": self.axes, "sigma_act": "aposteriori", "confidence": 0.95}
+        parts = list(network.children(("description", "parameters", "points-observations")))
+        for part in parts:
+            if part.tag == "description":
+                self.survey.info["title"] = " ".join("".join(part.node.itertext()).split())
+            elif part.tag == "parameters":
+                self._parameters(part)
+        sections = [part for part in parts if part.tag == "points-observations"]
+        if not sections:
+            raise network.error("there is no <points-observations>", "add points and observations")
+        self.points = read_points(sections)
+        used = {name: self._point(record) for name, record in self.points.items()}
+        self.observations = ObservationReader(self.survey, self.axes, hand, used)
+        for section in sections:
+            self.observations.section(section)
+        self._say_off()
+        self._choose_datum()
+
+    def _parameters(self, element: Element) -> None:
+        info = self.survey.info
+        self.survey.sigma0 = element.positive("sigma-apr", self.survey.sigma0)
+        words = ("apriori", "aposteriori")
+        info["sigma_act"] = element.choice("sigma-act", words, info["sigma_act"])
+        info["confidence"] = element.positive("conf-pr", info["confidence"])
+        if info["confidence"] >= 1:
+            raise element.error(f"conf-pr is {info['confidence']:g}", "give it below one")
+        for name in element.node.attrib:
+            if name in ("latitude", "ellipsoid"):
+                self.survey.warnings.append(
+                    f"{element.source}: {name} is given, but the network is adjusted on a plane "
+                    "with parallel verticals; angles are not reduced."
+                )
+            elif name not in ("sigma-apr", "sigma-act", "conf-pr", *INDIFFERENT):
+                self.survey.warnings.append(f"{element.source}: {name} has no effect.")
+
+    def _point(self, record: PointRecord) -> NDArray[np.bool_]:
+        """Add a point; (3,) E, N, U that are part of the network."""
+        swap = np.abs(self.axes.matrix()) > 0.5
+        constrained = swap @ record.constrained
+        checked(
+            record.element,
+            lambda: self.survey.point(
+                record.name,
+                record.world(self.axes),
+                free=swap @ record.free,
+                role="control" if record.fixed else "free",
+                datum=constrained if constrained.any() else None,
+                source=record.element.source,
+            ),
+        )
+        used: NDArray[np.bool_] = swap @ record.used
+        return used
+
+    def _say_off(self) -> None:
+        off = self.observations.off
+        if off:
+            listed = ", ".join(off[:5]) + (", ..." if len(off) > 5 else "")
+            one = len(off) == 1
+            self.survey.warnings.append(
+                f"{len(off)} observation{' is' if one else 's are'} off because a coordinate "
+                f"that {'it needs' if one else 'they need'} is neither fixed nor adjusted "
+                f"({listed})."
+            )
+
+    def _choose_datum(self) -> None:
+        """Constrained coordinates carry inner constraints; all points if there is no control."""
+        records = self.points.values()
+        held = self.observations.controls or any(record.fixed for record in records)
+        if any(record.constrained.any() for record in records):
+            self.survey.datum = Datum("free")
+        elif not held:
+            self.survey.datum = Datum("free")
+            self.survey.warnings.append(
+                "No coordinate is fixed, observed or constrained: all points carry the datum."
+            )

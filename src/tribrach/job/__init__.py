@@ -1,0 +1,1 @@
+"""One opened project and its steps."""

@@ -1,0 +1,193 @@
+"""The error budget of every station: samples of its scans, regions, parts (method 5.1 and 5.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tribrach._types import Array
+from tribrach.cloud.budget import PointBudget, point_budget
+from tribrach.cloud.placement import Placement
+from tribrach.geometry.rotation import skew
+from tribrach.job.scans import StationScan
+from tribrach.job.state import State, digest
+from tribrach.network.adjustment import Adjustment
+from tribrach.network.contributions import by_category, contributions
+from tribrach.registration.geometry_warnings import (
+    TargetsAround,
+    extrapolation_factor,
+    targets_around,
+)
+from tribrach.report.budget_content import BudgetPart, BudgetRow
+from tribrach.scan.surface_sample import SurfaceSample, surface_sample
+
+__all__ = ["error_budget", "reach_sentences"]
+
+# Do scans reach beyond the targets of their station, and what does that cost there?
+
+
+#: hulls that must grow by more are worth a sentence, if errors grow by more as well
+_FAR, _WORSE = 1.5, 1.3
+
+
+def reach_sentences(
+    scans: Sequence[StationScan],
+    placements: Mapping[str, Placement],
+    adjustment: Adjustment,
+    state: State,
+) -> list[str]:
+    """One sentence for each station whose scans are extrapolated; placements by scan name."""
+    said = []
+    for around in targets_around(adjustment):
+        mine = [s for s in scans if s.station == around.station and s.origin_known]
+        if not mine or len(around.targets) < 2:
+            continue
+        where = placements[mine[0].name]
+        points = np.concatenate([where.pose @ sample_of(scan, state).xyz for scan in mine])
+        if len(points):
+            said += _sentence(around, where, points)
+    return said
+
+
+def _sentence(around: TargetsAround, where: Placement, points: Array) -> list[str]:
+    """What the reach of points (n, 3) [m] means for a station."""
+    factor = extrapolation_factor(around.targets, around.place, points)
+    among = float(np.sqrt(np.mean(_station_sigmas(around.targets, where) ** 2)))
+    out = float(np.quantile(_station_sigmas(points, where), 0.95))
+    if factor < _FAR or out < _WORSE * among:
+        return []
+    return [
+        f"the scans of station {around.station} reach {factor:.1f} times as far as its targets "
+        f"surround: what the station leaves uncertain is {1e3 * among:.1f} mm at the targets and "
+        f"{1e3 * out:.1f} mm out there (3D, 95 % of the points below); targets around the object "
+        "would hold it"
+    ]
+
+
+def _station_sigmas(world: Array, where: Placement) -> Array:
+    """Three-dimensional sigmas (n,) [m] that points get from their station alone."""
+    arm = world - where.pose.translation
+    geo = np.concatenate([np.broadcast_to(np.eye(3), (len(arm), 3, 3)), -skew(arm)], axis=2)
+    variance = np.einsum("nij,jk,nik->n", geo, where.covariance, geo)
+    sigma: Array = np.sqrt(np.maximum(variance, 0.0))
+    return sigma
+
+
+#: limits of the regions: ranges [m], incidence angles [degrees]
+RANGES = (0.0, 10.0, 20.0, 30.0, 50.0, 100.0, np.inf)
+
+
+_INCIDENCES = (0.0, 30.0, 45.0, 60.0, 90.0)
+
+
+#: regions with fewer sampled points are not worth a row
+_FEW = 20
+
+
+#: changes of how samples are taken make remembered ones void
+_METHOD = 1
+
+
+@dataclass(frozen=True)
+class _Sampled:
+    """Ranges, incidence angles (n,) [degrees], NaN where unknown, and the budget of the points."""
+
+    range: Array
+    incidence: Array
+    budget: PointBudget
+
+
+def error_budget(
+    scans: Sequence[StationScan],
+    placements: Mapping[str, Placement],
+    adjustment: Adjustment,
+    state: State,
+    factor: float = 1.0,
+) -> list[BudgetRow]:
+    """Regions of every station whose points have a covariance; placements by scan name.
+
+    factor : on a-priori covariances, as in the placements (a posteriori variance).
+    """
+    rows: list[BudgetRow] = []
+    for station in dict.fromkeys(scan.station for scan in scans):
+        shares = by_category(contributions(adjustment, station), factor)
+        sampled = [
+            _sampled(scan, placements[scan.name], shares, state)
+            for scan in scans
+            if scan.station == station and placements[scan.name].noise is not None
+        ]
+        if sampled:
+            rows += _regions(station, sampled)
+    return rows
+
+
+def _sampled(
+    scan: StationScan, where: Placement, shares: Mapping[str, Array], state: State
+) -> _Sampled:
+    """Budget of a sample of one scan."""
+    sample = sample_of(scan, state)
+    length = np.linalg.norm(sample.xyz, axis=1)
+    cosine = np.abs(np.einsum("ni,ni->n", sample.xyz, sample.normals)) / length
+    incidence = np.degrees(np.arccos(np.clip(cosine, 0.0, 1.0)))
+    return _Sampled(length, incidence, point_budget(sample.xyz, where, shares, sample.normals))
+
+
+def sample_of(scan: StationScan, state: State) -> SurfaceSample:
+    """Some points of a scan with their normals, taken once and remembered."""
+    key = digest("surface", _METHOD, state.file_digest(scan.scan.path), scan.mark)
+    known = state.recall(f"surface-{scan.name}", key)
+    if known is None:
+        fresh = surface_sample(scan.scan)
+        normals = np.nan_to_num(fresh.normals)
+        known = {"xyz": fresh.xyz.tolist(), "normals": normals.tolist()}
+        state.remember(f"surface-{scan.name}", key, known)
+    normals = np.array(known["normals"]).reshape(-1, 3)
+    normals[(normals == 0).all(axis=1)] = np.nan
+    return SurfaceSample(np.array(known["xyz"]).reshape(-1, 3), normals)
+
+
+def _regions(station: str, sampled: Sequence[_Sampled]) -> list[BudgetRow]:
+    """Rows of a station, from near and straight to far and slanted, then those without normals."""
+    length = np.concatenate([s.range for s in sampled])
+    incidence = np.concatenate([s.incidence for s in sampled])
+    names = sampled[0].budget.names
+    variance = np.concatenate([s.budget.variances for s in sampled], axis=1)
+    normal = np.concatenate([s.budget.along_normal for s in sampled], axis=1)
+    at = np.digitize(length, RANGES) - 1
+    slant = np.where(np.isnan(incidence), -1, np.digitize(incidence, _INCIDENCES[1:-1]))
+    rows = []
+    for i in range(len(RANGES) - 1):
+        for j in (*range(len(_INCIDENCES) - 1), -1):
+            mine = (at == i) & (slant == j)
+            if np.count_nonzero(mine) < _FEW:
+                continue
+            mean = variance[:, mine].mean(axis=1)
+            across = normal[:, mine].mean(axis=1) if j >= 0 else None
+            rows.append(
+                BudgetRow(
+                    station=station,
+                    region=_words(i, j),
+                    points=int(np.count_nonzero(mine)),
+                    share=float(mine.mean()),
+                    parts=tuple(_part(name, k, mean, across) for k, name in enumerate(names)),
+                )
+            )
+    return rows
+
+
+def _part(name: str, k: int, mean: Array, across: Array | None) -> BudgetPart:
+    """One part of a region."""
+    total = float(mean[k])
+    along = None if across is None else float(across[k])
+    return BudgetPart(name, total, along, None if along is None else total - along)
+
+
+def _words(i: int, j: int) -> str:
+    """A region in words."""
+    low, high = RANGES[i], RANGES[i + 1]
+    distance = f"over {low:g} m" if np.isinf(high) else f"{low:g} to {high:g} m"
+    if j < 0:
+        return f"{distance}, surface unknown"
+    return f"{distance}, {_INCIDENCES[j]:g} to {_INCIDENCES[j + 1]:g}°"

@@ -1,0 +1,117 @@
+"""A calibration project: observations from files and scans, the calibrations, their files."""
+
+from __future__ import annotations
+
+import datetime
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tribrach._types import Progress
+from tribrach.calibration.self_calibration import SelfCalibration, Wishes, calibrate
+from tribrach.errors import InputError
+from tribrach.instruments.calibration import NIST
+from tribrach.io.calibration_file import Calibration
+from tribrach.job.calibrations import Calibrations
+from tribrach.job.steps import find_and_name
+from tribrach.network.network import Datum, Network
+from tribrach.report.calibration_words import datum_words
+
+if TYPE_CHECKING:
+    from tribrach.project import Project
+    from tribrach.project.calibration import CalibrationSection
+
+__all__ = ["calibrate_project", "calibrations_of"]
+
+
+def calibrate_project(
+    project: Project, progress: Progress, *, reduce: bool = False
+) -> SelfCalibration:
+    """Calibrate the scanners of a project; reduce : leave out what cannot be separated.
+
+    Without control and without a datum of its own the project has inner constraints.
+
+    Raises
+    ------
+    InputError : the project has no section calibration, or what its files say wrong.
+    RankDefect : unknowns are open, in sentences.
+    """
+    section = project.calibration
+    if section is None:
+        raise project.error(
+            (), "the project has no section calibration", "add [calibration] with a model"
+        )
+    work = find_and_name(project, project.results, progress) if project.scans else None
+    further = None if work is None else work.registered.survey
+    progress("calibration", 0, None)
+    wishes = Wishes(
+        near=section.near_correlation,
+        limit_t=section.limit_t,
+        posterior=project.adjustment.posterior,
+        minimum_norm=section.open == "minimum-norm",
+        reduce=reduce,
+        back=section.scanner == "panoramic",
+        snoop=project.adjustment.snoop,
+    )
+    network = project.network(further)
+    if "datum" not in project.model_fields_set and not _has_control(network):
+        network = network.with_datum(Datum("free"))
+    return calibrate(network, wishes, [NIST])
+
+
+def _has_control(network: Network) -> bool:
+    """True if any coordinate is given as control or held."""
+    points = network.free[: 3 * network.start.layout.count("point")]
+    return not points.all() or any(o.group == "control" for o in network.observations)
+
+
+def calibrations_of(project: Project, found: SelfCalibration) -> dict[str, Calibration]:
+    """The calibrations as they go into files, by instrument.
+
+    Raises
+    ------
+    InputError : parameters of single stations, or a minimum norm: neither holds for other set-ups;
+        an instrument of which no parameter was estimated.
+    """
+    section = project.calibration
+    names = Calibrations(project, project.folder, project.error).sought
+    assert section is not None
+    if section.per == "station":
+        raise InputError(
+            "parameters of single stations hold for these set-ups only and are not saved",
+            cure='say per = "instrument"',
+        )
+    if section.open == "minimum-norm":
+        raise InputError(
+            "a minimum-norm solution is no calibration and is not saved",
+            cure='say open = "refuse" and leave out what cannot be separated',
+        )
+    return {name: _calibration(project, section, found, name) for name in names}
+
+
+def _calibration(
+    project: Project, section: CalibrationSection, found: SelfCalibration, instrument: str
+) -> Calibration:
+    """What was found of one instrument."""
+    mine = [k for k, p in enumerate(found.parameters) if p.owner == instrument]
+    if not mine:
+        raise InputError(
+            f"no parameter of {instrument} was estimated",
+            cure="give observations from its stations, or do not name it in [calibration]",
+        )
+    a = found.adjustment
+    return Calibration(
+        instrument=instrument,
+        serial=project.instruments[instrument].serial,
+        model=section.model,
+        parameters=tuple(found.parameters[k].plain for k in mine),
+        values=np.array([found.parameters[k].value for k in mine]),
+        covariance=found.covariance[np.ix_(mine, mine)],
+        unit_lengths=tuple(section.unit_lengths_m),
+        architecture=section.scanner,
+        date=datetime.date.today(),
+        datum=datum_words(found),
+        sigma_origin=found.sigma_origin,
+        observations=a.n_observations,
+        redundancy=a.dof,
+    )

@@ -1,0 +1,180 @@
+"""Which calibration does each scanner station have: known from a file, sought, or both?"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tribrach.calibration.calibrated import StationModel, add_priors, calibrate_survey, unknown_name
+from tribrach.errors import InputError
+from tribrach.io.calibration_file import Calibration, read_calibration
+from tribrach.network.survey import Survey
+from tribrach.observations.control import Components
+from tribrach.observations.poses import RelativeRotations, RelativeTranslations, RotationComponents
+from tribrach.project.calibration import COMPONENTS, Hold
+from tribrach.units import SEC
+
+if TYPE_CHECKING:
+    from tribrach.project.model import Project
+
+__all__ = ["Calibrations"]
+
+
+class Calibrations:
+    """The calibrations of a project.
+
+    locate : an error at a key of the project file.
+    """
+
+    def __init__(self, project: Project, folder: Path, locate: Callable[..., InputError]) -> None:
+        self.project, self.error = project, locate
+        self.known: dict[str, Calibration] = {
+            name: read_calibration(folder / instrument.calibration)
+            for name, instrument in project.instruments.items()
+            if instrument.calibration is not None
+        }
+        self.sought = self._sought()
+
+    def _sought(self) -> tuple[str, ...]:
+        """Names of the instruments whose parameters are unknowns."""
+        section, instruments = self.project.calibration, self.project.instruments
+        if section is None:
+            return ()
+        if not section.instrument:
+            scanners = [n for n, i in instruments.items() if i.range_mm is not None]
+            if len(scanners) != 1:
+                raise self.error(
+                    ("calibration",),
+                    f"the project has {len(scanners)} scanners with range_mm, so that the "
+                    "instrument to calibrate must be named",
+                    "give instrument in [calibration]",
+                )
+            return (scanners[0],)
+        for name in section.instrument:
+            if name not in instruments:
+                raise self.error(
+                    ("calibration", "instrument"),
+                    f"instrument {name} is not defined",
+                    f"add a section [instruments.{name}]",
+                )
+        return tuple(dict.fromkeys(section.instrument))
+
+    @property
+    def any(self) -> bool:
+        """True if any station has a model."""
+        return bool(self.known) or bool(self.sought)
+
+    def instrument_of(self, station: str, named: str | None) -> str | None:
+        """Instrument of a station: its own, the one named for its file, or the only one."""
+        section = self.project.stations.get(station)
+        own = None if section is None else section.instrument
+        only = list(self.project.instruments)
+        return own or named or (only[0] if len(only) == 1 else None)
+
+    def model_of(self, instrument: str | None, station: str) -> StationModel | None:
+        """Model of a station; None if its instrument has none."""
+        known = None if instrument is None else self.known.get(instrument)
+        section = self.project.calibration if instrument in self.sought else None
+        if instrument is None or (known is None and section is None):
+            return None
+        if section is None:
+            assert known is not None
+            return StationModel(known.columns(), instrument, known.architecture)
+        if known is None:
+            owner = instrument if section.per == "instrument" else station
+            return StationModel(section.columns(), owner, section.scanner)
+        if section.per == "station":
+            raise self.error(
+                ("calibration", "per"),
+                f"the calibration file of {instrument} holds for all of its stations",
+                'say per = "instrument"',
+            )
+        first, second = known.columns(), section.columns()
+        if first.name != second.name or known.unit_lengths != section.unit_lengths_m:
+            raise self.error(
+                ("calibration", "model"),
+                f"the calibration file of {instrument} has the model {known.model}",
+                "take the same model in [calibration]",
+            )
+        both = first.joined(second)
+        return StationModel(both, instrument, section.scanner)
+
+    def has(self, station: str) -> bool:
+        """True if the scans of a station have a calibration, known or sought."""
+        named = (s.instrument for s in self.project.scans if s.station in (station, None))
+        entry = next((name for name in named if name is not None), None)
+        return self.model_of(self.instrument_of(station, entry), station) is not None
+
+    def apply(self, survey: Survey, named: Callable[[str], str | None]) -> None:
+        """Give the stations of a survey their models; named : instrument of a station's file."""
+        models = {}
+        for station in survey.stations:
+            model = self.model_of(self.instrument_of(station, named(station)), station)
+            if model is not None:
+                models[station] = model
+        if models:
+            calibrate_survey(survey, models)
+
+    def finish(self, survey: Survey, *, whole: bool) -> None:
+        """Add what is known of parameters, and the conditions of orientation.
+
+        whole : all stations must be there; otherwise conditions of others are passed over.
+        """
+        for name, known in self.known.items():
+            names = [unknown_name(p, name) for p in known.parameters]
+            if names[0] in survey.scalars:
+                source = f"calibration file of {name}"
+                add_priors(survey, names, known.values, known.covariance, source)
+        section = self.project.calibration
+        for k, hold in enumerate(() if section is None else section.hold):
+            missing = [s for s in self._stations(hold) if s not in survey.stations]
+            if missing and not whole:
+                continue
+            if missing:
+                raise self.error(
+                    ("calibration", "hold", k),
+                    f"scanner station {missing[0]} is observed by nothing",
+                    "name a station that has observations",
+                )
+            _add_hold(survey, hold, f"hold {k + 1}")
+
+    @staticmethod
+    def _stations(hold: Hold) -> Iterable[str]:
+        return [hold.station, *([] if hold.relative_to is None else [hold.relative_to])]
+
+
+def _add_hold(survey: Survey, hold: Hold, source: str) -> None:
+    """A condition: exact without a sigma."""
+    axis = np.array([COMPONENTS[hold.component]])
+    value = np.radians(hold.value_deg or 0.0) if hold.turns else (hold.value_m or 0.0)
+    sigma = hold.sigma_arcsec * SEC if hold.sigma_arcsec else None
+    if hold.sigma_mm is not None:
+        sigma = hold.sigma_mm * 1e-3
+    common: dict[str, Any] = {
+        "values": [value],
+        "sigma": sigma,
+        "hard": sigma is None,
+        "source": [source],
+        "group": "orientation",
+    }
+    reference = np.eye(3)[None]
+    if hold.relative_to is None:
+        if hold.turns:
+            survey.add(
+                RotationComponents,
+                station=[hold.station],
+                axis=axis,
+                reference=reference,
+                **common,
+            )
+        else:
+            survey.add(Components, position=[hold.station], direction=axis, **common)
+        return
+    ends: dict[str, Any] = {"start": [hold.relative_to], "end": [hold.station], "axis": axis}
+    if hold.turns:
+        survey.add(RelativeRotations, reference=reference, **ends, **common)
+    else:
+        survey.add(RelativeTranslations, **ends, **common)

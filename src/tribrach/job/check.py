@@ -1,0 +1,125 @@
+"""From a project, a table or scans to the readings of a scanner that a field check tests."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+
+from tribrach._types import Progress
+from tribrach.calibration.calibrated import polar_of_centres
+from tribrach.calibration.field_check import Earlier
+from tribrach.calibration.scanner_readings import Readings, folded
+from tribrach.errors import InputError
+from tribrach.instruments.precision import Precision
+from tribrach.io.survey.csv import tables as csv_tables
+from tribrach.io.survey.csv.reader import Context
+from tribrach.io.survey.csv.scans import SERIES
+from tribrach.io.xml_file import read_bytes
+from tribrach.job.polar_targets import observe_readings
+from tribrach.job.steps import find_and_name
+from tribrach.network.survey import Survey
+from tribrach.observations.base import Use
+from tribrach.observations.scanner import ScannerPolar, TargetCentres
+from tribrach.project import Project
+
+__all__ = ["read_earlier", "readings_of", "survey_to_check"]
+
+
+def survey_to_check(path: Path, precision: Precision, progress: Progress) -> tuple[Survey, str]:
+    """Observations of scanners from a project or a table, and a title.
+
+    precision : of tables without sigmas; a project has its own instruments.
+
+    Raises
+    ------
+    InputError : what the file says wrong.
+    """
+    if path.suffix.lower() != ".toml":
+        return csv_tables.read(path, Context(precision=precision)), path.name
+    project = Project.load(path)
+    if not project.scans:
+        return project.survey(), project.title
+    work = find_and_name(project, project.results, progress)
+    survey = Survey()
+    if work.named is None:
+        raise InputError(
+            "the project looks for no targets", file=path, cure="add a section [targets]"
+        )
+    for station, names in work.named.identification.names.items():
+        found = zip(names, work.named.targets[station], strict=True)
+        own = {name: d for name, d in found if name}
+        survey.station(station)
+        observe_readings(survey, station, own, work.scans, work.findings)
+    return survey, project.title
+
+
+def readings_of(survey: Survey) -> Readings:
+    """Active readings of all scanner stations of a survey.
+
+    Raises
+    ------
+    InputError : there are none.
+    """
+    parts: list[Readings] = []
+    if not survey.tables():
+        raise InputError("there are no observations", cure="give a table of scanned targets")
+    network = survey.network()
+    for o in network.observations:
+        if not isinstance(o, ScannerPolar | TargetCentres):
+            continue
+        mine = np.flatnonzero(o.use == Use.ACTIVE)
+        if isinstance(o, ScannerPolar):
+            polar, face = folded(o.values[mine], o.face[mine])
+            covariance = o.covariance[mine]
+        else:
+            polar, covariance = polar_of_centres(
+                o.values[mine], o.covariance[mine], list(o.source[mine])
+            )
+            face = np.ones(len(mine))
+        ends = [o.ends(network.start.layout)[i] for i in mine]
+        split = [
+            start.rpartition(SERIES) if SERIES in start else (start, "", "") for start, _ in ends
+        ]
+        parts.append(
+            Readings(
+                np.array([name for name, _, _ in split], dtype=object),
+                np.array([one for _, _, one in split], dtype=object),
+                np.array([end for _, end in ends], dtype=object),
+                face,
+                polar,
+                covariance,
+                o.source[mine],
+            )
+        )
+    if not parts or not sum(len(part) for part in parts):
+        raise InputError(
+            "there are no targets that a scanner saw", cure="give a table of scanned targets"
+        )
+    names = Readings.__dataclass_fields__
+    return Readings(*(np.concatenate([getattr(p, name) for p in parts]) for name in names))
+
+
+def read_earlier(path: Path) -> Earlier:
+    """The series of an earlier check, from the JSON that it wrote.
+
+    Raises
+    ------
+    InputError : not JSON of a check, or a check without series.
+    """
+    cure = "give the file that check wrote with --json"
+    try:
+        data = json.loads(read_bytes(path).decode("utf-8"))
+        part = data["series"]
+        if part is None:
+            raise InputError(
+                "the earlier check has no repeated series", file=path, cure="compare full checks"
+            )
+        s, dof, title = float(part["s"]), int(part["dof"]), str(data["title"])
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        raise InputError("this is no JSON of a check", file=path, cure=cure) from error
+    if not (math.isfinite(s) and s > 0 and 0 < dof < 1_000_000):
+        raise InputError("this is no JSON of a check", file=path, cure=cure)
+    return Earlier(s, dof, title)

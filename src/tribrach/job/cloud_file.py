@@ -1,0 +1,118 @@
+"""A cloud in a file as one stream of points, and where its scanner stood if that is known."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from pyproj import CRS
+from pyproj.exceptions import CRSError
+
+from tribrach._types import Array
+from tribrach.cloud.placement import Placement
+from tribrach.comparison.station_pair import StationPair
+from tribrach.errors import InputError
+from tribrach.geodesy.output_frame import OutputFrame
+from tribrach.io.scans.formats import read_scans
+from tribrach.job.poses import POSES, PoseFile, read_poses
+from tribrach.scan.scan import Scan
+
+__all__ = ["CloudFile", "open_cloud", "refuse_other_frames", "station_pair"]
+
+
+@dataclass(frozen=True)
+class CloudFile:
+    """All scans of a file in its world: placed by their poses where the file has them.
+
+    scanner (3,) [m] : None where it is not known or there are several; placement : of the scan with
+    covariance and noise, in the same frame, where a run left them; poses : the file that says so;
+    frame : what points are carried into after their poses.
+    """
+
+    path: Path
+    scans: tuple[Scan, ...]
+    scanner: Array | None
+    placement: Placement | None = None
+    poses: PoseFile | None = None
+    frame: OutputFrame | None = None
+
+    @property
+    def records(self) -> int | None:
+        """Number of points that the headers state, at most; None if they do not."""
+        counts = [scan.records for scan in self.scans]
+        return None if None in counts else sum(c for c in counts if c is not None)
+
+    @property
+    def crs(self) -> str | None:
+        """WKT of the coordinates, if the file says."""
+        return next((scan.crs for scan in self.scans if scan.crs), None)
+
+    def stream(self) -> Iterator[Array]:
+        """Chunks of points (n, 3) [m]."""
+        for scan in self.scans:
+            for chunk in scan.chunks():
+                if len(chunk):
+                    placed = chunk.xyz if scan.pose is None else scan.pose @ chunk.xyz
+                    yield placed if self.frame is None else self.frame.from_work(placed)
+
+
+def open_cloud(path: Path, poses: Path | None = None) -> CloudFile:
+    """A cloud of any readable format.
+
+    poses : a file as Tribrach writes it beside its clouds; that one is taken if none is given. The
+    scan in it is found by the name of the cloud. Clouds with poses of their own need none.
+
+    Raises
+    ------
+    InputError : what the reader has to say; a file of poses that is none.
+    """
+    scans = read_scans(path)
+    scanner = None
+    if len(scans) == 1 and scans[0].pose is not None and scans[0].origin != "unknown":
+        scanner = scans[0].pose.translation
+    beside = path.parent / POSES if poses is None else poses
+    if poses is None and not beside.is_file():
+        return CloudFile(path, scans, scanner)
+    known = read_poses(beside)
+    at = known.of_cloud(path)
+    if at is None:
+        return CloudFile(path, scans, scanner)
+    if scanner is None:
+        scanner = at.placement.pose.translation
+    whole = at.certain and at.placement.noise is not None
+    return CloudFile(path, scans, scanner, at.placement if whole else None, known)
+
+
+def station_pair(first: CloudFile, second: CloudFile) -> StationPair | None:
+    """The stations of two clouds with their joint covariance; None where one is not known.
+
+    Clouds of two runs share no covariance: they are taken as independent.
+    """
+    if first.placement is None or second.placement is None:
+        return None
+    one, two = first.poses, second.poses
+    if one is not None and two is not None and one.path.resolve() == two.path.resolve():
+        return one.pair(first.placement, second.placement)
+    return StationPair.independent(first.placement, second.placement)
+
+
+def refuse_other_frames(a: CloudFile, b: CloudFile) -> None:
+    """Clouds that say to be in different coordinate systems are not compared.
+
+    Raises
+    ------
+    InputError : both name a coordinate system, and not the same.
+    """
+    if a.crs is None or b.crs is None or a.crs == b.crs:
+        return
+    try:
+        one, two = CRS.from_user_input(a.crs), CRS.from_user_input(b.crs)
+    except CRSError:
+        return
+    if not one.equals(two, ignore_axis_order=True):
+        raise InputError(
+            f"the clouds are in different coordinate systems: {one.name} and {two.name}",
+            file=b.path,
+            cure="write both in one frame",
+        )

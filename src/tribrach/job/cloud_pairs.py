@@ -1,0 +1,191 @@
+"""Relative poses of a project's stations from their clouds, found once and remembered.
+
+A station's scans are one cloud. Pairs of one station share its errors, and so does everything else
+that is taken from the same points: the covariances that enter the network say so.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from tribrach._types import Array, Progress
+from tribrach.errors import InputError
+from tribrach.geometry.pose import Pose
+from tribrach.geometry.rotation import log
+from tribrach.job.scans import StationScan
+from tribrach.job.state import State, digest
+from tribrach.registration.clouds.graph import CloudEdge, consistent
+from tribrach.registration.clouds.pair import CloudPair, register_pair
+from tribrach.registration.clouds.prepared import PreparedScan, prepare
+from tribrach.registration.pose_graph import Joint
+from tribrach.statistics import chi2
+
+__all__ = ["CloudPairs", "cloud_pairs", "contradicted", "observable"]
+
+
+#: changes of how pairs are registered make remembered ones void
+_METHOD = 2
+
+
+#: approximate poses may be wrong by this [m], [rad]; probability that a good edge contradicts them
+_SLACK = np.repeat([0.05, 5e-3], 3)
+
+
+_LEVEL = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class CloudPairs:
+    """Pairs of stations by their clouds.
+
+    edges : relative poses that the loops bear out; joints : those of them that hold all six
+    directions; sentences : what is weak and what was not used; obstacles : by the names of two
+    stations why they have no pose.
+    """
+
+    edges: tuple[CloudEdge, ...]
+    joints: tuple[Joint, ...]
+    sentences: tuple[str, ...]
+    obstacles: Mapping[frozenset[str], str]
+
+
+def cloud_pairs(
+    scans: Sequence[StationScan], floor: tuple[float, float], state: State, progress: Progress
+) -> CloudPairs:
+    """Every pair of stations; pairs of unchanged scans come from the last run.
+
+    floor : sigmas [m], [rad] of what residuals never show.
+
+    Raises
+    ------
+    InputError : a scan whose scanner's place is not known, or without surfaces.
+    """
+    stations: dict[str, list[StationScan]] = {}
+    for scan in scans:
+        if not scan.origin_known:
+            raise InputError(
+                "it is not known where the scanner stood in these coordinates",
+                file=scan.scan.path,
+                record=scan.name,
+                cure='say origin = "scanner" if it is at zero, or leave clouds out of registration',
+            )
+        stations.setdefault(scan.station, []).append(scan)
+    clouds = _Clouds(stations, progress)
+    chosen = list(combinations(stations, 2))
+    edges, ranks = [], {}
+    said: list[str] = []
+    obstacles: dict[frozenset[str], str] = {}
+    for number, (a, b) in enumerate(chosen):
+        progress("pairs of clouds", number, len(chosen))
+        facts = _facts(clouds, floor, state, a, b)
+        if facts["pose"] is None:
+            obstacles[frozenset((a, b))] = " ".join(facts["sentences"])
+            continue
+        pose = Pose.from_matrix(np.array(facts["pose"]))
+        edges.append(CloudEdge(a, b, pose, np.array(facts["covariance"])))
+        ranks[frozenset((a, b))] = facts["rank"], facts["agree"]
+        said += facts["sentences"]
+    found = consistent(edges)
+    joints = tuple(
+        Joint(e.first, e.second, e.pose, float(ranks[e.ends][1]))
+        for e in found.used
+        if ranks[e.ends][0] == 6
+    )
+    return CloudPairs(found.used, joints, (*said, *found.sentences), obstacles)
+
+
+def observable(
+    edges: Sequence[CloudEdge], stations: Mapping[str, Any], shared: float = 1.0
+) -> list[CloudEdge]:
+    """Edges between placed stations with the covariances that they have in one network.
+
+    Errors of a scan enter all pairs that it is in. In a network of n stations with all pairs, each
+    with the covariance C, pairs taken as independent would give relative poses with 2 C / n
+    instead of C; so C is multiplied by (d_i + d_j + 2) / 4, d the pairs of either station, which
+    is n / 2 there and 1 for a single pair. shared : further factor for points that speak elsewhere
+    as well.
+    """
+    mine = [e for e in edges if e.first in stations and e.second in stations]
+    degree = Counter(name for e in mine for name in e.ends)
+    return [
+        replace(e, covariance=e.covariance * shared * (degree[e.first] + degree[e.second] + 2) / 4)
+        for e in mine
+    ]
+
+
+def contradicted(
+    edges: Sequence[CloudEdge], poses: Mapping[str, Pose]
+) -> list[tuple[CloudEdge, float]]:
+    """Edges that poses of both stations contradict, and by how much [m].
+
+    Directions that the clouds leave open contradict nothing. poses : approximate, world from
+    scanner.
+    """
+    out = []
+    limit = float(chi2.ppf(1 - _LEVEL, 6))
+    for edge in edges:
+        if edge.first not in poses or edge.second not in poses:
+            continue
+        between = poses[edge.first].inverse @ poses[edge.second]
+        shift = edge.pose.translation - between.translation
+        turn = log((between.rotation.T @ edge.pose.rotation)[None])[0]
+        off = np.concatenate([shift, turn])
+        if off @ np.linalg.solve(edge.covariance + np.diag(_SLACK**2), off) > limit:
+            out.append((edge, float(np.linalg.norm(shift))))
+    return out
+
+
+class _Clouds:
+    """Surfels of stations, made when they are first needed."""
+
+    def __init__(self, stations: Mapping[str, Sequence[StationScan]], progress: Progress) -> None:
+        self.stations, self._progress = stations, progress
+        self._made: dict[str, PreparedScan] = {}
+
+    def __getitem__(self, name: str) -> PreparedScan:
+        if name not in self._made:
+            self._made[name] = prepare(name, self._points(name))
+        return self._made[name]
+
+    def _points(self, name: str) -> Iterator[Array]:
+        for scan in self.stations[name]:
+            done = 0
+            for chunk in scan.scan.chunks():
+                done += len(chunk)
+                self._progress(f"points of {scan.name}", done, scan.scan.records)
+                yield chunk.xyz
+
+
+def _facts(
+    clouds: _Clouds, floor: tuple[float, float], state: State, a: str, b: str
+) -> dict[str, Any]:
+    """What became of a pair, from the last run if nothing changed."""
+    sources = [[state.file_digest(s.scan.path), s.mark] for n in (a, b) for s in clouds.stations[n]]
+    key = digest("cloud pair", _METHOD, floor, sources)
+    product = f"clouds-{a}-{b}"
+    known = state.recall(product, key)
+    if known is not None:
+        return known
+    facts = _to_facts(register_pair(clouds[a], clouds[b], floor=floor))
+    state.remember(product, key, facts)
+    return facts
+
+
+def _to_facts(pair: CloudPair) -> dict[str, Any]:
+    """A pair as plain numbers."""
+    fit = pair.fit
+    if fit is None:
+        return {"pose": None, "sentences": list(pair.sentences)}
+    return {
+        "pose": fit.pose.matrix.tolist(),
+        "covariance": fit.precision.covariance.tolist(),
+        "rank": fit.precision.rank,
+        "agree": float(fit.verdict.agree),
+        "sentences": list(pair.sentences),
+    }

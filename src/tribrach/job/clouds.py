@@ -1,0 +1,447 @@
+"""Scans through their adjusted poses into files, each point with its sigmas; nothing made twice."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach._types import Array
+from tribrach.cloud.covariance import covariances, place_with_sigmas, rounded
+from tribrach.cloud.placement import Placement
+from tribrach.cloud.summary import CloudSummary
+from tribrach.errors import InputError
+from tribrach.geodesy.local_map import LocalMap
+from tribrach.geodesy.output_frame import OutputFrame
+from tribrach.geometry.pose import Pose
+from tribrach.io.clouds.e57 import copy_with_poses
+from tribrach.io.clouds.formats import create
+from tribrach.io.clouds.header import CloudHeader, CloudWriter, step_for
+from tribrach.job.grouping import groups, whole_source
+from tribrach.job.scans import StationScan, share_after
+from tribrach.job.state import State, digest
+from tribrach.scan.normals import incidence_cosines
+from tribrach.scan.scan import Field
+
+if TYPE_CHECKING:
+    from tribrach.network.adjustment import Adjustment
+    from tribrach.project.sections import CloudSection
+
+__all__ = ["Cloud", "Product", "place", "placed_parts", "write_clouds"]
+
+# Clouds of an earlier grouping or format give way to those that hold the same scans now.
+#
+# A file is removed only if its record says that it was written here, its size and date are still
+# those of then, and every scan in it is in the clouds of this run. What anybody else put there or
+# changed stays, and so does the cloud of a scan that the project has no longer.
+
+
+#: records of files hold paths and dates, and so are apart from those of what was made
+_NOTE = "file-cloud-"
+
+
+def note_written(state: State, path: Path, scans: Sequence[StationScan]) -> None:
+    """Note what a cloud just written is, so that it can be removed later."""
+    facts = {"file": path.name, "date": path.stat().st_mtime_ns, "scans": _marks(scans)}
+    state.remember(_NOTE + path.name, "", facts, path)
+
+
+def remove_superseded(
+    state: State, folder: Path, current: Sequence[Path], scans: Sequence[StationScan]
+) -> list[str]:
+    """Remove clouds that others have taken the place of; the names of their files.
+
+    current : the clouds of this run, all of them written; scans : what they hold.
+
+    Raises
+    ------
+    InputError : a file cannot be removed.
+    """
+    held, gone = set(_marks(scans)), []
+    for record, data in state.records(_NOTE):
+        path = _own(folder, data)
+        if path is None or not set(data["facts"]["scans"]) <= held:
+            continue
+        if any(path.name == now.name or _same(path, now) for now in current):
+            continue
+        try:
+            path.unlink()
+            state.forget(f"cloud-{path.name}")
+            record.unlink(missing_ok=True)
+        except OSError as error:
+            raise InputError(
+                f"this cloud of an earlier run cannot be removed ({error.strerror})",
+                file=path,
+                cure="close it elsewhere, or take another folder with --out",
+            ) from error
+        gone.append(path.name)
+    return gone
+
+
+def _own(folder: Path, data: Mapping[str, Any]) -> Path | None:
+    """The file that a record tells of, if it is untouched since; names lead nowhere else."""
+    facts, sizes = data.get("facts"), data.get("files")
+    if not isinstance(facts, dict) or not isinstance(sizes, list) or len(sizes) != 1:
+        return None
+    name, date, marks = (facts.get(key) for key in ("file", "date", "scans"))
+    if not isinstance(name, str) or not isinstance(marks, list) or not marks:
+        return None
+    path = folder / name
+    if name in ("", ".", "..") or path.name != name or path.parent != folder:
+        return None
+    try:
+        found = path.lstat()
+    except (OSError, ValueError):
+        return None
+    untouched = found.st_mtime_ns == date and found.st_size == sizes[0]
+    return path if untouched and path.is_file() and not path.is_symlink() else None
+
+
+def _marks(scans: Sequence[StationScan]) -> list[str]:
+    """A mark for each scan: its file and its number there."""
+    return [digest(str(s.scan.path.resolve()), s.scan.index) for s in scans]
+
+
+def _same(one: Path, other: Path) -> bool:
+    """One file under two names, where a file system knows no capitals."""
+    try:
+        return one.samefile(other)
+    except OSError:
+        return False
+
+
+#: changes of what is written make all clouds anew
+_METHOD = 3
+
+
+_SIGMAS = ("sigma_x", "sigma_y", "sigma_z")
+
+
+_CORRELATIONS = ("correlation_xy", "correlation_xz", "correlation_yz")
+
+
+_NORMALS = ("normal_x", "normal_y", "normal_z")
+
+
+#: rigid poses that miss the projection by less are not worth a sentence [m]
+_NEGLIGIBLE = 1e-4
+
+
+@dataclass(frozen=True)
+class Product:
+    """A cloud that was written: its file, the scans in it, what its points are like.
+
+    step : of stored coordinates [m], None for a copy, which has those of its source; sentences :
+    what the file cannot carry.
+    """
+
+    path: Path
+    scans: tuple[str, ...]
+    summary: CloudSummary
+    step: float | None
+    new: bool
+    sentences: tuple[str, ...] = ()
+
+
+def place(scan: StationScan, adjustment: Adjustment, factor: float = 1.0) -> Placement:
+    """The adjusted station of a scan, covariances times a factor (a posteriori variance)."""
+    state = adjustment.state
+    number = state.layout.index("pose", scan.station)
+    return Placement(
+        scan.station,
+        Pose(state.pose_r[number], state.pose_t[number]),
+        factor * adjustment.covariance(scan.station),
+        scan.noise if scan.origin_known else None,
+        share_after(scan, adjustment, factor),
+    )
+
+
+def write_clouds(
+    scans: Sequence[StationScan],
+    placements: Mapping[str, Placement],
+    frame: OutputFrame,
+    wish: CloudSection,
+    folder: Path,
+    state: State,
+    progress: Callable[[str, int, int | None], None],
+) -> list[Product]:
+    """Write every cloud that is not there already; placements by scan name.
+
+    Clouds that an earlier run wrote of the same scans in another grouping or format are removed
+    when all of these are there.
+
+    progress : called with the name of the cloud, points done, points in all.
+    """
+    state.sweep(folder)
+    products = []
+    for group in groups(scans, wish):
+        path = folder / group.file
+        made = [placements[scan.name] for scan in group.scans]
+        key = _key(group.scans, made, frame, wish, state)
+        facts = state.recall(f"cloud-{group.file}", key, path)
+        new = facts is None
+        if facts is None:
+            cloud = Cloud(group.name, group.scans, made, frame, wish)
+            summary = cloud.write(path, progress)
+            facts = {
+                "summary": summary.to_facts(),
+                "step": None if cloud.copied else cloud.step,
+                "sentences": cloud.sentences,
+            }
+            note_written(state, path, group.scans)
+            state.remember(f"cloud-{group.file}", key, facts, path)
+        products.append(
+            Product(
+                path,
+                tuple(scan.name for scan in group.scans),
+                CloudSummary.from_facts(facts["summary"]),
+                facts["step"],
+                new,
+                tuple(facts["sentences"]),
+            )
+        )
+    remove_superseded(state, folder, [p.path for p in products], scans)
+    return products
+
+
+def _key(
+    scans: Sequence[StationScan],
+    placements: Sequence[Placement],
+    frame: OutputFrame,
+    wish: CloudSection,
+    state: State,
+) -> str:
+    """Digest of everything that a cloud depends on."""
+    placed = placed_parts(scans, placements, frame, state)
+    return digest("cloud", [_METHOD, wish.model_dump(), *placed])
+
+
+def placed_parts(
+    scans: Sequence[StationScan],
+    placements: Sequence[Placement],
+    frame: OutputFrame,
+    state: State,
+) -> list[Any]:
+    """Everything that the placed points of scans depend on, and their covariances, for a digest."""
+    parts: list[Any] = [frame.kind, frame.crs, frame.epoch]
+    parts += [frame.jacobian(np.zeros(3)), frame.from_work(np.zeros((1, 3)))]
+    for scan, where in zip(scans, placements, strict=True):
+        noise = None if where.noise is None else where.noise.parameters
+        pose = where.pose
+        parts += [state.file_digest(scan.scan.path), scan.mark, scan.name]
+        parts += [pose.rotation, pose.translation, where.covariance, noise]
+        if where.calibration is not None:
+            parts += [where.calibration.own, where.calibration.cross]
+    return parts
+
+
+class Cloud:
+    """One cloud on its way into its file."""
+
+    def __init__(
+        self,
+        name: str,
+        scans: Sequence[StationScan],
+        placements: Sequence[Placement],
+        frame: OutputFrame,
+        wish: CloudSection,
+    ) -> None:
+        self.name, self.scans, self.placements = name, scans, placements
+        self.frame, self.wish = frame, wish
+        self.whole = all(where.noise is not None for where in placements)
+        self.step = step_for(min(self._smallest(where) for where in placements))
+        self.in_scanner = wish.format == "e57"
+        self.copied = self.in_scanner and whole_source(scans)
+        self.sentences: list[str] = []
+        self._misfit = 0.0
+
+    @staticmethod
+    def _smallest(where: Placement) -> float:
+        """A lower bound of the sigmas of a cloud's coordinates [m]."""
+        own = 0.0 if where.noise is None else where.noise.range
+        return max(1e-4, min(own or 1.0, 3 * float(np.sqrt(np.diag(where.covariance)[:3].min()))))
+
+    def write(self, path: Path, progress: Callable[[str, int, int | None], None]) -> CloudSummary:
+        """Write the file; the summary of its points.
+
+        Raises
+        ------
+        InputError : several scans for one E57 file that are not all scans of one E57 source.
+        """
+        if self.in_scanner and not self.copied and len(self.scans) > 1:
+            raise InputError(
+                "an E57 file keeps points in the frame of their scanner, one scan per file",
+                file=path,
+                cure="say merged = false, or take another format",
+            )
+        path.parent.mkdir(parents=True, exist_ok=True)
+        summary = self._copy(path, progress) if self.copied else self._new(path, progress)
+        self._say_no_sigmas(path)
+        self._say_misfit(path)
+        return summary
+
+    def _new(self, path: Path, progress: Callable[[str, int, int | None], None]) -> CloudSummary:
+        """Write every point."""
+        summary, total = CloudSummary(), self._records()
+        with ExitStack() as stack:
+            writer: CloudWriter = stack.enter_context(create(path, self._header()))
+            for xyz, local, values, sigma in self._points():
+                writer.write(local if self.in_scanner else xyz, values)
+                summary.add(xyz, sigma)
+                progress(self.name, summary.points, total)
+        return summary
+
+    def _copy(self, path: Path, progress: Callable[[str, int, int | None], None]) -> CloudSummary:
+        """Copy the source with new poses; its points are only read for the summary."""
+        source = self.scans[0].scan.path
+        poses = {
+            scan.scan.index: self._delivered(where)
+            for scan, where in zip(self.scans, self.placements, strict=True)
+        }
+        summary, total = CloudSummary(), self._records()
+        for xyz, _, _, sigma in self._points(values=False):
+            summary.add(xyz, sigma)
+            progress(self.name, summary.points, total)
+        said = copy_with_poses(source, path, poses, crs=self.frame.wkt or "")
+        asked = [name for name in ("correlations", "incidence") if getattr(self.wish, name)]
+        lost = " and ".join(
+            [", ".join(["sigmas", *asked[:-1]]), asked[-1]] if asked else ["sigmas"]
+        )
+        self.sentences.append(
+            f"{path.name} has the points of {source.name} byte for byte: {lost} are not in it"
+        )
+        self.sentences += [f"{path.name}: {sentence}" for sentence in said]
+        return summary
+
+    def _say_no_sigmas(self, path: Path) -> None:
+        """Why points have no sigmas, if they have none."""
+        for scan, where in zip(self.scans, self.placements, strict=True):
+            if where.noise is not None:
+                continue
+            why = (
+                "no instrument with range_mm and scan_angle_arcsec is given for it"
+                if scan.origin_known
+                else "where the scanner stood among its points is not known (if at 0, 0, 0, say "
+                'origin = "scanner" in its [[scans]])'
+            )
+            self.sentences.append(
+                f"{path.name} has no sigmas of points because of scan {scan.name}: {why}"
+            )
+
+    def _say_misfit(self, path: Path) -> None:
+        """What a rigid pose in a projection costs, if it is anything."""
+        if not self._misfit > _NEGLIGIBLE:
+            return
+        at = self.placements[0].pose.translation
+        scale = np.sqrt(abs(np.linalg.det(self.frame.jacobian(at)[:2, :2]))) - 1
+        self.sentences.append(
+            f"{path.name} has rigid poses, which do not carry the scale of {self.frame.crs} "
+            f"({1e6 * scale:+.1f} ppm at this site, {1e5 * abs(scale):.1f} mm in 100 m): its "
+            f"points are up to {1e3 * self._misfit:.1f} mm beside their coordinates in the "
+            "projection; the frames work and ecef, and other formats, are exact"
+        )
+
+    def _delivered(self, where: Placement) -> Pose:
+        """Pose in the delivered frame: exact at the station, rigid around it."""
+        at = where.pose.translation
+        turn = self.frame.rotation(at)
+        return Pose(turn @ where.pose.rotation, self.frame.from_work(at[None])[0])
+
+    def _records(self) -> int | None:
+        counts = [scan.scan.records for scan in self.scans]
+        return None if None in counts else sum(c for c in counts if c is not None)
+
+    def _points(
+        self, values: bool = True
+    ) -> Iterator[tuple[Array, Array, dict[str, NDArray[Any]], NDArray[np.float32] | None]]:
+        """Chunks of coordinates, delivered and of the scanner, their values and sigmas."""
+        to_frame = LocalMap(self.frame.from_work) if self.frame.kind == "projected" else None
+        for number, (scan, where) in enumerate(zip(self.scans, self.placements, strict=True)):
+            turn = self.frame.rotation(where.pose.translation)
+            turned, rigid = where.turned(turn), self._delivered(where)
+            for chunk in scan.scan.chunks():
+                cosine = incidence_cosines(chunk.xyz) if self.wish.incidence else None
+                sigma, world = None, None
+                if where.noise is not None:
+                    placed, plain = place_with_sigmas(chunk.xyz, turned, cosine)
+                    sigma = rounded(plain)
+                    # only the work frame has the axes that the sigmas are along
+                    world = placed if self.frame.kind == "work" else None
+                world = where.pose @ chunk.xyz if world is None else world
+                out = self.frame.from_work(world) if to_frame is None else to_frame(world)
+                if self.in_scanner and to_frame is not None and len(out):
+                    off = float(np.linalg.norm(rigid @ chunk.xyz - out, axis=1).max())
+                    self._misfit = max(self._misfit, off)
+                kept = dict(chunk.values) if values else {}
+                if values:
+                    self._complete(kept, chunk.xyz, turned, sigma, cosine, number)
+                yield out, chunk.xyz, kept, sigma
+
+    def _complete(
+        self,
+        values: dict[str, NDArray[Any]],
+        xyz: Array,
+        turned: Placement,
+        sigma: NDArray[np.float32] | None,
+        cosine: Array | None,
+        number: int,
+    ) -> None:
+        """Turn normals with the points and add what the cloud says of its own uncertainty."""
+        if not self.in_scanner and all(name in values for name in _NORMALS):
+            normals = np.stack([values[name] for name in _NORMALS], axis=1)
+            turned_normals = (normals @ turned.pose.rotation.T).astype(np.float32)
+            values |= dict(zip(_NORMALS, turned_normals.T, strict=True))
+        if len(self.scans) > 1:
+            values["station"] = np.full(len(xyz), number, dtype=np.uint16)
+        if cosine is not None:
+            values["incidence"] = rounded(np.arccos(cosine).astype(np.float32))
+        if sigma is None or not self.whole:
+            return
+        values |= dict(zip(_SIGMAS, sigma.T, strict=True))
+        if self.wish.correlations:
+            c = covariances(xyz, turned, cosine)
+            root = np.sqrt(c[:, :3])
+            for k, (name, (i, j)) in enumerate(
+                zip(_CORRELATIONS, ((0, 1), (0, 2), (1, 2)), strict=True)
+            ):
+                ratio = c[:, 3 + k] / (root[:, i] * root[:, j])
+                values[name] = rounded(ratio.astype(np.float32))
+
+    def _header(self) -> CloudHeader:
+        """Fields that all scans of the cloud have, and the added ones."""
+        shared = list(self.scans[0].scan.fields)
+        for scan in self.scans[1:]:
+            names = set(scan.scan.names)
+            shared = [f for f in shared if f.name in names]
+        extra: list[Field] = []
+        facts: dict[str, str] = {"frame": self.frame.kind}
+        if len(self.scans) > 1:
+            extra.append(Field("station", "uint16", description="number of the scan, from 0"))
+            facts["stations"] = "; ".join(f"{k} {s.name}" for k, s in enumerate(self.scans))
+        if self.wish.incidence:
+            extra.append(Field("incidence", "float32", description="incidence angle [rad]"))
+        if self.whole:
+            axes = self.frame.axes
+            extra += [
+                Field(name, "float32", description=f"sigma of {axis} [m]")
+                for name, axis in zip(_SIGMAS, axes, strict=True)
+            ]
+            if self.wish.correlations:
+                extra += [Field(name, "float32") for name in _CORRELATIONS]
+        offset = self.frame.from_work(self.placements[0].pose.translation[None])[0]
+        pose = self._delivered(self.placements[0]) if self.in_scanner else None
+        return CloudHeader(
+            name=self.name,
+            fields=(*shared, *extra),
+            step=self.step,
+            offset=np.zeros(3) if self.in_scanner else np.round(offset, -2),
+            pose=pose,
+            crs=self.frame.wkt,
+            epoch=self.frame.epoch,
+            facts=facts,
+        )

@@ -1,0 +1,227 @@
+"""Two clouds in files against each other, site by site or as a whole."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from tribrach._types import Array
+from tribrach.comparison.c2c import C2C, cloud_to_cloud
+from tribrach.comparison.cloud_parts import plain
+from tribrach.comparison.core_points import core_normals, core_points
+from tribrach.comparison.effective_points import beam_areas
+from tribrach.comparison.m3c2 import Settings, m3c2
+from tribrach.comparison.m3c2_ep import m3c2_ep
+from tribrach.comparison.predicted import (
+    OffsetTest,
+    Prediction,
+    compare_offsets,
+    predict,
+    with_random,
+)
+from tribrach.comparison.results import M3C2Figures, SiteResult
+from tribrach.comparison.sites import Site, cut, seen_from
+from tribrach.comparison.station_pair import StationPair
+from tribrach.comparison.streams import Stream
+from tribrach.errors import InputError
+from tribrach.job.cloud_file import CloudFile, refuse_other_frames
+
+__all__ = ["LIMIT", "Method", "compare_clouds", "offset_test"]
+
+
+Method = Literal["c2c", "m3c2", "both"]
+
+
+#: distances beyond are no differences of one surface [m]
+LIMIT = 0.2
+
+
+#: the whole of both clouds, where no sites are given
+_ALL = "all"
+
+
+#: cylinders are this wide over the root of the area per point: 28 points, more than twenty
+_CYLINDER = 6.0
+
+
+#: neighbourhoods for normals over the width of cylinders, and over the roughness (Lague 2013)
+_WIDER, _ROUGH = 2.0, 25.0
+
+
+@dataclass(frozen=True)
+class _Pair:
+    """Streams of one site: A in it, A and B also within the limit around it."""
+
+    name: str
+    compared: Stream
+    around: Stream
+    reference: Stream
+
+
+def compare_clouds(
+    a: CloudFile,
+    b: CloudFile,
+    sites: Sequence[Site] = (),
+    *,
+    method: Method = "both",
+    limit: float = LIMIT,
+    stations: StationPair | None = None,
+    incidence: bool = True,
+    progress: Callable[[str, int, int | None], None] = lambda what, done, total: None,
+) -> list[SiteResult]:
+    """Compare cloud A with B, the reference, on every site, or as a whole without sites.
+
+    limit [m] : up to which distance points and surfaces belong together; stations : of B, then of
+    A, with their joint covariance, for predictions where both clouds have placements with noise;
+    incidence : does the predicted noise of ranges grow with the incidence angle?; progress : called
+    with what is done, points so far, points in all.
+
+    Raises
+    ------
+    InputError : damaged files, frames that differ, nothing of A within the limit of B.
+    """
+    refuse_other_frames(a, b)
+    work = _Work(a, b, method, limit, stations, incidence, progress)
+    results = [work.compare(pair) for pair in _pairs(a, b, sites, limit, progress)]
+    if not any(r.c2c is not None and r.c2c.count for r in results):
+        raise InputError(
+            f"no point of {a.path.name} is within {limit:g} m of {b.path.name}"
+            + (" on any site" if sites else ""),
+            file=a.path,
+            cure="check that both are in one frame, or give a larger limit",
+        )
+    return results if method != "m3c2" else [replace(r, c2c=None) for r in results]
+
+
+def offset_test(found: Sequence[SiteResult], stations: StationPair | None) -> OffsetTest | None:
+    """The offsets of all sites against the joint covariance; None without any prediction."""
+    known = [site.prediction for site in found if site.prediction is not None]
+    return None if stations is None else compare_offsets(known, stations)
+
+
+def _pairs(
+    a: CloudFile,
+    b: CloudFile,
+    sites: Sequence[Site],
+    limit: float,
+    progress: Callable[[str, int, int | None], None],
+) -> Iterator[_Pair]:
+    """The points of every site; each cloud is read once for all sites."""
+    if not sites:
+        yield _Pair(_ALL, a.stream, a.stream, b.stream)
+        return
+    with tempfile.TemporaryDirectory(prefix="tribrach-") as name:
+        spools = []
+        for side, cloud in (("a", a), ("b", b)):
+            folder = Path(name) / side
+            folder.mkdir()
+            told = partial(_tell, progress, f"sites of {cloud.path.name}", cloud.records)
+            spools.append(cut(cloud.stream, sites, folder, limit, told))
+        for number, site in enumerate(sites):
+            around, reference = (spool.stream(number) for spool in spools)
+            yield _Pair(site.name, _within(around, site), around, reference)
+
+
+def _tell(
+    progress: Callable[[str, int, int | None], None], what: str, total: int | None, done: int
+) -> None:
+    """Progress with the number of points last."""
+    progress(what, done, total)
+
+
+def _within(stream: Stream, site: Site) -> Stream:
+    """Only the points inside of a site."""
+    return lambda: (chunk[site.inside(chunk)] for chunk in stream())
+
+
+@dataclass(frozen=True)
+class _Work:
+    """What is the same for all sites."""
+
+    a: CloudFile
+    b: CloudFile
+    method: Method
+    limit: float
+    stations: StationPair | None
+    incidence: bool
+    progress: Callable[[str, int, int | None], None]
+
+    def compare(self, pair: _Pair) -> SiteResult:
+        """One site."""
+        a, b = self.a, self.b
+        total = a.records if pair.name == _ALL else None
+        c2c = cloud_to_cloud(
+            pair.compared,
+            pair.reference,
+            self.limit,
+            viewpoint=a.scanner if b.scanner is None else b.scanner,
+            progress=partial(_tell, self.progress, f"distances on {pair.name}", total),
+        )
+        seen = [
+            None if cloud.scanner is None else seen_from(cloud.scanner, c2c.places, c2c.normals)
+            for cloud in (a, b)
+        ]
+        n = c2c.tally.count + c2c.tally.beyond
+        result = SiteResult(pair.name, n, seen[0], seen[1], c2c)
+        if self.method == "c2c" or c2c.pitch_a is None or c2c.pitch_b is None:
+            return result
+        along, prediction = self._along_normals(pair, c2c)
+        return replace(result, m3c2=along, prediction=prediction)
+
+    def _along_normals(self, pair: _Pair, c2c: C2C) -> tuple[M3C2Figures, Prediction | None]:
+        """M3C2 from B to A, and the same with propagated uncertainty where the stations are known.
+
+        Cylinders and normals fit both pitches.
+        """
+        settings = self._settings(c2c)
+        first, second = plain(pair.reference), plain(pair.around)
+        core = core_points(plain(pair.compared), settings.diameter)
+        normals = core_normals(
+            first, core, settings.scales, scanner=settings.scanner, direction=settings.direction
+        )
+        one, two, stations = self.b.placement, self.a.placement, self.stations
+        if one is None or two is None or stations is None:
+            return M3C2Figures.of(m3c2(first, second, core, settings, normals=normals)), None
+        beams = (
+            beam_areas(core, normals.vectors, one),
+            beam_areas(core, normals.vectors, two),
+        )
+        plainly = m3c2(first, second, core, settings, normals=normals, footprints=beams)
+        one_with, two_with = (
+            with_random(stream, where, core, normals.vectors, incidence=self.incidence)
+            for stream, where in ((pair.reference, one), (pair.around, two))
+        )
+        found = m3c2_ep(
+            one_with, two_with, core, settings, stations, normals=normals, footprints=beams
+        )
+        return M3C2Figures.of(plainly), predict(found, stations, settings.diameter)
+
+    def _settings(self, c2c: C2C) -> Settings:
+        """Cylinders for the coarser pitch, normals for it and for the roughness."""
+        assert c2c.pitch_a is not None
+        assert c2c.pitch_b is not None
+        area = max(p.across * p.up for p in (c2c.pitch_a, c2c.pitch_b))
+        cylinder = _CYLINDER * float(np.sqrt(area))
+        rough = 0.0 if c2c.plane is None else c2c.plane.std / np.sqrt(2)
+        scanner = self.b.scanner
+        return Settings(
+            scales=(max(_WIDER * cylinder, _ROUGH * rough),),
+            diameter=cylinder,
+            depth=self.limit,
+            scanner=scanner,
+            direction=None if scanner is not None else _facing(c2c.normals),
+        )
+
+
+def _facing(normals: Array) -> Array:
+    """The direction (3,) along which most of the normals (n, 3) lie, either way."""
+    known = normals[np.isfinite(normals[:, 0])]
+    direction = np.linalg.eigh(known.T @ known)[1][:, -1]
+    facing: Array = direction * np.sign(direction[np.argmax(np.abs(direction))])
+    return facing

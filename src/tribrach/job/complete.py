@@ -1,0 +1,196 @@
+"""Clouds through the grid of completeness: every station of every file, chunk by chunk."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import chain
+from pathlib import Path
+
+import numpy as np
+
+from tribrach._types import Array, Index
+from tribrach.comparison.completeness import Completeness, Patches, PatchGrid, assess_completeness
+from tribrach.errors import InputError
+from tribrach.geometry.triangles import covering_points
+from tribrach.io.mesh import MESHES, read_mesh
+from tribrach.io.scans.formats import read_scans
+from tribrach.io.xml_file import read_bytes
+from tribrach.scan.scan import Chunk, Scan
+
+__all__ = ["complete_clouds"]
+
+# Which station was a cloud taken from? The file of poses beside it knows.
+#
+# One station may have several scans, each with a cloud of its own; a merged cloud numbers its scans
+# in the order of that file.
+
+
+#: beside the clouds that they belong to
+_POSES = "poses.json"
+
+
+@dataclass(frozen=True)
+class StationNames:
+    """Names of scans and their stations, in order; both empty where no file of poses is."""
+
+    scans: tuple[str, ...] = ()
+    stations: tuple[str, ...] = ()
+
+    def of_cloud(self, path: Path) -> str | None:
+        """The station of a cloud with one scan; None if the poses do not name it."""
+        stem = path.stem.removesuffix(".copc")
+        for scan, station in zip(self.scans, self.stations, strict=True):
+            if stem in (scan, _plain(scan)):
+                return station
+        return None
+
+    def of_number(self, number: int) -> str | None:
+        """The station of a scan in a merged cloud; None if the poses have fewer."""
+        return self.stations[number] if 0 <= number < len(self.stations) else None
+
+
+def station_names(folder: Path) -> StationNames:
+    """The names that the file of poses in a folder gives.
+
+    Raises
+    ------
+    InputError : there is a file of that name and it is no file of poses.
+    """
+    path = folder / _POSES
+    if not path.is_file():
+        return StationNames()
+    try:
+        rows = json.loads(read_bytes(path))["scans"]
+        names = tuple((str(row["scan"]), str(row["station"])) for row in rows)
+    except (ValueError, TypeError, KeyError, RecursionError) as error:
+        raise InputError(
+            "this is no file of poses", file=path, cure="run the project again, or move it away"
+        ) from error
+    return StationNames(tuple(scan for scan, _ in names), tuple(station for _, station in names))
+
+
+def _plain(name: str) -> str:
+    """The name of a scan as files are named after it."""
+    return "".join(c if c.isalnum() or c in "-_." else "_" for c in name).strip(".")
+
+
+_SIGMAS = ("sigma_x", "sigma_y", "sigma_z")
+
+
+def complete_clouds(
+    clouds: Sequence[Path],
+    model: Path | None,
+    size: float,
+    required: float | None,
+    progress: Callable[[str, int, int | None], None],
+) -> Completeness:
+    """Completeness of clouds on their union or on a model.
+
+    A scan is a station, unless the poses beside its file or its own field ``station`` say more.
+    size : of cells [m]; required : three-dimensional sigma [m]; progress : called with a name,
+    points done, points in all.
+
+    Raises
+    ------
+    InputError : a file that cannot be read, clouds without points or, where a sigma is required,
+        without sigmas, cells that are too many.
+    """
+    _refuse_twice(clouds)
+    grid = _grid(clouds[0], size)
+    stations: dict[str, Patches] = {}
+    for path in clouds:
+        names = station_names(path.parent)
+        for scan in read_scans(path):
+            if required is not None and not set(_SIGMAS) <= set(scan.names):
+                raise InputError(
+                    f"{scan.source} has no sigmas of points",
+                    file=path,
+                    cure="give clouds as Tribrach writes them, or leave the required sigma out",
+                )
+            _count(scan, grid, stations, names, progress)
+    for patches in stations.values():
+        patches.merge()
+    if not any(len(patches.keys) for patches in stations.values()):
+        raise InputError("the clouds have no points", file=clouds[0], cure="give others")
+    surface = None if model is None else _surface(model, grid)
+    return assess_completeness(grid, stations, model=surface, required=required)
+
+
+def _refuse_twice(clouds: Sequence[Path]) -> None:
+    """A file that counts twice would look like two stations."""
+    seen = set()
+    for path in clouds:
+        if path.resolve() in seen:
+            raise InputError("the cloud is given twice", file=path, cure="give it once")
+        seen.add(path.resolve())
+
+
+def _grid(path: Path, size: float) -> PatchGrid:
+    """The grid around the first points of a cloud."""
+    for scan in read_scans(path):
+        for chunk in scan.chunks():
+            if len(chunk):
+                return PatchGrid.around(_world(scan, chunk), size)
+    raise InputError("the cloud has no points", file=path, cure="give another")
+
+
+def _world(scan: Scan, chunk: Chunk) -> Array:
+    """Points (n, 3) of a chunk, placed by the pose of their scan if it has one."""
+    return chunk.xyz if scan.pose is None else scan.pose @ chunk.xyz
+
+
+def _count(
+    scan: Scan,
+    grid: PatchGrid,
+    stations: dict[str, Patches],
+    names: StationNames,
+    progress: Callable[[str, int, int | None], None],
+) -> None:
+    """Count the points of a scan for its station, or for the stations that its points name."""
+    known = names.of_cloud(scan.path)
+    own = known or scan.name
+    while known is None and own in stations:
+        own += "'"
+    done = 0
+    for chunk in scan.chunks():
+        keys, variance = grid.keys(_world(scan, chunk)), _variance(chunk)
+        numbers = chunk.values.get("station")
+        if numbers is None:
+            stations.setdefault(own, Patches()).add(keys, variance)
+        else:
+            for number in np.unique(numbers):
+                mine = numbers == number
+                part = None if variance is None else variance[mine]
+                name = names.of_number(int(number)) or f"{own} {number:g}"
+                stations.setdefault(name, Patches()).add(keys[mine], part)
+        done += len(chunk)
+        progress(scan.source, done, scan.records)
+
+
+def _variance(chunk: Chunk) -> Array | None:
+    """Squared three-dimensional sigmas (n,) [m^2], None without sigmas."""
+    if not all(name in chunk.values for name in _SIGMAS):
+        return None
+    sigma = np.stack([chunk.values[name] for name in _SIGMAS], axis=1).astype(np.float64)
+    variance: Array = np.nan_to_num((sigma**2).sum(axis=1))
+    return variance
+
+
+def _surface(model: Path, grid: PatchGrid) -> Index:
+    """Cells of a model: of its triangles if it is a mesh, else of its points."""
+    patches = Patches()
+    for xyz in _points(model, grid.size):
+        patches.add(grid.keys(xyz))
+    patches.merge()
+    if len(patches.keys) == 0:
+        raise InputError("the model has no points", file=model, cure="give another")
+    return patches.keys
+
+
+def _points(model: Path, size: float) -> Iterator[Array]:
+    if model.suffix.lower() in MESHES:
+        return covering_points(read_mesh(model), size / 2)
+    scans = read_scans(model)
+    return chain.from_iterable((_world(s, chunk) for chunk in s.chunks()) for s in scans)

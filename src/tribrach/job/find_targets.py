@@ -1,0 +1,199 @@
+"""The targets of every scan, found once and remembered.
+
+Two scans of one station share its frame; what both saw is one detection, the more precise one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from tribrach.job.scans import StationScan
+from tribrach.job.state import State, digest
+from tribrach.job.thumbnail import thumbnail
+from tribrach.project.sections import TargetSection
+from tribrach.scan.loading import load
+from tribrach.scan.range_image import organise
+from tribrach.targets.checkerboards.search import find_checkerboards
+from tribrach.targets.detection import Detection, Rejected, with_floor
+from tribrach.targets.discs.search import find_discs
+from tribrach.targets.spheres.cloud_search import find_spheres_in_cloud
+from tribrach.targets.spheres.grid_search import find_spheres
+from tribrach.units import MM
+
+__all__ = ["Findings", "blind", "extract", "find_targets", "merged"]
+
+
+#: changes of how targets are found make remembered ones void
+_METHOD = 5
+
+
+#: range for which the noise of fits is taken [m]
+_USUAL = 15.0
+
+
+#: two detections of a station this near to each other are one target [m]
+_SAME = 0.02
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What one scan holds.
+
+    detections, rejected : targets and what only looked like one; points : valid points of the scan;
+    picture : intensity panorama with the targets marked, a PNG file in base64, "" without one;
+    sentences : what could not be looked for, and why.
+    """
+
+    scan: str
+    station: str
+    detections: tuple[Detection, ...]
+    rejected: tuple[Rejected, ...]
+    points: int
+    picture: str = ""
+    sentences: tuple[str, ...] = ()
+
+    def moved(self, by: Sequence[float]) -> Findings:
+        """The same with all centres moved by (3,) [m]."""
+        shift = np.array(by)
+        return replace(
+            self,
+            detections=tuple(replace(d, center=d.center + shift) for d in self.detections),
+            rejected=tuple(replace(r, center=r.center + shift) for r in self.rejected),
+        )
+
+
+def extract(
+    scans: Sequence[StationScan],
+    wanted: TargetSection,
+    state: State,
+    progress: Callable[[str], None],
+) -> list[Findings]:
+    """Targets of every scan; those of unchanged scans come from the last run."""
+    found = []
+    for scan in scans:
+        key = digest("targets", _METHOD, state.file_digest(scan.scan.path), _settings(scan, wanted))
+        known = state.recall(f"targets-{scan.name}", key)
+        if known is None:
+            progress(f"targets of {scan.name}")
+            fresh = find_targets(scan, wanted)
+            state.remember(f"targets-{scan.name}", key, _to_facts(fresh))
+            found.append(fresh)
+        else:
+            found.append(_from_facts(scan, known))
+    return found
+
+
+def find_targets(scan: StationScan, wanted: TargetSection) -> Findings:
+    """Load a scan and look for every kind of target that is wanted, and possible.
+
+    Prints are measured along lines of sight: without the place of the scanner only spheres can be
+    found.
+    """
+    unseen = blind(scan, wanted)
+    cloud = load(scan.scan)
+    image = organise(cloud.xyz, cloud.row, cloud.column)
+    noise, floor = _noise(scan), wanted.floor_mm * MM
+    results = []
+    if wanted.sphere_radius_m and not scan.origin_known:
+        good, bad = find_spheres_in_cloud(cloud.xyz, wanted.sphere_radius_m, scan=scan.name)
+        raised = [replace(d, covariance=with_floor(d.covariance, floor)) for d in good]
+        results.append((raised, bad))
+    elif wanted.sphere_radius_m:
+        results.append(
+            find_spheres(
+                cloud.xyz, image, wanted.sphere_radius_m, floor=floor, scan=scan.name, **noise
+            )
+        )
+    if cloud.intensity is not None and not unseen:
+        seen = cloud.xyz, cloud.intensity, image
+        more: dict[str, Any] = {"floor": floor, "scan": scan.name, **noise}
+        if scan.noise is not None:
+            more["footprint"] = scan.noise.beam_exit, scan.noise.beam_divergence
+            # light is the mean over the footprint, so only the encoders move it
+            more["sigma_angle"] = scan.noise.vertical
+        if wanted.checkerboard_side_m:
+            results.append(find_checkerboards(*seen, wanted.checkerboard_side_m, **more))
+        if wanted.disc_radius_m:
+            results.append(find_discs(*seen, wanted.disc_radius_m, **more))
+    detections = tuple(d for good, _ in results for d in good)
+    rejected = tuple(r for _, bad in results for r in bad)
+    picture = thumbnail(image, cloud.intensity, detections)
+    said = (unseen,) if unseen else ()
+    return Findings(scan.name, scan.station, detections, rejected, len(cloud.xyz), picture, said)
+
+
+def blind(scan: StationScan, wanted: TargetSection) -> str:
+    """Which wanted targets cannot be looked for in a scan, in a sentence without the stop; "" none.
+
+    Checkerboards and discs take the place of the scanner among the points.
+    """
+    sizes = {"checkerboards": wanted.checkerboard_side_m, "discs": wanted.disc_radius_m}
+    kinds = [kind for kind, given in sizes.items() if given]
+    if scan.origin_known or not kinds:
+        return ""
+    return (
+        f"{scan.scan.source}: {' and '.join(kinds)} are not looked for, because where the scanner "
+        'stood among the points is not known (say origin = "scanner" in its [[scans]] if at '
+        "0, 0, 0, or origin = [x, y, z] in the coordinates of the file)"
+    )
+
+
+def _noise(scan: StationScan) -> dict[str, float]:
+    """Sigmas of single points for the fits; without an instrument they come from the scan."""
+    if scan.noise is None:
+        return {}
+    spot = float(scan.noise.beam_angle(np.array([_USUAL]))[0])
+    return {
+        "sigma_range": scan.noise.range + scan.noise.range_scale * _USUAL,
+        "sigma_angle": float(np.hypot(scan.noise.vertical, spot)),
+    }
+
+
+def merged(findings: Sequence[Findings]) -> dict[str, list[Detection]]:
+    """Detections by station, each target once, the most precise of several scans."""
+    out: dict[str, list[Detection]] = {}
+    for finding in findings:
+        out.setdefault(finding.station, [])
+        out[finding.station] += finding.detections
+    return {station: _without_doubles(found) for station, found in out.items()}
+
+
+def _without_doubles(found: list[Detection]) -> list[Detection]:
+    kept: list[Detection] = []
+    for detection in sorted(found, key=lambda d: float(np.trace(d.covariance))):
+        if all(np.linalg.norm(detection.center - k.center) > _SAME for k in kept):
+            kept.append(detection)
+    return kept
+
+
+def _settings(scan: StationScan, wanted: TargetSection) -> list[Any]:
+    """Everything besides the file that the targets of a scan depend on."""
+    noise = None if scan.noise is None else scan.noise.parameters
+    origin = scan.origin_known
+    return [scan.mark, scan.scan.name, scan.name, noise, origin, wanted.model_dump()]
+
+
+def _to_facts(found: Findings) -> dict[str, Any]:
+    return {
+        "detections": [d.to_dict() for d in found.detections],
+        "rejected": [r.to_dict() for r in found.rejected],
+        "points": found.points,
+        "picture": found.picture,
+        "sentences": list(found.sentences),
+    }
+
+
+def _from_facts(scan: StationScan, facts: dict[str, Any]) -> Findings:
+    return Findings(
+        scan.name,
+        scan.station,
+        tuple(Detection.from_dict(d) for d in facts["detections"]),
+        tuple(Rejected.from_dict(r) for r in facts["rejected"]),
+        int(facts["points"]),
+        str(facts["picture"]),
+        tuple(str(s) for s in facts["sentences"]),
+    )

@@ -1,0 +1,155 @@
+"""The loops that the GNSS baselines of a network close, with the covariances it gives them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import block_diag, csr_matrix
+
+from tribrach._types import Array, Index
+from tribrach.geodesy import frames
+from tribrach.gnss.loops import Loop, close_loops, minimal_loops, triangles
+from tribrach.gnss.sessions import SessionResult
+from tribrach.network.adjustment import Adjustment
+from tribrach.network.network import Network
+from tribrach.observations.base import Use
+from tribrach.observations.gnss import GnssBaselines
+
+__all__ = ["BaselineSet", "baselines_of", "epoch_sentences", "loops_of"]
+
+# What the report says of frame and epoch of a GNSS network.
+
+
+#: no plate turns faster [rad/year]: 2.4 milliarcseconds, the Pacific (Altamimi et al. 2017)
+FASTEST_TURN = 1.2e-8
+
+
+#: turns of baselines below this are not worth a word [m]
+NOTICEABLE = 1e-4
+
+
+_YEAR = 365.25 * 86400
+
+
+def epoch_sentences(info: Mapping[str, Any], sessions: Sequence[SessionResult]) -> list[str]:
+    """Frame and epoch of the coordinates, and what the age of the baselines costs."""
+    frame, epoch = info.get("frame"), info.get("epoch")
+    if frame is None:
+        return []
+    if epoch is None or not frames.is_dynamic(str(frame)):
+        return [f"Coordinates are in {frame}."]
+    out = [f"Coordinates are in {frame} at epoch {epoch:.2f}."]
+    ages = [
+        (abs(1980.014 + b.start / _YEAR - epoch) * FASTEST_TURN * b.length, b)
+        for session in sessions
+        for b in session.baselines
+    ]
+    if ages and (worst := max(ages, key=lambda pair: pair[0]))[0] > NOTICEABLE:
+        year = 1980.014 + worst[1].start / _YEAR
+        out.append(
+            f"Baselines measured in {year:.1f} are used at {epoch:.2f}: the turn of the plate in "
+            f"between is neglected, at most {1e3 * worst[0]:.1f} mm in the longest."
+        )
+    return out
+
+
+@dataclass(frozen=True)
+class BaselineSet:
+    """Active baselines of a network from mark to mark, in its work frame.
+
+    names : of all positions; start, end (n,) numbers of positions; vectors (n, 3) [m]; covariance
+    (3n, 3n) [m^2] of all; source (n,).
+    """
+
+    names: tuple[str, ...]
+    start: Index
+    end: Index
+    vectors: Array
+    covariance: csr_matrix
+    source: NDArray[np.str_]
+
+    def __len__(self) -> int:
+        return len(self.start)
+
+
+def baselines_of(adjustment: Adjustment) -> BaselineSet | None:
+    """The baselines that take part, None if there are none."""
+    network, state = adjustment.network, adjustment.state
+    kinds = [(t, o) for t, o in enumerate(network.observations) if isinstance(o, GnssBaselines)]
+    active = [(t, o, np.flatnonzero(o.use == Use.ACTIVE)) for t, o in kinds]
+    active = [(t, o, rows) for t, o, rows in active if len(rows)]
+    if not active:
+        return None
+    layout = state.layout
+    vectors: list[Array] = []
+    place: dict[tuple[int, int], int] = {}
+    for t, o, rows in active:
+        for k, row in enumerate(rows.tolist(), start=len(place)):
+            place[t, row] = k
+        marks = o.values[rows].copy()
+        for sign, index, height in ((-1, o.end, o.height_end), (1, o.start, o.height_start)):
+            up = o.site.axes(state.positions[index[rows]])[:, 2]
+            marks += sign * height[rows, None] * up
+        vectors.append(marks)
+    count = layout.count("point") + layout.count("pose")
+    return BaselineSet(
+        tuple(layout.position_name(k) for k in range(count)),
+        np.concatenate([o.start[rows] for _, o, rows in active]),
+        np.concatenate([o.end[rows] for _, o, rows in active]),
+        np.concatenate(vectors),
+        _covariance(network, place, [o.covariance[rows] for _, o, rows in active]),
+        np.concatenate([o.source[rows].astype(str) for _, o, rows in active]),
+    )
+
+
+def loops_of(found: BaselineSet, alpha: float = 0.05) -> list[Loop]:
+    """Minimal loops and further triangles, with their closures."""
+    length = np.linalg.norm(found.vectors, axis=1)
+    basis = minimal_loops(found.start, found.end, length)
+    there = {frozenset(k for k, _ in walk) for walk in basis}
+    more = [
+        walk
+        for walk in triangles(found.start, found.end)
+        if frozenset(k for k, _ in walk) not in there
+    ]
+    return close_loops(
+        [*basis, *more],
+        found.start,
+        found.end,
+        found.vectors,
+        found.covariance,
+        independent=len(basis),
+        alpha=alpha,
+    )
+
+
+def _covariance(
+    network: Network, place: dict[tuple[int, int], int], blocks: list[Array]
+) -> csr_matrix:
+    """Own covariances of the baselines, replaced by joint ones where they have some."""
+    own = block_diag(list(np.concatenate(blocks)), format="coo")
+    rows, columns, values = [own.row], [own.col], [own.data]
+    covered = np.zeros(own.shape[0], dtype=bool)
+    for joint in network.joint:
+        ours = [
+            k
+            for k, key in enumerate(zip(joint.table.tolist(), joint.item.tolist(), strict=True))
+            if key in place
+        ]
+        if not ours:
+            continue
+        where = np.array(
+            [3 * place[int(joint.table[k]), int(joint.item[k])] + joint.row[k] for k in ours]
+        )
+        covered[where] = True
+        rows.append(np.repeat(where, len(where)))
+        columns.append(np.tile(where, len(where)))
+        values.append(joint.covariance[np.ix_(ours, ours)].ravel())
+    keep = ~(covered[own.row] & covered[own.col])
+    rows[0], columns[0], values[0] = own.row[keep], own.col[keep], own.data[keep]
+    entries = (np.concatenate(rows), np.concatenate(columns))
+    return csr_matrix((np.concatenate(values), entries), shape=own.shape)

@@ -1,0 +1,122 @@
+"""Antennas and prisms on scanners: their lever arms as unknowns with what is known of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from tribrach._types import Array
+from tribrach.errors import InputError
+from tribrach.io.lever_arm_file import read_lever_arm
+from tribrach.network.survey import Survey
+from tribrach.observations.control import VectorComponentPriors, VectorPriors
+from tribrach.observations.gnss import MountedPoints
+from tribrach.project.sections import LeverArm, Station
+from tribrach.units import MM
+
+__all__ = ["add_lever_arms", "add_mounted_points", "known_lever_arm", "lever_arms_of"]
+
+
+def lever_arms_of(
+    stations: Mapping[str, Station],
+    arms: Mapping[str, LeverArm],
+    error: Callable[..., InputError],
+) -> dict[str, str]:
+    """Name of the lever arm by station.
+
+    Raises
+    ------
+    InputError : a station names a lever arm that is not there, or a point on it without one.
+    """
+    out = {}
+    for name, station in stations.items():
+        if station.lever_arm is None and station.mounted_point is not None:
+            raise error(
+                ("stations", name, "mounted_point"),
+                f"{station.mounted_point} is mounted on {name} and no lever arm says where",
+                "add lever_arm to the station",
+            )
+        if station.lever_arm is None:
+            continue
+        if station.lever_arm not in arms:
+            raise error(
+                ("stations", name, "lever_arm"),
+                f"lever arm {station.lever_arm} is not defined",
+                f"add a section [lever_arms.{station.lever_arm}]",
+            )
+        out[name] = station.lever_arm
+    return out
+
+
+def add_lever_arms(
+    survey: Survey, used: Mapping[str, str], arms: Mapping[str, LeverArm], folder: Path
+) -> None:
+    """Lever arms that stations use, as vectors with what is known of them.
+
+    Raises
+    ------
+    InputError : a lever arm file is unreadable or wrong.
+    """
+    for name in dict.fromkeys(used.values()):
+        vector, covariance, source = known_lever_arm(name, arms[name], folder)
+        free = np.diag(covariance) > 0
+        survey.vectors[name] = (vector, free)
+        if free.all():
+            survey.add(
+                VectorPriors,
+                values=[vector],
+                covariance=[covariance],
+                vector=[name],
+                source=[source],
+            )
+            continue
+        axes = np.flatnonzero(free)
+        if len(axes) == 0:
+            continue
+        table = survey.add(
+            VectorComponentPriors,
+            values=vector[axes],
+            sigma=np.sqrt(np.diag(covariance)[axes]),
+            vector=[name] * len(axes),
+            axis=axes.astype(float),
+            source=[source] * len(axes),
+        )
+        if len(axes) == 2 and covariance[axes[0], axes[1]] != 0:
+            both = covariance[np.ix_(axes, axes)]
+            survey.correlate([table, table], [0, 1], [0, 0], both, source)
+
+
+def known_lever_arm(name: str, arm: LeverArm, folder: Path) -> tuple[Array, Array, str]:
+    """Vector (3,) [m], covariance (3, 3) [m^2], where it comes from.
+
+    Raises
+    ------
+    InputError : a lever arm file is unreadable or wrong.
+    """
+    if arm.file is not None:
+        found = read_lever_arm(folder / arm.file)
+        return found.vector, found.covariance, arm.file
+    sigmas = (arm.sigma_x_mm, arm.sigma_y_mm, arm.sigma_z_mm)
+    sigma = np.array([s if s is not None else arm.sigma_mm for s in sigmas], dtype=float) * MM
+    vector = np.array([arm.x_m, arm.y_m, arm.z_m], dtype=float)
+    return vector, np.diag(sigma**2), f"lever arm {name}"
+
+
+def add_mounted_points(
+    survey: Survey, stations: Mapping[str, Station], arms: Mapping[str, LeverArm]
+) -> None:
+    """Points on scanners, tied to their stations by the lever arms."""
+    for name, station in stations.items():
+        if station.mounted_point is None or station.lever_arm is None:
+            continue
+        survey.add(
+            MountedPoints,
+            values=np.zeros((1, 3)),
+            sigma=max(arms[station.lever_arm].mounting_mm, 0.01) * MM,
+            station=[name],
+            point=[station.mounted_point],
+            lever_arm=[station.lever_arm],
+            source=[f"station {name}"],
+        )

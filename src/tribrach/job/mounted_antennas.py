@@ -1,0 +1,93 @@
+"""Antennas and prisms on the scanners of a project, and what is known of them without scans."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tribrach._types import Array
+from tribrach.gnss.sessions import SessionResult
+from tribrach.job.lever_arms import known_lever_arm
+from tribrach.network.adjustment import Adjustment
+from tribrach.network.survey import Survey
+from tribrach.observations.gnss import Antennas, MountedPoints
+from tribrach.registration.units import Mounted
+
+if TYPE_CHECKING:
+    from tribrach.project import Project
+
+__all__ = ["mounted_antennas", "raised_antennas"]
+
+
+#: a lever arm that is known no better than this tells no targets apart [m]
+_VAGUE = 0.05
+
+
+#: heights of antennas on scanners above this are worth a question [m]
+_RAISED = 0.005
+
+
+def mounted_antennas(
+    project: Project, survey: Survey, points: Mapping[str, tuple[Array, float]]
+) -> dict[str, tuple[Mounted, ...]]:
+    """The antennas on each station; points : name to coordinates and one sigma [m].
+
+    Their places are those of the points that are mounted on stations, or of GNSS positions of the
+    stations themselves. Lever arms that are hardly known are left out.
+
+    Raises
+    ------
+    InputError : a lever arm file is unreadable or wrong.
+    """
+    positions = _positions(survey)
+    out: dict[str, tuple[Mounted, ...]] = {}
+    for name, station in project.stations.items():
+        if station.lever_arm is None:
+            continue
+        arm = project.lever_arms[station.lever_arm]
+        vector, covariance, _ = known_lever_arm(station.lever_arm, arm, project.folder)
+        place = positions.get(name)
+        if station.mounted_point is not None and station.mounted_point in points:
+            place = points[station.mounted_point]
+        sigma = _one_sigma(covariance)
+        if place is not None and sigma < _VAGUE:
+            out[name] = (Mounted(vector, place[0], sigma, place[1]),)
+    return out
+
+
+def _positions(survey: Survey) -> dict[str, tuple[Array, float]]:
+    """GNSS positions of antennas that take part, by station: coordinates and one sigma [m]."""
+    out: dict[str, tuple[Array, float]] = {}
+    for table in survey.tables():
+        if table.kind is Antennas:
+            part = table.active().columns
+            rows = zip(part["station"], part["values"], part["covariance"], strict=True)
+            out |= {str(name): (xyz, _one_sigma(c)) for name, xyz, c in rows}
+    return out
+
+
+def _one_sigma(covariance: Array) -> float:
+    return float(np.sqrt(np.trace(covariance) / 3))
+
+
+def raised_antennas(adjustment: Adjustment, sessions: Sequence[SessionResult]) -> list[str]:
+    """Sentences on antennas of scanners whose files say that they stand over a mark."""
+    on: dict[str, str] = {}
+    for o in adjustment.network.observations:
+        if isinstance(o, MountedPoints):
+            on |= {point: station for station, point in o.ends(adjustment.layout)}
+    heights = {
+        name: height
+        for session in sessions
+        for baseline in session.baselines
+        for name, height in zip(baseline.names, baseline.heights, strict=True)
+        if name in on and abs(height) > _RAISED
+    }
+    return [
+        f"The baselines to {name}, which is mounted on {on[name]}, end {height:.3f} m under the "
+        "reference point of its antenna, as its file or antenna_height_m says: does its lever arm "
+        "end there as well?"
+        for name, height in heights.items()
+    ]

@@ -1,0 +1,182 @@
+"""From detections to observations of the network: names, approximate poses, target centres."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tribrach._types import Array
+from tribrach.errors import AdjustmentError, InputError
+from tribrach.geometry.pose import Pose
+from tribrach.job.calibrations import Calibrations
+from tribrach.job.find_targets import Findings, merged
+from tribrach.job.mounted_antennas import mounted_antennas
+from tribrach.job.polar_targets import observe_readings
+from tribrach.job.scans import StationScan
+from tribrach.network.adjustment import adjust
+from tribrach.network.blunders.mistakes import swapped_names
+from tribrach.network.survey import Survey
+from tribrach.observations.control import Offsets
+from tribrach.observations.scanner import TargetCentres
+from tribrach.registration.identify import Identification, Sighting, identify
+from tribrach.targets.detection import Detection
+
+if TYPE_CHECKING:
+    from tribrach.project import Project
+
+__all__ = ["Named", "name_targets"]
+
+
+#: a target that the user names lies within this distance of the place given [m]
+_NEAR = 0.5
+
+
+#: sigma of given coordinates that come without one [m]
+_UNKNOWN_SIGMA = 0.05
+
+
+@dataclass(frozen=True)
+class Named:
+    """Targets with their names, as the network will have them.
+
+    targets : station to detections; identification : their names, by station in the same order,
+    and approximate poses; survey : stations and observations of target centres.
+    """
+
+    targets: Mapping[str, Sequence[Detection]]
+    identification: Identification
+    survey: Survey
+
+
+def name_targets(
+    project: Project,
+    scans: Sequence[StationScan],
+    findings: Sequence[Findings],
+    groups: Sequence[Mapping[str, Pose]] = (),
+    *,
+    partial: bool = False,
+) -> Named:
+    """Match all detections to the points of the survey and to each other.
+
+    groups : stations whose poses relative to each other are known, each in a frame of its own;
+    partial : a station that cannot be placed is left to others.
+
+    Raises
+    ------
+    InputError : a station that fits nowhere, or in several ways.
+    """
+    targets = merged(findings)
+    surveyed = project.survey()
+    points = known_points(surveyed)
+    mounted = mounted_antennas(project, surveyed, points)
+    on_scanners = {section.mounted_point for section in project.stations.values()}
+    points = {name: known for name, known in points.items() if name not in on_scanners}
+    first = {scan.station: scan for scan in reversed(scans)}
+    sightings = [
+        Sighting(
+            station,
+            np.array([d.center for d in found]).reshape(-1, 3),
+            np.array([np.sqrt(np.trace(d.covariance) / 3) for d in found]),
+            [d.kind for d in found],
+            first[station].levelled,
+            _given_names(station, found, scans),
+            mounted.get(station, ()),
+        )
+        for station, found in targets.items()
+        if found
+    ]
+    antennas = any(section.lever_arm for section in project.stations.values())
+    identification = identify(sightings, points, free=antennas, groups=groups, partial=partial)
+    survey = Survey(site=surveyed.site)
+    for station in identification.poses:
+        survey.station(station, source=f"scan {station}")
+    calibrations = Calibrations(project, project.folder, project.error)
+    for station, names in identification.names.items():
+        if calibrations.has(station):
+            found = zip(names, targets[station], strict=True)
+            own = {name: d for name, d in found if name}
+            observe_readings(survey, station, own, scans, findings)
+            continue
+        _observe(survey, station, names, targets[station])
+    return Named(targets, identification, survey)
+
+
+def _observe(
+    survey: Survey, station: str, names: Sequence[str], found: Sequence[Detection]
+) -> None:
+    """Target centres of one station; targets without a name tie nothing."""
+    named = [(name, d) for name, d in zip(names, found, strict=True) if name]
+    if not named:
+        return
+    survey.add(
+        TargetCentres,
+        values=np.array([d.center for _, d in named]),
+        covariance=np.array([d.covariance for _, d in named]),
+        station=[station] * len(named),
+        target=[name for name, _ in named],
+        source=[f"{d.scan}: {d.kind}" for _, d in named],
+    )
+
+
+def known_points(survey: Survey) -> dict[str, tuple[Array, float]]:
+    """Coordinates and one sigma [m] of what is known without the scans and may be a target.
+
+    The survey is adjusted by itself where that is possible; else the given coordinates serve. A
+    mark that a target stands over is none itself.
+    """
+    marks = survey.named(Offsets, "start") - survey.named(Offsets, "end")
+    return {name: known for name, known in _known(survey).items() if name not in marks}
+
+
+def _known(survey: Survey) -> dict[str, tuple[Array, float]]:
+    """Coordinates and one sigma of all points."""
+    try:
+        alone = adjust(survey.of_marks().network())
+    except (AdjustmentError, InputError):
+        return _given(survey)
+    exchanged = swapped_names(alone.network, alone)
+    if exchanged is not None:
+        raise InputError(exchanged.sentence(), cure="correct the names in the file")
+    covariances = alone.position_covariances()
+    names = alone.layout.names["point"]
+    sigmas = np.sqrt(np.maximum(np.einsum("nii->n", covariances[: len(names)]) / 3, 0))
+    return _given(survey) | {
+        name: (xyz, float(sigma))
+        for name, xyz, sigma in zip(names, alone.state.points, sigmas, strict=True)
+        if np.isfinite(xyz).all()
+    }
+
+
+def _given(survey: Survey) -> dict[str, tuple[Array, float]]:
+    """Coordinates as they are given, check points as well."""
+    out = {}
+    for name, point in survey.points.items():
+        if np.isfinite(point.xyz).all():
+            c = point.covariance
+            sigma = _UNKNOWN_SIGMA if c is None else float(np.sqrt(np.trace(c) / 3))
+            out[name] = (point.xyz, sigma)
+    return out
+
+
+def _given_names(
+    station: str, found: Sequence[Detection], scans: Sequence[StationScan]
+) -> dict[int, str]:
+    """Detection numbers of the targets that the user named."""
+    out: dict[int, str] = {}
+    for scan in scans:
+        if scan.station != station:
+            continue
+        for name, near in scan.names.items():
+            distance = [float(np.linalg.norm(d.center - np.array(near))) for d in found]
+            i = int(np.argmin(distance))
+            if distance[i] > _NEAR:
+                raise InputError(
+                    f"no target was found within {_NEAR} m of the place given for {name}",
+                    file=scan.scan.path,
+                    cure="see the detections of the station in the report",
+                )
+            out[i] = name
+    return out

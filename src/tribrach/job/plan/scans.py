@@ -1,0 +1,150 @@
+"""Planned scans: which targets a scanner sees from where, and how precisely.
+
+A planned station sees every target that the scene, the range and the incidence let it see, besides
+the scans that a table of planned observations names. Every scan has the sigmas of its instrument,
+divided by the root of the number of sets; the target's own is not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach._types import Array
+from tribrach.geometry.polar import polar_from_xyz
+from tribrach.instruments.precision import Precision
+from tribrach.network.survey import Survey
+from tribrach.observations.scanner import ScannerPolar
+from tribrach.simulate.scene import Scene
+from tribrach.simulate.sight_lines import SightLines, sight_lines
+
+if TYPE_CHECKING:
+    from tribrach.project import Project
+
+__all__ = ["Place", "PlannedScans", "instrument_of", "precision_of"]
+
+
+#: what scans of a plan are called as sources
+_SOURCE = "planned scan"
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a scanner stands: position (3,) [m] and rotation (3, 3) world from scanner."""
+
+    position: Array
+    rotation: Array
+
+
+def instrument_of(project: Project, station: str | None) -> str | None:
+    """Name of the instrument of a station: its own, the plan's, or the only one there is."""
+    section = None if station is None else project.stations.get(station)
+    own = None if section is None else section.instrument
+    planned = None if project.plan is None else project.plan.instrument
+    only = list(project.instruments)
+    return own or planned or (only[0] if len(only) == 1 else None)
+
+
+def precision_of(project: Project, name: str | None) -> Precision:
+    """Precision of a named instrument; nothing is known of none.
+
+    Raises
+    ------
+    InputError : there is no instrument of this name.
+    """
+    if name is None:
+        return Precision()
+    if name not in project.instruments:
+        raise project.error(
+            ("plan", "instrument"),
+            f"instrument {name} is not defined",
+            f"add a section [instruments.{name}]",
+        )
+    return project.instruments[name].precision()
+
+
+class PlannedScans:
+    """Scans of a plan.
+
+    named : pairs (station, target) that are scanned whatever hides the target.
+    """
+
+    def __init__(self, project: Project, named: set[tuple[str, str]]) -> None:
+        assert project.plan is not None
+        self.project, self.plan, self.named = project, project.plan, named
+        bodies = [body.primitive() for body in project.plan.scene]
+        self.scene = Scene.of(bodies) if bodies else None
+
+    def lines(self, stations: Mapping[str, Place], places: Array) -> SightLines:
+        """Lines of sight from stations (s,) to places (n, 3)."""
+        origins = np.array([s.position for s in stations.values()]).reshape(-1, 3)
+        return sight_lines(
+            origins,
+            places,
+            self.scene,
+            longest=self.plan.longest_m,
+            steepest=float(np.radians(self.plan.steepest_deg)),
+        )
+
+    def seen(
+        self, stations: Mapping[str, Place], targets: Mapping[str, Array]
+    ) -> NDArray[np.bool_]:
+        """Which targets (n,) the stations (s,) see, (s, n), with the scans named in tables."""
+        if not targets or not stations:
+            return np.zeros((len(stations), len(targets)), dtype=bool)
+        out = self.lines(stations, np.array(list(targets.values()))).seen
+        for i, station in enumerate(stations):
+            named = [target for start, target in self.named if start == station]
+            if named:
+                out[i] |= np.isin(np.array(list(targets), dtype=object), named)
+        return out
+
+    def add(
+        self,
+        survey: Survey,
+        stations: Mapping[str, Place],
+        targets: Mapping[str, Array],
+        seen: NDArray[np.bool_],
+    ) -> None:
+        """Add the planned scans of stations (s,) to targets (n,) that they see (s, n)."""
+        xyz, names = np.array(list(targets.values())).reshape(-1, 3), np.array(list(targets))
+        for (station, place), mine in zip(stations.items(), seen, strict=True):
+            if not mine.any():
+                continue
+            polar = polar_from_xyz((xyz[mine] - place.position) @ place.rotation)
+            sigma = self._sigma(station, polar)
+            for face in (1.0, -1.0)[: self.plan.faces]:
+                survey.add(
+                    ScannerPolar,
+                    values=polar,
+                    sigma=sigma,
+                    station=[station] * len(polar),
+                    target=[str(n) for n in names[mine]],
+                    face=np.full(len(polar), face),
+                    source=[f"{_SOURCE} {station}"] * len(polar),
+                )
+
+    def _sigma(self, station: str, polar: Array) -> Array:
+        """Sigmas (n, 3) of range and angles: the mean of the sets, and the target's own."""
+        precision = precision_of(self.project, instrument_of(self.project, station))
+        along = precision.of_ranges(polar[:, 0])
+        if along is None or precision.scan_angle is None:
+            raise self.project.error(
+                ("plan", "instrument"),
+                f"the scanner of station {station} is not known",
+                "give an instrument with range_mm and scan_angle_arcsec",
+            )
+        root, floor = np.sqrt(self.plan.sets), precision.target
+        angle = precision.scan_angle / root
+        return np.stack(
+            [
+                np.hypot(along / root, floor),
+                np.hypot(angle, floor / (polar[:, 0] * np.sin(polar[:, 2]))),
+                np.hypot(angle, floor / polar[:, 0]),
+            ],
+            axis=1,
+        )

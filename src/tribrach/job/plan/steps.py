@@ -1,0 +1,123 @@
+"""The plan of a project: predicted figures, proposals, what can be spared, what is still missing.
+
+Stations come first, then targets (seen from the new stations as well), then moves; each proposal
+is judged by updates of one covariance, and the figures that are given in the end are those of a
+prediction of the whole plan.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from tribrach._types import Array, Progress
+from tribrach.job.plan.lever_arm import LeverArmForecast, forecast
+from tribrach.job.plan.survey import PlanSurvey, plan_of
+from tribrach.job.plan.work import PlanWork, Proposal, Relocation, Spare
+from tribrach.network.adjustment import Adjustment
+from tribrach.network.network import Network
+from tribrach.network.survey import Survey
+from tribrach.planning.datum_choices import DatumChoice, compare_datums
+from tribrach.planning.prediction import Criterion, Figures, figures
+from tribrach.planning.weights import Precision, Sets
+from tribrach.project import Project
+
+__all__ = ["Plan", "plan_project"]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Everything that planning found.
+
+    network, adjustment : of the plan with its proposals; before, after : figures without and with
+    them; single : criterion with each candidate alone, by name, of the first search; places : of
+    these (3,) [m]; judged_at : positions that moves and spares are about, which stay where they
+    are; judged : how many designs were looked at; lever_arm : where the plan is about one.
+    """
+
+    title: str
+    criterion: Criterion
+    required: float | None
+    network: Network
+    adjustment: Adjustment
+    before: Figures | None
+    after: Figures
+    proposals: tuple[Proposal, ...] = ()
+    relocations: tuple[Relocation, ...] = ()
+    spares: tuple[Spare, ...] = ()
+    datums: tuple[DatumChoice, ...] = ()
+    sets: Sets | None = None
+    precisions: tuple[Precision, ...] = ()
+    single: Mapping[str, float] = field(default_factory=dict)
+    places: Mapping[str, Array] = field(default_factory=dict)
+    judged_at: tuple[str, ...] = ()
+    judged: int = 0
+    warnings: tuple[str, ...] = ()
+    lever_arm: LeverArmForecast | None = None
+
+    @property
+    def reached(self) -> bool | None:
+        """Is the requirement met? None without one."""
+        if self.required is None:
+            return None
+        value = self.after.value(self.criterion.kind)
+        if self.criterion.kind == "redundancy":
+            return value >= self.required
+        return value <= self.required * (1 + 1e-9)
+
+
+def plan_project(
+    project: Project,
+    further: Survey | None = None,
+    progress: Progress = lambda what, done, total: None,
+) -> Plan:
+    """Plan a project; further : what scans of the project brought.
+
+    Raises
+    ------
+    InputError : no section [plan], or what it says wrong.
+    RankDefect : the plan leaves something open that no proposal closes.
+    """
+    section = plan_of(project)
+    survey = PlanSurvey(project, further)
+    names = section.points or section.new_points
+    if survey.arm is not None:
+        names = (survey.arm.name,)
+    criterion = Criterion(section.criterion, names)
+    work = PlanWork(survey, criterion, progress)
+    work.cover()
+    criterion = work.settle()
+    first = work.prediction() if not work.proposals else None
+    before = None if first is None else figures(first, criterion)
+    work.add_stations(section.add_stations - len(work.proposals))
+    work.add_targets(section.add_targets)
+    relocations = work.relocations(section.move_targets)
+    spares = work.spares() if section.drop else ()
+    adjustment = work.prediction()
+    network = adjustment.network
+    after = figures(adjustment, criterion)
+    progress("datums", 0, None)
+    # a lever arm is no place: it has no datum
+    datums = [] if survey.arm is not None else compare_datums(work.network(), criterion)
+    sets, precisions = work.weights(section.required)
+    return Plan(
+        project.title,
+        criterion,
+        section.required,
+        network,
+        adjustment,
+        before,
+        after,
+        tuple(work.proposals),
+        relocations,
+        spares,
+        tuple(datums),
+        sets,
+        precisions,
+        work.single,
+        {name: work.looked_at[name] for name in work.single},
+        work.judged_at,
+        work.judged,
+        (*adjustment.warnings, *work.warnings),
+        None if survey.arm is None else forecast(project, survey.arm, first, adjustment),
+    )

@@ -1,0 +1,308 @@
+"""The poses of all scans for other programs: poses.csv and poses.json beside the clouds.
+
+One row per scan, in the order of the project, names stable; matrices are row-major and carry
+points of the scanner frame into the frame of the clouds; covariances (6, 6) are of translation [m]
+and left rotation increments [rad] about the axes of that frame. poses_covariance.npy holds the
+joint covariance (6n, 6n) of the n stations, in the order of ``stations`` in poses.json: what two
+stations share cancels only with it.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import re
+import tokenize
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tribrach._types import Array
+from tribrach.cloud.placement import Placement
+from tribrach.comparison.station_pair import StationPair
+from tribrach.errors import InputError
+from tribrach.geodesy.output_frame import OutputFrame
+from tribrach.geometry.pose import Pose
+from tribrach.instruments.scan_noise import ScanNoise
+from tribrach.io.xml_file import read_bytes
+from tribrach.job.scans import StationScan
+from tribrach.network.adjustment import Adjustment
+
+__all__ = [
+    "JOINT",
+    "MOST_STATIONS",
+    "POSES",
+    "PoseFile",
+    "delivered",
+    "joint_covariance",
+    "pose_texts",
+    "read_poses",
+    "station_order",
+]
+
+
+#: file of the joint covariance, beside the poses
+JOINT = "poses_covariance.npy"
+
+
+#: with more stations the joint covariance is left out: it would have more than 46 MB
+MOST_STATIONS = 400
+
+
+_ELEMENTS = [f"m{i}{j}" for i in range(4) for j in range(4)]
+
+
+_UNKNOWNS = ("tx", "ty", "tz", "rx", "ry", "rz")
+
+
+def delivered(where: Placement, frame: OutputFrame) -> Placement:
+    """A placement in the frame of the clouds: exact at the station, rigid around it."""
+    at = where.pose.translation
+    turned = where.turned(frame.rotation(at))
+    pose = Pose(turned.pose.rotation, frame.from_work(at[None])[0])
+    return Placement(where.station, pose, turned.covariance, where.noise)
+
+
+def station_order(scans: Sequence[StationScan]) -> list[str]:
+    """Names of the stations in the order of their first scans."""
+    return list(dict.fromkeys(scan.station for scan in scans))
+
+
+def joint_covariance(
+    adjustment: Adjustment,
+    stations: Sequence[str],
+    frame: OutputFrame,
+    factor: float = 1.0,
+) -> Array:
+    """Covariance (6n, 6n) of n stations [m, rad] about the axes of the clouds' frame.
+
+    factor : on a-priori covariances (a posteriori variance).
+    """
+    columns = np.concatenate([adjustment.columns(name) for name in stations])
+    state = adjustment.state
+    turn = np.zeros((len(columns), len(columns)))
+    for k, name in enumerate(stations):
+        at = state.pose_t[state.layout.index("pose", name)]
+        for part in (6 * k, 6 * k + 3):
+            turn[part : part + 3, part : part + 3] = frame.rotation(at)
+    joint: Array = factor * turn @ adjustment.covariance_columns(columns, columns) @ turn.T
+    return 0.5 * (joint + joint.T)
+
+
+def poses_csv(
+    scans: Sequence[StationScan], placements: Mapping[str, Placement], frame: OutputFrame
+) -> str:
+    """One row per scan: names, file, matrix, lower triangle of the covariance, frame."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    triangle = [(i, j) for i in range(6) for j in range(i + 1)]
+    head = [f"c_{_UNKNOWNS[i]}_{_UNKNOWNS[j]}" for i, j in triangle]
+    writer.writerow(["scan", "station", "file", *_ELEMENTS, *head, "frame", "crs", "epoch"])
+    for scan in scans:
+        where = delivered(placements[scan.name], frame)
+        matrix = [repr(float(x)) for x in where.pose.matrix.ravel()]
+        covariance = [f"{where.covariance[i, j]:.9e}" for i, j in triangle]
+        place = [frame.kind, frame.crs or "", "" if frame.epoch is None else frame.epoch]
+        writer.writerow(
+            [scan.name, scan.station, scan.scan.path.name, *matrix, *covariance, *place]
+        )
+    return out.getvalue()
+
+
+def poses_json(
+    scans: Sequence[StationScan],
+    placements: Mapping[str, Placement],
+    frame: OutputFrame,
+    sigma_origin: str,
+    joint: bool = True,
+) -> dict[str, Any]:
+    """The same as one JSON object, with the inverse matrices and the noise of single points.
+
+    joint : is the joint covariance written beside it?
+    """
+    rows = []
+    for scan in scans:
+        where = delivered(placements[scan.name], frame)
+        rows.append(
+            {
+                "scan": scan.name,
+                "station": scan.station,
+                "file": scan.scan.path.name,
+                "world_from_scanner": where.pose.matrix.tolist(),
+                "scanner_from_world": where.pose.inverse.matrix.tolist(),
+                "covariance": np.asarray(where.covariance).tolist(),
+                "noise": None if where.noise is None else asdict(where.noise),
+            }
+        )
+    return {
+        "schema": 1,
+        "frame": {"kind": frame.kind, "crs": frame.crs, "epoch": frame.epoch, "axes": frame.axes},
+        "covariance_of": "translation [m], left rotation increments [rad]",
+        "noise_of": "single points: range [m], range_scale [m/m], horizontal and vertical [rad], "
+        "beam_exit [m], beam_divergence [rad]",
+        "sigma_origin": sigma_origin,
+        "stations": station_order(scans),
+        "joint_covariance": JOINT if joint else None,
+        "scans": rows,
+    }
+
+
+def pose_texts(
+    folder: Path,
+    scans: Sequence[StationScan],
+    placements: Mapping[str, Placement],
+    frame: OutputFrame,
+    sigma_origin: str,
+    joint: Array | None,
+) -> dict[Path, str | bytes]:
+    """Contents of poses.csv, poses.json and the joint covariance (6n, 6n) by their paths."""
+    data = poses_json(scans, placements, frame, sigma_origin, joint is not None)
+    texts: dict[Path, str | bytes] = {
+        folder / "poses.csv": poses_csv(scans, placements, frame),
+        folder / "poses.json": json.dumps(data, indent=1) + "\n",
+    }
+    if joint is not None:
+        packed = io.BytesIO()
+        np.save(packed, joint, allow_pickle=False)
+        texts[folder / JOINT] = packed.getvalue()
+    return texts
+
+
+# The poses that a run left beside its clouds, read again: where, how certain, with what noise.
+#
+# ``poses.json`` names scans and stations; ``poses_covariance.npy`` beside it holds their joint
+# covariance. Neither file is trusted: sizes are bounded, shapes and numbers are checked, nothing is
+# unpickled.
+
+
+#: beside the clouds that they belong to
+POSES = "poses.json"
+
+
+_CURE = "give the poses.json that was written beside the clouds"
+
+
+@dataclass(frozen=True)
+class ScanPose:
+    """A scan with its placement in the frame of the clouds; certain : is a covariance given?"""
+
+    scan: str
+    file: str
+    placement: Placement
+    certain: bool
+
+
+@dataclass(frozen=True)
+class PoseFile:
+    """All scans of a run; joint (6n, 6n) : covariance of the n stations [m, rad], if known."""
+
+    path: Path
+    scans: tuple[ScanPose, ...]
+    stations: tuple[str, ...]
+    joint: Array | None
+
+    def of_cloud(self, cloud: Path) -> ScanPose | None:
+        """The scan that a cloud was made of, by its name; None if none or several are."""
+        stem = cloud.stem.removesuffix(".copc")
+        named = [s for s in self.scans if stem in (s.scan, _plain(s.scan))]
+        named = named or [s for s in self.scans if s.file == cloud.name]
+        return named[0] if len(named) == 1 else None
+
+    def pair(self, first: Placement, second: Placement) -> StationPair | None:
+        """Two stations with their joint covariance; None where that is not known."""
+        names = (first.station, second.station)
+        if self.joint is None or not set(names) <= set(self.stations):
+            return None
+        rows = np.concatenate([6 * self.stations.index(n) + np.arange(6) for n in names])
+        places = first.pose.translation, second.pose.translation
+        return StationPair(*places, self.joint[np.ix_(rows, rows)])
+
+
+def read_poses(path: Path) -> PoseFile:
+    """Poses, covariances and noise; what older files do not have is unknown.
+
+    Raises
+    ------
+    InputError : no file of poses, numbers that are none, a joint covariance of another size.
+    """
+    try:
+        data: dict[str, Any] = json.loads(read_bytes(path))
+        scans = tuple(_scan(path, row) for row in data["scans"])
+        stations = tuple(str(name) for name in data.get("stations", ()))
+        joint = data.get("joint_covariance") is not None
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+        raise InputError("this is no file of poses", file=path, cure=_CURE) from error
+    known = joint and 0 < len(stations) <= MOST_STATIONS
+    return PoseFile(path, scans, stations, _joint(path.parent / JOINT, stations) if known else None)
+
+
+def _scan(path: Path, row: Mapping[str, Any]) -> ScanPose:
+    name = str(row["scan"])
+    matrix = _numbers(path, row["world_from_scanner"], (4, 4), f"the pose of {name}")
+    given = row.get("covariance")
+    covariance = np.zeros((6, 6))
+    if given is not None:
+        covariance = _numbers(path, given, (6, 6), f"the covariance of {name}")
+    pose = Pose(matrix[:3, :3], matrix[:3, 3])
+    where = Placement(str(row.get("station", name)), pose, covariance, _noise(path, name, row))
+    return ScanPose(name, str(row["file"]), where, given is not None)
+
+
+def _noise(path: Path, name: str, row: Mapping[str, Any]) -> ScanNoise | None:
+    """Noise of single points, None where the run knew none."""
+    given = row.get("noise")
+    if given is None:
+        return None
+    keys = [item.name for item in fields(ScanNoise)]
+    values = _numbers(path, [given[key] for key in keys], (len(keys),), f"the noise of {name}")
+    if (values < 0).any():
+        raise InputError(f"the noise of {name} is negative", file=path, cure=_CURE)
+    return ScanNoise(*values.tolist())
+
+
+def _numbers(path: Path, given: Any, shape: tuple[int, ...], what: str) -> Array:
+    """Finite numbers of a shape."""
+    try:
+        values = np.array(given, dtype=np.float64)
+    except (ValueError, TypeError) as error:
+        raise InputError(f"{what} is not made of numbers", file=path, cure=_CURE) from error
+    if values.shape != shape or not np.isfinite(values).all():
+        size = "x".join(str(n) for n in shape)
+        raise InputError(f"{what} is not made of {size} numbers", file=path, cure=_CURE)
+    return values
+
+
+def _joint(path: Path, stations: tuple[str, ...]) -> Array:
+    """The joint covariance; its header is read before anything is allocated."""
+    n = 6 * len(stations)
+    cure = "run the project again"
+    try:
+        with path.open("rb") as file:
+            version = np.lib.format.read_magic(file)
+            if version != (1, 0):
+                raise ValueError("version")
+            shape, fortran, kind = np.lib.format.read_array_header_1_0(file, max_header_size=1000)
+            if shape != (n, n) or fortran or kind != np.dtype("<f8"):
+                raise ValueError("shape")
+            values = np.frombuffer(file.read(8 * n * n), "<f8").reshape(n, n)
+    except OSError as error:
+        raise InputError(
+            f"the joint covariance of the poses cannot be read ({error.strerror})",
+            file=path,
+            cure=cure,
+        ) from error
+    except (ValueError, SyntaxError, EOFError, tokenize.TokenError) as error:
+        what = f"the file is no joint covariance of {len(stations)} stations"
+        raise InputError(what, file=path, cure=cure) from error
+    if not np.isfinite(values).all():
+        raise InputError("the joint covariance has a value that is no number", file=path, cure=cure)
+    return np.array(values, dtype=np.float64)
+
+
+def _plain(name: str) -> str:
+    """The name of a scan as files are named after it."""
+    return re.sub(r"[^\w.-]", "_", name).strip(".")

@@ -1,0 +1,231 @@
+"""Files of scans registered by their clouds alone, and what is written of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tribrach._types import Array, Progress
+from tribrach.cloud.placement import Placement
+from tribrach.errors import InputError
+from tribrach.geodesy.output_frame import OutputFrame
+from tribrach.geodesy.work_frame import WorkFrame
+from tribrach.geometry.pose import Pose
+from tribrach.io.clouds.e57 import copy_with_poses
+from tribrach.io.outputs import write_texts
+from tribrach.io.scans.formats import read_scans
+from tribrach.job.poses import joint_covariance, pose_texts
+from tribrach.job.scans import StationScan
+from tribrach.registration.clouds.pair import Fit
+from tribrach.registration.clouds.prepared import PreparedScan, prepare
+from tribrach.registration.clouds.relative_covariance import FLOOR
+from tribrach.registration.clouds.together import CloudGroup, CloudRegistration, register_clouds
+from tribrach.scan.scan import Scan
+
+__all__ = ["RegisteredFiles", "register_files", "registration_json", "write_placed"]
+
+
+@dataclass(frozen=True, eq=False)
+class RegisteredFiles:
+    """Scans by the names that they have in the registration, and the registration."""
+
+    scans: dict[str, Scan]
+    points: dict[str, int]
+    registration: CloudRegistration
+
+
+def register_files(
+    paths: Sequence[Path],
+    *,
+    approximate: bool = True,
+    floor: tuple[float, float] = FLOOR,
+    progress: Progress = lambda what, done, total: None,
+) -> RegisteredFiles:
+    """Register all scans of files; no more than one scan's surfels are made at a time.
+
+    approximate : poses that all of the files have are tried among others; floor : sigmas [m],
+    [rad] of what residuals never show.
+
+    Raises
+    ------
+    InputError : fewer than two scans, a scan whose scanner's place is not known, or without
+        surfaces; what the readers have to say.
+    """
+    scans = _named([scan for path in paths for scan in read_scans(path)])
+    if len(scans) < 2:
+        raise InputError(
+            f"there {'is one scan' if scans else 'are no scans'} in these files",
+            cure="give at least two scans",
+        )
+    prepared: list[PreparedScan] = []
+    for name, scan in scans.items():
+        if scan.origin == "unknown":
+            raise InputError(
+                "it is not known where the scanner stood in these coordinates",
+                file=scan.path,
+                record=scan.name,
+                cure="give scans in the frame of their scanner, with it at zero",
+            )
+        prepared.append(prepare(name, _watched(name, scan, progress)))
+    priors = {name: scan.pose for name, scan in scans.items() if scan.pose is not None}
+    known = priors if approximate and _distinct(priors) else {}
+    found = register_clouds(prepared, known, floor=floor, progress=progress)
+    return RegisteredFiles(scans, {p.name: p.points for p in prepared}, found)
+
+
+def _named(scans: Sequence[Scan]) -> dict[str, Scan]:
+    """Scans by names that tell them apart: their own, with the file where that is not enough."""
+    out: dict[str, Scan] = {}
+    names = [scan.name for scan in scans]
+    for scan in scans:
+        name = scan.name if names.count(scan.name) == 1 else scan.source
+        if name in out:
+            raise InputError(
+                f"two scans have the name {name}", file=scan.path, cure="rename one of the files"
+            )
+        out[name] = scan
+    return out
+
+
+def _watched(name: str, scan: Scan, progress: Progress) -> Iterator[Array]:
+    """The points of a scan, with progress."""
+    done = 0
+    for chunk in scan.chunks():
+        done += len(chunk)
+        progress(f"points of {name}", done, scan.records)
+        yield chunk.xyz
+
+
+def _distinct(poses: dict[str, Pose]) -> bool:
+    """Do poses say anything? Files without registration have the same one for all scans."""
+    every = list(poses.values())
+    return any(not np.allclose(p.matrix, every[0].matrix) for p in every[1:])
+
+
+def write_placed(
+    found: RegisteredFiles, folder: Path, progress: Progress = lambda what, done, total: None
+) -> list[Path]:
+    """Write poses.csv and poses.json of the largest group, and E57 files with their new poses.
+
+    Raises
+    ------
+    InputError : nothing hangs together, or nowhere to write.
+    """
+    group = found.registration.groups[0]
+    if group.adjustment is None:
+        raise InputError(
+            "no two scans could be joined, so that there are no poses to write",
+            cure="see the sentences on the pairs",
+        )
+    frame = OutputFrame(WorkFrame())
+    scans = [StationScan(name, name, found.scans[name], None, False, {}) for name in group.stations]
+    placements = {
+        name: Placement(name, group.poses[name], group.covariances[name], None)
+        for name in group.stations
+    }
+    joint = joint_covariance(group.adjustment, group.stations, frame)
+    texts = pose_texts(folder, scans, placements, frame, "prior", joint)
+    written = write_texts(texts)
+    files: dict[Path, dict[int, Pose]] = {}
+    for name in group.stations:
+        scan = found.scans[name]
+        if scan.path.suffix.lower() == ".e57":
+            files.setdefault(scan.path, {})[scan.index] = group.poses[name]
+    for number, (path, poses) in enumerate(files.items()):
+        progress("clouds with poses", number, len(files))
+        target = folder / path.name
+        if target.resolve() == path.resolve():
+            raise InputError(
+                "the cloud would be written over its source",
+                file=path,
+                cure="choose another folder",
+            )
+        copy_with_poses(path, target, poses, None)
+        written.append(target)
+    return written
+
+
+def registration_json(found: RegisteredFiles) -> dict[str, Any]:
+    """All figures; metres and radians."""
+    registration = found.registration
+    return {
+        "schema": 1,
+        "scans": [
+            {"scan": name, "file": scan.path.name, "points": found.points[name]}
+            for name, scan in found.scans.items()
+        ],
+        "pairs": [
+            {
+                "first": p.a,
+                "second": p.b,
+                "registered": p.fit is not None,
+                "sentences": list(p.sentences),
+                **({} if p.fit is None else _fit_json(p.fit)),
+            }
+            for p in registration.pairs
+        ],
+        "loops": [
+            {
+                "stations": list(loop.stations),
+                "shift": loop.shift,
+                "turn": loop.turn,
+                "shift_sigma": loop.shift_sigma,
+                "turn_sigma": loop.turn_sigma,
+                "statistic": loop.statistic,
+                "limit": loop.limit,
+                "closes": loop.closes,
+            }
+            for loop in registration.consistency.loops
+        ],
+        "not_used": [[e.first, e.second] for e in registration.consistency.dropped],
+        "groups": [_group_json(group) for group in registration.groups],
+        "covariance_of": "translation [m], left rotation increments [rad]",
+        "relative_covariance_of": "translation in the first [m], rotation vector in the second",
+        "sigma_origin": "prior",
+        "sentences": list(registration.sentences),
+    }
+
+
+def _fit_json(fit: Fit) -> dict[str, Any]:
+    """A pair that was registered."""
+    precision = fit.precision
+    return {
+        "first_from_second": fit.pose.matrix.tolist(),
+        "relative_covariance": precision.covariance.tolist(),
+        "overlap": list(fit.verdict.overlap),
+        "rms": fit.alignment.rms,
+        "matches": precision.observations,
+        "effective_matches": precision.effective,
+        "correlation_length": precision.correlation_length,
+        "held_directions": precision.rank,
+        "found_by": fit.origin,
+    }
+
+
+def _group_json(group: CloudGroup) -> dict[str, Any]:
+    """Stations that hang together."""
+    return {
+        "frame_of": group.stations[0],
+        "stations": {
+            name: {
+                "world_from_scanner": pose.matrix.tolist(),
+                "covariance": np.asarray(group.covariances[name]).tolist(),
+            }
+            for name, pose in group.poses.items()
+        },
+        "differences": [
+            {
+                "first": a,
+                "second": b,
+                "places": d.places,
+                "observed": d.observed,
+                "noise": d.noise,
+                "registration": d.registration,
+            }
+            for (a, b), d in group.differences.items()
+        ],
+    }

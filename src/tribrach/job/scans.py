@@ -1,0 +1,275 @@
+"""Which scans does a project have, where was each taken, with what instrument?"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.cloud.placement import CalibrationShare
+from tribrach.errors import InputError
+from tribrach.instruments.calibration import CalibrationModel
+from tribrach.instruments.correction import Correction, Faces
+from tribrach.instruments.scan_noise import ScanNoise
+from tribrach.io.calibration_file import Calibration
+from tribrach.io.scans.formats import read_scans
+from tribrach.job.calibrations import Calibrations
+from tribrach.observations.scanner import ScannerPolar
+from tribrach.scan.prepared import CorrectedScan, SideScan, corrected_scan, seen_from, sides
+from tribrach.scan.scan import Scan
+
+if TYPE_CHECKING:
+    from tribrach.network.adjustment import Adjustment
+    from tribrach.project import Project
+    from tribrach.project.sections import ScanFile
+
+__all__ = ["StationScan", "as_adjusted", "calibration_sentences", "open_scans", "share_after"]
+
+# Calibrations of the scanners behind scans: known before the adjustment, adjusted after it.
+
+
+def known_correction(calibration: Calibration, faces: Faces) -> Correction:
+    """The correction that a calibration file describes."""
+    return Correction(calibration.columns(), calibration.values, faces)
+
+
+def as_adjusted(scans: Sequence[StationScan], adjustment: Adjustment) -> list[StationScan]:
+    """The scans, corrected with the parameters that the network gives their stations.
+
+    A scan of a station without parameters in the network stays as it is.
+    """
+    out = []
+    for scan in scans:
+        found = _of_station(scan.station, adjustment)
+        if found is None:
+            out.append(scan)
+            continue
+        model, index = found
+        correction = Correction(model, adjustment.state.scalars[index], scan.faces)
+        out.append(replace(scan, scan=corrected_scan(scan.scan, correction)))
+    return out
+
+
+def share_after(
+    scan: StationScan, adjustment: Adjustment, factor: float
+) -> CalibrationShare | None:
+    """Covariance of the parameters of a scan and with its station; None without a correction.
+
+    factor : on a-priori covariances. Parameters that the network does not have keep the covariance
+    of their file.
+    """
+    layout = adjustment.layout
+    found = _of_station(scan.station, adjustment)
+    if found is None:
+        known = scan.known
+        if known is None:
+            return None
+        correction = known_correction(known, scan.faces)
+        return CalibrationShare(correction, known.covariance, np.zeros((6, len(known.values))))
+    model, index = found
+    columns = layout.columns("scalar", index)[:, 0]
+    pose = layout.columns("pose", layout.index("pose", scan.station))
+    return CalibrationShare(
+        Correction(model, adjustment.state.scalars[index], scan.faces),
+        factor * adjustment.covariance_columns(columns, columns),
+        factor * adjustment.covariance_columns(pose, columns),
+    )
+
+
+def _of_station(
+    station: str, adjustment: Adjustment
+) -> tuple[CalibrationModel, NDArray[np.int64]] | None:
+    """Model and scalars (k,) of a station's observations; None if they have none."""
+    layout = adjustment.layout
+    if not layout.has("pose", station):
+        return None
+    number = layout.index("pose", station)
+    for o in adjustment.network.observations:
+        if isinstance(o, ScannerPolar) and o.model is not None:
+            mine = np.flatnonzero(o.station == number)
+            if len(mine) and o.parameters.shape[1]:
+                return o.model, o.parameters[mine[0]]
+    return None
+
+
+def calibration_sentences(scans: Sequence[StationScan], adjustment: Adjustment) -> list[str]:
+    """Which scans were corrected, with parameters from where."""
+    out = []
+    for scan in scans:
+        found = _of_station(scan.station, adjustment)
+        if found is None and scan.known is None:
+            continue
+        names = found[0].parameters if found is not None else ()
+        if found is None and scan.known is not None:
+            names = scan.known.parameters
+        origin = "adjusted with the network" if found is not None else "of the calibration file"
+        out.append(f"Scan {scan.name} is corrected by {', '.join(names)}, {origin}.")
+    return out
+
+
+@dataclass(frozen=True)
+class StationScan:
+    """A scan at its station.
+
+    name : of the scan in the results, unique in the project; noise : of its single points, None if
+    no instrument says; floor : sigma that no target centre falls below [m]; names : approximate
+    centers (3,) in the scanner frame [m] of the targets that the user named; known : calibration
+    of its scanner from a file, by which ``scan`` is corrected; faces : which face measured a point.
+    """
+
+    name: str
+    station: str
+    scan: Scan
+    noise: ScanNoise | None
+    levelled: bool
+    names: Mapping[str, tuple[float, float, float]]
+    known: Calibration | None = None
+    faces: Faces = "front"
+
+    @property
+    def origin_known(self) -> bool:
+        """True if the scanner is at (0, 0, 0) of the points."""
+        return self.scan.origin != "unknown"
+
+    @property
+    def mark(self) -> tuple[int | float | str, ...]:
+        """What the points depend on besides the file: scan, place of the scanner, correction."""
+        inner, more = _inner(self.scan), []
+        if isinstance(self.scan, CorrectedScan):
+            more.append(self.scan.correction.mark)
+        if isinstance(inner, SideScan):
+            more.append(f"face {inner.face:+.0f}")
+        return (self.scan.index, *self.scan.scanner, *more)
+
+
+def open_scans(project: Project) -> list[StationScan]:
+    """The headers of all scans of a project, in its order.
+
+    Raises
+    ------
+    InputError : a file that cannot be read, a scan that it has not, an instrument that is not
+        defined, two scans of one name, a scanner far from its points.
+    """
+    found: list[StationScan] = []
+    known = Calibrations(project, project.folder, project.error).known
+    for k, entry in enumerate(project.scans):
+        found += _open(project, k, entry, known)
+    at = Counter(scan.station for scan in found)
+    found = [s if at[s.station] == 1 else _several(s) for s in found]
+    names: set[str] = set()
+    for scan in found:
+        if scan.name in names:
+            raise InputError(
+                f"two scans have the name {scan.name}",
+                file=scan.scan.path,
+                cure="give each file a station of its own in [[scans]]",
+            )
+        names.add(scan.name)
+    return found
+
+
+def _inner(scan: Scan) -> Scan:
+    """The scan before it was corrected."""
+    return scan.source_scan if isinstance(scan, CorrectedScan) else scan
+
+
+def _several(scan: StationScan) -> StationScan:
+    """A scan at a station with several, named after both."""
+    if scan.scan.name == scan.station:
+        return scan
+    if isinstance(_inner(scan.scan), SideScan) and scan.scan.name.startswith(f"{scan.station} "):
+        return replace(scan, name=scan.scan.name)
+    return replace(scan, name=f"{scan.station} {scan.scan.name}")
+
+
+def _open(
+    project: Project, k: int, entry: ScanFile, calibrations: Mapping[str, Calibration]
+) -> list[StationScan]:
+    """The scans of one entry."""
+    scans = read_scans(project.folder / entry.file)
+    if entry.scan is not None:
+        chosen = [scan for scan in scans if scan.name == entry.scan]
+        if not chosen:
+            known = ", ".join(scan.name for scan in scans[:10])
+            raise project.error(
+                ("scans", k, "scan"),
+                f"{entry.file} has no scan {entry.scan}",
+                f"its scans are {known}",
+            )
+        scans = tuple(chosen)
+    if entry.station is not None and len(scans) > 1:
+        raise project.error(
+            ("scans", k, "station"),
+            f"{entry.file} has {len(scans)} scans and one station is given",
+            "give one entry with scan and station for each, or leave station out",
+        )
+    found = []
+    for scan in (_from_origin(entry, scan) for scan in scans):
+        station = entry.station or scan.name
+        if entry.face != "order":
+            faces: tuple[Faces, ...] = (entry.face,)
+            parts: tuple[Scan, ...] = (scan,)
+        else:
+            faces, parts = ("front", "back"), sides(scan)
+        for part, face in zip(parts, faces, strict=True):
+            found.append(_at_station(project, k, entry, part, station, face, calibrations))
+    return found
+
+
+def _from_origin(entry: ScanFile, scan: Scan) -> Scan:
+    """A scan whose scanner is at zero, as far as the project says so."""
+    if entry.origin == "scanner":
+        return replace(scan, origin="stated")
+    return scan if entry.origin is None else seen_from(scan, entry.origin)
+
+
+def _at_station(
+    project: Project,
+    k: int,
+    entry: ScanFile,
+    scan: Scan,
+    station: str,
+    face: Faces,
+    calibrations: Mapping[str, Calibration],
+) -> StationScan:
+    """A scan with what the project says about its station."""
+    section = project.stations.get(station)
+    named = entry.instrument or (None if section is None else section.instrument)
+    instrument = named or _only(project)
+    known = calibrations.get(instrument) if instrument is not None else None
+    if known is not None:
+        scan = corrected_scan(scan, known_correction(known, face))
+    return StationScan(
+        name=station,
+        station=station,
+        scan=scan,
+        noise=_noise(project, k, named),
+        levelled=section is not None and section.levelled,
+        names=entry.names,
+        known=known,
+        faces=face,
+    )
+
+
+def _only(project: Project) -> str | None:
+    """The only instrument of a project, or None."""
+    names = list(project.instruments)
+    return names[0] if len(names) == 1 else None
+
+
+def _noise(project: Project, k: int, name: str | None) -> ScanNoise | None:
+    """Noise of the named instrument; without a name of the only one that has any."""
+    if name is not None:
+        if name not in project.instruments:
+            raise project.error(
+                ("scans", k, "instrument"),
+                f"instrument {name} is not defined",
+                f"add a section [instruments.{name}]",
+            )
+        return project.instruments[name].noise()
+    noises = [n for n in (i.noise() for i in project.instruments.values()) if n is not None]
+    return noises[0] if len(noises) == 1 else None

@@ -1,0 +1,334 @@
+"""Two stations of a run against each other, site by site, through the adjusted poses.
+
+What was found is remembered and found again only where scans, poses or wishes have changed.
+"""
+
+from __future__ import annotations
+
+import base64
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, fields, is_dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach._types import Array
+from tribrach.comparison.c2c import C2C, Pitch, Signed, Tally
+from tribrach.comparison.predicted import OffsetTest, Prediction
+from tribrach.comparison.results import M3C2Figures, SiteResult
+from tribrach.comparison.sampling_floor import Floor
+from tribrach.comparison.sites import Geometry, Site, choose_sites
+from tribrach.comparison.station_pair import StationPair
+from tribrach.geodesy.output_frame import OutputFrame
+from tribrach.io.site_table import read_sites
+from tribrach.job.cloud_file import CloudFile
+from tribrach.job.clouds import place, placed_parts
+from tribrach.job.compare import compare_clouds, offset_test
+from tribrach.job.poses import delivered, joint_covariance
+from tribrach.job.scans import StationScan
+from tribrach.job.state import State, digest
+from tribrach.network.adjustment import Adjustment
+from tribrach.report.comparison_chapter import ComparisonChapter, comparison_chapter
+from tribrach.scan.normals import normals
+from tribrach.units import MM
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from tribrach.project import Project
+    from tribrach.project.sections import ComparisonSection
+
+__all__ = ["Wish", "compare_stations", "from_facts", "to_facts", "wishes"]
+
+# What a comparison found as plain numbers, to be remembered, and back: equal in every digit.
+
+
+#: dataclasses inside of others, by the names of their fields
+_INSIDE: dict[str, type[Any]] = {
+    "seen_a": Geometry,
+    "seen_b": Geometry,
+    "c2c": C2C,
+    "m3c2": M3C2Figures,
+    "prediction": Prediction,
+    "floor": Floor,
+    "pitch_a": Pitch,
+    "pitch_b": Pitch,
+    "plane": Signed,
+    "tally": Tally,
+}
+
+
+#: arrays of millions of numbers are no results of a comparison; files may be tampered with
+_MOST = 10_000_000
+
+
+def to_facts(
+    sites: Sequence[SiteResult], offsets: OffsetTest | None, remarks: Sequence[str]
+) -> dict[str, Any]:
+    """Sites, the test of all their offsets, and remarks as plain numbers."""
+    return {
+        "sites": [_plain(site) for site in sites],
+        "offsets": None if offsets is None else asdict(offsets),
+        "remarks": list(remarks),
+    }
+
+
+def from_facts(facts: Mapping[str, Any]) -> tuple[list[SiteResult], OffsetTest | None, list[str]]:
+    """The same three again.
+
+    Raises
+    ------
+    ValueError, KeyError, TypeError : these are facts of something else, or damaged.
+    """
+    sites = [_made(SiteResult, site) for site in facts["sites"]]
+    offsets = facts["offsets"]
+    return sites, None if offsets is None else OffsetTest(**offsets), list(facts["remarks"])
+
+
+def _plain(value: Any) -> Any:
+    """Dataclasses as mappings, arrays packed, numbers of numpy as those of Python."""
+    if is_dataclass(value):
+        return {f.name: _plain(getattr(value, f.name)) for f in fields(value)}
+    if isinstance(value, np.ndarray):
+        little = np.ascontiguousarray(value, dtype=value.dtype.newbyteorder("<"))
+        packed = base64.b64encode(zlib.compress(little.tobytes(), 1)).decode()
+        return {"type": little.dtype.str, "shape": list(value.shape), "packed": packed}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _made(kind: type[Any], facts: Mapping[str, Any]) -> Any:
+    """A dataclass from its fields; lists of them were tuples."""
+    given: dict[str, Any] = {}
+    for name, value in facts.items():
+        if isinstance(value, Mapping):
+            given[name] = _array(value) if "packed" in value else _made(_INSIDE[name], value)
+        else:
+            given[name] = tuple(value) if isinstance(value, list) else value
+    return kind(**given)
+
+
+def _array(facts: Mapping[str, Any]) -> NDArray[Any]:
+    dtype, shape = np.dtype(facts["type"]), tuple(int(n) for n in facts["shape"])
+    size = int(np.prod(shape, dtype=object)) * dtype.itemsize
+    if dtype.kind not in "fi" or not 0 <= size <= 8 * _MOST:
+        raise ValueError("this is no array of numbers")
+    try:
+        unpacked = zlib.decompressobj().decompress(base64.b64decode(facts["packed"]), size + 1)
+    except zlib.error as error:
+        raise ValueError("the packed numbers are damaged") from error
+    return np.frombuffer(unpacked, dtype=dtype).reshape(shape).copy()
+
+
+#: sites, all their offsets together, remarks
+Found = tuple[list[SiteResult], OffsetTest | None, list[str]]
+
+
+#: changes of how clouds are compared make remembered comparisons void
+_METHOD = 1
+
+
+#: points of a cloud among which flat sites are looked for, at most
+_SAMPLE = 200_000
+
+
+@dataclass(frozen=True)
+class Wish:
+    """A comparison that the project asks for; sites None where they are to be chosen."""
+
+    section: ComparisonSection
+    a: tuple[StationScan, ...]
+    b: tuple[StationScan, ...]
+    sites: tuple[Site, ...] | None
+
+    def of(self, scans: Mapping[str, StationScan]) -> Wish:
+        """The same with the scans of these names, corrected for instance."""
+        a, b = (tuple(scans[scan.name] for scan in side) for side in (self.a, self.b))
+        return replace(self, a=a, b=b)
+
+
+def wishes(project: Project, scans: Sequence[StationScan]) -> list[Wish]:
+    """The comparisons of a project with their scans and sites, before anything is computed.
+
+    Raises
+    ------
+    InputError : no scan or station of a name, two scans of one station, a table of sites that
+        cannot be read.
+    """
+    found = []
+    for k, section in enumerate(project.comparison):
+        a, b = (
+            _named(project, scans, k, key, name)
+            for key, name in (("a", section.a), ("b", section.b))
+        )
+        if a[0].station == b[0].station:
+            raise project.error(
+                ("comparison", k),
+                f"{section.a} and {section.b} are scans of one station, {a[0].station}",
+                "name scans of two stations",
+            )
+        sites = None
+        if section.sites is not None:
+            sites = tuple(read_sites(project.folder / section.sites))
+        found.append(Wish(section, a, b, sites))
+    return found
+
+
+def _named(
+    project: Project, scans: Sequence[StationScan], k: int, key: str, name: str
+) -> tuple[StationScan, ...]:
+    """The scan of a name, else all scans of the station of that name."""
+    mine = tuple(scan for scan in scans if scan.name == name)
+    mine = mine or tuple(scan for scan in scans if scan.station == name)
+    if not mine:
+        known = ", ".join(dict.fromkeys(scan.name for scan in scans))
+        raise project.error(
+            ("comparison", k, key), f"there is no scan or station {name}", f"the scans are {known}"
+        )
+    return mine
+
+
+def compare_stations(
+    wished: Sequence[Wish],
+    adjustment: Adjustment,
+    frame: OutputFrame,
+    factor: float,
+    state: State,
+    progress: Callable[[str, int, int | None], None],
+) -> list[ComparisonChapter]:
+    """A chapter for each comparison; those of unchanged clouds come from the last run.
+
+    factor : on a-priori covariances (a posteriori variance).
+    """
+    chapters = []
+    for number, wish in enumerate(wished, start=1):
+        a, b = wish.section.a, wish.section.b
+        pair = _pair(wish, adjustment, frame, factor)
+        key = _key(wish, adjustment, frame, factor, pair, state)
+        product = f"comparison-{number}-{a}-{b}"
+        found = _recalled(state, product, key)
+        if found is None:
+            found = _compared(wish, adjustment, frame, factor, pair, progress)
+            state.remember(product, key, to_facts(*found))
+        chapters.append(comparison_chapter(a, b, wish.section.limit_mm * MM, *found))
+    return chapters
+
+
+def _recalled(state: State, product: str, key: str) -> Found | None:
+    """What the last run found; None if that was something else, or if it is damaged."""
+    facts = state.recall(product, key)
+    try:
+        return None if facts is None else from_facts(facts)
+    except (KeyError, TypeError, ValueError):
+        return None
+
+
+def _key(
+    wish: Wish,
+    adjustment: Adjustment,
+    frame: OutputFrame,
+    factor: float,
+    pair: StationPair,
+    state: State,
+) -> str:
+    """Digest of everything that a comparison depends on."""
+    sites = wish.sites
+    parts: list[Any] = [_METHOD, wish.section.model_dump(), pair.covariance]
+    parts.append(None if sites is None else [[s.name, s.low, s.high, s.radius] for s in sites])
+    for scans in (wish.a, wish.b):
+        placements = [place(scan, adjustment, factor) for scan in scans]
+        parts.append(placed_parts(scans, placements, frame, state))
+    return digest("comparison", parts)
+
+
+def _pair(wish: Wish, adjustment: Adjustment, frame: OutputFrame, factor: float) -> StationPair:
+    """Both stations, that of the reference first, with their joint covariance."""
+    first, second = (
+        delivered(place(scans[0], adjustment, factor), frame).pose.translation
+        for scans in (wish.b, wish.a)
+    )
+    names = (wish.b[0].station, wish.a[0].station)
+    return StationPair(first, second, joint_covariance(adjustment, names, frame, factor))
+
+
+def _compared(
+    wish: Wish,
+    adjustment: Adjustment,
+    frame: OutputFrame,
+    factor: float,
+    pair: StationPair,
+    progress: Callable[[str, int, int | None], None],
+) -> Found:
+    """One comparison: its sites, all their offsets together, and how sites were chosen."""
+    a, b = (_cloud(scans, adjustment, frame, factor) for scans in (wish.a, wish.b))
+    remarks: list[str] = []
+    sites = wish.sites
+    if sites is None:
+        sites, remarks = _chosen((a, b))
+    if any(place(s, adjustment).calibration is not None for s in (wish.a[0], wish.b[0])):
+        remarks.append("What the scanner's calibration leaves uncertain is not predicted here.")
+    section = wish.section
+    found = compare_clouds(
+        a,
+        b,
+        sites,
+        method=section.method,
+        limit=section.limit_mm * MM,
+        stations=pair,
+        progress=partial(_tell, progress, f"{section.a} against {section.b}"),
+    )
+    return found, offset_test(found, pair), remarks
+
+
+def _tell(
+    progress: Callable[[str, int, int | None], None],
+    which: str,
+    what: str,
+    done: int,
+    total: int | None,
+) -> None:
+    """Progress with the stations before what is done."""
+    progress(f"{which}: {what}", done, total)
+
+
+def _cloud(
+    scans: Sequence[StationScan], adjustment: Adjustment, frame: OutputFrame, factor: float
+) -> CloudFile:
+    """Scans of one station as they are delivered, point by point in the frame of the clouds."""
+    where = place(scans[0], adjustment, factor)
+    placed = tuple(replace(scan.scan, pose=where.pose) for scan in scans)
+    there = delivered(where, frame)
+    return CloudFile(
+        scans[0].scan.path,
+        placed,
+        there.pose.translation,
+        None if there.noise is None else there,
+        frame=frame,
+    )
+
+
+def _chosen(clouds: Sequence[CloudFile]) -> tuple[tuple[Site, ...], list[str]]:
+    """Sites on surfaces that both stations saw; without any the whole clouds are compared."""
+    scanners = [cloud.scanner for cloud in clouds if cloud.scanner is not None]
+    sites = choose_sites([_sample(cloud) for cloud in clouds], scanners)
+    if not sites:
+        return (), ["No flat surface is in both clouds: they are compared as a whole."]
+    return tuple(sites), [
+        f"The {len(sites)} sites were chosen on flat surfaces that both stations saw."
+    ]
+
+
+def _sample(cloud: CloudFile) -> tuple[Array, Array]:
+    """Points (n, 3) spread evenly over the records of a cloud, and normals (n, 3) among them."""
+    kept, step, seen = [np.zeros((0, 3))], 1, 0
+    for chunk in cloud.stream():
+        kept.append(chunk[-seen % step :: step])
+        seen += len(chunk)
+        while sum(map(len, kept)) > _SAMPLE:
+            kept, step = [np.concatenate(kept)[::2]], 2 * step
+    points = np.concatenate(kept)
+    return points, normals(points - points.mean(axis=0) if len(points) else points)

@@ -1,0 +1,468 @@
+"""What ties the stations of a project to each other: targets, planes, clouds, all in one network.
+
+Planes and clouds join stations without targets and approximate poses; what they join is matched to
+the known points as one. A station that they leave open is placed by its targets: once a first
+adjustment has its pose to millimetres, its planes are tied to those of the others as well.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+import zipfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tribrach.errors import AdjustmentError, InputError
+from tribrach.geodesy.site import Site
+from tribrach.geometry.pose import Pose
+from tribrach.io.outputs import write_bytes
+from tribrach.job.cloud_pairs import CloudPairs, cloud_pairs, contradicted, observable
+from tribrach.job.find_targets import Findings
+from tribrach.job.name_targets import Named, name_targets
+from tribrach.job.scans import StationScan
+from tribrach.job.state import State, digest
+from tribrach.network.adjustment import adjust
+from tribrach.network.network import Network
+from tribrach.network.survey import Survey
+from tribrach.observations.planes import FittedPlanes
+from tribrach.project.sections import RegistrationSection
+from tribrach.registration.clouds.graph import CloudEdge, observe
+from tribrach.registration.planes.plane_set import PlaneSet
+from tribrach.registration.planes.poses import information
+from tribrach.registration.planes.stations import PlaneRegistration, register_by_planes
+from tribrach.registration.planes.ties import PlaneTies, tie_planes
+from tribrach.registration.views import StationView, Surroundings, merged_view, view_of
+from tribrach.scan.loading import load
+from tribrach.scan.range_image import organise
+from tribrach.targets.planes import find_planes
+from tribrach.units import MM, SEC
+
+if TYPE_CHECKING:
+    from tribrach.project import Project
+
+__all__ = ["Registered", "Tying", "register"]
+
+# The planes and the view of every station, found once and remembered.
+
+
+#: changes of how planes are found make remembered ones void
+_METHOD = 1
+
+
+#: range for which the noise of fits is taken [m]
+_USUAL = 15.0
+
+
+def surroundings(
+    scans: Sequence[StationScan],
+    wish: RegistrationSection,
+    state: State,
+    progress: Callable[[str], None],
+) -> list[Surroundings]:
+    """Planes and view of every station; those of unchanged scans come from the last run.
+
+    A scan whose scanner's place is unknown has neither.
+    """
+    stations: dict[str, list[StationScan]] = {}
+    for scan in scans:
+        stations.setdefault(scan.station, []).append(scan)
+    out = []
+    for name, mine in stations.items():
+        found = [_of_scan(scan, wish, state, progress) for scan in mine if scan.origin_known]
+        planes = PlaneSet.joined([planes for planes, _ in found])
+        view = merged_view([view for _, view in found]) if found else StationView.empty()
+        out.append(Surroundings.of(name, planes, view, mine[0].levelled))
+    return out
+
+
+def _of_scan(
+    scan: StationScan, wish: RegistrationSection, state: State, progress: Callable[[str], None]
+) -> tuple[PlaneSet, StationView]:
+    """Planes and view of one scan."""
+    noise = _noise(scan)
+    settings = [sorted(noise.items()), wish.plane_area_m2, wish.plane_floor_mm]
+    key = digest("planes", _METHOD, state.file_digest(scan.scan.path), scan.mark, settings)
+    product = f"planes-{scan.name}"
+    plain = re.sub(r"[^\w-]", "_", scan.name)[:60]
+    file = state.folder / f"planes-{plain}-{digest(scan.name)[:8]}.npz"
+    if state.recall(product, key, file) is not None:
+        known = _read(file, scan.name)
+        if known is not None:
+            return known
+    progress(f"planes of {scan.name}")
+    cloud = load(scan.scan)
+    image = organise(cloud.xyz, cloud.row, cloud.column)
+    found, _ = find_planes(
+        cloud.xyz,
+        image,
+        least_area=wish.plane_area_m2,
+        floor=wish.plane_floor_mm * MM,
+        scan=scan.name,
+        **noise,
+    )
+    planes, view = PlaneSet.of(found), view_of(cloud.xyz, image)
+    write_bytes(file, _packed(planes, view))
+    state.remember(product, key, {"planes": len(planes)}, file)
+    return planes, view
+
+
+def _noise(scan: StationScan) -> dict[str, float]:
+    """Sigmas of single points for the fits; without an instrument they come from the scan."""
+    if scan.noise is None:
+        return {}
+    spot = float(scan.noise.beam_angle(np.array([_USUAL]))[0])
+    return {
+        "sigma_range": scan.noise.range + scan.noise.range_scale * _USUAL,
+        "sigma_angle": float(np.hypot(scan.noise.vertical, spot)),
+    }
+
+
+def _packed(planes: PlaneSet, view: StationView) -> bytes:
+    """Planes and view as the bytes of an npz file."""
+    buffer = io.BytesIO()
+    np.savez_compressed(
+        buffer,
+        normal=planes.normal,
+        center=planes.center,
+        covariance=planes.covariance,
+        area=planes.area,
+        sample=np.concatenate([np.zeros((0, 3)), *planes.samples]),
+        count=np.array([len(s) for s in planes.samples], dtype=np.int64),
+        spacing=planes.spacing,
+        near=view.near,
+        far=view.far,
+        looked=view.looked,
+        points=view.points,
+        reach=np.array(view.reach),
+    )
+    return buffer.getvalue()
+
+
+def _read(file: Path, scan: str) -> tuple[PlaneSet, StationView] | None:
+    """What was packed; None if the file is damaged."""
+    try:
+        with file.open("rb") as source, np.load(source, allow_pickle=False) as data:
+            ends = np.cumsum(data["count"])
+            samples = tuple(np.split(data["sample"], ends[:-1])) if len(ends) else ()
+            planes = PlaneSet(
+                data["normal"],
+                data["center"],
+                data["covariance"],
+                data["area"],
+                samples,
+                data["spacing"],
+                (scan,) * len(ends),
+            )
+            view = StationView(
+                data["near"],
+                data["far"],
+                data["looked"],
+                data["points"],
+                float(data["reach"]),
+            )
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        return None
+    return planes, view
+
+
+# Planes and clouds as observations of the network, once the stations have approximate poses.
+
+
+#: adjusted poses may be wrong by this where planes are tied between groups [m]
+_SLACK = 0.004
+
+
+@dataclass(frozen=True, eq=False)
+class Tying:
+    """What there is to tie.
+
+    network : makes the network of the project and a further survey; site : of the survey; targets :
+    observations of target centres, None if there are none; stations : with the planes to tie;
+    edges : relative poses from clouds; groups : stations whose relative poses are sharp already.
+    """
+
+    network: Callable[[Survey], Network]
+    site: Site
+    targets: Survey | None
+    stations: Sequence[Surroundings]
+    edges: Sequence[CloudEdge]
+    groups: Sequence[Mapping[str, Pose]]
+
+    def tied(
+        self, poses: Mapping[str, Pose], *, framed: bool
+    ) -> tuple[Survey, PlaneTies, Mapping[str, Pose]]:
+        """The survey with planes and clouds, surfaces in common, and poses.
+
+        Planes are tied within the groups, then between all stations: poses from the matching of
+        targets are too coarse to tell a wall from a window in it. framed : the poses are in the
+        frame of the survey and serve as start values.
+        """
+        ties = tie_planes(self.stations, poses, groups=self.groups)
+        survey = self._survey(ties, poses, framed=framed)
+        whole = len(self.groups) == 1 and len(self.groups[0]) == len(poses)
+        if whole or not self.stations:
+            return survey, ties, poses
+        try:
+            first = adjust(self.network(survey))
+        except AdjustmentError:
+            return survey, ties, poses
+        state, layout = first.state, first.layout
+        at = {name: layout.index("pose", name) for name in poses}
+        poses = {name: Pose(state.pose_r[k], state.pose_t[k]) for name, k in at.items()}
+        ties = tie_planes(self.stations, poses, _SLACK)
+        return self._survey(ties, poses, framed=True), ties, poses
+
+    def _survey(self, ties: PlaneTies, poses: Mapping[str, Pose], *, framed: bool) -> Survey:
+        """Stations, targets, surfaces and relative poses."""
+        survey = Survey(site=self.site)
+        if self.targets is not None:
+            survey.merge(self.targets)
+        for name, pose in poses.items():
+            if name not in survey.stations:
+                survey.station(name, source=f"scan {name}")
+            if framed:
+                known = survey.stations[name]
+                survey.stations[name] = replace(
+                    known, translation=pose.translation, rotation=pose.rotation
+                )
+        plane_factor, cloud_factor = self._factors(ties, poses)
+        if len(ties.surface):
+            self._planes(survey, ties, plane_factor, framed=framed)
+        observe(survey, observable(self.edges, poses, cloud_factor))
+        return survey
+
+    def _factors(self, ties: PlaneTies, poses: Mapping[str, Pose]) -> tuple[float, float]:
+        """Factors of the covariances of planes and of clouds where both are used.
+
+        Both are taken from the same points. Counted with the weights w and 1 - w in the ratio of
+        what either knows of a pair (the sixth root of the determinants of their information, the
+        median over the pairs), two equal ones know as much together as one of them, and next to a
+        better one a worse one adds hardly anything.
+        """
+        planes = {s.name: s.planes for s in self.stations}
+        ratios = []
+        for edge in self.edges:
+            pairs = ties.pairs.get((edge.first, edge.second))
+            if pairs is None or not len(pairs):
+                continue
+            one, two = planes[edge.first], planes[edge.second]
+            between = poses[edge.first].inverse @ poses[edge.second]
+            matrix, _ = information(one, two, pairs, between)
+            sign, size = np.linalg.slogdet(matrix)
+            if sign > 0:
+                ratios.append((size + np.linalg.slogdet(edge.covariance)[1]) / 6)
+        if not ratios:
+            return 1.0, 1.0
+        ratio = float(np.exp(np.clip(np.median(ratios), -20, 20)))
+        return (1 + ratio) / ratio, 1 + ratio
+
+    def _planes(self, survey: Survey, ties: PlaneTies, shared: float, *, framed: bool) -> None:
+        """Surfaces that several stations see, and how each station fitted them."""
+        names = [f"plane {k + 1}" for k in range(len(ties.normal))]
+        if framed:
+            for name, normal, offset in zip(names, ties.normal, ties.offset, strict=True):
+                survey.planes[name] = (normal, float(offset))
+        planes = {s.name: s.planes for s in self.stations}
+        rows = [(planes[name], k) for name, k in zip(ties.station, ties.number, strict=True)]
+        survey.add(
+            FittedPlanes,
+            values=np.zeros((len(rows), 3)),
+            covariance=shared * np.array([p.covariance[k] for p, k in rows]),
+            station=list(ties.station),
+            plane=[names[k] for k in ties.surface],
+            normal=np.array([p.normal[k] for p, k in rows]),
+            centroid=np.array([p.center[k] for p, k in rows]),
+            source=[f"{p.scans[k]}: plane" for p, k in rows],
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Registered:
+    """Stations before the adjustment.
+
+    survey : what the scans add to the survey; named : their targets, None if none are sought;
+    stations : planes and views, empty without planes and clouds; ties : surfaces in common, None
+    if planes are not used; poses : approximate, in one frame; sentences : how stations were
+    placed and what was not used.
+    """
+
+    survey: Survey | None
+    named: Named | None
+    stations: Sequence[Surroundings] = ()
+    ties: PlaneTies | None = None
+    poses: Mapping[str, Pose] | None = None
+    sentences: tuple[str, ...] = ()
+
+
+def register(
+    project: Project,
+    scans: Sequence[StationScan],
+    findings: Sequence[Findings],
+    state: State,
+    progress: Callable[[str, int, int | None], None],
+) -> Registered:
+    """Names, approximate poses and observations of all stations.
+
+    Raises
+    ------
+    InputError : a station that nothing places, with what was tried and what would help.
+    """
+    by = project.registration.by
+    wanted = "targets" in by and project.targets.wanted
+    if by == ("targets",):
+        named = name_targets(project, scans, findings) if wanted else None
+        return Registered(None if named is None else named.survey, named)
+    around = _stations(project, scans, state, progress)
+    wish = project.registration
+    floor = wish.cloud_floor_mm * MM, wish.cloud_floor_arcsec * SEC
+    clouds = cloud_pairs(scans, floor, state, progress) if "clouds" in by else None
+    found = register_by_planes(
+        around,
+        lambda k, n: progress("pairs of stations by planes", k, n),
+        () if clouds is None else clouds.joints,
+        _by_targets(project, scans, findings) if wanted else None,
+    )
+    groups = [group for group in found.groups if len(group) > 1]
+    named = name_targets(project, scans, findings, groups, partial=True) if wanted else None
+    poses, adrift = _poses(named, found)
+    surveyed = project.survey()
+    obstacles = _obstacles(by, found, clouds)
+    _refuse_lost(surveyed, scans, poses, found, obstacles, named)
+    framed = not adrift or (project.datum.kind == "free" and not surveyed.points)
+    edges, wrong = _believed(clouds, poses)
+    tying = Tying(
+        project.network,
+        surveyed.site,
+        None if named is None else named.survey,
+        around if "planes" in by else (),
+        edges,
+        groups,
+    )
+    survey, ties, poses = tying.tied(poses, framed=framed)
+    if named is not None:
+        named = replace(named, survey=survey)
+    said = (*_sentences(found, obstacles, ties, clouds, poses), *wrong)
+    return Registered(survey, named, around, ties if "planes" in by else None, poses, said)
+
+
+def _by_targets(
+    project: Project, scans: Sequence[StationScan], findings: Sequence[Findings]
+) -> Mapping[str, Pose]:
+    """Poses of the stations that their own targets place."""
+    return name_targets(project, scans, findings, partial=True).identification.poses
+
+
+def _believed(
+    clouds: CloudPairs | None, poses: Mapping[str, Pose]
+) -> tuple[list[CloudEdge], list[str]]:
+    """Pairs of clouds that the poses do not contradict, and sentences on the others."""
+    if clouds is None:
+        return [], []
+    wrong = contradicted(clouds.edges, poses)
+    said = [
+        f"the clouds of {e.first} and {e.second} fit at a place that contradicts the other ties by "
+        f"{gap:.2f} m: not used"
+        for e, gap in wrong
+    ]
+    return [e for e in clouds.edges if all(e is not bad for bad, _ in wrong)], said
+
+
+def _stations(
+    project: Project,
+    scans: Sequence[StationScan],
+    state: State,
+    progress: Callable[[str, int, int | None], None],
+) -> list[Surroundings]:
+    """Planes and views of all stations; both empty where planes are not wanted."""
+    wish = project.registration
+    if "planes" in wish.by:
+        return surroundings(scans, wish, state, lambda what: progress(what, 0, None))
+    blank, blind = PlaneSet.joined([]), StationView.empty()
+    levelled = {scan.station: scan.levelled for scan in scans}
+    return [Surroundings.of(name, blank, blind, flat) for name, flat in levelled.items()]
+
+
+def _poses(named: Named | None, found: PlaneRegistration) -> tuple[Mapping[str, Pose], bool]:
+    """Approximate poses of all stations that were placed; are they in a frame of their own?"""
+    if named is not None and named.identification.poses:
+        return named.identification.poses, named.identification.adrift
+    return found.groups[0], True
+
+
+def _obstacles(
+    by: Sequence[str], found: PlaneRegistration, clouds: CloudPairs | None
+) -> dict[str, str]:
+    """Why stations are alone, by planes and by clouds."""
+    out = {}
+    for name, reason in found.obstacles.items():
+        words = [f"by planes {reason}"] if "planes" in by else []
+        if clouds is not None:
+            mine = [why for pair, why in clouds.obstacles.items() if name in pair]
+            words.append(f"by clouds {mine[0]}" if mine else "no pair of clouds holds it")
+        out[name] = "; ".join(words)
+    return out
+
+
+def _refuse_lost(
+    surveyed: Survey,
+    scans: Sequence[StationScan],
+    poses: Mapping[str, Pose],
+    found: PlaneRegistration,
+    obstacles: Mapping[str, str],
+    named: Named | None,
+) -> None:
+    """Say which stations nothing places, unless the survey itself observes them."""
+    lost = [s for s in dict.fromkeys(scan.station for scan in scans) if s not in poses]
+    lost = [name for name in lost if name not in surveyed.stations]
+    if not lost:
+        return
+    name = lost[0]
+    reason = obstacles.get(name)
+    if reason is None:
+        group = next(group for group in found.groups if name in group)
+        reason = (
+            f"it hangs together with {', '.join(n for n in group if n != name)}, and nothing joins "
+            "these to the rest"
+        )
+    words = f"station {name} cannot be registered: {reason}"
+    if named is not None:
+        why = named.identification.unplaced.get(name, "it shows none")
+        words += f"; by targets: {why}"
+    if len(lost) > 1:
+        words += f" (and so for {', '.join(lost[1:6])}{' ...' * (len(lost) > 6)})"
+    raise InputError(
+        words,
+        record=name,
+        cure="add what is named there, or take the scans of these stations out of the project",
+    )
+
+
+def _sentences(
+    found: PlaneRegistration,
+    obstacles: Mapping[str, str],
+    ties: PlaneTies,
+    clouds: CloudPairs | None,
+    poses: Mapping[str, Pose],
+) -> tuple[str, ...]:
+    """What joined the stations, what was left to others and what was not used."""
+    said = []
+    by = "planes and clouds" if clouds is not None and len(ties.normal) else "clouds"
+    by = "planes" if clouds is None else by
+    for group in found.groups:
+        if len(group) > 1:
+            names = list(group)
+            said.append(f"{by} join {', '.join(names[:-1])} and {names[-1]}")
+    for name, reason in obstacles.items():
+        how = "its targets place it" if name in poses else "other observations have to place it"
+        said.append(f"{name} is not joined to the others: {reason}; {how}")
+    said += found.sentences
+    if clouds is not None:
+        said += clouds.sentences
+    if len(ties.normal):
+        said.append(f"{len(ties.normal)} surfaces are seen by two or more stations")
+    return tuple(said)

@@ -1,0 +1,1 @@
+"""Gross errors: what they look like, where they are, estimates that bear them."""

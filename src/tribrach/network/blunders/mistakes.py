@@ -1,0 +1,419 @@
+"""Blunders that sit in several observations at once, named before anything is switched off."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from tribrach._types import Array, Index, Mask
+from tribrach.errors import InputError, NotConverged, TribrachError
+from tribrach.network.adjustment import Adjustment, Options, adjust
+from tribrach.network.blunders.snooping import switch
+from tribrach.network.blunders.suspects import find_suspects
+from tribrach.network.network import Network
+from tribrach.network.reliability import weigh
+from tribrach.network.significance import log_significance
+from tribrach.observations.base import Observations, Use, wrap
+from tribrach.observations.sights import Sights
+
+__all__ = ["common_causes", "first_adjustment", "mistakes", "swapped_names"]
+
+# What one mistake would explain several bad observations? Causes that tests of single ones miss.
+#
+# A wrong height of instrument sits in every sight of a set-up, a wrong height of target in every
+# sight to a prism, a target that was moved in all that one instrument saw of it. Each cause i is
+# a bias ``C_i b`` of the observations, and ``T_i = b^T (C^T P Q_vv P C) b`` is chi-square of as
+# many degrees of freedom if it is not there (Baarda 1968; method section 3.4). The most
+# improbable one is taken, what it explains is set aside, and the rest is asked again. Single
+# observations compete, so that a common cause is named only where it says more than its worst
+# observation does.
+
+
+#: significance of all causes together; rounds; single observations that compete
+_ALPHA, _ROUNDS, _SINGLE = 0.001, 6, 40
+
+
+#: causes whose tests are as close as this cannot be told apart; most causes; most numbers of all
+_ALIKE, _MOST, _NUMBERS = 3.0, 400, 8_000_000
+
+
+#: step of numerical derivatives by a height [m]; share of its own size that a bias must leave
+_STEP, _UNSEEN = 1e-3, 1e-6
+
+
+@dataclass(frozen=True)
+class CommonCause:
+    """A mistake that explains several observations.
+
+    words : what is wrong; size : what is to be added to it (k,) [m], with its sigma (k,);
+    statistic : T of k degrees of freedom; rest : ``v^T P v`` without it; alternatives : causes in
+    words that explain as much.
+    """
+
+    words: str
+    size: Array
+    sigma: Array
+    statistic: float
+    rest: float
+    alternatives: tuple[str, ...] = ()
+
+    def sentence(self) -> str:
+        """All of it in one sentence."""
+        if len(self.size) == 1:
+            side = "low" if self.size[0] > 0 else "high"
+            much = f"{1e3 * abs(self.size[0]):.1f} mm ± {1e3 * self.sigma[0]:.1f} mm too {side}"
+        else:
+            parts = ", ".join(f"{a} {1e3 * x:+.1f}" for a, x in zip("ENU", self.size, strict=True))
+            much = f"{1e3 * np.linalg.norm(self.size):.1f} mm ({parts} mm)"
+        also = f"; it could as well be {' or '.join(self.alternatives)}" * bool(self.alternatives)
+        return (
+            f"Several observations are wrong in the way of one mistake: {self.words}, {much} "
+            f"(test {self.statistic:.1f}, chi-square of {len(self.size)}){also}"
+        )
+
+
+@dataclass(frozen=True)
+class _Cause:
+    """Columns (n, k) of whitened observations; what they leave in the residuals (n, k)."""
+
+    words: str
+    common: bool
+    columns: Array
+    left: Array
+    items: frozenset[tuple[int, int]]
+
+
+def common_causes(adjustment: Adjustment) -> list[CommonCause]:
+    """The mistakes that explain what is wrong, the clearest first; none in a network that fits."""
+    if adjustment.dof < 2 or not find_suspects(weigh(adjustment)):
+        return []
+    causes = list(_Candidates(adjustment).all())
+    limit = np.log(_ALPHA / max(len(causes), 1))
+    residual, basis = adjustment.whitened_residuals, np.zeros((adjustment.n_observations, 0))
+    found: list[CommonCause] = []
+    for _ in range(_ROUNDS):
+        tests = [_test(cause, residual, basis) for cause in causes]
+        score = np.array([log_significance(t[0], t[1]) if t[1] else 0.0 for t in tests])
+        best = int(np.argmin(score)) if len(score) else -1
+        if best < 0 or score[best] > limit:
+            break
+        cause, (statistic, _, size, sigma) = causes[best], tests[best]
+        basis = _joined(basis, cause.left)
+        residual = adjustment.whitened_residuals
+        residual = residual - basis @ (basis.T @ residual)
+        if cause.common:
+            close = np.flatnonzero(score < score[best] + _ALIKE)
+            others = [causes[k] for k in close if k != best and causes[k].common]
+            words = tuple(o.words for o in others if not o.items <= cause.items)[:3]
+            rest = float(residual @ residual)
+            found.append(CommonCause(cause.words, size, sigma, statistic, rest, words))
+    return found
+
+
+def _test(cause: _Cause, residual: Array, basis: Array) -> tuple[float, int, Array, Array]:
+    """Statistic, degrees of freedom, bias (k,) and its sigma (k,), given what is set aside."""
+    left = cause.left - basis @ (basis.T @ cause.left)
+    scale = np.linalg.norm(cause.columns, axis=0)
+    scale = np.where(scale > 0, scale, 1.0)
+    values, vectors = np.linalg.eigh((left / scale).T @ (left / scale))
+    seen = values > _UNSEEN
+    if not seen.any():
+        return 0.0, 0, np.zeros(len(scale)), np.zeros(len(scale))
+    inverse = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T
+    pull = (left / scale).T @ residual
+    size: Array = -(inverse @ pull) / scale
+    sigma = np.sqrt(np.diag(inverse)) / scale
+    return float(pull @ inverse @ pull), int(seen.sum()), size, sigma
+
+
+def _joined(basis: Array, columns: Array) -> Array:
+    """An orthonormal basis of both."""
+    u, s, _ = np.linalg.svd(np.hstack([basis, columns]), full_matrices=False)
+    joined: Array = u[:, s > 1e-9 * s[0]]
+    return joined
+
+
+class _Candidates:
+    """Causes that touch a suspicious observation."""
+
+    def __init__(self, adjustment: Adjustment) -> None:
+        self.adjustment, self.rows = adjustment, adjustment.rows
+        self.system = weigh(adjustment)
+        self.large: Mask = np.nan_to_num(np.abs(self.system.w)) > 2.0
+
+    def all(self) -> Iterator[_Cause]:
+        """Single observations, then common causes, at most so many."""
+        yield from self._single()
+        groups = sorted(
+            [*self._heights(), *self._shifts()], key=lambda g: -int(self.large[g[1]].sum())
+        )
+        most = min(_MOST, max(_NUMBERS // max(len(self.large), 1), 10))
+        for words, mine, columns in groups[:most]:
+            yield self._cause(words, True, mine, columns)
+
+    def _single(self) -> Iterator[_Cause]:
+        """Whole observations that the tests reject."""
+        most = min(_SINGLE, max(_NUMBERS // max(len(self.large), 1), 10))
+        for suspect in find_suspects(self.system)[:most]:
+            table, item = suspect.key
+            mine = (self.rows.table == table) & (self.rows.item == item)
+            unit = np.zeros((len(mine), int(mine.sum())))
+            unit[np.flatnonzero(mine), np.arange(unit.shape[1])] = 1.0
+            o = self.adjustment.network.observations[table]
+            words = Network.describe(o, item, self.adjustment.state)
+            yield self._cause(words, False, mine, self.adjustment.whitener @ unit)
+
+    def _cause(self, words: str, common: bool, mine: Mask, columns: Array) -> _Cause:
+        a = self.adjustment
+        left = columns - a.design @ a.cofactor.solve(a.design.T @ columns)
+        items = frozenset(zip(self.rows.table[mine].tolist(), self.rows.item[mine].tolist(),
+                              strict=True))  # fmt: skip
+        return _Cause(words, common, columns, left, items)
+
+    def _heights(self) -> Iterator[tuple[str, Mask, Array]]:
+        """Heights of instruments by set-up, of targets by set-up and at all."""
+        name = self.adjustment.layout.position_name
+        groups: dict[tuple[str, str], dict[int, Index]] = {}
+        for table, o in enumerate(self.adjustment.network.observations):
+            if not isinstance(o, Sights):
+                continue
+            hi, ht = np.round(o.height_instrument, 4), np.round(o.height_target, 4)
+            keys = {
+                "height_instrument": [
+                    f"the height of instrument at {name(s)} ({h:.4f} m)"
+                    for s, h in zip(o.start, hi, strict=True)
+                ],
+                "height_target": [
+                    f"the height of target at {name(e)} ({h:.4f} m)" if h else ""
+                    for e, h in zip(o.end, ht, strict=True)
+                ],
+            }
+            for what, said in keys.items():
+                for one in dict.fromkeys(said):
+                    if one:
+                        at = np.flatnonzero(np.array(said, dtype=object) == one)
+                        groups.setdefault((one, what), {})[table] = at
+        for (words, what), members in groups.items():
+            mine = self._rows_of(members)
+            if self.large[mine].any():
+                yield words, mine, self._by_height(what, members)
+
+    def _rows_of(self, members: dict[int, Index]) -> Mask:
+        """Rows (n,) of items by table."""
+        mine = np.zeros(len(self.rows.table), dtype=bool)
+        for table, items in members.items():
+            mine |= (self.rows.table == table) & np.isin(self.rows.item, items)
+        return mine
+
+    def _by_height(self, what: str, members: dict[int, Index]) -> Array:
+        """Whitened derivatives (n, 1) of some sights by a height that they share."""
+        column = np.zeros((len(self.rows.table), 1))
+        state = self.adjustment.state
+        for table, items in members.items():
+            o = self.adjustment.network.observations[table]
+            higher = getattr(o, what) + _STEP
+            change = replace(o, **{what: higher}).predict(state) - o.predict(state)
+            for row in o.angular:
+                change[:, row] = wrap(change[:, row])
+            mine = np.flatnonzero((self.rows.table == table) & np.isin(self.rows.item, items))
+            column[mine, 0] = change[self.rows.item[mine], self.rows.row[mine]] / _STEP
+        whitened: Array = self.adjustment.whitener @ column
+        return whitened
+
+    def _shifts(self) -> Iterator[tuple[str, Mask, Array]]:
+        """Places that total stations and scanners do not see as one."""
+        observations = self.adjustment.network.observations
+        by_sights: dict[int, dict[int, Index]] = {}
+        by_scans: set[int] = set()
+        for table, o in enumerate(observations):
+            if isinstance(o, Sights):
+                for end in np.unique(o.end):
+                    by_sights.setdefault(int(end), {})[table] = np.flatnonzero(o.end == end)
+            elif hasattr(o, "station") and hasattr(o, "target"):
+                by_scans |= set(np.asarray(o.target).tolist())
+        layout = self.adjustment.layout
+        for place in sorted(by_sights.keys() & by_scans):
+            mine = self._rows_of(by_sights[place])
+            columns = self.adjustment.reduced[layout.position_columns(np.array([place]))[0]]
+            if (columns < 0).any() or not self.large[mine].any():
+                continue
+            part = self.adjustment.design[:, columns].toarray()
+            part[~mine] = 0.0
+            words = (
+                f"target {layout.position_name(place)} is not in one place, total station less "
+                "scanner"
+            )
+            yield words, mine, part
+
+
+# Were the names of two targets exchanged at one set-up? Adjusted again with each pair exchanged.
+#
+# Two names that changed places put two targets metres away at once; tests of single observations
+# cannot tell which pair it was, since everything around is distorted. The pair without which the
+# network fits is the answer.
+
+
+#: networks that fit worse than this many times their sigmas are looked at; pairs that are tried
+_GROSS, _MOST_SWAPS = 5.0, 60
+
+
+#: of an attempt
+_ITERATIONS = 15
+
+
+#: what must be left of the variance factor
+_LEFT = 0.05
+
+
+@dataclass(frozen=True)
+class SwappedNames:
+    """Two targets whose names were exchanged at a set-up; variance factors before
+    (infinite if it could not be adjusted) and without.
+    """
+
+    setup: str
+    first: str
+    second: str
+    before: float
+    after: float
+    network: Network
+
+    def sentence(self) -> str:
+        """The finding in one sentence."""
+        fits = f"sigma0 falls from {np.sqrt(self.before):.1f} to {np.sqrt(self.after):.2f}"
+        if not np.isfinite(self.before):
+            fits = f"the network can be adjusted, with sigma0 {np.sqrt(self.after):.2f}"
+        return (
+            f"The names {self.first} and {self.second} are exchanged at {self.setup}: with them "
+            f"the other way round {fits}"
+        )
+
+
+def _hurried(network: Network) -> Adjustment:
+    """An adjustment that soon gives up: with the right names few iterations are needed."""
+    return adjust(network, options=Options(max_iterations=_ITERATIONS))
+
+
+def swapped_names(
+    network: Network,
+    adjustment: Adjustment | None = None,
+    run: Callable[[Network], Adjustment] = _hurried,
+) -> SwappedNames | None:
+    """The exchange of two names that makes a network fit which does not; None if there is none.
+
+    adjustment : of the network as it is, None if it could not be adjusted.
+    """
+    before = np.inf if adjustment is None else adjustment.posterior_factor
+    if not before > _GROSS**2 or (adjustment is not None and _one_alone(adjustment, run)):
+        return None
+    best: SwappedNames | None = None
+    for setup, first, second in _pairs(network, adjustment):
+        changed = _exchanged(network, setup, first, second)
+        try:
+            after = run(changed).posterior_factor
+        except TribrachError:
+            continue
+        if after < (_LEFT * before if best is None else best.after):
+            name = network.start.layout.position_name
+            best = SwappedNames(name(setup), name(first), name(second), before, after, changed)
+            if after < 2.0:
+                break
+    return best
+
+
+def _one_alone(adjustment: Adjustment, run: Callable[[Network], Adjustment]) -> bool:
+    """True if the network fits without its worst observation: then that one was misread."""
+    suspects = find_suspects(weigh(adjustment))
+    if not suspects:
+        return True
+    try:
+        rest = run(switch(adjustment.network, *suspects[0].key, Use.OFF, "tried without it"))
+    except TribrachError:
+        return False
+    return rest.posterior_factor < _LEFT * adjustment.posterior_factor
+
+
+def _ends(o: Observations, points: int) -> tuple[Index, Index, str] | None:
+    """Positions (n,) of set-up and target, and the field of the target."""
+    some: Any = o
+    if hasattr(o, "station") and hasattr(o, "target"):
+        return np.asarray(some.station) + points, np.asarray(some.target), "target"
+    if hasattr(o, "start") and hasattr(o, "end") and hasattr(o, "height_instrument"):
+        return np.asarray(some.start), np.asarray(some.end), "end"
+    return None
+
+
+def _pairs(network: Network, adjustment: Adjustment | None) -> Iterator[tuple[int, int, int]]:
+    """Set-up and two targets (positions), the most suspicious pairs first."""
+    points = network.start.layout.count("point")
+    worst: dict[tuple[int, int], float] = {}
+    w = None if adjustment is None else np.nan_to_num(np.abs(weigh(adjustment).w))
+    for table, o in enumerate(network.observations):
+        ends = _ends(o, points)
+        if ends is None:
+            continue
+        size = np.zeros(len(o))
+        if adjustment is not None and w is not None:
+            mine = adjustment.rows.table == table
+            np.maximum.at(size, adjustment.rows.item[mine], w[mine])
+        for k in np.flatnonzero(o.use == Use.ACTIVE):
+            key = (int(ends[0][k]), int(ends[1][k]))
+            worst[key] = max(worst.get(key, 0.0), float(size[k]))
+    setups: dict[int, list[int]] = {}
+    for setup, target in worst:
+        setups.setdefault(setup, []).append(target)
+    pairs = [
+        (min(worst[setup, p], worst[setup, q]), setup, p, q)
+        for setup, targets in setups.items()
+        for p, q in combinations(targets, 2)
+    ]
+    pairs.sort(key=lambda pair: -pair[0])
+    return ((setup, p, q) for _, setup, p, q in pairs[:_MOST_SWAPS])
+
+
+def _exchanged(network: Network, setup: int, first: int, second: int) -> Network:
+    """The network with two targets exchanged in all that was observed from a set-up."""
+    points = network.start.layout.count("point")
+    changed = []
+    for o in network.observations:
+        ends = _ends(o, points)
+        if ends is None:
+            changed.append(o)
+            continue
+        start, target, field = ends
+        swapped = np.where(target == first, second, np.where(target == second, first, target))
+        further: dict[str, Any] = {field: np.where(start == setup, swapped, target)}
+        changed.append(replace(o, **further))
+    return replace(network, observations=tuple(changed))
+
+
+_CURE = "correct the names in the file"
+
+
+def first_adjustment(network: Network) -> Adjustment:
+    """The network adjusted as it is.
+
+    Raises
+    ------
+    InputError : it does not converge because two names are exchanged.
+    AdjustmentError : it cannot be adjusted for another reason.
+    """
+    try:
+        return adjust(network)
+    except NotConverged as error:
+        found = swapped_names(network)
+        if found is None:
+            raise
+        raise InputError(found.sentence(), cure=_CURE) from error
+
+
+def mistakes(adjustment: Adjustment) -> list[str]:
+    """Mistakes that explain several bad observations each, in sentences."""
+    swapped = swapped_names(adjustment.network, adjustment)
+    if swapped is not None:
+        return [swapped.sentence()]
+    return [cause.sentence() for cause in common_causes(adjustment)]

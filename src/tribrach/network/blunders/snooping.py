@@ -1,0 +1,307 @@
+"""Iterative data snooping: nothing is deleted silently.
+
+The observation with the most improbable test value is switched off with its reason, the network is
+adjusted again, and so on; at the end every switched-off observation is tried again and comes back
+if it fits after all (method section 3.4).
+
+Given coordinates that look wrong are named. Unless they may be switched off they stand aside while
+the search goes on, since otherwise the good observations around them would be taken for wrong, and
+come back at its end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tribrach._types import Array
+from tribrach.errors import AdjustmentError
+from tribrach.network.adjustment import Adjustment, adjust
+from tribrach.network.blunders.suspects import Key, Suspect, find_suspects
+from tribrach.network.network import Network
+from tribrach.network.quality import prediction_statistics
+from tribrach.network.reliability import WeightedResiduals, correlations_of_tests, weigh
+from tribrach.network.separability import partners
+from tribrach.network.significance import log_significance, w_critical
+from tribrach.observations.base import Use
+from tribrach.statistics import chi2
+
+__all__ = ["SnoopingLog", "SnoopingStep", "restart", "snoop", "switch"]
+
+
+#: what is done with given coordinates that look wrong
+SUSPICIOUS = "suspicious control, kept"
+
+
+#: groups whose observations are given coordinates and not measurements
+CONTROL_GROUPS = ("control",)
+
+
+#: networks with more values than this lose up to BATCH suspects a round, if far enough apart
+LARGE = 5000
+
+
+BATCH = 20
+
+
+#: tests less correlated than this do not influence each other
+APART = 0.1
+
+
+@dataclass(frozen=True)
+class SnoopingStep:
+    """One decision: the observation, its statistic against its limit, and what was done.
+
+    alternatives : observations in words that could as well be the wrong one.
+    """
+
+    observation: str
+    statistic: float
+    critical: float
+    gross_error: float
+    unit: str
+    action: str
+    alternatives: tuple[str, ...] = ()
+
+    def sentence(self) -> str:
+        """The step in words."""
+        scale, name = (1e3, "mm") if self.unit == "m" else (206264.806, "arcsec")
+        size = f", error about {self.gross_error * scale:.2f} {name}" if self.gross_error else ""
+        doubt = f"; it could as well be {self._others()}" if self.alternatives else ""
+        return (
+            f"{self.observation}: {self.action} (test {self.statistic:.2f} against "
+            f"{self.critical:.2f}{size}){doubt}"
+        )
+
+    def _others(self) -> str:
+        more = len(self.alternatives) - 3
+        return " or ".join(self.alternatives[:3]) + (f" or {more} others" if more > 0 else "")
+
+
+@dataclass(frozen=True)
+class SnoopingLog:
+    """All steps in order; ``removed`` are (table, item) of what stayed off."""
+
+    steps: tuple[SnoopingStep, ...]
+    removed: tuple[Key, ...]
+
+    def sentences(self) -> list[str]:
+        """The steps in words."""
+        return [step.sentence() for step in self.steps]
+
+
+def switch(network: Network, table: int, item: int, use: Use, reason: str = "") -> Network:
+    """The network with one observation in another use."""
+    observations = list(network.observations)
+    o = observations[table]
+    uses, reasons = o.use.copy(), o.reason.copy()
+    uses[item], reasons[item] = use, reason
+    observations[table] = replace(o, use=uses, reason=reasons)
+    return replace(network, observations=tuple(observations))
+
+
+def restart(network: Network, adjustment: Adjustment) -> Network:
+    """The network started from an adjusted state, unless inner constraints refer to the start."""
+    return network if adjustment.defect else network.with_start(adjustment.state)
+
+
+def snoop(
+    network: Network,
+    *,
+    alpha0: float = 0.001,
+    include_control: bool = False,
+    max_removed: int | None = None,
+    suspects: Mapping[Key, float] | None = None,
+    run: Callable[[Network], Adjustment] = adjust,
+) -> tuple[Adjustment, SnoopingLog]:
+    """Adjust, test, switch the worst suspect off, repeat.
+
+    include_control : may given coordinates be switched off? Otherwise they are named as
+        suspicious and kept. max_removed : at most this many; a third of the observations if None.
+    suspects : observations that a robust estimate points at with their standardised residuals;
+        switched off to begin with and tried again at the end like the others.
+
+    The redundancy never falls below one.
+    """
+    limit = max(1, network.count() // 3) if max_removed is None else max_removed
+    search = _Search(run(network), alpha0, include_control, limit, run)
+    search.begin(suspects or {})
+    while search.round():
+        pass
+    search.recall_control()
+    search.reinstate()
+    return search.adjustment, SnoopingLog(tuple(search.steps), tuple(search.removed))
+
+
+class _Search:
+    """The state of the search: what is off, what is kept, and why."""
+
+    def __init__(
+        self,
+        adjustment: Adjustment,
+        alpha0: float,
+        include_control: bool,
+        limit: int,
+        run: Callable[[Network], Adjustment],
+    ) -> None:
+        self.adjustment, self.alpha0, self.limit, self.run = adjustment, alpha0, limit, run
+        self.include_control = include_control
+        self.steps: list[SnoopingStep] = []
+        self.removed: list[Key] = []
+        self.aside: list[Key] = []
+        self.kept: set[Key] = set()
+
+    def begin(self, suspects: Mapping[Key, float]) -> None:
+        """Switch off what a robust estimate suspects, as far as the network can do without it."""
+        tables = self.adjustment.network.observations
+        for key, size in sorted(suspects.items(), key=lambda item: -item[1]):
+            if tables[key[0]].group in CONTROL_GROUPS and not self.include_control:
+                continue
+            words = self._words(key)
+            if self._without([key], [f"robust estimate: standardised residual {size:.2f}"]):
+                limit = w_critical(self.alpha0)
+                self.removed.append(key)
+                self.steps.append(SnoopingStep(words, size, limit, 0.0, "m", "switched off"))
+
+    def round(self) -> bool:
+        """Look once at all tests; True if anything was done."""
+        system = weigh(self.adjustment)
+        found = [s for s in find_suspects(system, self.alpha0) if s.key not in self.kept]
+        if not found:
+            return False
+        if len(self.removed) >= self.limit:
+            action = f"kept, {len(self.removed)} observations are off already: look at the data"
+            self.steps.append(self._step(system, found[0], action))
+            return False
+        chosen = self._independent(system, found)
+        if len(chosen) > 1 and self._switched(system, chosen):
+            return True
+        if not self._switched(system, chosen[:1]):
+            self._keep(system, chosen[0])
+        return True
+
+    def _independent(self, system: WeightedResiduals, found: list[Suspect]) -> list[Suspect]:
+        """The worst suspect, and in large networks others that it does not influence."""
+        if len(self.adjustment.rows) <= LARGE:
+            return found[:1]
+        found = found[: min(2 * BATCH, self.limit - len(self.removed))]
+        rows = np.array([suspect.row for suspect in found])
+        rho = np.abs(np.nan_to_num(correlations_of_tests(system, rows)[rows]))
+        chosen: list[int] = []
+        for k in range(len(found)):
+            if len(chosen) < BATCH and (rho[k, chosen] < APART).all():
+                chosen.append(k)
+        return [found[k] for k in chosen]
+
+    def _switched(self, system: WeightedResiduals, chosen: list[Suspect]) -> bool:
+        """Switch suspects off together; False if the network cannot do without them."""
+        reasons = [f"snooping: test {s.statistic:.2f} against {s.critical:.2f}" for s in chosen]
+        if not self._without([s.key for s in chosen], reasons):
+            return False
+        for suspect in chosen:
+            control = self._protected(suspect.key)
+            (self.aside if control else self.removed).append(suspect.key)
+            action = SUSPICIOUS if control else "switched off"
+            self.steps.append(self._step(system, suspect, action))
+        return True
+
+    def _keep(self, system: WeightedResiduals, suspect: Suspect) -> None:
+        """Say why a suspect stays."""
+        self.kept.add(suspect.key)
+        if self._protected(suspect.key):
+            action = SUSPICIOUS
+        elif self.adjustment.dof - self._rows(suspect.key) < 1:
+            action = "kept, without it nothing would be checked"
+        else:
+            action = "kept, the network needs it"
+        self.steps.append(self._step(system, suspect, action))
+
+    def _protected(self, key: Key) -> bool:
+        """True for given coordinates that may not be switched off."""
+        group = self.adjustment.network.observations[key[0]].group
+        return group in CONTROL_GROUPS and not self.include_control
+
+    def _rows(self, key: Key) -> int:
+        return self.adjustment.network.observations[key[0]].rows
+
+    def _without(self, keys: list[Key], reasons: list[str]) -> bool:
+        """Adjust without some observations; False if that cannot be done."""
+        if self.adjustment.dof - sum(map(self._rows, keys)) < 1:
+            return False
+        changed = self.adjustment.network
+        for key, reason in zip(keys, reasons, strict=True):
+            changed = switch(changed, *key, Use.OFF, reason)
+        try:
+            self.adjustment = self.run(restart(changed, self.adjustment))
+        except AdjustmentError:
+            return False
+        return True
+
+    def recall_control(self) -> None:
+        """Bring the control that stood aside back."""
+        if self.aside:
+            network = self.adjustment.network
+            for key in self.aside:
+                network = switch(network, *key, Use.ACTIVE)
+            self.adjustment = self.run(restart(network, self.adjustment))
+            self.kept |= set(self.aside)
+
+    def reinstate(self) -> None:
+        """Take back, one at a time, what fits and makes nothing else fail; the best first."""
+        waiting = list(self.removed)
+        while waiting:
+            statistic, freedom = self._predicted(waiting)
+            log_p = log_significance(statistic, freedom)
+            best = int(np.argmax(log_p))
+            if log_p[best] <= np.log(self.alpha0):
+                return
+            key = waiting.pop(best)
+            before = self._rejected()
+            changed = switch(self.adjustment.network, *key, Use.ACTIVE)
+            try:
+                trial = self.run(restart(changed, self.adjustment))
+            except AdjustmentError:
+                continue
+            after = {s.key for s in find_suspects(weigh(trial), self.alpha0)}
+            if key in after or not after <= before:
+                continue
+            self.adjustment = trial
+            self.removed.remove(key)
+            self._note_return(key, float(statistic[best]), int(freedom[best]))
+
+    def _rejected(self) -> set[Key]:
+        return {s.key for s in find_suspects(weigh(self.adjustment), self.alpha0)}
+
+    def _predicted(self, keys: list[Key]) -> tuple[Array, Array]:
+        """Statistics and degrees of freedom of observations that are off, by prediction."""
+        tables = self.adjustment.network.observations
+        table, item = np.array(keys).T
+        statistic = np.zeros(len(keys))
+        for number in np.unique(table):
+            mine = table == number
+            statistic[mine] = prediction_statistics(self.adjustment, tables[number], item[mine])
+        return statistic, np.array([float(self._rows(key)) for key in keys])
+
+    def _note_return(self, key: Key, statistic: float, freedom: int) -> None:
+        limit = float(chi2.ppf(1 - self.alpha0, freedom))
+        if freedom == 1:
+            statistic, limit = float(np.sqrt(statistic)), float(np.sqrt(limit))
+        step = SnoopingStep(self._words(key), statistic, limit, 0.0, "m", "taken back")
+        self.steps.append(step)
+
+    def _words(self, key: Key) -> str:
+        o = self.adjustment.network.observations[key[0]]
+        return Network.describe(o, key[1], self.adjustment.state)
+
+    def _step(self, system: WeightedResiduals, suspect: Suspect, action: str) -> SnoopingStep:
+        return SnoopingStep(
+            self._words(suspect.key),
+            suspect.statistic,
+            suspect.critical,
+            suspect.gross_error,
+            suspect.unit,
+            action,
+            partners(system, suspect.row),
+        )

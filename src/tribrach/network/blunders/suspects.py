@@ -1,0 +1,99 @@
+"""Which observations do the tests reject? All of them, the most improbable first.
+
+Single values are judged by w, observations with several values (vectors, targets) as blocks. The
+two are compared by their significance, so that neither kind is preferred.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.network.quality import block_tests
+from tribrach.network.reliability import WeightedResiduals
+from tribrach.network.significance import log_significance, w_critical
+
+__all__ = ["Key", "Suspect", "find_suspects"]
+
+#: (table, item) of an observation in ``Network.observations``
+Key = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Suspect:
+    """A rejected observation.
+
+    row : the row of its largest test value; statistic against critical : the size of w for single
+    values, T for blocks; log_p : logarithm of its significance; gross_error : estimated error in
+    ``unit``, 0 where it has no single size.
+    """
+
+    key: Key
+    row: int
+    statistic: float
+    critical: float
+    log_p: float
+    gross_error: float
+    unit: str
+
+
+def find_suspects(system: WeightedResiduals, alpha0: float = 0.001) -> list[Suspect]:
+    """Every rejected observation, the most improbable first."""
+    return sorted(
+        [*_single(system, alpha0), *_blocks(system, alpha0)], key=lambda suspect: suspect.log_p
+    )
+
+
+def _single(system: WeightedResiduals, alpha0: float) -> list[Suspect]:
+    """Rejected observations of one value."""
+    rows, tables = system.adjustment.rows, system.adjustment.network.observations
+    w, limit = np.nan_to_num(np.abs(system.w)), w_critical(alpha0)
+    alone = np.array([o.rows == 1 for o in tables], dtype=bool)[rows.table]
+    found = np.flatnonzero(alone & (w > limit))
+    log_p = log_significance(w[found] ** 2, 1)
+    error = system.gross_error[found]
+    return [
+        Suspect(
+            key=(int(rows.table[row]), int(rows.item[row])),
+            row=int(row),
+            statistic=float(w[row]),
+            critical=limit,
+            log_p=float(p),
+            gross_error=float(g),
+            unit=tables[rows.table[row]].units[0],
+        )
+        for row, p, g in zip(found, log_p, error, strict=True)
+    ]
+
+
+def _blocks(system: WeightedResiduals, alpha0: float) -> list[Suspect]:
+    """Rejected observations of several values."""
+    blocks = block_tests(system, alpha0)
+    found = np.flatnonzero(blocks.rejected)
+    log_p = log_significance(blocks.statistic[found], blocks.freedom[found])
+    w = np.nan_to_num(np.abs(system.w))
+    out = []
+    for b, p in zip(found, log_p, strict=True):
+        key = int(blocks.table[b]), int(blocks.item[b])
+        mine = _rows_of(system, key)
+        out.append(
+            Suspect(
+                key=key,
+                row=int(mine[np.argmax(w[mine])]),
+                statistic=float(blocks.statistic[b]),
+                critical=float(blocks.critical[b]),
+                log_p=float(p),
+                gross_error=float(np.nan_to_num(blocks.gross_error[b])),
+                unit="m",
+            )
+        )
+    return out
+
+
+def _rows_of(system: WeightedResiduals, key: Key) -> NDArray[np.int64]:
+    """Rows of an observation."""
+    rows = system.adjustment.rows
+    found: NDArray[np.int64] = np.flatnonzero((rows.table == key[0]) & (rows.item == key[1]))
+    return found

@@ -1,1 +1,0 @@
-"""One file per observation kind; see ``base`` for what a kind is."""

@@ -1,0 +1,1 @@
+"""Start values of all unknowns, found from the observations."""

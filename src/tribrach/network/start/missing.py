@@ -1,0 +1,201 @@
+"""Which ties are missing, in sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from tribrach._types import Index
+from tribrach.errors import InputError
+from tribrach.geometry.alignment import kabsch
+from tribrach.network.start.frame import Frame
+from tribrach.network.start.space import placed_poses
+from tribrach.network.start.ties import Table
+from tribrach.observations.unknowns import Layout, State
+
+__all__ = ["missing_ties"]
+
+
+_MOST_SENTENCES = 12
+
+
+_CURES = {
+    "plan": "a distance and a direction from a known station, a second direction from another "
+    "one, or coordinates would place it",
+    "height": "a levelled height difference, a zenith angle with a distance, or a given height "
+    "would place it",
+}
+
+
+def missing_ties(f: Frame, state: State) -> list[str]:
+    """One sentence for each place or part of the network that could not be placed."""
+    layout = state.layout
+    positions = f.ties.n_positions
+    known = f.known[:positions].copy()
+    poses = layout.count("pose")
+    known[positions - poses :] &= placed_poses(f)
+    lost = np.flatnonzero(~known)
+    tables = _tables(f)
+    sentences: list[str] = []
+    for members in _components(lost, tables, f.ties.n_nodes):
+        if len(sentences) == _MOST_SENTENCES:
+            sentences.append(f"and {len(lost)} places in all have no start values")
+            break
+        if len(members) > 3:
+            sentences.append(_part(members, layout, tables, known))
+        else:
+            sentences += [_place(f, int(m), layout, tables, known) for m in members]
+    for family, name in state.missing():
+        if family in ("plane", "scalar") and not sentences:
+            sentences.append(f"{name} is tied to no placed station")
+    return sentences
+
+
+def _tables(f: Frame) -> list[tuple[str, Index, Index]]:
+    """Name, from-nodes and to-nodes of every sort of tie."""
+    t = f.ties
+    free = t.rays.set < t.n_scalars
+    angles = ~free & (t.rays.set < t.north) & (t.rays.set >= t.n_scalars + len(f.turn))
+    north = t.rays.set == t.north
+    shot = t.pose_node(t.shots.pose)
+    # rays, lengths and rises of levelled scanners are their shots once more
+    of_pose = (t.lengths.start >= t.n_points) & np.isin(t.lengths.start, shot)
+    length, rise = t.lengths[~of_pose], t.rises[~np.isin(t.rises.start, shot)]
+    parts: list[tuple[str, Table]] = [
+        ("direction", t.rays[free]),
+        ("angle", t.rays[angles]),
+        ("azimuth", t.rays[north]),
+        ("distance", length),
+        ("height difference", rise),
+        ("zenith angle", t.zeniths),
+        ("GNSS baseline", t.vectors),
+    ]
+    out = [(name, table.start, table.end) for name, table in parts]  # type: ignore[attr-defined]
+    out.append(("target centre", shot, t.shots.target))
+    out.append(("relative pose", t.pose_node(t.links.first), t.pose_node(t.links.second)))
+    return out
+
+
+def _components(lost: Index, tables: Sequence[tuple[str, Index, Index]], n: int) -> list[Index]:
+    """Lost nodes that hang together through ties between lost nodes, largest part last."""
+    start = np.concatenate([t[1] for t in tables])
+    end = np.concatenate([t[2] for t in tables])
+    number = np.full(n, -1)
+    number[lost] = np.arange(len(lost))
+    rows = (number[start] >= 0) & (number[end] >= 0)
+    ones = np.ones(int(rows.sum()))
+    graph = coo_array((ones, (number[start[rows]], number[end[rows]])), (len(lost), len(lost)))
+    count, label = connected_components(graph, directed=False)
+    return [lost[label == i] for i in range(count)]
+
+
+def _noun(layout: Layout, node: int, *, pose: bool | None = None) -> str:
+    is_pose = node >= layout.count("point") if pose is None else pose
+    return f"{'station' if is_pose else 'point'} {layout.position_name(node)}"
+
+
+def _part(
+    members: Index,
+    layout: Layout,
+    tables: Sequence[tuple[str, Index, Index]],
+    known: NDArray[np.bool_],
+) -> str:
+    """A part of more than three places and what ties it to the rest."""
+    names = [layout.position_name(int(m)) for m in members if m < len(known)]
+    shown = ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
+    inside = np.zeros(max(int(members.max()) + 1, len(known)), dtype=bool)
+    inside[members] = True
+    shared: set[int] = set()
+    for _, start, end in tables:
+        for a, b in ((start, end), (end, start)):
+            rows = (a < len(known)) & (b < len(inside))
+            a_, b_ = a[rows], b[rows]
+            shared |= set(a_[known[a_] & inside[b_]].tolist())
+    if not known.any():
+        return f"{shown} hang together, but their observations do not fix a figure to start from"
+    if not shared:
+        return (
+            f"{shown} hang together, but no observation ties them to the rest of the network: "
+            "observe common points or give coordinates of some of them"
+        )
+    ties = ", ".join(layout.position_name(i) for i in sorted(shared)[:4])
+    count = f"only {len(shared)} place{'s' if len(shared) != 1 else ''} ({ties})"
+    return (
+        f"{shown} hang together, but share {count} with the rest: 3 common points (2 if the "
+        "set-ups are levelled) are needed"
+    )
+
+
+def _place(
+    f: Frame,
+    node: int,
+    layout: Layout,
+    tables: Sequence[tuple[str, Index, Index]],
+    known: NDArray[np.bool_],
+) -> str:
+    """A single place: what observes it, and what would place it."""
+    noun = _noun(layout, node)
+    if node >= layout.count("point"):
+        sentence = _scanner(f, node, noun, known)
+        if sentence:
+            return sentence
+    phrases = [
+        _phrase(layout, name, start, end, node)
+        for name, start, end in tables
+        if ((start == node) | (end == node)).any()
+    ]
+    plan = bool(f.known_plan[node])
+    what = "the height of " + noun if plan else noun
+    cure = _CURES["height" if plan else "plan"]
+    if not phrases:
+        return f"{noun} is observed by nothing; {cure}"
+    return f"{what} is observed only by {' and '.join(phrases)}; {cure}"
+
+
+def _scanner(f: Frame, node: int, noun: str, known: NDArray[np.bool_]) -> str:
+    """Common targets of a scanner station; empty if it sees none at all."""
+    pose = node - f.ties.n_points
+    targets = np.unique(f.ties.shots.target[f.ties.shots.pose == pose])
+    if len(targets) == 0:
+        return ""
+    targets = targets[targets < len(known)]
+    targets = targets[known[targets]]
+    shared = len(targets)
+    misfit = _misfit(f, pose, targets) if shared else ""
+    if misfit:
+        return f"{noun} does not fit its {shared} common targets: {misfit}"
+    level = bool(f.ties.levelled[pose])
+    need = "2 common targets" if level else "3 common targets (2 if levelled) not on one line"
+    few = f"only {shared} target{'s' if shared != 1 else ''}" if shared else "no target"
+    return f"{noun} shares {few} with the rest: {need} are needed"
+
+
+def _misfit(f: Frame, pose: int, targets: Index) -> str:
+    """Why a scanner with enough common targets could not be placed; empty if it has too few."""
+    shots = f.ties.shots
+    rows = (shots.pose == pose) & np.isin(shots.target, targets)
+    try:
+        fit = kabsch(shots.u[rows], f.space(shots.target[rows]))
+    except InputError:
+        return ""
+    return fit.hint or f"residuals of {fit.rms:.3g} m remain; check the names of its targets"
+
+
+def _phrase(layout: Layout, name: str, start: Index, end: Index, node: int) -> str:
+    """``one direction from S1`` or ``3 distances from A, B, C``."""
+    others = [int(i) for i in np.unique(start[end == node])]
+    onwards = [int(i) for i in np.unique(end[start == node])]
+    total = int((end == node).sum() + (start == node).sum())
+    count = f"one {name}" if total == 1 else f"{total} {name}s"
+
+    def names(nodes: list[int]) -> str:
+        shown = [layout.position_name(i) for i in nodes[:3]]
+        return ", ".join(shown) + (" and others" if len(nodes) > 3 else "")
+
+    parts = [f"from {names(others)}"] if others else []
+    parts += [f"to {names(onwards)}"] if onwards else []
+    return f"{count} {' and '.join(parts)}"

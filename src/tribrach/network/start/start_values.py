@@ -1,0 +1,138 @@
+"""Start values of all unknowns, found from the observations.
+
+1. All active observations are written as a few sorts of ties (:mod:`ties`, :mod:`gather`).
+2. The work frame grows from the control (:mod:`growth`): heights, vectors, polar chains, free
+   stations, scanner poses; then intersections, distances, resections; medians everywhere.
+3. What does not hang on the control grows in frames of its own and is fitted in by common places
+   (:mod:`parts`). Without control the first part makes the frame.
+4. Places are proposed once more by all their ties, if that fits better (:mod:`settle`).
+5. What is left is named in sentences (:mod:`missing`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from tribrach.errors import NoStartValues
+from tribrach.network.network import Network
+from tribrach.network.start.frame import Frame
+from tribrach.network.start.gather import gather
+from tribrach.network.start.missing import missing_ties
+from tribrach.network.start.parts import join_parts
+from tribrach.network.start.settle import SWEEPS, disagreement, settle
+from tribrach.network.start.space import placed_poses
+from tribrach.network.start.ties import Ties
+from tribrach.observations.control import ScalarPriors, VectorPriors
+from tribrach.observations.sights import Directions
+from tribrach.observations.unknowns import State
+
+__all__ = ["find_start"]
+
+
+def find_start(network: Network) -> State:
+    """A state of the network without gaps: what was given, and the rest near the truth.
+
+    Metres and radians in the work frame. Scalars that are no orientation unknowns start at zero.
+
+    Raises
+    ------
+    NoStartValues : no chain of observations leads to some unknowns; names the missing ties.
+    """
+    start = _given(network)
+    if not start.missing():
+        return start
+    ties = gather(network, start.vectors)
+    frame = _world(network, start, ties)
+    join_parts(frame)
+    state = _state(frame, start)
+    if state.missing():
+        sentences = missing_ties(frame, state)
+        raise NoStartValues("no start values can be found for all unknowns", sentences)
+    return _settled(network, frame, start, state)
+
+
+def _settled(network: Network, frame: Frame, start: State, state: State) -> State:
+    """The state after as many sweeps as bring it closer to the bulk of the observations."""
+    best = disagreement(network.observations, state)
+    held = np.ones((frame.ties.n_nodes, 3), dtype=bool)
+    held[: frame.ties.n_positions] = np.isfinite(start.positions)
+    for _ in range(SWEEPS):
+        if best <= network.count():
+            break
+        frame = settle(frame, held)
+        trial = _state(frame, start)
+        score = disagreement(network.observations, trial)
+        if not score < 0.999 * best:
+            break
+        state, best = trial, score
+    return state
+
+
+def _given(network: Network) -> State:
+    """The given values and known parameters; zero where they are missing but not sought."""
+    start = network.start
+    points = start.points.copy()
+    held = ~network.free[: points.size].reshape(points.shape)
+    points[held & np.isnan(points)] = 0.0
+    scalars, vectors = start.scalars.copy(), np.nan_to_num(start.vectors)
+    sought = np.zeros(len(scalars), dtype=bool)
+    for observations in network.observations:
+        if isinstance(observations, Directions):
+            sought[observations.orientation] = True
+        elif isinstance(observations, ScalarPriors):
+            index = observations.scalar
+            known = np.where(np.isnan(scalars[index]), observations.values[:, 0], scalars[index])
+            scalars[index] = known
+        elif isinstance(observations, VectorPriors):
+            index = observations.vector
+            blank = ~vectors[index].any(axis=1, keepdims=True)
+            vectors[index] = np.where(blank, observations.values, vectors[index])
+    scalars[~sought] = np.nan_to_num(scalars[~sought])
+    return replace(start, points=points, scalars=scalars, vectors=vectors)
+
+
+def _world(network: Network, start: State, ties: Ties) -> Frame:
+    """The work frame with what is given."""
+    extra = ties.n_nodes - ties.n_positions
+    xyz = np.concatenate([start.positions, np.full((extra, 3), np.nan)])
+    orientation = np.full(ties.n_sets, np.nan)
+    orientation[: ties.n_scalars] = start.scalars
+    orientation[ties.north] = 0.0
+    frame = Frame(
+        kind="world",
+        ties=ties,
+        site=network.site,
+        plan=xyz[:, :2].copy(),
+        up=np.full(len(xyz), np.nan),
+        turn=start.pose_r.copy(),
+        orientation=orientation,
+        normal=start.plane_n.copy(),
+        offset=start.plane_d.copy(),
+        open_set=np.ones(ties.n_sets, dtype=bool),
+        open_pose=np.ones(len(start.pose_t), dtype=bool),
+    )
+    frame.up[:] = frame.heights(xyz)
+    return frame
+
+
+def _state(frame: Frame, start: State) -> State:
+    """The frame's places as a state; given values stay as they are."""
+    ties = frame.ties
+    xyz = frame.space(np.arange(ties.n_positions))
+    placed = placed_poses(frame)
+
+    def filled(given: np.ndarray, found: np.ndarray) -> np.ndarray:
+        return np.where(np.isnan(given), found, given)
+
+    turn = np.where(placed[:, None, None], frame.turn, np.nan)
+    return replace(
+        start,
+        points=filled(start.points, xyz[: ties.n_points]),
+        pose_t=filled(start.pose_t, xyz[ties.n_points :]),
+        pose_r=filled(start.pose_r, turn),
+        plane_n=filled(start.plane_n, frame.normal),
+        plane_d=filled(start.plane_d, frame.offset),
+        scalars=filled(start.scalars, frame.orientation[: ties.n_scalars]),
+    )

@@ -1,0 +1,1 @@
+"""The observation kinds, one file for each family, and the unknowns that they refer to."""

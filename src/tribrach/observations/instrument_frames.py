@@ -1,0 +1,298 @@
+"""Targets that turn around an axis: circles across the axis, centred on it.
+
+The axis runs through ``origin`` (a position) along ``n = m + s_1 a_1 + s_2 a_2``: ``m`` is the
+coordinate axis of W closest to it, ``a_1`` and ``a_2`` the next ones in cyclic order and ``s``
+two unknown slopes (scalars), so that no unknown is superfluous. A target fixed to the turning
+body describes a circle of radius ``r`` about ``C = O + l n`` in all positions of the body:
+
+* :class:`AxisRadii`: ``|P - C| - r = 0``;
+* :class:`AxisPlanes`: ``n . (P - C) / |n| = 0``;
+* :class:`AxisFeet`: ``n . (Q - O) / |n| = 0``: the origin is the foot of ``Q`` on the axis, which
+  fixes it along the axis; used as a hard constraint.
+
+All three are observed as zero. Their misclosures are lengths, whose sigma is the stability of the
+turning body (circle fit of rotation axes, as of telescopes; method section 2.13).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+
+from tribrach._types import Array, Index
+from tribrach.geodesy.site import FlatSite, Site
+from tribrach.geometry.rotation import skew
+from tribrach.observations.base import Block, Observations, norm, per_item, refers
+from tribrach.observations.unknowns import Layout, State
+
+__all__ = [
+    "AxisFeet",
+    "AxisPlanes",
+    "AxisRadii",
+    "FrameAngles",
+    "FrameCoordinates",
+    "FrameDistances",
+]
+
+# Single coordinates, angles and distances of a target in the frame of a station.
+#
+# ``u = R^T (X + ht g(X) - t)`` is the target in the station's own frame, levelled or not, with a
+# prism or sphere ``ht`` above the mark along the local vertical ``g``. From it
+#
+# * :class:`FrameCoordinates`: one of x, y, z, where a whole target centre was not measured;
+# * :class:`FrameAngles`: ``atan2(y, x)`` counterclockwise, or the elevation ``atan2(z, |(x, y)|)``,
+#   as of a laser tracker, or of a target in a photograph with the rays of a calibrated camera;
+# * :class:`FrameDistances`: ``|u|``.
+#
+# Method sections 2.0 to 2.2.
+
+
+@dataclass(kw_only=True)
+class FrameSights(Observations):
+    """Observations of ``target`` (position indices) in the frame of ``station`` (pose indices).
+
+    height_target : height of the target over its mark [m], (n,).
+    """
+
+    station: Index = refers("pose")
+    target: Index = refers("position")
+    height_target: Array = per_item(0.0)
+    site: Site = field(default_factory=FlatSite)
+
+    def ends(self, layout: Layout) -> list[tuple[str, str]]:
+        """Station and target."""
+        poses, name = layout.names["pose"], layout.position_name
+        return [(poses[i], name(j)) for i, j in zip(self.station, self.target, strict=True)]
+
+    def _chord(self, state: State) -> Array:
+        """Target minus station in W, (n, 3)."""
+        x = state.positions[self.target]
+        top = x + self.height_target[:, None] * self.site.axes(x)[:, 2]
+        return top - state.pose_t[self.station]
+
+    def in_frame(self, state: State) -> Array:
+        """Targets ``u`` (n, 3) in the station's frame [m]."""
+        u: Array = np.einsum("nji,nj->ni", state.pose_r[self.station], self._chord(state))
+        return u
+
+    def frame_blocks(self, state: State, by_u: Array) -> list[Block]:
+        """Chain ``by_u`` (n, 1, 3), the derivative of the value by ``u``, to the unknowns."""
+        layout = state.layout
+        in_w = by_u @ state.pose_r[self.station].transpose(0, 2, 1)
+        x = state.positions[self.target]
+        # moving the target turns the vertical that its height is measured along
+        turn = skew(self.site.axes(x)[:, 2]) @ self.site.turn(x)
+        by_target = in_w @ (np.eye(3) - self.height_target[:, None, None] * turn)
+        by_pose = np.concatenate([-in_w, in_w @ skew(self._chord(state))], axis=2)
+        return [
+            Block(layout.position_columns(self.target), by_target),
+            Block(layout.columns("pose", self.station), by_pose),
+        ]
+
+
+@dataclass(kw_only=True)
+class FrameCoordinates(FrameSights):
+    """Coordinates [m]; ``axis`` (n,) is 0 for x, 1 for y, 2 for z of the station's frame."""
+
+    axis: Index = field()
+    kind: ClassVar[str] = "frame_coordinate"
+    units: ClassVar[tuple[str, ...]] = ("m",)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.axis = np.asarray(self.axis, dtype=np.int64)
+
+    def predict(self, state: State) -> Array:
+        """Coordinates (n, 1)."""
+        u = self.in_frame(state)
+        return u[np.arange(len(self)), self.axis][:, None]
+
+    def jacobian(self, state: State) -> list[Block]:
+        """The observed axis by ``u``."""
+        return self.frame_blocks(state, np.eye(3)[self.axis][:, None, :])
+
+
+@dataclass(kw_only=True)
+class FrameAngles(FrameSights):
+    """Angles [rad]; ``circle`` (n,) is 0 for ``atan2(y, x)``, 1 for the elevation."""
+
+    circle: Index = field()
+    kind: ClassVar[str] = "frame_angle"
+    units: ClassVar[tuple[str, ...]] = ("rad",)
+    angular: ClassVar[tuple[int, ...]] = (0,)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.circle = np.asarray(self.circle, dtype=np.int64)
+
+    def predict(self, state: State) -> Array:
+        """Angles (n, 1) in (-pi, pi]."""
+        x, y, z = self.in_frame(state).T
+        flat = np.hypot(x, y)
+        angles: Array = np.where(self.circle == 0, np.arctan2(y, x), np.arctan2(z, flat))
+        return angles[:, None]
+
+    def jacobian(self, state: State) -> list[Block]:
+        """``(-y, x, 0)/q^2`` or ``(-x z/q, -y z/q, q)/|u|^2`` by ``u``, with ``q = |(x, y)|``."""
+        u = self.in_frame(state)
+        x, y, z = u.T
+        flat = np.hypot(x, y)
+        around = np.stack([-y, x, np.zeros(len(u))], axis=1) / flat[:, None] ** 2
+        upward = np.stack([-x * z / flat, -y * z / flat, flat], axis=1) / norm(u)[:, None] ** 2
+        by_u = np.where((self.circle == 0)[:, None], around, upward)
+        return self.frame_blocks(state, by_u[:, None, :])
+
+
+@dataclass(kw_only=True)
+class FrameDistances(FrameSights):
+    """Distances [m] from the station's origin."""
+
+    kind: ClassVar[str] = "frame_distance"
+    units: ClassVar[tuple[str, ...]] = ("m",)
+
+    def predict(self, state: State) -> Array:
+        """Distances (n, 1)."""
+        return norm(self.in_frame(state))[:, None]
+
+    def jacobian(self, state: State) -> list[Block]:
+        """The unit vector by ``u``."""
+        u = self.in_frame(state)
+        return self.frame_blocks(state, (u / norm(u)[:, None])[:, None, :])
+
+
+@dataclass(kw_only=True)
+class AxisSights(Observations):
+    """Conditions between the axis through ``origin`` and the position ``point``.
+
+    slope_1, slope_2 : scalar indices (n,) of the axis; main (n,) 0, 1, 2 for its main axis.
+    """
+
+    origin: Index = refers("position")
+    point: Index = refers("position")
+    slope_1: Index = refers("scalar")
+    slope_2: Index = refers("scalar")
+    main: Index = field()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.main = np.asarray(self.main, dtype=np.int64)
+
+    def ends(self, layout: Layout) -> list[tuple[str, str]]:
+        """Origin of the axis and point."""
+        name = layout.position_name
+        return [(name(i), name(j)) for i, j in zip(self.origin, self.point, strict=True)]
+
+    def direction(self, state: State) -> Array:
+        """Vectors ``n`` (n, 3) along the axis, not of unit length."""
+        n = np.zeros((len(self), 3))
+        row = np.arange(len(self))
+        n[row, self.main] = 1.0
+        n[row, (self.main + 1) % 3] = state.scalar(self.slope_1)
+        n[row, (self.main + 2) % 3] = state.scalar(self.slope_2)
+        return n
+
+    def axis_blocks(self, state: State, by_point: Array, by_n: Array) -> list[Block]:
+        """Blocks of derivatives (n, 3) by point (the opposite by the origin) and by ``n``."""
+        columns = state.layout.columns
+        row = np.arange(len(self))
+        slopes = [by_n[row, (self.main + k) % 3] for k in (1, 2)]
+        return [
+            Block(state.layout.position_columns(self.origin), -by_point[:, None, :]),
+            Block(state.layout.position_columns(self.point), by_point[:, None, :]),
+            Block(columns("scalar", self.slope_1), slopes[0][:, None, None]),
+            Block(columns("scalar", self.slope_2), slopes[1][:, None, None]),
+        ]
+
+    def _distance(self, state: State, chord: Array) -> tuple[Array, Array, Array]:
+        """Length of chords (n, 3) along the axis, its derivatives by the chord and by ``n``."""
+        n = self.direction(state)
+        size = norm(n)[:, None]
+        unit = n / size
+        along: Array = np.einsum("ni,ni->n", unit, chord)
+        return along, unit, (chord - along[:, None] * unit) / size
+
+
+@dataclass(kw_only=True)
+class _CircleSights(AxisSights):
+    """A point on the circle of a target; along is the scalar index (n,) of ``l``."""
+
+    along: Index = refers("scalar")
+
+    def spoke(self, state: State) -> Array:
+        """``P - C``, (n, 3)."""
+        x = state.positions
+        centre = x[self.origin] + state.scalar(self.along)[:, None] * self.direction(state)
+        out: Array = x[self.point] - centre
+        return out
+
+
+@dataclass(kw_only=True)
+class AxisRadii(_CircleSights):
+    """Distance from the circle's centre less its radius [m]; ``radius`` is a scalar index (n,)."""
+
+    radius: Index = refers("scalar")
+    kind: ClassVar[str] = "axis_radius"
+    units: ClassVar[tuple[str, ...]] = ("m",)
+
+    def predict(self, state: State) -> Array:
+        """``|P - C| - r``, (n, 1)."""
+        return (norm(self.spoke(state)) - state.scalar(self.radius))[:, None]
+
+    def jacobian(self, state: State) -> list[Block]:
+        """The spoke's unit vector by point, origin and centre, -1 by the radius."""
+        spoke = self.spoke(state)
+        unit = spoke / norm(spoke)[:, None]
+        along = state.scalar(self.along)[:, None]
+        by_along = -np.einsum("ni,ni->n", unit, self.direction(state))
+        columns = state.layout.columns
+        return [
+            *self.axis_blocks(state, unit, -along * unit),
+            Block(columns("scalar", self.along), by_along[:, None, None]),
+            Block(columns("scalar", self.radius), np.full((len(self), 1, 1), -1.0)),
+        ]
+
+
+@dataclass(kw_only=True)
+class AxisPlanes(_CircleSights):
+    """Distance along the axis from the plane of the circle [m]."""
+
+    kind: ClassVar[str] = "axis_plane"
+    units: ClassVar[tuple[str, ...]] = ("m",)
+
+    def predict(self, state: State) -> Array:
+        """``n . (P - C) / |n|``, (n, 1)."""
+        return self._distance(state, self.spoke(state))[0][:, None]
+
+    def jacobian(self, state: State) -> list[Block]:
+        """The axis by the point; by ``n`` both through its turn and through the centre."""
+        _, unit, by_n = self._distance(state, self.spoke(state))
+        along = state.scalar(self.along)[:, None]
+        by_along = -norm(self.direction(state))
+        return [
+            *self.axis_blocks(state, unit, by_n - along * unit),
+            Block(state.layout.columns("scalar", self.along), by_along[:, None, None]),
+        ]
+
+
+@dataclass(kw_only=True)
+class AxisFeet(AxisSights):
+    """Distance along the axis from its origin to the foot of a point [m]."""
+
+    kind: ClassVar[str] = "axis_foot"
+    units: ClassVar[tuple[str, ...]] = ("m",)
+
+    def _arm(self, state: State) -> Array:
+        x = state.positions
+        out: Array = x[self.point] - x[self.origin]
+        return out
+
+    def predict(self, state: State) -> Array:
+        """``n . (Q - O) / |n|``, (n, 1)."""
+        return self._distance(state, self._arm(state))[0][:, None]
+
+    def jacobian(self, state: State) -> list[Block]:
+        """The axis by the point, the arm across it by ``n``."""
+        _, unit, by_n = self._distance(state, self._arm(state))
+        return self.axis_blocks(state, unit, by_n)

@@ -1,0 +1,253 @@
+"""Levelled station: what a compensator or inclinometer says about the plumb line.
+
+``q = R^T g`` with the plumb line ``g = (eta, xi, 1)`` in the local axes of the station (deflection
+of the vertical, zero if unknown); observed are ``(q_x/q_z, q_y/q_z)``, zero for a compensated
+instrument, plus an optional constant offset of the inclinometer (method section 2.9). Where the
+deflection itself is known with a sigma only, its error is an unknown that the stations share (7.5).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+
+from tribrach._types import Array, Index
+from tribrach.errors import InputError
+from tribrach.geodesy.site import FlatSite, Site
+from tribrach.geometry.polar import NEAREST, POLE, polar_by_xyz, polar_from_xyz, require_defined
+from tribrach.geometry.rotation import skew
+from tribrach.instruments.calibration import CalibrationModel
+from tribrach.observations.base import Block, Observations, per_item, refers, shared, wrap
+from tribrach.observations.unknowns import Layout, State
+
+__all__ = ["NEAREST", "POLE", "Inclinations", "ScannerPolar", "TargetCentres"]
+
+# Target centre in the scanner frame, ``u = (1 + m) R^T (X - t)``, with its full 3x3 covariance.
+#
+# ``m`` is an optional scale unknown of the scan: its EDM's scale, or that of another system in a
+# similarity transformation weighted on both sides. Method sections 2.0 and 2.2.
+
+
+@dataclass(kw_only=True)
+class TargetCentres(Observations):
+    """Centres (n, 3) [m] of ``target`` (position indices) seen from ``station`` (pose indices).
+
+    scale : scalar indices (n,), -1 for none.
+    """
+
+    station: Index = refers("pose")
+    target: Index = refers("position")
+    scale: Index = refers("scalar", optional=True)
+    kind: ClassVar[str] = "target_centre"
+    units: ClassVar[tuple[str, ...]] = ("m", "m", "m")
+    components: ClassVar[tuple[str, ...]] = ("x", "y", "z")
+
+    def ends(self, layout: Layout) -> list[tuple[str, str]]:
+        """Station and target."""
+        poses = layout.names["pose"]
+        return [
+            (poses[i], layout.position_name(j))
+            for i, j in zip(self.station, self.target, strict=True)
+        ]
+
+    def predict(self, state: State) -> Array:
+        """Centres (n, 3) in the scanner frame."""
+        chord = state.positions[self.target] - state.pose_t[self.station]
+        u: Array = np.einsum("nji,nj->ni", state.pose_r[self.station], chord)
+        return (1 + state.scalar(self.scale))[:, None] * u
+
+    def jacobian(self, state: State) -> list[Block]:
+        """``R^T`` by the point, ``-R^T`` and ``R^T [X - t]x`` by the pose, u by the scale."""
+        layout = state.layout
+        chord = state.positions[self.target] - state.pose_t[self.station]
+        factor = (1 + state.scalar(self.scale))[:, None, None]
+        scanner_from_world = factor * state.pose_r[self.station].transpose(0, 2, 1)
+        by_pose = np.concatenate([-scanner_from_world, scanner_from_world @ skew(chord)], axis=2)
+        blocks = [
+            Block(layout.position_columns(self.target), scanner_from_world),
+            Block(layout.columns("pose", self.station), by_pose),
+        ]
+        if (self.scale >= 0).any():
+            by_scale = np.einsum("nji,nj->ni", state.pose_r[self.station], chord)
+            blocks.append(Block(layout.columns("scalar", self.scale), by_scale[:, :, None]))
+        return blocks
+
+
+# Scanner polar observation of a point: range, horizontal angle, zenith angle, with calibration.
+#
+# ``h = g - Delta(g; c, k)`` with ``g = (r, H, V)`` of ``u = R^T (X - t)``: true = measured + Delta.
+# H is counter-clockwise from the scanner's x axis, V the zenith angle, k the face. Back-face
+# readings may be given raw, ``(r, H + pi, 2 pi - V)``, or folded to the front (method sections 1.2
+# and 2.1).
+
+
+@dataclass(kw_only=True)
+class ScannerPolar(Observations):
+    """Values (n, 3) r [m], H, V [rad] of ``target`` (position indices) from ``station`` (poses).
+
+    face : +1 front, -1 back (n,); readings with V above pi are on the back face whatever is said.
+    model : calibration model, or None; parameters : scalar indices (n, k) of its k parameters,
+    -1 where one is not used.
+
+    Raises
+    ------
+    InputError : ranges below 0.3 m, zenith angles within 0.5 degrees of a pole, or parameters
+        that are not one for each of the model.
+    """
+
+    station: Index = refers("pose")
+    target: Index = refers("position")
+    face: Array = per_item(1.0)
+    parameters: Index = refers("scalar", optional=True)
+    model: CalibrationModel | None = shared()
+    kind: ClassVar[str] = "scanner_polar"
+    units: ClassVar[tuple[str, ...]] = ("m", "rad", "rad")
+    components: ClassVar[tuple[str, ...]] = ("range", "horizontal", "zenith")
+    angular: ClassVar[tuple[int, ...]] = (1,)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_defined(self.values, self.source)
+        self._raw = self.values[:, 2] > np.pi
+        self.face = np.where(self._raw, -1.0, self.face)
+        count = 0 if self.model is None else len(self.model.parameters)
+        given = self.parameters.reshape(len(self), -1) if len(self) else np.empty((0, count))
+        if self.model is None and (given < 0).all():
+            given = given[:, :0]
+        if given.shape[1] != count:
+            raise InputError(
+                f"{given.shape[1]} calibration parameters are given for the {count} of the model",
+                record=next((s for s in self.source if s), None),
+                cure="name one unknown for each parameter of the model",
+            )
+        self.parameters = given.astype(np.int64)
+
+    def ends(self, layout: Layout) -> list[tuple[str, str]]:
+        """Station and target."""
+        poses = layout.names["pose"]
+        return [
+            (poses[i], layout.position_name(j))
+            for i, j in zip(self.station, self.target, strict=True)
+        ]
+
+    def _geometry(self, state: State) -> tuple[Array, Array, Array]:
+        """Chord in W, vector in the scanner frame, polar coordinates; (n, 3) each."""
+        chord = state.positions[self.target] - state.pose_t[self.station]
+        u: Array = np.einsum("nji,nj->ni", state.pose_r[self.station], chord)
+        return chord, u, polar_from_xyz(u)
+
+    def predict(self, state: State) -> Array:
+        """Readings r, H, V (n, 3), raw where the measured ones are."""
+        _, _, polar = self._geometry(state)
+        if self.model is not None:
+            polar = polar - self.model.delta(polar, self.face, state.scalar(self.parameters))
+        polar[:, 1] = wrap(polar[:, 1] + np.where(self._raw, np.pi, 0.0))
+        polar[:, 2] = np.where(self._raw, 2 * np.pi - polar[:, 2], polar[:, 2])
+        return polar
+
+    def folded(self) -> Array:
+        """Measured values (n, 3), back-face readings folded to the front."""
+        out = self.values.copy()
+        out[self._raw, 1] -= np.pi
+        out[self._raw, 2] = 2 * np.pi - out[self._raw, 2]
+        out[:, 1] = wrap(out[:, 1])
+        return out
+
+    def parameter_columns(self, state: State, model: CalibrationModel) -> Array:
+        """Derivatives (n, 3, k) of the readings by the parameters of any model, at the state."""
+        _, _, polar = self._geometry(state)
+        sense = np.ones((len(self), 3, 1))
+        sense[self._raw, 2] = -1.0
+        r, h, v = polar.T
+        columns: Array = -sense * model.columns(r, h, v, self.face)
+        return columns
+
+    def jacobian(self, state: State) -> list[Block]:
+        """``T Jp R^T`` by the point, ``-T Jp R^T`` and ``T Jp R^T [D]x`` by the pose, -B by c."""
+        layout = state.layout
+        chord, u, polar = self._geometry(state)
+        # a raw zenith angle grows the other way round
+        sense = np.ones((len(self), 3, 1))
+        sense[self._raw, 2] = -1.0
+        by_x = sense * polar_by_xyz(u) @ state.pose_r[self.station].transpose(0, 2, 1)
+        blocks = []
+        if self.model is not None:
+            r, h, v = polar.T
+            slope = self.model.derivative(polar, self.face, state.scalar(self.parameters))
+            by_x = by_x - sense * slope @ (sense * by_x)
+            columns = layout.columns("scalar", self.parameters)[..., 0]
+            blocks.append(Block(columns, -sense * self.model.columns(r, h, v, self.face)))
+        by_pose = np.concatenate([-by_x, by_x @ skew(chord)], axis=2)
+        return [
+            Block(layout.position_columns(self.target), by_x),
+            Block(layout.columns("pose", self.station), by_pose),
+            *blocks,
+        ]
+
+
+@dataclass(kw_only=True)
+class Inclinations(Observations):
+    """Inclinations (n, 2) [rad] of the scanner's z axis at ``station`` (pose indices).
+
+    xi, eta : deflection of the vertical towards north and east [rad], (n,); offset_x, offset_y :
+    indices (n,) of the inclinometer's constant offsets, -1 for none; xi_error, eta_error : indices
+    (n,) of what has to be added to xi and eta [rad], -1 for none.
+    """
+
+    station: Index = refers("pose")
+    xi: Array = per_item(0.0)
+    eta: Array = per_item(0.0)
+    offset_x: Index = refers("scalar", optional=True)
+    offset_y: Index = refers("scalar", optional=True)
+    xi_error: Index = refers("scalar", optional=True)
+    eta_error: Index = refers("scalar", optional=True)
+    site: Site = field(default_factory=FlatSite)
+    kind: ClassVar[str] = "inclination"
+    units: ClassVar[tuple[str, ...]] = ("rad", "rad")
+    components: ClassVar[tuple[str, ...]] = ("x", "y")
+
+    def ends(self, layout: Layout) -> list[tuple[str, str]]:
+        """The station."""
+        return [(layout.names["pose"][i], "") for i in self.station]
+
+    def _plumb(self, state: State) -> tuple[Array, Array]:
+        """Plumb line in W and in the scanner frame, (n, 3) each."""
+        eta = self.eta + state.scalar(self.eta_error)
+        xi = self.xi + state.scalar(self.xi_error)
+        local = np.stack([eta, xi, np.ones(len(self))], axis=1)
+        axes = self.site.axes(state.pose_t[self.station])
+        g = np.einsum("nij,ni->nj", axes, local)
+        return g, np.einsum("nji,nj->ni", state.pose_r[self.station], g)
+
+    def predict(self, state: State) -> Array:
+        """Inclinations (n, 2)."""
+        _, q = self._plumb(state)
+        offset = np.stack([state.scalar(self.offset_x), state.scalar(self.offset_y)], axis=1)
+        return q[:, :2] / q[:, 2:] + offset
+
+    def jacobian(self, state: State) -> list[Block]:
+        """By the rotation ``P R^T [g]x``; by the position through the turn of the vertical."""
+        layout = state.layout
+        g, q = self._plumb(state)
+        project = np.zeros((len(self), 2, 3))
+        project[:, 0, 0] = project[:, 1, 1] = 1 / q[:, 2]
+        project[:, :, 2] = -q[:, :2] / q[:, 2:] ** 2
+        by_g = project @ state.pose_r[self.station].transpose(0, 2, 1)
+        by_turn = by_g @ skew(g)
+        # a turned vertical is the opposite of a turned instrument
+        by_t = -by_turn @ self.site.turn(state.pose_t[self.station])
+        values = np.concatenate([by_t, by_turn], axis=2)
+        blocks = [Block(layout.columns("pose", self.station), values)]
+        for row, index in enumerate((self.offset_x, self.offset_y)):
+            if (index >= 0).any():
+                unit = np.zeros((len(self), 2, 1))
+                unit[:, row] = 1.0
+                blocks.append(Block(layout.columns("scalar", index), unit))
+        by_local = by_g @ self.site.axes(state.pose_t[self.station]).transpose(0, 2, 1)
+        for axis, index in enumerate((self.eta_error, self.xi_error)):
+            if (index >= 0).any():
+                part = by_local[:, :, axis, None]
+                blocks.append(Block(layout.columns("scalar", index), part))
+        return blocks

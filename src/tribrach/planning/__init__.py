@@ -1,0 +1,1 @@
+"""Design before measuring: predicted precision and reliability, and what would improve them."""

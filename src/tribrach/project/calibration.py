@@ -1,0 +1,114 @@
+"""The section ``[calibration]`` of a project: which parameters, of what, under which conditions."""
+
+from __future__ import annotations
+
+from typing import Literal, Self
+
+from pydantic import NonNegativeFloat, PositiveFloat, field_validator, model_validator
+
+from tribrach.errors import InputError
+from tribrach.instruments.calibration import CalibrationModel, find_model
+from tribrach.project.sections import Section
+
+__all__ = ["COMPONENTS", "CalibrationSection", "Hold"]
+
+#: components of a station's position [m] and of its turn [rad], with the axis of each
+COMPONENTS = {
+    "e": (1.0, 0.0, 0.0),
+    "n": (0.0, 1.0, 0.0),
+    "u": (0.0, 0.0, 1.0),
+    "tilt_e": (1.0, 0.0, 0.0),
+    "tilt_n": (0.0, 1.0, 0.0),
+    "heading": (0.0, 0.0, 1.0),
+}
+
+
+class Hold(Section):
+    """A component of a station's orientation that is known, exactly unless it has a sigma.
+
+    component : of the position (e, n, u) or a turn about one of these axes from the axes of the
+    frame (tilt_e, tilt_n, heading); relative_to : another station, in whose frame it is meant.
+    """
+
+    station: str
+    component: Literal["e", "n", "u", "tilt_e", "tilt_n", "heading"]
+    relative_to: str | None = None
+    value_m: float | None = None
+    value_deg: float | None = None
+    sigma_mm: PositiveFloat | None = None
+    sigma_arcsec: PositiveFloat | None = None
+
+    @property
+    def turns(self) -> bool:
+        """True for a turn, False for a component of the position."""
+        return self.component not in ("e", "n", "u")
+
+    @model_validator(mode="after")
+    def _fitting(self) -> Self:
+        """Positions have metres, turns have degrees."""
+        if self.relative_to == self.station:
+            raise ValueError("a station is not held relative to itself")
+        wrong = (self.value_m, self.sigma_mm) if self.turns else (self.value_deg, self.sigma_arcsec)
+        if wrong != (None, None):
+            units = "value_deg and sigma_arcsec" if self.turns else "value_m and sigma_mm"
+            raise ValueError(f"the component {self.component} has {units}")
+        return self
+
+
+class CalibrationSection(Section):
+    """Calibration parameters as unknowns.
+
+    instrument : whose, a name or several; the only scanner if not given; model, parameters : see
+    :func:`~tribrach.instruments.calibration.find_model`; leave_out : parameters of the model
+    that are not estimated; per : one set for each instrument, or one for each station; scanner :
+    with or without a back face; open : what is done with unknowns that the observations leave open;
+    hold : conditions of orientation; limit_t : from which on a parameter is significant.
+    """
+
+    instrument: tuple[str, ...] = ()
+    model: Literal["nist", "high-end", "paper", "paper-elevation", "lichti"] = "high-end"
+    parameters: tuple[str, ...] = ()
+    leave_out: tuple[str, ...] = ()
+    unit_lengths_m: tuple[PositiveFloat, ...] = ()
+    per: Literal["instrument", "station"] = "instrument"
+    scanner: Literal["panoramic", "hybrid"] = "panoramic"
+    open: Literal["refuse", "minimum-norm"] = "refuse"
+    hold: tuple[Hold, ...] = ()
+    limit_t: PositiveFloat = 3.29
+    near_correlation: NonNegativeFloat = 0.95
+
+    @field_validator("instrument", mode="before")
+    @classmethod
+    def _one_or_several(cls, value: object) -> object:
+        """A name alone is a list of one."""
+        return (value,) if isinstance(value, str) else value
+
+    @field_validator("near_correlation")
+    @classmethod
+    def _below_one(cls, value: float) -> float:
+        if not value < 1:
+            raise ValueError("a correlation is below 1")
+        return value
+
+    @model_validator(mode="after")
+    def _known(self) -> Self:
+        """The model has the parameters."""
+        try:
+            self.columns()
+        except InputError as error:
+            words = error.what + (f"; {error.cure}" if error.cure else "")
+            raise ValueError(words) from error
+        return self
+
+    def columns(self) -> CalibrationModel:
+        """The model with the parameters that are estimated.
+
+        Raises
+        ------
+        InputError : parameters that the model does not have, or none left.
+        """
+        model = find_model(self.model, self.parameters, self.unit_lengths_m)
+        kept = [p for p in model.parameters if p not in model.select(self.leave_out).parameters]
+        if not kept:
+            raise InputError("no parameter is left to estimate", cure="leave out fewer")
+        return model.select(kept)

@@ -1,0 +1,88 @@
+"""The section ``[gnss]``: sessions of receivers whose RINEX files become baselines."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, PositiveFloat, model_validator
+
+from tribrach.gnss.baseline import Processing
+from tribrach.project.sections import Section
+
+__all__ = ["GnssSection", "Receiver", "Session"]
+
+Name = Annotated[str, Field(min_length=1)]
+
+
+class Receiver(Section):
+    """A receiver over a point: its observation file, its antenna.
+
+    antenna and antenna_height_m (of the reference point over the mark) are those of the file's
+    header unless given here.
+    """
+
+    point: Name
+    file: Name
+    antenna: str | None = None
+    antenna_height_m: float | None = Field(default=None, ge=-10, lt=100)
+
+
+class Session(Section):
+    """Receivers that observed together; star : the one all baselines start from."""
+
+    name: str = ""
+    receivers: tuple[Receiver, ...] = Field(min_length=2)
+    navigation: tuple[str, ...] = ()
+    star: str | None = None
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        points = [receiver.point for receiver in self.receivers]
+        twice = {name for name in points if points.count(name) > 1}
+        if twice:
+            raise ValueError(f"point {sorted(twice)[0]} has two receivers in one session")
+        if self.star is not None and self.star not in points:
+            raise ValueError(f"star names {self.star}, which has no receiver in the session")
+        return self
+
+
+class GnssSection(Section):
+    """How baselines are computed, and from what.
+
+    navigation : broadcast orbits of all sessions, and precise ones (SP3); sigma_factor : on formal
+    standard deviations; atmosphere false leaves models of troposphere and ionosphere out.
+    """
+
+    sessions: tuple[Session, ...] = ()
+    navigation: tuple[str, ...] = ()
+    mask_deg: float = Field(default=15.0, ge=0, le=60)
+    frequencies: Literal[1, 2, 3] = 2
+    systems: str = Field(default="GEJC", pattern="^[GRECJSI]+$")
+    atmosphere: bool = True
+    ratio: float = Field(default=3.0, ge=1)
+    sigma_factor: PositiveFloat | None = None
+    antex: str | None = None
+    engine: Literal["auto", "pyrtklib", "rnx2rtkp"] = "auto"
+    time_limit_s: PositiveFloat = 600.0
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        for k, session in enumerate(self.sessions):
+            if not session.navigation and not self.navigation:
+                raise ValueError(f"session {session.name or k + 1} has no navigation files")
+        return self
+
+    def processing(self, folder: Path) -> Processing:
+        """The same for the engine; files are relative to the folder."""
+        return Processing(
+            mask=self.mask_deg,
+            frequencies=self.frequencies,
+            systems=self.systems,
+            atmosphere=self.atmosphere,
+            ratio=self.ratio,
+            factor=self.sigma_factor,
+            antex=None if self.antex is None else folder / self.antex,
+            engine=self.engine,
+            seconds=self.time_limit_s,
+        )

@@ -1,0 +1,105 @@
+"""The section ``[site]`` of a project: where the work frame is and how plumb lines lean in it."""
+
+from __future__ import annotations
+
+from typing import Any, Literal, Self
+
+from pydantic import Field, NonNegativeFloat, PositiveFloat, model_validator
+
+from tribrach.errors import InputError
+from tribrach.geodesy.epochs import Realisation, crs_is_dynamic
+from tribrach.project.sections import Section
+
+__all__ = ["Deflection", "SiteSection"]
+
+
+def check_reference(crs: str | None, frame: str | None, epoch: float | None) -> None:
+    """A dynamic reference system has its epoch.
+
+    Raises
+    ------
+    ValueError : it has none, or the frame is not known.
+    """
+    if epoch is None and crs is not None and crs_is_dynamic(crs):
+        raise ValueError(
+            f"coordinates in {crs} move with time: add the epoch as a decimal year, such as 2026.9"
+        )
+    if frame is not None:
+        try:
+            Realisation(frame, epoch)
+        except InputError as error:
+            raise ValueError(f"{error.what}; {error.cure}") from error
+
+
+class Deflection(Section):
+    """Deflection of the vertical at the site: xi towards north, eta towards east.
+
+    grid : file of geoid heights whose slope is the deflection, instead of numbers; sigma : of
+    either component, an error that all stations share.
+    """
+
+    xi_arcsec: float | None = Field(default=None, ge=-120, le=120)
+    eta_arcsec: float | None = Field(default=None, ge=-120, le=120)
+    grid: str | None = None
+    sigma_arcsec: NonNegativeFloat = 10.0
+
+    @model_validator(mode="after")
+    def _one_source(self) -> Self:
+        """Numbers or a grid."""
+        if self.grid is not None and (self.xi_arcsec, self.eta_arcsec) != (None, None):
+            raise ValueError("give xi_arcsec and eta_arcsec, or a grid, not both")
+        return self
+
+
+class SiteSection(Section):
+    """Where the work frame is.
+
+    ``flat``: coordinates are Cartesian E, N, U, with crs only for the warning of what that costs;
+    ``geodetic``: E, N, U around an origin on GRS80; ``projected``: easting, northing and height of
+    a crs, converted point by point. geoid_height_m, or a geoid_grid point by point, makes given
+    heights ellipsoidal. deflection says
+    how the plumb line of levelled scanners leans against the third axis of the frame. frame names
+    the reference frame of geocentric coordinates, epoch the time that coordinates in a dynamic one
+    hold for; a geodetic site with a frame and no origin is centred on its geocentric points.
+    """
+
+    kind: Literal["flat", "geodetic", "projected"] = "flat"
+    curvature_radius_m: PositiveFloat | None = None
+    latitude_deg: float | None = Field(default=None, ge=-90, le=90)
+    longitude_deg: float | None = Field(default=None, ge=-360, le=360)
+    height_m: float = 0.0
+    crs: str | None = None
+    geoid_height_m: float = 0.0
+    geoid_grid: str | None = None
+    deflection: Deflection | None = None
+    frame: str | None = None
+    epoch: float | None = Field(default=None, gt=1900, lt=2200)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _infer(cls, data: Any) -> Any:
+        """The kind follows from the keys if it is not given."""
+        if isinstance(data, dict) and "kind" not in data:
+            if "latitude_deg" in data or "longitude_deg" in data:
+                return data | {"kind": "geodetic"}
+            if "crs" in data:
+                return data | {"kind": "projected"}
+            if "frame" in data:
+                return data | {"kind": "geodetic"}
+        return data
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        """Each kind has the keys it needs."""
+        half = (self.latitude_deg is None) != (self.longitude_deg is None)
+        nowhere = self.latitude_deg is None and self.frame is None
+        if self.kind == "geodetic" and (half or nowhere):
+            raise ValueError("a geodetic site needs latitude_deg and longitude_deg")
+        if self.kind == "projected" and self.crs is None:
+            raise ValueError("a projected site needs crs, such as EPSG:5897")
+        if self.geoid_grid is not None and self.kind == "flat":
+            raise ValueError("geoid_grid needs a place on the ellipsoid, and the site is flat")
+        if self.geoid_grid is not None and self.geoid_height_m:
+            raise ValueError("give either geoid_grid or geoid_height_m")
+        check_reference(self.crs, self.frame, self.epoch)
+        return self

@@ -1,0 +1,262 @@
+"""A pose by kiss-matcher (Lim et al. 2025), where it is installed: ``pip install tribrach[kiss]``.
+
+Local shapes are matched and the largest consistent set of matches gives the pose, whatever the
+attitude of the scans. It is a proposal like others: judged by the clouds before it is believed.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft
+
+from tribrach._types import Array
+from tribrach.geometry.pose import Pose
+from tribrach.geometry.rotation import exp
+from tribrach.registration.clouds.surfels import Surfels
+
+__all__ = ["kiss_pose", "plan_poses"]
+
+# Where may one upright scan lie in another? Every heading and every shift of the plan is tried.
+#
+# Walls are drawn into a plan as vectors: the horizontal normal of each surfel as a complex
+# number, so that walls that face each other cancel instead of matching. For each heading one
+# Fourier transform correlates the plans of both scans at all shifts; the height follows from
+# what lies level. Nothing is sampled by chance: a second place that fits as well is found like
+# the first (method section 2.11 asks for no confident wrong pose). Metres and radians.
+
+
+Plan = NDArray[np.complex64]
+
+
+#: cells of the plan along an edge, and their smallest size [m]
+_CELLS, _CELL = 256, 0.4
+
+
+#: part of the surfels that the plan reaches out to
+_WITHIN = 0.97
+
+
+#: places kept per heading and in all
+_PER_HEADING, _KEPT, _OF_BEST = 3, 16, 0.45
+
+
+#: headings between these steps [rad]
+_FINEST, _COARSEST = np.radians(1.0), np.radians(3.0)
+
+
+#: places nearer than this many cells and headings than this many steps are one
+_SAME_CELLS, _SAME_STEPS = 3.0, 2.5
+
+
+#: normals: of walls below, of floors and ceilings above [sine of the slope]
+_WALL, _LEVEL = 0.5, 0.9
+
+
+#: floors lean by so much, no more and no less; their surfaces are alike within this [rad]
+_LEAST_TILT, _MOST_TILT, _ALIKE = np.radians(3.0), np.radians(60.0), np.radians(4.0)
+
+
+#: width of the classes of differences of height [m]
+_CLASS = 0.15
+
+
+_MOST_LEVEL = 20_000
+
+
+def plan_poses(a: Surfels, b: Surfels, kept: int = _KEPT) -> list[Pose]:
+    """Poses of b in a that are worth a look, the best correlation first; none without walls.
+
+    Scans are taken as upright, and once more levelled by what seems to be their floor, if that
+    leans by more than three degrees.
+    """
+    out = _upright_poses(a, b, kept)
+    level = [_levelling(x) for x in (a, b)]
+    if level[0] is None and level[1] is None:
+        return out
+    one, two = (Pose.identity() if x is None else x for x in level)
+    poses = _upright_poses(a.placed(one), b.placed(two), kept)
+    return out + [one.inverse @ pose @ two for pose in poses]
+
+
+def _levelling(s: Surfels) -> Pose | None:
+    """The turn that makes the largest set of upward surfaces level; None if it is, or has none."""
+    up = s.subset(s.normal[:, 2] > np.cos(_MOST_TILT))
+    if len(up) < 20:
+        return None
+    seeds = up.normal[:: max(1, len(up) // 300)]
+    near = seeds @ up.normal.T > np.cos(_ALIKE)
+    best = int(np.argmax(near @ up.area))
+    floor = up.area[near[best]] @ up.normal[near[best]]
+    floor /= np.linalg.norm(floor)
+    lean = float(np.arccos(np.clip(floor[2], -1, 1)))
+    if lean < _LEAST_TILT:
+        return None
+    axis = np.cross(floor, [0.0, 0.0, 1.0])
+    return Pose(exp(lean * axis / np.linalg.norm(axis)), np.zeros(3))
+
+
+def _upright_poses(a: Surfels, b: Surfels, kept: int) -> list[Pose]:
+    """The same for scans whose z axes are upright."""
+    walls = [x.subset(np.abs(x.normal[:, 2]) < _WALL) for x in (a, b)]
+    if min(map(len, walls)) < 20:
+        return []
+    radius = [float(np.quantile(np.hypot(w.center[:, 0], w.center[:, 1]), _WITHIN)) for w in walls]
+    cell = max(_CELL, 2 * sum(radius) / _CELLS)
+    step = float(np.clip(cell / (0.7 * radius[1]), _FINEST, _COARSEST))
+    count = int(np.ceil(2 * np.pi / step))
+    base = np.conj(fft.fft2(_blurred(_drawn(walls[0], 0.0, cell, radius[0]))))
+    found = []
+    for number in range(count):
+        heading = 2 * np.pi * number / count
+        moved = fft.fft2(_drawn(walls[1], heading, cell, radius[1]))
+        score = np.real(fft.ifft2(base * moved))
+        found += [(s, heading, x, y) for s, x, y in _peaks(score, cell)]
+    distinct = _distinct(found, cell, 2 * np.pi / count, kept)
+    # the correlation puts a at b shifted by (x, y): b lies in a at the opposite
+    return [pose for _, h, x, y in distinct for pose in _raised(a, b, h, -x, -y)]
+
+
+def _drawn(walls: Surfels, heading: float, cell: float, radius: float) -> Plan:
+    """The plan (n, n) of walls turned by a heading."""
+    turn = np.exp(1j * heading)
+    at = (walls.center[:, 0] + 1j * walls.center[:, 1]) * turn
+    normal = (walls.normal[:, 0] + 1j * walls.normal[:, 1]) * turn
+    near = np.abs(at) <= radius
+    at, normal = at[near], normal[near] * walls.area[near]
+    column = np.floor(at.real / cell).astype(np.int64) % _CELLS
+    row = np.floor(at.imag / cell).astype(np.int64) % _CELLS
+    place = row * _CELLS + column
+    size = _CELLS * _CELLS
+    plan = np.bincount(place, normal.real, size) + 1j * np.bincount(place, normal.imag, size)
+    # high walls count more than low ones, but not as much more as they are higher
+    strength = np.sqrt(np.maximum(np.abs(plan), 1e-12))
+    return (plan / strength).astype(np.complex64).reshape(_CELLS, _CELLS)
+
+
+def _blurred(plan: Plan) -> Plan:
+    """The plan with every cell also in its neighbours, by half."""
+    out = plan.copy()
+    for axis in (0, 1):
+        out = 0.5 * out + 0.25 * (np.roll(out, 1, axis) + np.roll(out, -1, axis))
+    return out.astype(np.complex64)
+
+
+def _peaks(score: NDArray[np.float32], cell: float) -> list[tuple[float, float, float]]:
+    """Best places of one heading: score, x, y [m]."""
+    out = []
+    score = score.copy()
+    for _ in range(_PER_HEADING):
+        best = int(np.argmax(score))
+        row, column = divmod(best, _CELLS)
+        value = float(score[row, column])
+        if value <= 0:
+            break
+        x, y = (k - _CELLS if k >= _CELLS // 2 else k for k in (column, row))
+        out.append((value, x * cell, y * cell))
+        near = np.arange(-2, 3)
+        score[np.ix_((row + near) % _CELLS, (column + near) % _CELLS)] = 0
+    return out
+
+
+def _distinct(
+    found: list[tuple[float, float, float, float]], cell: float, step: float, kept: int
+) -> list[tuple[float, float, float, float]]:
+    """The best places, each far enough from all better ones."""
+    table = np.array(sorted(found, reverse=True))
+    if len(table) == 0:
+        return []
+    out: list[int] = []
+    for k in range(len(table)):
+        other = table[out]
+        turn = np.abs(np.angle(np.exp(1j * (other[:, 1] - table[k, 1]))))
+        apart = np.hypot(other[:, 2] - table[k, 2], other[:, 3] - table[k, 3])
+        if not ((turn < _SAME_STEPS * step) & (apart < _SAME_CELLS * cell)).any():
+            out.append(k)
+        if len(out) == kept or table[k, 0] < _OF_BEST * table[0, 0]:
+            break
+    return [tuple(map(float, row)) for row in table[out]]  # type: ignore[misc]
+
+
+def _raised(a: Surfels, b: Surfels, heading: float, x: float, y: float) -> list[Pose]:
+    """A place of the plan with its height; two heights where they are not one."""
+    flat = Pose(exp(np.array([0.0, 0.0, heading])), np.array([x, y, 0.0]))
+    heights = _heights(a, b.placed(flat))
+    return [Pose(flat.rotation, np.array([x, y, z])) for z in heights]
+
+
+def _heights(a: Surfels, b: Surfels) -> list[float]:
+    """How much b must be raised: the most frequent difference of level surfaces, or zero."""
+    differences = [_level_differences(a, b, side) for side in (1.0, -1.0)]
+    value = np.concatenate([d[0] for d in differences])
+    weight = np.concatenate([d[1] for d in differences])
+    if len(value) == 0:
+        return [0.0]
+    low = value.min()
+    number = np.floor((value - low) / _CLASS).astype(np.int64)
+    tally = np.convolve(np.bincount(number, weight), [0.5, 1.0, 0.5], mode="same")
+    out: list[float] = []
+    most = float(tally.max())
+    for _ in range(2):
+        best = int(np.argmax(tally))
+        if tally[best] < 0.5 * most:
+            break
+        near = np.abs(value - low - (best + 0.5) * _CLASS) < 1.5 * _CLASS
+        out.append(float(np.average(value[near], weights=weight[near])) if near.any() else low)
+        tally[max(best - 3, 0) : best + 4] = 0
+    return out
+
+
+def _level_differences(a: Surfels, b: Surfels, side: float) -> tuple[Array, Array]:
+    """Differences (n,) of heights of level surfaces in the same cell of the plan, weights (n,)."""
+    size = 2 * float(max(np.median(a.size), np.median(b.size)))
+    tables = []
+    for x in (a, b):
+        level = np.flatnonzero(side * x.normal[:, 2] > _LEVEL)
+        level = level[:: max(1, len(level) // _MOST_LEVEL)]
+        cell = np.floor(x.center[level, :2] / size).astype(np.int64)
+        key = (cell[:, 0] + (1 << 30)) * (1 << 31) + cell[:, 1] + (1 << 30)
+        order = np.argsort(key, kind="stable")
+        tables.append((key[order], x.center[level, 2][order]))
+    (key_a, z_a), (key_b, z_b) = tables
+    # every level of a cell of b against up to four levels of the same cell of a
+    first, last = np.searchsorted(key_a, key_b), np.searchsorted(key_a, key_b, side="right")
+    values, weights = [], []
+    for k in range(4):
+        some = first + k < last
+        values.append(z_a[first[some] + k] - z_b[some])
+        weights.append(1.0 / np.minimum(last[some] - first[some], 4))
+    return np.concatenate(values), np.concatenate(weights)
+
+
+try:
+    import kiss_matcher
+except ImportError:
+    kiss_matcher = None
+
+
+#: size of its cubes [sizes of the surfels]
+_VOXEL = 1.5
+
+
+#: fewer surfels are not matched
+_FEWEST = 50
+
+
+_SKEWED = 1e-3
+
+
+def kiss_pose(a: Surfels, b: Surfels) -> Pose | None:
+    """The pose of b in a; None if kiss-matcher is not installed or finds none."""
+    if kiss_matcher is None or min(len(a), len(b)) < _FEWEST:
+        return None
+    size = float(max(np.median(x.size) for x in (a, b)))
+    matcher = kiss_matcher.KISSMatcher(kiss_matcher.KISSMatcherConfig(_VOXEL * size))
+    found = matcher.estimate(*(list(x.center.astype(np.float32)) for x in (b, a)))
+    rotation = np.asarray(found.rotation, dtype=np.float64)
+    if not found.valid or np.abs(rotation @ rotation.T - np.eye(3)).max() > _SKEWED:
+        return None
+    u, _, vt = np.linalg.svd(rotation)
+    if np.linalg.det(u @ vt) < 0:
+        return None
+    return Pose(u @ vt, np.asarray(found.translation, dtype=np.float64).reshape(3))

@@ -1,0 +1,222 @@
+"""Which target of a scan is which point of a list, when neither pose nor names are known?
+
+Pairs (i, j) that could be the same are the nodes of an association graph; two nodes are joined
+if the distance between the targets equals that between the points (for levelled scans also the
+height difference). The largest cliques are the candidates; a rigid fit and a chi-square decide,
+and a second solution of the same size makes the matching ambiguous (method section 8.4).
+Coordinates (n, 3) and sigmas in metres.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from tribrach._types import Array, Index
+from tribrach.errors import InputError
+from tribrach.geometry.alignment import group_planar, group_rigid
+from tribrach.geometry.rotation import skew
+from tribrach.statistics import chi2
+
+__all__ = ["Matching", "match"]
+
+
+#: distances and heights may differ by this many sigmas
+_GATE = 4.0
+
+
+#: solutions whose sum of squares is beyond this quantile do not fit
+_FIT_LEVEL = 0.9999
+
+
+#: association graphs beyond this many nodes are refused
+_MOST_NODES = 3600
+
+
+@dataclass(frozen=True)
+class Matching:
+    """Pairs of targets and points, and how sure they are.
+
+    pairs (k, 2): target and point numbers; rotation (3, 3), translation (3,) world from scanner;
+    chi_square: weighted sum of squared residuals; others: pairs of every other solution that
+    fits as well; cofactor (6, 6): covariance of translation [m] and rotation [rad] about centre
+    (3,), zero for what is not estimated.
+    """
+
+    pairs: Index
+    rotation: Array
+    translation: Array
+    chi_square: float
+    others: tuple[Index, ...] = ()
+    centre: Array = field(default_factory=lambda: np.zeros(3))
+    cofactor: Array = field(default_factory=lambda: np.zeros((6, 6)))
+
+    def placed_sigma(self, local: Array) -> Array:
+        """How uncertain the motion makes points (n, 3) that it carries, (n,) [m] a coordinate."""
+        world = local @ self.rotation.T + self.translation
+        lever = _lever(world - self.centre)
+        variance = np.einsum("nij,jk,nik->n", lever, self.cofactor, lever)
+        sigma: Array = np.sqrt(variance / 3)
+        return sigma
+
+    @property
+    def ambiguous(self) -> bool:
+        """True if another solution fits as well: name one target."""
+        return len(self.others) > 0
+
+    def __str__(self) -> str:
+        """The matching in a sentence."""
+        text = f"{len(self.pairs)} targets matched"
+        if self.ambiguous:
+            text += f", ambiguous: {len(self.others)} other ways fit as well; name one target"
+        return text
+
+
+def match(
+    targets: Array,
+    points: Array,
+    *,
+    sigma_targets: Array | float = 0.002,
+    sigma_points: Array | float = 0.002,
+    levelled: bool = False,
+    known: Mapping[int, int] | None = None,
+) -> Matching:
+    """Match targets (n, 3) in a scanner frame to points (m, 3), sigmas (n,), (m,) or one.
+
+    known : point number of targets whose names are given; other pairs of either are not formed.
+
+    Raises
+    ------
+    InputError : more than 3600 possible pairs, or fewer than three targets (two if levelled)
+        that fit any points.
+    """
+    n, m = len(targets), len(points)
+    if n * m > _MOST_NODES:
+        raise InputError(
+            f"{n} targets and {m} points are too many to match without names",
+            cure="name three targets or give an approximate pose",
+        )
+    s2 = np.broadcast_to(np.asarray(sigma_targets, dtype=float), n)[:, None] ** 2
+    s2 = s2 + np.broadcast_to(np.asarray(sigma_points, dtype=float), m)[None, :] ** 2
+    nodes = _allowed(n, m, known or {})
+    graph = _associations(targets, points, s2, levelled, nodes)
+    needed = 2 if levelled else 3
+    solutions = []
+    for found in _largest_cliques(graph, needed):
+        clique = nodes[found]
+        pairs = np.stack(np.divmod(clique, m), axis=1)
+        fitted = _fit(targets, points, pairs, s2, levelled)
+        if fitted is not None:
+            solutions.append(fitted)
+    if not solutions:
+        raise InputError(
+            f"no {needed} targets have the mutual distances of {needed} points",
+            cure="check the units and the point list, or name the targets",
+        )
+    size = max(len(s.pairs) for s in solutions)
+    full = sorted((s for s in solutions if len(s.pairs) == size), key=lambda s: s.chi_square)
+    best = full[0]
+    rivals = [s for s in solutions if len(s.pairs) == size - 1 and s.chi_square < best.chi_square]
+    # a smaller solution is a rival only where its residuals are less by more than one pair's share
+    rivals = [s for s in rivals if best.chi_square - s.chi_square > chi2.ppf(0.999, 3)]
+    return replace(best, others=tuple(s.pairs for s in [*full[1:], *rivals]))
+
+
+def _allowed(n: int, m: int, known: Mapping[int, int]) -> Index:
+    """Pairs ``i * m + j`` that may be formed."""
+    free = np.ones((n, m), dtype=bool)
+    for i, j in known.items():
+        free[i, :] = free[:, j] = False
+    for i, j in known.items():
+        free[i, j] = True
+    return np.flatnonzero(free)
+
+
+def _associations(
+    targets: Array, points: Array, s2: Array, levelled: bool, nodes: Index
+) -> list[int]:
+    """Neighbours of each pair ``i * m + j`` of the nodes as bits of an integer."""
+    i, j = np.divmod(nodes, s2.shape[1])
+    length_t = np.linalg.norm(targets[:, None] - targets[None], axis=2)
+    length_p = np.linalg.norm(points[:, None] - points[None], axis=2)
+    rise_t, rise_p = (x[:, None, 2] - x[None, :, 2] for x in (targets, points))
+    out = []
+    for k in range(len(nodes)):
+        gate = _GATE * np.sqrt(s2[i[k], j[k]] + s2[i, j])
+        joined = (i != i[k]) & (j != j[k])
+        joined &= np.abs(length_t[i[k], i] - length_p[j[k], j]) < gate
+        if levelled:
+            joined &= np.abs(rise_t[i[k], i] - rise_p[j[k], j]) < gate
+        out.append(int.from_bytes(np.packbits(joined, bitorder="little").tobytes(), "little"))
+    return out
+
+
+def _bits(mask: int) -> Iterator[int]:
+    while mask:
+        low = mask & -mask
+        yield low.bit_length() - 1
+        mask ^= low
+
+
+def _largest_cliques(graph: list[int], smallest: int) -> list[list[int]]:
+    """Maximal cliques of the largest size and of one less (Bron and Kerbosch 1973 with pivot)."""
+    found: list[list[int]] = []
+    largest = smallest
+    stack: list[tuple[list[int], int, int]] = [([], (1 << len(graph)) - 1, 0)]
+    while stack:
+        clique, candidates, excluded = stack.pop()
+        if len(clique) + candidates.bit_count() < max(largest - 1, smallest):
+            continue
+        if not candidates:
+            if not excluded and len(clique) >= smallest:
+                found.append(clique)
+                largest = max(largest, len(clique))
+            continue
+        pivot = max(_bits(candidates | excluded), key=lambda v: (graph[v] & candidates).bit_count())
+        for v in _bits(candidates & ~graph[pivot]):
+            stack.append(([*clique, v], candidates & graph[v], excluded & graph[v]))
+            candidates &= ~(1 << v)
+            excluded |= 1 << v
+    return [c for c in found if len(c) >= max(largest - 1, smallest)]
+
+
+def _fit(targets: Array, points: Array, pairs: Index, s2: Array, levelled: bool) -> Matching | None:
+    """The solution if a proper motion carries the targets onto the points within their sigmas."""
+    local, world = targets[pairs[:, 0]], points[pairs[:, 1]]
+    one, weights = np.zeros(len(pairs), dtype=np.int64), 1 / s2[pairs[:, 0], pairs[:, 1]]
+    rotation, translation = np.eye(3), np.zeros(3)
+    if levelled:
+        plan = group_planar(one, 1, local[:, :2], world[:, :2], weights)
+        rotation[:2, :2], translation[:2] = plan.rotation[0], plan.translation[0]
+        translation[2] = np.average(world[:, 2] - local[:, 2], weights=weights)
+        sound, unknowns = plan.spread[0] > 1e-3, 4
+    else:
+        space = group_rigid(one, 1, local, world, weights)
+        rotation, translation = space.rotation[0], space.translation[0]
+        sound, unknowns = space.spread[0] > 1e-3, 6
+    v = world - local @ rotation.T - translation
+    square = float((weights[:, None] * v**2).sum())
+    if not sound or square > chi2.ppf(_FIT_LEVEL, 3 * len(pairs) - unknowns):
+        return None
+    centre = np.average(world, axis=0, weights=weights)
+    cofactor = _cofactor(world - centre, weights, levelled)
+    ordered = pairs[np.argsort(pairs[:, 0])]
+    return Matching(ordered, rotation, translation, square, (), centre, cofactor)
+
+
+def _lever(offset: Array) -> Array:
+    """Derivatives (n, 3, 6) of points at offsets (n, 3) by a translation and a rotation."""
+    eye = np.broadcast_to(np.eye(3), (len(offset), 3, 3))
+    return np.concatenate([eye, -skew(offset)], axis=2)
+
+
+def _cofactor(offset: Array, weights: Array, levelled: bool) -> Array:
+    """Covariance (6, 6) of a motion fitted to points at offsets (n, 3) from their centroid."""
+    free = [0, 1, 2, 5] if levelled else [0, 1, 2, 3, 4, 5]
+    lever = _lever(offset)[:, :, free]
+    normal = np.einsum("n,nij,nik->jk", weights, lever, lever)
+    out = np.zeros((6, 6))
+    out[np.ix_(free, free)] = np.linalg.pinv(normal, rcond=1e-12, hermitian=True)
+    return out

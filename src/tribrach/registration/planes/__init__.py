@@ -1,0 +1,1 @@
+"""Stations tied by natural planes."""

@@ -1,0 +1,159 @@
+"""The planes of one station as arrays, and which planes of two stations are one surface.
+
+Normals look towards the scanner, so that the two sides of a wall are two planes. Scanner frame,
+metres and radians.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from pykdtree.kdtree import KDTree
+
+from tribrach._types import Array
+from tribrach.geometry.pose import Pose
+from tribrach.observations.unknowns import plane_basis
+from tribrach.targets.planes import Plane
+
+__all__ = ["PlaneSet", "overlap"]
+
+
+#: two planes of one station are one surface if their normals differ by less than this [rad] and
+#: their offsets, where they overlap, by less than this [m]
+_SAME_TURN, _SAME_OFFSET = float(np.radians(1.0)), 0.01
+
+
+#: cells of two patches are the same place within this many widths of the wider ones
+_WIDTHS = 1.5
+
+
+@dataclass(frozen=True, eq=False)
+class PlaneSet:
+    """Planes (k) of a station.
+
+    normal (k, 3) unit, towards the scanner; center (k, 3) [m]; covariance (k, 3, 3) of the tilts
+    along the tangent basis of the normal (network.unknowns.plane_basis) [rad] and of the offset at
+    the centre [m]; area (k,) [m^2]; samples : for each plane places (s, 3) that it covers, one for
+    every cell of the width spacing (k,) [m]; scans (k,) : names of the scans.
+    """
+
+    normal: Array
+    center: Array
+    covariance: Array
+    area: Array
+    samples: tuple[Array, ...]
+    spacing: Array
+    scans: tuple[str, ...]
+
+    @classmethod
+    def of(cls, planes: Sequence[Plane]) -> PlaneSet:
+        """Planes of one scan as they were found, largest first."""
+        kept = sorted(planes, key=lambda p: -p.area)
+        normal = np.array([p.normal for p in kept]).reshape(-1, 3)
+        tangents = np.array([p.tangents for p in kept]).reshape(-1, 2, 3)
+        covariance = np.array([p.covariance for p in kept]).reshape(-1, 3, 3)
+        return cls(
+            normal,
+            np.array([p.center for p in kept]).reshape(-1, 3),
+            _in_basis(normal, tangents, covariance),
+            np.array([p.area for p in kept], dtype=float),
+            tuple(p.sample for p in kept),
+            np.array([p.spacing for p in kept], dtype=float),
+            tuple(p.detection.scan for p in kept),
+        )
+
+    @classmethod
+    def joined(cls, sets: Sequence[PlaneSet]) -> PlaneSet:
+        """Planes of several scans of one station, largest first; of doubles the larger one stays.
+
+        Two scans of a wall share what is wrong with it, and count once.
+        """
+        whole = cls(
+            np.concatenate([np.zeros((0, 3)), *(s.normal for s in sets)]),
+            np.concatenate([np.zeros((0, 3)), *(s.center for s in sets)]),
+            np.concatenate([np.zeros((0, 3, 3)), *(s.covariance for s in sets)]),
+            np.concatenate([np.zeros(0), *(s.area for s in sets)]),
+            tuple(sample for s in sets for sample in s.samples),
+            np.concatenate([np.zeros(0), *(s.spacing for s in sets)]),
+            tuple(scan for s in sets for scan in s.scans),
+        )
+        kept: list[int] = []
+        for k in np.argsort(-whole.area, kind="stable").tolist():
+            if not any(whole._doubles(k, other) for other in kept):
+                kept.append(k)
+        return whole.chosen(kept)
+
+    def __len__(self) -> int:
+        return len(self.normal)
+
+    @cached_property
+    def offset(self) -> Array:
+        """Offsets (k,) [m] of ``normal . x = offset``."""
+        return np.asarray(np.einsum("ki,ki->k", self.normal, self.center))
+
+    @cached_property
+    def trees(self) -> tuple[KDTree, ...]:
+        """Trees of the places that the planes cover."""
+        return tuple(KDTree(np.ascontiguousarray(sample)) for sample in self.samples)
+
+    def largest(self, count: int) -> PlaneSet:
+        """The largest planes."""
+        return self.chosen(range(min(count, len(self))))
+
+    def chosen(self, numbers: Sequence[int]) -> PlaneSet:
+        """Some of the planes, in this order."""
+        at = np.array(numbers, dtype=np.int64)
+        return PlaneSet(
+            self.normal[at],
+            self.center[at],
+            self.covariance[at],
+            self.area[at],
+            tuple(self.samples[k] for k in at),
+            self.spacing[at],
+            tuple(self.scans[k] for k in at),
+        )
+
+    def placed(self, pose: Pose) -> PlaneSet:
+        """In the frame that the pose leads to; errors of the pose are not part of it."""
+        normal = self.normal @ pose.rotation.T
+        tangents = plane_basis(self.normal).transpose(0, 2, 1) @ pose.rotation.T
+        return replace(
+            self,
+            normal=normal,
+            center=pose @ self.center,
+            covariance=_in_basis(normal, tangents, self.covariance),
+            samples=tuple(pose @ sample for sample in self.samples),
+        )
+
+    def _doubles(self, k: int, other: int) -> bool:
+        """Is plane k of one scan the plane that another scan of the station has?"""
+        if self.scans[k] == self.scans[other] or self.normal[k] @ self.normal[other] < 0:
+            return False
+        if np.linalg.norm(np.cross(self.normal[k], self.normal[other])) > _SAME_TURN:
+            return False
+        if abs(self.normal[other] @ (self.center[k] - self.center[other])) > _SAME_OFFSET:
+            return False
+        here = np.ascontiguousarray(self.samples[k])
+        distance, _ = KDTree(np.ascontiguousarray(self.samples[other])).query(here, k=1)
+        spacing = max(self.spacing[k], self.spacing[other])
+        return bool(np.mean(distance < _WIDTHS * spacing) > 0.5)
+
+
+def overlap(first: PlaneSet, second: PlaneSet, i: int, j: int, first_from_second: Pose) -> float:
+    """Area [m^2] of plane i of a station that plane j of another one covers as well."""
+    spacing = max(first.spacing[i], second.spacing[j])
+    there = first_from_second.inverse @ first.samples[i]
+    distance, _ = second.trees[j].query(np.ascontiguousarray(there), k=1)
+    return float(first.area[i] * np.mean(distance < _WIDTHS * spacing))
+
+
+def _in_basis(normal: Array, tangents: Array, covariance: Array) -> Array:
+    """Covariances (k, 3, 3) turned from the patches' tangents (k, 2, 3) to the normal's basis."""
+    turn = np.zeros((len(normal), 3, 3))
+    if len(normal):
+        turn[:, :2, :2] = np.einsum("kia,kbi->kab", plane_basis(normal), tangents)
+    turn[:, 2, 2] = 1.0
+    return np.asarray(turn @ covariance @ turn.transpose(0, 2, 1))

@@ -1,0 +1,541 @@
+"""Relative poses of two stations from their planes, found without approximate values.
+
+Turns and shifts that bring many planes together are refined over all planes that then lie on each
+other and overlap; what the views of the two stations contradict is dropped. What is left is one
+pose, several between which nothing decides (periodic facades, symmetric rooms), or none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations, product
+
+import numpy as np
+
+from tribrach._types import Array, Index
+from tribrach.geometry import rotation as turns
+from tribrach.geometry.pose import Pose
+from tribrach.geometry.rotation import skew
+from tribrach.observations.unknowns import plane_basis
+from tribrach.registration.planes.plane_set import PlaneSet, overlap
+from tribrach.registration.views import Agreement, Surroundings, seen
+
+__all__ = [
+    "PairPoses",
+    "PlanePose",
+    "common_planes",
+    "decided",
+    "information",
+    "offsets",
+    "open_directions",
+    "pair_poses",
+]
+
+# Turns between two stations under which the normals of their planes fall together.
+#
+# Levelled stations differ by one angle about the plumb line, and every pair of walls proposes
+# one; others differ by three, and every pair of planes that enclose the same angle in both scans
+# proposes them (method section 8.4: angles between normals do not change). What many planes
+# propose comes first.
+
+
+#: normals of one surface differ by less than this [rad], and so do the angles between two
+TURN = float(np.radians(1.0))
+
+
+#: turns that differ by less than this are one [rad]
+_APART = float(np.radians(2.0))
+
+
+#: proposals that are followed, of levelled stations and of others
+_LEVELLED, _FREE = 24, 40
+
+
+#: planes whose pairs propose a turn in space, and proposals that are weighed
+_PLANES_FOR_ROTATION, _WEIGHED = 24, 4000
+
+
+#: planes flatter than this propose no heading, and planes nearer to parallel no turn
+_WALL, _ANGLE = 0.3, float(np.radians(20.0))
+
+
+#: areas beyond this count no more [m^2]
+_LARGE = 100.0
+
+
+def rotations(first: PlaneSet, second: PlaneSet, levelled: bool) -> Array:
+    """Rotations (r, 3, 3) ``first from second``, those that most planes support first."""
+    if len(first) == 0 or len(second) == 0:
+        return np.zeros((0, 3, 3))
+    proposed = _headings(first, second) if levelled else _turns(first, second)
+    if len(proposed) == 0:
+        return proposed
+    support = np.array([_support(first, second, r) for r in proposed])
+    out: list[Array] = []
+    for k in np.argsort(-support, kind="stable"):
+        if support[k] <= 0:
+            break
+        turn = _refined(first, second, proposed[k], levelled)
+        if all(_angle(turn, other) > _APART for other in out):
+            out.append(turn)
+        if len(out) == (_LEVELLED if levelled else _FREE):
+            break
+    return np.array(out).reshape(-1, 3, 3)
+
+
+def fitting_pairs(first: PlaneSet, second: PlaneSet, rotation: Array) -> tuple[Index, Index]:
+    """Numbers (p,), (p,) of planes whose normals a rotation brings together."""
+    cosine = first.normal @ (second.normal @ rotation.T).T
+    i, j = np.nonzero(cosine > np.cos(TURN))
+    return i, j
+
+
+def pair_weights(first: PlaneSet, second: PlaneSet, i: Index, j: Index) -> Array:
+    """Weights (p,) of pairs of planes by the smaller area."""
+    return np.asarray(np.sqrt(np.minimum(np.minimum(first.area[i], second.area[j]), _LARGE)))
+
+
+def _headings(first: PlaneSet, second: PlaneSet) -> Array:
+    """Turns (h, 3, 3) about the third axis, one for every pair of walls that lean alike."""
+    flat = [np.linalg.norm(s.normal[:, :2], axis=1) > _WALL for s in (first, second)]
+    a, b = first.normal[flat[0]], second.normal[flat[1]]
+    alike = np.abs(a[:, None, 2] - b[None, :, 2]) < TURN
+    heading = np.arctan2(a[:, 1], a[:, 0])[:, None] - np.arctan2(b[:, 1], b[:, 0])[None]
+    heading = np.unique(np.round(np.remainder(heading[alike], 2 * np.pi) / (TURN / 4)))
+    heading = heading * (TURN / 4)
+    out = np.zeros((len(heading), 3, 3))
+    out[:, 0, 0] = out[:, 1, 1] = np.cos(heading)
+    out[:, 1, 0], out[:, 0, 1] = np.sin(heading), -np.sin(heading)
+    out[:, 2, 2] = 1.0
+    return out
+
+
+def _turns(first: PlaneSet, second: PlaneSet) -> Array:
+    """Turns (h, 3, 3) that bring two planes of one station onto two of the other."""
+    a, b = first.normal[:_PLANES_FOR_ROTATION], second.normal[:_PLANES_FOR_ROTATION]
+    i, k = np.triu_indices(len(a), 1)
+    j, m = np.nonzero(~np.eye(len(b), dtype=bool))
+    mine = np.arccos(np.clip(np.einsum("ni,ni->n", a[i], a[k]), -1, 1))
+    theirs = np.arccos(np.clip(np.einsum("ni,ni->n", b[j], b[m]), -1, 1))
+    wide = (mine > _ANGLE) & (mine < np.pi - _ANGLE)
+    p, q = np.nonzero((np.abs(mine[:, None] - theirs[None]) < TURN) & wide[:, None])
+    area = np.minimum(
+        np.minimum(first.area[i[p]], first.area[k[p]]),
+        np.minimum(second.area[j[q]], second.area[m[q]]),
+    )
+    best = np.argsort(-area, kind="stable")[:_WEIGHED]
+    p, q = p[best], q[best]
+    return np.asarray(_axes(a[i[p]], a[k[p]]) @ _axes(b[j[q]], b[m[q]]).transpose(0, 2, 1))
+
+
+def _axes(one: Array, two: Array) -> Array:
+    """Right-handed axes (n, 3, 3), by columns, of two directions (n, 3) each."""
+    middle, across = one + two, one - two
+    x = middle / np.linalg.norm(middle, axis=1, keepdims=True)
+    y = across / np.linalg.norm(across, axis=1, keepdims=True)
+    return np.stack([x, y, np.cross(x, y)], axis=2)
+
+
+def _support(first: PlaneSet, second: PlaneSet, rotation: Array) -> float:
+    """How much of the second station's planes has a counterpart."""
+    i, j = fitting_pairs(first, second, rotation)
+    if len(i) == 0:
+        return 0.0
+    best = np.zeros(len(second))
+    np.maximum.at(best, j, pair_weights(first, second, i, j))
+    return float(best.sum())
+
+
+def _refined(first: PlaneSet, second: PlaneSet, rotation: Array, levelled: bool) -> Array:
+    """The rotation that fits all normals that it brings together."""
+    i, j = fitting_pairs(first, second, rotation)
+    weight = pair_weights(first, second, i, j) ** 2
+    a, b = first.normal[i], second.normal[j]
+    if levelled:
+        turned = b @ rotation.T
+        sine = np.sum(weight * (turned[:, 0] * a[:, 1] - turned[:, 1] * a[:, 0]))
+        angle = np.arctan2(sine, np.sum(weight * (turned[:, :2] * a[:, :2]).sum(axis=1)))
+        c, s = np.cos(angle), np.sin(angle)
+        return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ rotation
+    u, _, vt = np.linalg.svd((weight[:, None] * a).T @ b)
+    return np.asarray(u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt)
+
+
+def _angle(one: Array, two: Array) -> float:
+    """Angle [rad] between two rotations."""
+    return float(np.arccos(np.clip((np.trace(one.T @ two) - 1) / 2, -1, 1)))
+
+
+# Shifts between two stations under which, once turned, the offsets of their planes fall together.
+#
+# Every pair of parallel planes proposes a shift along their normal. Along three independent
+# directions the proposals with most support are combined; all other planes then say which of the
+# combinations are good. Where the common planes have fewer than three independent directions, the
+# shift stays open along the rest.
+
+
+#: normals within this angle are one direction [rad]
+_ONE = float(np.radians(8.0))
+
+
+#: offsets of one surface agree within this while the turn is not yet sharp [m]
+OFFSET = 0.1
+
+
+#: proposals along one direction, directions that are combined, and shifts that are returned
+_PEAKS, _AXES, _SHIFTS = 14, 5, 12
+
+
+#: directions are independent if the smallest singular value of their unit vectors is above this
+INDEPENDENT = 0.2
+
+
+@dataclass(frozen=True)
+class _Axis:
+    """A direction that planes have in common: unit (3,), proposals (m,) [m] and their weights."""
+
+    unit: Array
+    values: Array
+    weight: float
+
+
+def shifts(first: PlaneSet, second: PlaneSet, rotation: Array) -> tuple[Array, Array]:
+    """Shifts (t, 3) [m] ``first from second`` under a rotation, best first, and support (t,).
+
+    None where the planes that the rotation brings together leave a direction open.
+    """
+    i, j = fitting_pairs(first, second, rotation)
+    weight = pair_weights(first, second, i, j)
+    wanted = first.offset[i] - second.offset[j]
+    axes = _shift_axes(first.normal[i], wanted, weight)[:_AXES]
+    found: list[Array] = []
+    for triple in combinations(axes, 3):
+        units = np.array([axis.unit for axis in triple])
+        if np.linalg.svd(units, compute_uv=False)[-1] < INDEPENDENT:
+            continue
+        values = np.array(list(product(*(axis.values for axis in triple))))
+        found.append(values @ np.linalg.inv(units).T)
+    if not found:
+        return np.zeros((0, 3)), np.zeros(0)
+    shift = np.concatenate(found)
+    support = _shift_support(shift, first.normal[i], wanted, weight, i)
+    order = np.argsort(-support, kind="stable")
+    kept: list[int] = []
+    for k in order:
+        if all(np.linalg.norm(shift[k] - shift[m]) > OFFSET for m in kept):
+            kept.append(int(k))
+        if len(kept) == _SHIFTS:
+            break
+    return shift[kept], support[kept]
+
+
+def open_directions(normal: Array) -> Array:
+    """Unit directions (f, 3) that normals (k, 3) leave open, none if they hold all three."""
+    if len(normal) == 0:
+        return np.eye(3)
+    values, vectors = np.linalg.eigh(_directions(normal))
+    return np.asarray(vectors[:, np.sqrt(np.maximum(values, 0)) < INDEPENDENT].T)
+
+
+def _directions(normal: Array) -> Array:
+    """Sum (3, 3) of the outer products of the different directions, each counted once."""
+    units: list[Array] = []
+    for n in normal:
+        if all(abs(n @ u) < np.cos(_ONE) for u in units):
+            units.append(n)
+    directions = np.array(units)
+    return np.asarray(directions.T @ directions)
+
+
+def _shift_axes(normal: Array, wanted: Array, weight: Array) -> list[_Axis]:
+    """Directions of pairs (p, 3) with their best proposals, those of most weight first."""
+    out: list[_Axis] = []
+    left = np.ones(len(normal), dtype=bool)
+    while left.any():
+        head = normal[np.flatnonzero(left)[np.argmax(weight[left])]]
+        cosine = normal @ head
+        mine = left & (np.abs(cosine) > np.cos(_ONE))
+        values = (wanted * np.sign(cosine))[mine]
+        out.append(_Axis(head, _peaks(values, weight[mine]), float(weight[mine].sum())))
+        left &= ~mine
+    return sorted(out, key=lambda axis: -axis.weight)
+
+
+def _peaks(values: Array, weight: Array) -> Array:
+    """Values (m,) around which most weight lies, no two within the tolerance."""
+    near = np.abs(values[:, None] - values[None]) < OFFSET / 2
+    support = near @ weight
+    kept: list[float] = []
+    for k in np.argsort(-support, kind="stable"):
+        # walls and what is let into them propose several values: the one in the middle of the area
+        value = _median(values[near[k]], weight[near[k]])
+        if all(abs(value - v) > OFFSET / 2 for v in kept):
+            kept.append(value)
+        if len(kept) == _PEAKS:
+            break
+    return np.array(kept)
+
+
+def _median(values: Array, weight: Array) -> float:
+    """The value with half of the weight on either side."""
+    order = np.argsort(values, kind="stable")
+    total = np.cumsum(weight[order])
+    return float(values[order[np.searchsorted(total, total[-1] / 2)]])
+
+
+def _shift_support(
+    shift: Array, normal: Array, wanted: Array, weight: Array, owner: Index
+) -> Array:
+    """Weight (t,) of the first station's planes that have a counterpart under each shift."""
+    starts = np.flatnonzero(np.r_[True, np.diff(owner) > 0])
+    out = np.empty(len(shift))
+    for a in range(0, len(shift), 2000):
+        some = shift[a : a + 2000]
+        good = np.abs(some @ normal.T - wanted) < OFFSET
+        best = np.maximum.reduceat(np.where(good, weight, 0.0), starts, axis=1)
+        out[a : a + 2000] = best.sum(axis=1)
+    return out
+
+
+#: largest planes that take part in the search, and poses that are looked at closely
+_PLANES, _CLOSE = 60, 80
+
+
+#: planes are one surface if their normals agree within this [rad] and the offsets within this [m],
+#: from the first fit to the last
+_STAGES = ((0.0175, 0.1), (0.009, 0.04), (0.0045, 0.02))
+
+
+#: parts of one surface differ by less than this where there is something nearer [m]
+_ALIKE = 0.004
+
+
+#: area [m^2] and share of the smaller plane that two patches have in common
+_COMMON, _SHARE = 0.2, 0.05
+
+
+#: sigmas that no plane falls below in the fit of two stations [rad], [m]; tilt of levelled ones
+_TURN, _OFFSET, _TILT = 2e-4, 1e-3, 3e-4
+
+
+#: sigmas of the start of a step [m], [rad], and along directions that the planes leave open [m]
+_START, _STILL = np.repeat([0.3, 0.03], 3), 1e-4
+
+
+#: poses within this [m] and [rad] are the same
+_SAME_PLACE, _SAME_TURN = 0.3, 0.03
+
+
+#: a pose is possible with at most this share of points in empty space, and this overlap
+_CONFLICT, _OVERLAP = 0.12, 0.08
+
+
+#: a rival has at most so many times the conflict of the best pose, or so much more of it, and at
+#: least this share of its agreement
+_TIMES, _MORE, _AGREES = 2.5, 0.012, 0.6
+
+
+@dataclass(frozen=True, eq=False)
+class PlanePose:
+    """A possible relative pose.
+
+    pose : first from second; pairs (p, 2) : numbers of the common planes; rms : of their offsets
+    [m]; seen : how points of either stand in the view of the other; overlap : the lesser share of
+    points that the other sees; open : directions (f, 3) of the first frame along which the common
+    planes hold nothing, so that the shift is that of the search.
+    """
+
+    pose: Pose
+    pairs: Index
+    rms: float
+    seen: Agreement
+    overlap: float
+    open: Array
+
+
+@dataclass(frozen=True, eq=False)
+class PairPoses:
+    """What the planes of two stations say about their relative pose.
+
+    poses : possible ones, best first, more than one where nothing decides; open : directions
+    (f, 3) that the planes leave open if that is the obstacle; lacking : name of the station in
+    whose frame they are, "" if there is no such obstacle.
+    """
+
+    first: str
+    second: str
+    poses: tuple[PlanePose, ...]
+    open: Array
+    lacking: str = ""
+
+    @property
+    def sure(self) -> bool:
+        """True if exactly one pose is possible."""
+        return len(self.poses) == 1
+
+
+def pair_poses(first: Surroundings, second: Surroundings) -> PairPoses:
+    """Possible relative poses of two stations."""
+    levelled = first.levelled and second.levelled
+    mine, theirs = first.planes.largest(_PLANES), second.planes.largest(_PLANES)
+    for one in (first, second):
+        lacking = open_directions(one.planes.normal)
+        if len(lacking):
+            return PairPoses(first.name, second.name, (), lacking, one.name)
+    trials: list[tuple[float, Pose]] = []
+    for turn in rotations(mine, theirs, levelled):
+        shift, support = shifts(mine, theirs, turn)
+        trials += [(float(s), Pose(turn, t)) for s, t in zip(support, shift, strict=True)]
+    trials.sort(key=lambda trial: -trial[0])
+    found: list[PlanePose] = []
+    for _, start in trials[:_CLOSE]:
+        if any(_same(start, other.pose) for other in found):
+            continue
+        fit = refined(first, second, start)
+        if fit is not None and not any(_same(fit.pose, other.pose) for other in found):
+            found.append(fit)
+    good = decided(found)
+    if good and len(good[0].open):
+        return PairPoses(first.name, second.name, (), good[0].open, first.name)
+    good = tuple(f for f in good if len(f.open) == 0)
+    return PairPoses(first.name, second.name, good, np.zeros((0, 3)))
+
+
+def refined(first: Surroundings, second: Surroundings, start: Pose) -> PlanePose | None:
+    """A pose fitted to all common planes; None if there are none or the views contradict it."""
+    levelled = first.levelled and second.levelled
+    pose = start
+    pairs = np.zeros((0, 2), dtype=np.int64)
+    for turn, offset in _STAGES:
+        pairs = common_planes(first.planes, second.planes, pose, turn, offset)
+        if len(pairs) < 2:
+            return None
+        pose = _fitted(first.planes, second.planes, pairs, pose, levelled)
+    held = open_directions(first.planes.normal[pairs[:, 0]])
+    both, there, back = seen(first, second, pose)
+    if both.conflict > _CONFLICT or max(there, back) < _OVERLAP:
+        return None
+    i, j = pairs.T
+    off = offsets(first.planes, second.planes, i, j, pose)
+    return PlanePose(pose, pairs, float(np.sqrt(np.mean(off**2))), both, min(there, back), held)
+
+
+def common_planes(
+    first: PlaneSet, second: PlaneSet, pose: Pose, turn: float, offset: float
+) -> Index:
+    """Numbers (p, 2) of planes that are one surface under a pose: alike and overlapping."""
+    cosine = first.normal @ (second.normal @ pose.rotation.T).T
+    i, j = np.nonzero(cosine > np.cos(turn))
+    away = np.abs(offsets(first, second, i, j, pose))
+    i, j, away = i[away < offset], j[away < offset], away[away < offset]
+    size = np.minimum(first.area[i], second.area[j])
+    shared = np.array(
+        [overlap(first, second, a, b, pose) for a, b in zip(i.tolist(), j.tolist(), strict=True)]
+    )
+    good = shared > np.minimum(np.maximum(_COMMON, _SHARE * size), 0.5 * size)
+    i, j, away = i[good], j[good], away[good]
+    # a wall and what is let into it: each belongs to the nearest of the other's
+    least = np.full((2, max(len(first), len(second))), np.inf)
+    np.minimum.at(least[0], i, away)
+    np.minimum.at(least[1], j, away)
+    nearest = away <= np.minimum(least[0][i], least[1][j]) + _ALIKE
+    return np.stack([i[nearest], j[nearest]], axis=1)
+
+
+def offsets(first: PlaneSet, second: PlaneSet, i: Index, j: Index, pose: Pose) -> Array:
+    """Offsets (p,) [m] of planes j over planes i at the centre of either, the smaller one."""
+    there = pose @ second.center[j]
+    here = np.einsum("pi,pi->p", first.normal[i], there) - first.offset[i]
+    normal = second.normal[j] @ pose.rotation.T
+    back = np.einsum("pi,pi->p", normal, there - first.center[i])
+    # the centre of a large patch lies far off where the turn is not sharp yet
+    return np.asarray(np.where(np.abs(here) < np.abs(back), here, back))
+
+
+def information(
+    first: PlaneSet,
+    second: PlaneSet,
+    pairs: Index,
+    pose: Pose,
+    floor: tuple[float, float] = (0.0, 0.0),
+) -> tuple[Array, Array]:
+    """Normal matrix (6, 6) and right side (6,) of a relative pose from common planes (p, 2).
+
+    Of the shift [m] and the left turn [rad] of the second station in the frame of the first, about
+    its origin. floor : sigmas [rad], [m] that no plane falls below.
+    """
+    i, j = pairs.T
+    normal, anchor = first.normal[i], pose @ second.center[j]
+    turned = second.normal[j] @ pose.rotation.T
+    basis = plane_basis(normal).transpose(0, 2, 1)
+    joint = first.covariance[i] + second.covariance[j]
+    tilt = 1 / np.sqrt(np.einsum("pkk->pk", joint)[:, :2] + floor[0] ** 2)
+    # a turn by d about the first station's origin moves normals by d x n, points by d x X
+    by_turn = -basis @ skew(turned)
+    rows = np.concatenate([np.zeros_like(by_turn), by_turn], axis=2) * tilt[:, :, None]
+    right = np.einsum("pki,pi->pk", basis, normal - turned) * tilt
+    # the middle of the smaller patch lies on the larger plane, whose tilt is known better: the
+    # normal of a small patch says nothing of places far from it
+    here = first.area[i] < second.area[j]
+    gap = first.center[i] - anchor
+    place = np.where(here[:, None], first.center[i], anchor)
+    across = np.where(here[:, None], turned, normal)
+    by_pose = np.concatenate([across, np.cross(place, across)], axis=1)
+    off = np.einsum("pi,pi->p", across, gap)
+    mine, theirs = (_swung(first, i, -gap), _swung(second, j, gap @ pose.rotation))
+    swung = np.where(here[:, None], theirs, mine)
+    spread = joint[:, 2, 2] + floor[1] ** 2 + swung[:, 0] + swung[:, 1] * floor[0] ** 2
+    away = 1 / np.sqrt(spread)
+    design = np.concatenate([rows.reshape(-1, 6), by_pose * away[:, None]])
+    values = np.concatenate([right.ravel(), off * away])
+    return design.T @ design, design.T @ values
+
+
+def _swung(planes: PlaneSet, numbers: Index, lever: Array) -> Array:
+    """What tilts add to the variance of offsets at levers (p, 3) from the centres [m^2], and the
+    squared levers along the planes [m^2] (p, 2).
+    """
+    along = np.einsum("kia,ki->ka", plane_basis(planes.normal[numbers]), lever)
+    c = planes.covariance[numbers]
+    by_tilt = np.einsum("ka,kab,kb->k", along, c[:, :2, :2], along)
+    shared = np.einsum("ka,ka->k", along, c[:, :2, 2])
+    return np.stack([by_tilt - 2 * shared, (along**2).sum(axis=1)], axis=1)
+
+
+def _fitted(first: PlaneSet, second: PlaneSet, pairs: Index, pose: Pose, levelled: bool) -> Pose:
+    """The pose with least squares of tilts and offsets of common planes, one step."""
+    normal, right = information(first, second, pairs, pose, (_TURN, _OFFSET))
+    normal = normal + np.diag(1 / _START**2)
+    # what the planes hardly hold, by the noise of their normals alone, stays where it is
+    lacking = open_directions(first.normal[pairs[:, 0]])
+    normal[:3, :3] += lacking.T @ lacking / _STILL**2
+    if levelled:
+        # the turn brings the third axis of the second station onto that of the first
+        up = pose.rotation[:, 2]
+        normal[[3, 4], [3, 4]] += 1 / _TILT**2
+        right[3:5] += np.array([up[1], -up[0]]) / _TILT**2
+    scale = 1 / np.sqrt(np.diag(normal))
+    step = scale * np.linalg.solve(normal * scale[:, None] * scale, scale * right)
+    turn = turns.exp(step[None, 3:])[0]
+    return Pose(turn @ pose.rotation, turn @ pose.translation + step[:3])
+
+
+def _same(one: Pose, other: Pose) -> bool:
+    """Are two poses one?"""
+    cosine = (np.trace(one.rotation.T @ other.rotation) - 1) / 2
+    near = float(np.linalg.norm(one.translation - other.translation)) < _SAME_PLACE
+    return near and bool(np.arccos(np.clip(cosine, -1, 1)) < _SAME_TURN)
+
+
+def decided(found: Sequence[PlanePose]) -> tuple[PlanePose, ...]:
+    """The best of several poses and those that are nearly as good, by what contradicts them."""
+    if not found:
+        return ()
+    most = max(f.seen.agree for f in found)
+    good = [f for f in found if f.seen.agree > _AGREES * most]
+    best = min(good, key=lambda f: f.seen.conflict - 0.05 * f.seen.agree / most)
+    limit = max(_TIMES * best.seen.conflict, best.seen.conflict + _MORE)
+    rivals = [f for f in good if f is not best and f.seen.conflict <= limit]
+    rivals.sort(key=lambda f: f.seen.conflict)
+    return (best, *rivals)

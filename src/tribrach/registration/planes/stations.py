@@ -1,0 +1,247 @@
+"""All stations by their planes: every pair is searched, good pairs are joined, the rest explained.
+
+A pair that fits in several ways is not decided by itself; where one of its stations hangs with
+others, their views may leave one way only. What stays open is said in words, with what would close
+it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+
+from tribrach._types import Array
+from tribrach.geometry.pose import Pose
+from tribrach.registration.planes.poses import (
+    PairPoses,
+    PlanePose,
+    decided,
+    open_directions,
+    pair_poses,
+)
+from tribrach.registration.pose_graph import CLOSES, Joint, PoseGraph, join
+from tribrach.registration.views import Surroundings, merged, seen
+
+__all__ = ["PlaneRegistration", "lacking_words", "register_by_planes"]
+
+
+#: a pair that no loop confirms has at most this share of points in empty space and at least so
+#: many common planes
+_CONFLICT, _PLANES = 0.03, 4
+
+
+#: poses from targets may be wrong by this [m], [rad]
+_KNOWN = 0.3, float(np.radians(1.0))
+
+
+@dataclass(frozen=True, eq=False)
+class PlaneRegistration:
+    """Groups of stations that planes hold together, and what is to be said.
+
+    groups : station to pose in the frame of the group, largest first; pairs : what was found for
+    every pair; sentences : joints that were not used; obstacles : why a station that is alone was
+    not joined.
+    """
+
+    groups: tuple[Mapping[str, Pose], ...]
+    pairs: tuple[PairPoses, ...]
+    sentences: tuple[str, ...]
+    obstacles: Mapping[str, str]
+
+
+def register_by_planes(
+    stations: Sequence[Surroundings],
+    progress: Callable[[int, int], None] = lambda done, total: None,
+    further: Sequence[Joint] = (),
+    known: Mapping[str, Pose] | None = None,
+) -> PlaneRegistration:
+    """Relative poses of all stations from their planes.
+
+    further : joints from elsewhere, of clouds for instance. One that a pair has from its planes as
+    well confirms it; if the two contradict each other neither is used. known : poses from
+    elsewhere, of targets for instance: a joint that contradicts them needs a loop to be believed.
+    """
+    chosen = list(combinations(stations, 2))
+    pairs: list[PairPoses] = []
+    for number, (a, b) in enumerate(chosen):
+        progress(number, len(chosen))
+        pairs.append(pair_poses(a, b))
+    names = [s.name for s in stations]
+    joints, clashes = _united([_joint(p) for p in pairs if p.sure], further)
+    joints = [_doubted(joint, known or {}) for joint in joints]
+    graph = join(names, joints)
+    said = [*clashes, *graph.sentences]
+    by_name = {s.name: s for s in stations}
+    while True:
+        more = _settled(by_name, pairs, graph)
+        if more is None:
+            break
+        joints.append(more)
+        said.append(
+            f"{more.first} and {more.second} fit in several ways by their planes; the views of "
+            "the stations around leave one"
+        )
+        graph = join(names, joints)
+    while True:
+        more = _together(by_name, joints, graph)
+        if more is None:
+            break
+        joints.append(more)
+        graph = join(names, joints)
+        group = next(group for group in graph.groups if more.first in group)
+        said.append(
+            f"{more.second} shares too few planes with any one station, but enough with several "
+            f"of {', '.join(name for name in group if name != more.second)} together"
+        )
+    alone = [next(iter(group)) for group in graph.groups if len(group) == 1]
+    obstacles = {name: _obstacle(by_name[name], pairs) for name in alone}
+    return PlaneRegistration(graph.groups, tuple(pairs), tuple(said), obstacles)
+
+
+def _joint(pair: PairPoses, chosen: PlanePose | None = None) -> Joint:
+    """A joint of the graph from the pose of a pair."""
+    best = pair.poses[0] if chosen is None else chosen
+    alone = best.seen.conflict <= _CONFLICT and len(best.pairs) >= _PLANES
+    return Joint(pair.first, pair.second, best.pose, float(best.seen.agree), alone)
+
+
+def _united(joints: Sequence[Joint], further: Sequence[Joint]) -> tuple[list[Joint], list[str]]:
+    """Joints of two kinds, one for each pair; pairs on which they contradict each other."""
+    others = {j.ends: j for j in further}
+    out, said = [], []
+    for joint in joints:
+        other = others.pop(joint.ends, None)
+        if other is None:
+            out.append(joint)
+            continue
+        left = joint.pose.inverse @ other.from_to(joint.first)
+        gap = float(np.linalg.norm(left.translation))
+        turn = float(np.arccos(np.clip((np.trace(left.rotation) - 1) / 2, -1, 1)))
+        if gap < CLOSES[0] and turn < CLOSES[1]:
+            out.append(replace(joint, alone=True))
+        else:
+            said.append(
+                f"planes and clouds of {joint.first} and {joint.second} contradict each other by "
+                f"{gap:.2f} m and {np.degrees(turn):.2f} deg: neither joins them"
+            )
+    return [*out, *others.values()], said
+
+
+def _doubted(joint: Joint, known: Mapping[str, Pose]) -> Joint:
+    """The joint, not to be believed by itself if known poses of both stations contradict it."""
+    if joint.first not in known or joint.second not in known:
+        return joint
+    left = joint.pose.inverse @ known[joint.first].inverse @ known[joint.second]
+    gap = float(np.linalg.norm(left.translation))
+    turn = float(np.arccos(np.clip((np.trace(left.rotation) - 1) / 2, -1, 1)))
+    return joint if gap < _KNOWN[0] and turn < _KNOWN[1] else replace(joint, alone=False)
+
+
+def _settled(
+    stations: Mapping[str, Surroundings], pairs: Sequence[PairPoses], graph: PoseGraph
+) -> Joint | None:
+    """A pair with several poses of which the other stations of its groups leave one."""
+    group_of = {name: group for group in graph.groups for name in group}
+    for pair in pairs:
+        mine, theirs = group_of[pair.first], group_of[pair.second]
+        if len(pair.poses) < 2 or mine is theirs or len(mine) + len(theirs) < 3:
+            continue
+        here, there = merged(stations, mine), merged(stations, theirs)
+        trials = []
+        for pose in pair.poses:
+            between = mine[pair.first] @ pose.pose @ theirs[pair.second].inverse
+            trials.append(replace(pose, seen=seen(here, there, between)[0]))
+        left = decided(trials)
+        if len(left) == 1:
+            return replace(_joint(pair, left[0]), alone=True)
+    return None
+
+
+def _together(
+    stations: Mapping[str, Surroundings], joints: Sequence[Joint], graph: PoseGraph
+) -> Joint | None:
+    """Two groups that no two of their stations hold together, but all of them do."""
+    known = {joint.ends for joint in joints}
+    for one, two in combinations(graph.groups, 2):
+        if len(one) + len(two) < 3:
+            continue
+        pair = pair_poses(merged(stations, one), merged(stations, two))
+        free = [(a, b) for a in one for b in two if frozenset((a, b)) not in known]
+        if not pair.sure or not free:
+            continue
+        a, b = free[0]
+        joint = _joint(pair)
+        moved = one[a].inverse @ joint.pose @ two[b]
+        if joint.alone:
+            return replace(joint, first=a, second=b, pose=moved)
+    return None
+
+
+def _obstacle(station: Surroundings, pairs: Sequence[PairPoses]) -> str:
+    """Why a station was not joined to any other."""
+    own = open_directions(station.planes.normal)
+    if len(own):
+        return lacking_words(station, own)
+    mine = [p for p in pairs if station.name in (p.first, p.second)]
+    several = [p for p in mine if len(p.poses) > 1]
+    if several:
+        return _ways(station.name, max(several, key=lambda p: len(p.poses)))
+    lacking = [p for p in mine if p.lacking and len(p.open)]
+    shared = [p for p in lacking if p.lacking == p.first and len(p.open) < 3]
+    if shared and len(shared) == len(mine) and not any(p.sure for p in mine):
+        pair = min(shared, key=lambda p: len(p.open))
+        other = pair.second if pair.first == station.name else pair.first
+        return (
+            f"the planes that it has in common with {other} leave open {_along(pair.open)}; a "
+            f"plane across that direction that both see, a target or their clouds would hold it"
+        )
+    if any(p.sure for p in mine):
+        return "the pairs that it fits contradict the others, or nothing confirms them"
+    return (
+        f"none of its {len(station.planes)} planes lie on those of another station without putting "
+        "surfaces where others look through: it overlaps with none, or too little"
+    )
+
+
+def _ways(name: str, pair: PairPoses) -> str:
+    """A pair that fits in several ways, in words."""
+    other = pair.second if pair.first == name else pair.first
+    best, rival = pair.poses[0].pose, pair.poses[1].pose
+    shift = best.translation - rival.translation
+    turn = best.inverse @ rival
+    angle = np.degrees(np.arccos(np.clip((np.trace(turn.rotation) - 1) / 2, -1, 1)))
+    how = f"shifted by {np.linalg.norm(shift):.2f} m" if angle < 1 else f"turned by {angle:.0f} deg"
+    return (
+        f"it fits on {other} in {len(pair.poses)} ways ({how} for instance: a repeated pattern or "
+        "a symmetric room) and nothing that they see tells which; a target that both see, or a "
+        "station that sees the end of the pattern, would"
+    )
+
+
+def lacking_words(station: Surroundings, lacking: Array) -> str:
+    """Which directions the planes of a station leave open, and what would close them."""
+    count = len(station.planes)
+    if count == 0:
+        return "no plane was found in its scans; a target or an overlapping cloud would place it"
+    kinds = 3 - len(lacking)
+    return (
+        f"its {count} planes stand in only {kinds} independent direction{'s' * (kinds > 1)} and "
+        f"leave open {_along(lacking)}; a plane across that, a target or an overlapping cloud "
+        "would hold it"
+    )
+
+
+def _along(directions: Array) -> str:
+    """Directions of a scanner's frame in words."""
+    words = []
+    for d in directions:
+        if abs(d[2]) > 0.9:
+            words.append("its height")
+            continue
+        around = np.degrees(np.arctan2(d[1], d[0])) % 180 / 0.9
+        level = "level " if abs(d[2]) < 0.2 else ""
+        words.append(f"the shift {level}along H = {around:.0f} gon of its scan")
+    return " and ".join(words)

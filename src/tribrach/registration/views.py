@@ -1,0 +1,280 @@
+"""What a station sees in every direction, and whether another station's points can be there.
+
+A place that lies in front of the surface which a scanner sees in that direction is empty: its beam
+went through. Points of another scan that fall into empty space, or into open sky, contradict the
+relative pose that carries them there; points behind what the scanner sees say nothing. Of two
+poses that planes alone do not tell apart, as those of a room and its half turn, the wrong one puts
+walls into the air. Scanner frame, metres and radians.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from tribrach._types import Array, Mask, Single
+from tribrach.geometry.pose import Pose
+from tribrach.registration.planes.plane_set import PlaneSet
+from tribrach.scan.range_image import RangeImage
+
+__all__ = [
+    "Agreement",
+    "StationView",
+    "Surroundings",
+    "agreement",
+    "merged",
+    "merged_view",
+    "seen",
+    "view_of",
+]
+
+# What is known of a station, or of a group of stations as if they were one: planes and views.
+#
+# Metres and radians, in the frame of the station or of the group.
+
+
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """Planes and views of a station or of a group.
+
+    name : of the station, of the first one of a group; planes : in its frame; views : what each
+    scanner sees, and its pose in that frame; levelled : is the third axis plumb?
+    """
+
+    name: str
+    planes: PlaneSet
+    views: Sequence[tuple[Pose, StationView]]
+    levelled: bool
+
+    @classmethod
+    def of(cls, name: str, planes: PlaneSet, view: StationView, levelled: bool) -> Surroundings:
+        """Those of one station."""
+        return cls(name, planes, ((Pose.identity(), view),), levelled)
+
+
+def merged(stations: Mapping[str, Surroundings], poses: Mapping[str, Pose]) -> Surroundings:
+    """Stations at poses, as one: in the frame of the poses, which is plumb if all stations are.
+
+    poses : of some of the stations, the first of which gives the name.
+    """
+    mine = [(pose, stations[name]) for name, pose in poses.items()]
+    return Surroundings(
+        next(iter(poses)),
+        PlaneSet.joined([s.planes.placed(pose) for pose, s in mine]),
+        [(pose @ at, view) for pose, s in mine for at, view in s.views],
+        all(s.levelled for _, s in mine),
+    )
+
+
+def seen(
+    first: Surroundings, second: Surroundings, first_from_second: Pose
+) -> tuple[Agreement, float, float]:
+    """How the points of either stand in the views of the other; overlaps.
+
+    The overlap is the share of points that the other sees, of the two views that share most: of
+    the second's points, and of the first's.
+    """
+    total, there, back = Agreement(0, 0, 0, 0, 0), 0.0, 0.0
+    for at, mine in first.views:
+        for where, theirs in second.views:
+            between = at.inverse @ first_from_second @ where
+            forward = agreement(theirs, mine, between)
+            backward = agreement(mine, theirs, between.inverse)
+            total = total + forward + backward
+            there, back = max(there, forward.overlap), max(back, backward.overlap)
+    return total, there, back
+
+
+#: directions that are kept apart [rad]
+STEP = float(np.radians(0.5))
+
+
+_ROWS, _COLUMNS = round(np.pi / STEP), round(2 * np.pi / STEP)
+
+
+#: points that stand for the surfaces, at most, and the cells of space that they are drawn from [m]
+_POINTS, _CELL = 4000, 0.3
+
+
+#: pixels of an image that are looked at for them, at most
+_SOME = 600_000
+
+
+#: a scan with returns from this share of its image or more looked along all of it
+_FILLED = 0.2
+
+
+#: a point agrees with a surface within this distance [m] and share of the range
+_NEAR, _SHARE = 0.15, 0.005
+
+
+@dataclass(frozen=True, eq=False)
+class StationView:
+    """Nearest and farthest range by direction, and points of the surfaces.
+
+    near, far (360, 720) float32 : [m], NaN without a return; looked (360, 720) : was the scanner
+    pointed there? points (n, 3) : spread over the surfaces [m]; reach : largest range [m].
+    """
+
+    near: Single
+    far: Single
+    looked: Mask
+    points: Array
+    reach: float
+
+    @classmethod
+    def empty(cls) -> StationView:
+        """The view of a station that saw nothing."""
+        blank = np.full((_ROWS, _COLUMNS), np.nan, dtype=np.float32)
+        looked = np.zeros((_ROWS, _COLUMNS), dtype=np.bool_)
+        return cls(blank, blank, looked, np.zeros((0, 3)), 0.0)
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How the points of one station stand in the view of another.
+
+    agree : on a surface that the other sees; hidden : behind one; through : in front of one;
+    sky : where the other looked and saw nothing; outside : where it did not look. Numbers of
+    points.
+    """
+
+    agree: int
+    hidden: int
+    through: int
+    sky: int
+    outside: int
+
+    def __add__(self, other: Agreement) -> Agreement:
+        return Agreement(
+            self.agree + other.agree,
+            self.hidden + other.hidden,
+            self.through + other.through,
+            self.sky + other.sky,
+            self.outside + other.outside,
+        )
+
+    @property
+    def overlap(self) -> float:
+        """Share of all points that both stations see."""
+        total = self.agree + self.hidden + self.through + self.sky + self.outside
+        return self.agree / max(total, 1)
+
+    @property
+    def conflict(self) -> float:
+        """Share of points in empty space among those that the other should see."""
+        wrong = self.through + self.sky
+        return wrong / max(self.agree + wrong, 1)
+
+
+def view_of(xyz: Array, image: RangeImage) -> StationView:
+    """The view of one scan: points (n, 3) [m] and their range image."""
+    near = np.full((_ROWS, _COLUMNS), np.nan, dtype=np.float32)
+    far, looked = near.copy(), np.zeros((_ROWS, _COLUMNS), dtype=np.bool_)
+    _fill(xyz, near, far)
+    seen = np.isfinite(near)
+    filled = float(np.isfinite(image.range).mean())
+    if filled >= _FILLED:
+        v, h = (np.arange(a[0], a[-1] + STEP / 2, STEP / 2) for a in (image.v(), image.h()))
+        rows = np.clip((v / STEP).astype(np.int64), 0, _ROWS - 1)
+        columns = np.floor((h + np.pi) / STEP).astype(np.int64) % _COLUMNS
+        looked[np.ix_(np.unique(rows), np.unique(columns))] = True
+    reach = float(np.nanmax(far)) if seen.any() else 0.0
+    return StationView(near, far, looked | seen, _spread(xyz, image), reach)
+
+
+def merged_view(views: Sequence[StationView]) -> StationView:
+    """One view of all scans of a station."""
+    if len(views) == 1:
+        return views[0]
+    points = np.concatenate([view.points for view in views])
+    return StationView(
+        np.fmin.reduce([view.near for view in views]),
+        np.fmax.reduce([view.far for view in views]),
+        np.logical_or.reduce([view.looked for view in views]),
+        _thinned(points),
+        max(view.reach for view in views),
+    )
+
+
+def agreement(mine: StationView, other: StationView, other_from_mine: Pose) -> Agreement:
+    """The points of one station in the view of another, carried there by a relative pose."""
+    moved = other_from_mine @ mine.points
+    counts = _compare(moved, other.near, other.far, other.looked, other.reach)
+    return Agreement(*(int(c) for c in counts))
+
+
+def _spread(xyz: Array, image: RangeImage) -> Array:
+    """Points spread over the surfaces of a scan."""
+    index = image.index.ravel()
+    stride = max(1, len(index) // _SOME)
+    index = index[::stride]
+    return _thinned(xyz[index[index >= 0]])
+
+
+def _thinned(points: Array) -> Array:
+    """One point from each cell of space, some of them if there are many."""
+    if len(points) == 0:
+        return points
+    cells = np.floor(points / _CELL).astype(np.int64)
+    _, first = np.unique(cells, axis=0, return_index=True)
+    if len(first) > _POINTS:
+        first = np.random.default_rng(0).choice(first, _POINTS, replace=False)
+    return points[np.sort(first)]
+
+
+@njit(cache=True, nogil=True)
+def _fill(xyz: Array, near: Single, far: Single) -> None:
+    """Nearest and farthest range of every direction."""
+    rows, columns = near.shape
+    step = np.pi / rows
+    for k in range(len(xyz)):
+        x, y, z = xyz[k, 0], xyz[k, 1], xyz[k, 2]
+        r = np.sqrt(x * x + y * y + z * z)
+        if not np.isfinite(r) or r == 0:
+            continue
+        i = min(max(int(np.arccos(z / r) / step), 0), rows - 1)
+        j = int((np.arctan2(y, x) + np.pi) / step) % columns
+        if np.isnan(near[i, j]) or r < near[i, j]:
+            near[i, j] = r
+        if np.isnan(far[i, j]) or r > far[i, j]:
+            far[i, j] = r
+
+
+@njit(cache=True, nogil=True)
+def _compare(xyz: Array, near: Single, far: Single, looked: Mask, reach: float) -> Array:
+    """Numbers (5,) of points that agree, are hidden, in front, in the sky, and outside."""
+    rows, columns = near.shape
+    step = np.pi / rows
+    out = np.zeros(5)
+    for k in range(len(xyz)):
+        x, y, z = xyz[k, 0], xyz[k, 1], xyz[k, 2]
+        r = np.sqrt(x * x + y * y + z * z)
+        if r < 0.3:
+            out[4] += 1
+            continue
+        i = min(max(int(np.arccos(z / r) / step), 0), rows - 1)
+        j = int((np.arctan2(y, x) + np.pi) / step) % columns
+        low, high, all_looked = np.inf, -np.inf, True
+        for a in range(max(i - 1, 0), min(i + 2, rows)):
+            for b in range(j - 1, j + 2):
+                c = b % columns
+                if not looked[a, c]:
+                    all_looked = False
+                elif not np.isnan(near[a, c]):
+                    low, high = min(low, near[a, c]), max(high, far[a, c])
+        tolerance = _NEAR + _SHARE * r
+        if low > high:
+            # nothing came back from all around, though the scanner reaches that far
+            sky = all_looked and r < 0.8 * reach
+            out[3 if sky else 4] += 1
+        elif r < low - tolerance:
+            out[2 if all_looked else 4] += 1
+        elif r > high + tolerance:
+            out[1] += 1
+        else:
+            out[0] += 1
+    return out

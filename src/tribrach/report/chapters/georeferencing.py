@@ -1,0 +1,222 @@
+"""The chapter on georeferencing: what is absolute, what is relative, in numbers and in words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tribrach._types import Array
+from tribrach.network.adjustment import Adjustment
+from tribrach.network.site_accuracy import Session, SiteAccuracy, sessions, site_accuracy
+from tribrach.observations.base import Use
+from tribrach.report.chapter import Chapter
+from tribrach.report.content import Content
+from tribrach.report.style import Style
+from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
+from tribrach.units import SEC
+
+if TYPE_CHECKING:
+    from tribrach.project import Project
+
+__all__ = ["add_georeferencing"]
+
+
+@dataclass(frozen=True)
+class _Row:
+    what: str
+    sigma: tuple[float, float, float]
+    remark: str
+
+
+def add_georeferencing(content: Content, project: Project, adjustment: Adjustment) -> Content:
+    """The content of a report with the chapter, where a network in space has three places."""
+    posterior = content.settings.posterior and adjustment.dof > 0
+    factor = adjustment.posterior_factor if posterior else 1.0
+    found = site_accuracy(adjustment, factor)
+    if found is None:
+        return content
+    common = sessions(adjustment)
+    check = _check_rmse(content)
+    free = content.datum.kind == "free" or adjustment.defect > 0
+    rows = _rows(found, common, free)
+    sentences = [
+        *_rests_on(content, project, adjustment, common),
+        *_words(found, common, free),
+        _checked(check),
+    ]
+    chapter = Chapter(
+        "georeferencing",
+        "Georeferencing",
+        tuple(f"{text[:1].upper()}{text[1:]}." for text in sentences),
+        (),
+        (_table(rows, Style(project.output.angle), posterior),),
+        _data(found, common, check, free),
+    )
+    return replace(content, chapters=(*content.chapters, chapter))
+
+
+def _check_rmse(content: Content) -> tuple[int, Array] | None:
+    """Number of check points and root mean square (3,) [m] of their differences."""
+    rows = [c.difference for c in content.control if c.use == "check"]
+    whole = np.array(
+        [[np.nan if v is None else v for v in row] for row in rows], dtype=float
+    ).reshape(-1, 3)
+    whole = whole[np.isfinite(whole).all(axis=1)]
+    return (len(whole), np.sqrt((whole**2).mean(axis=0))) if len(whole) else None
+
+
+def _rests_on(
+    content: Content, project: Project, adjustment: Adjustment, common: list[Session]
+) -> list[str]:
+    """What fixes the site, and in which system."""
+    gnss = _active(adjustment, "gnss_position", "antenna")
+    vectors = _active(adjustment, "gnss_baseline")
+    held = sum(c.use == "held" for c in content.control)
+    weighted = sum(c.use == "weighted" for c in content.control)
+    parts = [
+        f"{n} {what}{'s' * (n > 1)}" for n, what in (
+            (gnss, "GNSS position"), (vectors, "GNSS baseline"),
+            (weighted, "weighted control point"), (held, "held point"),
+        ) if n
+    ]  # fmt: skip
+    out = []
+    if parts:
+        out.append(f"the place of the site rests on {', '.join(parts)}; {_system(project)}")
+    if held:
+        out.append("held points count as free of errors: theirs are in none of these numbers")
+    if gnss and not common:
+        out.append(
+            "the GNSS positions are taken as independent of each other: if they share a reference, "
+            "give them a set, or the site as a whole looks better than it is"
+        )
+    return out
+
+
+def _active(adjustment: Adjustment, *kinds: str) -> int:
+    """How many observations of some kinds take part."""
+    tables = (o for o in adjustment.network.observations if o.kind in kinds)
+    return sum(int((o.use == Use.ACTIVE).sum()) for o in tables)
+
+
+def _system(project: Project) -> str:
+    """Coordinates and heights in words."""
+    site = project.site
+    if site.kind == "flat":
+        return "coordinates are taken as Cartesian"
+    heights = "ellipsoidal heights"
+    if site.geoid_grid is not None:
+        heights = f"heights through the geoid grid {site.geoid_grid}"
+    elif site.geoid_height_m:
+        heights = f"heights with one geoid height of {site.geoid_height_m:g} m"
+    name = site.crs or "geocentric and local coordinates on GRS80"
+    return f"{name}, {heights}, converted point by point"
+
+
+def _mm(values: Array) -> str:
+    """Three sigmas in words."""
+    return ", ".join(
+        f"{1e3 * v:.3g} mm in {axis}" for v, axis in zip(values, ("E", "N", "U"), strict=True)
+    )
+
+
+def _words(found: SiteAccuracy, common: list[Session], free: bool) -> list[str]:
+    """Absolute and relative in words."""
+    a, b = found.worst_names
+    relative = (
+        f"relative: two places of the site are known to each other to {_mm(found.pair)} (median "
+        f"of all pairs), at worst {_mm(found.worst)} ({a} and {b})"
+    )
+    if free:
+        return [
+            "there is no absolute accuracy: inner constraints fix the frame, which has no place "
+            "of its own",
+            relative,
+        ]
+    out = [f"absolute: the site as a whole is known to {_mm(found.shift)}"]
+    for session in common:
+        out.append(
+            f"of that, {_mm(session.sigma)} is the {session.name}, the same for its "
+            f"{session.count} positions: no measurement on the site makes it smaller"
+        )
+    edge = 1e3 * found.turn * found.radius
+    out.append(
+        f"as a whole the site may be turned by {found.turn[2] / SEC:.3g} arcsec in azimuth, "
+        f"{edge[2]:.3g} mm at its edge in {found.radius:.0f} m, and tilted by "
+        f"{np.hypot(*found.turn[:2]) / SEC:.3g} arcsec, {np.hypot(*edge[:2]):.3g} mm in "
+        "height there"
+    )
+    return [*out, relative]
+
+
+def _checked(check: tuple[int, Array] | None) -> str:
+    if check is None:
+        return (
+            "there are no check points: all of these numbers follow from the sigmas that were "
+            "given, and nothing independent confirms them"
+        )
+    n, rmse = check
+    points = "one check point differs" if n == 1 else f"{n} check points differ"
+    return f"independent of that, {points} by {_mm(rmse)} (root mean square)"
+
+
+def _rows(found: SiteAccuracy, common: list[Session], free: bool) -> list[_Row]:
+    def row(what: str, sigma: Array, remark: str) -> _Row:
+        return _Row(what, (float(sigma[0]), float(sigma[1]), float(sigma[2])), remark)
+
+    out = []
+    if not free:
+        out = [
+            row("absolute, the site as a whole", found.shift, "shift of its centroid"),
+            *(row(f"of that, {s.name}", s.sigma, f"{s.count} positions, a priori") for s in common),
+            row("absolute, one place", found.point, "root mean square of all"),
+        ]
+    return [
+        *out,
+        row("relative, within the site", found.inner, "without shift and turn of the site"),
+        row("relative, two places", found.pair, "median of all pairs"),
+        row("relative, two places at worst", found.worst, " and ".join(found.worst_names)),
+    ]
+
+
+def _table(rows: list[_Row], style: Style, posterior: bool) -> Table:
+    def axis(k: int, name: str) -> tuple[Column, Any]:
+        def cell(row: _Row) -> Cell:
+            return number_cell(row.sigma[k], style.small(row.sigma[k], "m"))
+
+        return Column(f"σ {name}", "mm"), cell
+
+    origin = "a posteriori" if posterior else "a priori"
+    note = (
+        f"Standard deviations {origin} of targets, points and stations. What is absolute is common "
+        "to all places and shows in no residual; what is relative is what matters within the site."
+    )
+    columns = [
+        (Column("Accuracy", numeric=False), lambda row: text_cell(row.what)),
+        *(axis(k, name) for k, name in enumerate(("E", "N", "U"))),
+        (Column("of", numeric=False), lambda row: text_cell(row.remark)),
+    ]
+    return build_table("georeferencing", "Absolute and relative accuracy", note, rows, columns)
+
+
+def _data(
+    found: SiteAccuracy, common: list[Session], check: tuple[int, Array] | None, free: bool
+) -> dict[str, Any]:
+    absolute = {
+        "shift": found.shift.tolist(),
+        "turn": found.turn.tolist(),
+        "place": found.point.tolist(),
+        "common": {s.name: {"sigma": s.sigma.tolist(), "positions": s.count} for s in common},
+    }
+    return {
+        "absolute": None if free else absolute,
+        "relative": {
+            "within": found.inner.tolist(),
+            "pair": found.pair.tolist(),
+            "worst": found.worst.tolist(),
+            "worst_between": list(found.worst_names),
+        },
+        "check": None if check is None else {"points": check[0], "rmse": check[1].tolist()},
+        "radius": found.radius,
+    }

@@ -1,0 +1,355 @@
+"""The chapter of the report on GNSS: sessions, baselines, loops, a map."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from tribrach._types import Array
+from tribrach.gnss.baseline import Baseline
+from tribrach.gnss.loops import Loop
+from tribrach.gnss.orbits import calendar
+from tribrach.gnss.sessions import SessionResult
+from tribrach.job.gnss_loops import BaselineSet, baselines_of, epoch_sentences, loops_of
+from tribrach.job.mounted_antennas import raised_antennas
+from tribrach.network.adjustment import Adjustment
+from tribrach.report.chapter import Chapter
+from tribrach.report.figures import new_figure
+from tribrach.report.gnss_result import baseline_facts
+from tribrach.report.page import picture
+from tribrach.report.scan_content import Picture
+from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
+
+__all__ = ["gnss_chapter"]
+
+# The map of GNSS baselines: sessions by colour, float solutions dashed, failing loops red.
+
+
+COLOURS = ("#4878a8", "#c2571a", "#5a8f4d", "#7d5ba6", "#a08020", "#3b8f8f", "#8a5a44", "#64707a")
+
+
+#: names of more points than this would cover the map
+MOST_NAMES = 60
+
+
+MOST_SESSIONS = 8
+
+
+@dataclass(frozen=True)
+class MapLine:
+    """A baseline on the map: numbers of its points, its session, what is special about it."""
+
+    start: int
+    end: int
+    session: str
+    floating: bool = False
+    suspicious: bool = False
+
+
+def baseline_map(plan: Array, names: Sequence[str], lines: Sequence[MapLine]) -> Picture:
+    """Baselines between points with plan coordinates (n, 2) [m], E and N."""
+    figure = new_figure(figsize=(7.2, 6.4), dpi=100, layout="constrained")
+    panel = figure.subplots()
+    sessions = list(dict.fromkeys(line.session for line in lines))
+    told: set[str] = set()
+    for line in lines:
+        colour = COLOURS[sessions.index(line.session) % len(COLOURS)]
+        label = line.session if line.session and line.session not in told else None
+        if label is not None and len(told) >= MOST_SESSIONS:
+            label = None
+        told |= {line.session} if label else set()
+        panel.plot(
+            *plan[[line.start, line.end]].T,
+            color="#c0392b" if line.suspicious else colour,
+            linestyle="--" if line.floating else "-",
+            linewidth=2.0 if line.suspicious else 1.2,
+            label=label,
+        )
+    used = np.unique([k for line in lines for k in (line.start, line.end)])
+    panel.plot(*plan[used].T, "^", color="#1d2327", markersize=5)
+    if len(used) <= MOST_NAMES:
+        for k in used:
+            panel.annotate(
+                names[k], plan[k], xytext=(5, 4), textcoords="offset points", fontsize=8,
+                parse_math=False,
+            )  # fmt: skip
+    panel.set_aspect("equal", adjustable="datalim")
+    panel.set(xlabel="E [m]", ylabel="N [m]")
+    panel.margins(0.1)
+    if told:
+        panel.legend(fontsize=8, frameon=False, title="session")
+    caption = (
+        "Baselines in the plan of the work frame. Dashed: float ambiguities. Red: in a loop that "
+        "fails its test."
+    )
+    return picture("gnss-map", "GNSS baselines", figure, caption)
+
+
+#: failing loops that are named one by one
+MOST_NAMED = 5
+
+
+def gnss_chapter(
+    adjustment: Adjustment, sessions: Sequence[SessionResult] = ()
+) -> tuple[Chapter, list[str]] | None:
+    """The chapter and its warnings; None where no baseline takes part."""
+    found = baselines_of(adjustment)
+    if found is None:
+        return None
+    loops = loops_of(found)
+    info = adjustment.network.info
+    warnings = [*_loop_warnings(found, loops), *raised_antennas(adjustment, sessions)]
+    sentences = [
+        *_session_sentences(sessions),
+        *_loop_sentences(found, loops),
+        *epoch_sentences(info, sessions),
+    ]
+    tables = [_session_table(sessions), _baseline_table(sessions), _loop_table(found, loops)]
+    chapter = Chapter(
+        "gnss",
+        "GNSS baselines and loops",
+        tuple(sentences),
+        (_map(adjustment, found, loops, sessions),),
+        tuple(table for table in tables if table.rows),
+        _data(found, loops, sessions, info),
+    )
+    return chapter, warnings
+
+
+def _all(sessions: Sequence[SessionResult]) -> list[tuple[SessionResult, Baseline]]:
+    return [(session, baseline) for session in sessions for baseline in session.baselines]
+
+
+def _session_sentences(sessions: Sequence[SessionResult]) -> list[str]:
+    rows = [baseline for _, baseline in _all(sessions)]
+    if not rows:
+        return []
+    epochs = sum(b.epochs for b in rows)
+    fixed = sum(b.fixed_share * b.epochs for b in rows)
+    solved = sum(b.ambiguities == "fixed" for b in rows)
+    factors = sorted({round(b.factor, 2) for b in rows})
+    spread = f"{factors[0]:.2f}" if len(factors) == 1 else f"{factors[0]:.2f} to {factors[-1]:.2f}"
+    origin = " and ".join(dict.fromkeys(b.factor_source for b in rows))
+    out = [
+        f"{_count(len(sessions), 'session')} gave {_count(len(rows), 'independent baseline')}, "
+        f"computed by RTKLIB ({', '.join(dict.fromkeys(b.engine for b in rows))}); ambiguities of "
+        f"{solved} are fixed, in {100 * fixed / epochs:.1f} % of {epochs} epochs.",
+        f"Formal standard deviations of the engine are multiplied by {spread} ({origin}).",
+    ]
+    files = dict.fromkeys(name for b in rows for name in b.orbits)
+    if files:
+        precise = sum(bool(b.orbits) for b in rows)
+        rest = "" if precise == len(rows) else f", those of {len(rows) - precise} broadcast ones"
+        out.append(f"Orbits of {precise} are precise ones ({', '.join(files)}){rest}.")
+    if any(len(session.baselines) > 1 for session in sessions):
+        out.append(
+            "Baselines of one session share receivers and are adjusted with their correlation, "
+            "one half where they share one."
+        )
+    return out
+
+
+def _loop_sentences(found: BaselineSet, loops: Sequence[Loop]) -> list[str]:
+    if not loops:
+        return ["The baselines close no loop: nothing checks them."]
+    basis = [loop for loop in loops if loop.independent]
+    largest = max(loops, key=lambda loop: loop.size)
+    steepest = max(loops, key=lambda loop: loop.ppm)
+    failing = sum(not loop.passes for loop in loops)
+    further = len(loops) - len(basis)
+    more = f" and {_count(further, 'further triangle')}" if further else ""
+    words = (
+        f"{_count(len(basis), 'minimal loop')}{more}: the largest closure is "
+        f"{1e3 * largest.size:.1f} mm ({largest.ppm:.2f} ppm of {largest.length:.0f} m) in "
+        f"{_path(found, largest)}"
+    )
+    if steepest is not largest:
+        words += (
+            f", the largest in proportion {steepest.ppm:.2f} ppm "
+            f"({1e3 * steepest.size:.1f} mm) in {_path(found, steepest)}"
+        )
+    verb = "fails" if failing in (0, 1) else "fail"
+    out = [f"{words}; {failing or 'none'} of {len(loops)} {verb} the test at 5 %."]
+    dof = sum(loop.dof for loop in basis)
+    if dof >= 3:
+        factor = float(np.sqrt(sum(loop.statistic for loop in basis) / dof))
+        out.append(
+            f"Closures are {factor:.2f} times what the covariances let expect, in the mean; "
+            "adjustment.vce estimates such a factor with all observations."
+        )
+    return out
+
+
+def _loop_warnings(found: BaselineSet, loops: Sequence[Loop]) -> list[str]:
+    bad = sorted((loop for loop in loops if not loop.passes), key=lambda loop: -loop.statistic)
+    # a share of the tests fails by chance: only closures far beyond are worth a warning
+    far = [loop for loop in bad if loop.statistic > 2 * loop.limit]
+    words = [
+        f"GNSS loop {_path(found, loop)} does not close by {1e3 * loop.size:.1f} mm "
+        f"({loop.ppm:.1f} ppm): its test is {loop.statistic:.1f}, the limit {loop.limit:.1f}."
+        for loop in far[:MOST_NAMED]
+    ]
+    if len(far) > MOST_NAMED:
+        words.append(f"{len(far) - MOST_NAMED} further GNSS loops do not close either.")
+    return words
+
+
+def _path(found: BaselineSet, loop: Loop) -> str:
+    return "-".join(found.names[k] for k in (*loop.points, loop.points[0]))
+
+
+def _count(n: int, what: str) -> str:
+    return f"{n} {what}" if n == 1 else f"{n} {what}s"
+
+
+def _mm(value: float, digits: int = 1) -> Cell:
+    return number_cell(value, f"{1e3 * value:.{digits}f}")
+
+
+def _number(value: float, digits: int) -> Cell:
+    return number_cell(value, f"{value:.{digits}f}")
+
+
+def _session_table(sessions: Sequence[SessionResult]) -> Table:
+    columns: list[tuple[Column, Callable[[SessionResult], Cell]]] = [
+        (Column("Session", numeric=False), lambda s: text_cell(s.name)),
+        (Column("Points", numeric=False), lambda s: text_cell(", ".join(_points(s)))),
+        (Column("start", numeric=False), lambda s: text_cell(calendar(_span(s)[0]))),
+        (Column("end", numeric=False), lambda s: text_cell(calendar(_span(s)[1]))),
+        (Column("interval", "s"), lambda s: _number(s.baselines[0].interval, 0)),
+        (Column("baselines"), lambda s: _number(len(s.baselines), 0)),
+        (Column("systems", numeric=False), lambda s: text_cell(s.baselines[0].systems)),
+    ]
+    note = "Times are those of the files, GPS time unless they say otherwise."
+    return build_table("gnss-sessions", "GNSS sessions", note, sessions, columns)
+
+
+def _points(session: SessionResult) -> list[str]:
+    return list(dict.fromkeys(name for b in session.baselines for name in b.names))
+
+
+def _span(session: SessionResult) -> tuple[float, float]:
+    return min(b.start for b in session.baselines), max(b.end for b in session.baselines)
+
+
+def _baseline_table(sessions: Sequence[SessionResult]) -> Table:
+    Row = tuple[SessionResult, Baseline]  # noqa: N806  a local name of a type
+    columns: list[tuple[Column, Callable[[Row], Cell]]] = [
+        (Column("From", numeric=False), lambda r: text_cell(r[1].names[0])),
+        (Column("To", numeric=False), lambda r: text_cell(r[1].names[1])),
+        (Column("Session", numeric=False), lambda r: text_cell(r[0].name)),
+        (Column("antenna from", "m"), lambda r: _number(r[1].heights[0], 4)),
+        (Column("antenna to", "m"), lambda r: _number(r[1].heights[1], 4)),
+        (Column("length", "m"), lambda r: _number(r[1].length, 4)),
+        *(
+            (Column(f"σ {axis}", "mm"), lambda r, k=k: _mm(float(np.sqrt(r[1].covariance[k, k]))))
+            for k, axis in enumerate("XYZ")
+        ),
+        (Column("ambiguities", numeric=False), lambda r: _ambiguities(r[1])),
+        (Column("fixed", "%"), lambda r: _number(100 * r[1].fixed_share, 1)),
+        (Column("epochs"), lambda r: _number(r[1].epochs, 0)),
+        (Column("of"), lambda r: _number(r[1].epochs_common, 0)),
+        (Column("ratio"), lambda r: _number(r[1].ratio, 1)),
+        (Column("satellites"), lambda r: _number(r[1].satellites, 1)),
+        (Column("phases", "mm"), lambda r: _residual(r[1])),
+        (Column("σ factor"), lambda r: _number(r[1].factor, 2)),
+    ]
+    note = (
+        "Antennas: heights of their reference points over the marks, between which baselines are. "
+        "Standard deviations are the formal ones of the engine times the factor. Fixed: share of "
+        "the solved epochs; ratio: median of the ambiguity test; phases: root mean square of the "
+        "residuals of their double differences."
+    )
+    return build_table("gnss-baselines", "GNSS baselines", note, _all(sessions), columns)
+
+
+def _residual(baseline: Baseline) -> Cell:
+    value = baseline.residual
+    return text_cell("") if value is None else _mm(value)
+
+
+def _ambiguities(baseline: Baseline) -> Cell:
+    return text_cell(baseline.ambiguities, "" if baseline.ambiguities == "fixed" else "bad")
+
+
+def _loop_table(found: BaselineSet, loops: Sequence[Loop]) -> Table:
+    columns: list[tuple[Column, Callable[[Loop], Cell]]] = [
+        (Column("Loop", numeric=False), lambda loop: text_cell(_path(found, loop))),
+        (Column("minimal", numeric=False), lambda loop: text_cell(_yes(loop.independent))),
+        (Column("length", "m"), lambda loop: _number(loop.length, 1)),
+        *(
+            (Column(axis, "mm"), lambda loop, k=k: _mm(float(loop.closure[k])))
+            for k, axis in enumerate("ENU")
+        ),
+        (Column("closure", "mm"), lambda loop: _mm(loop.size)),
+        (Column("closure", "ppm"), lambda loop: _number(loop.ppm, 2)),
+        (Column("test"), lambda loop: _number(loop.statistic, 2)),
+        (Column("limit"), lambda loop: _number(loop.limit, 2)),
+        (Column("verdict", numeric=False), _verdict),
+    ]
+    note = (
+        "Closure: sum of the baselines around the loop, along E, N, U; test: its square in the "
+        "metric of its covariance against chi-square at 5 %."
+    )
+    rows = sorted(loops, key=lambda loop: -loop.size)
+    return build_table("gnss-loops", "GNSS loops", note, rows, columns)
+
+
+def _yes(value: bool) -> str:
+    return "yes" if value else "no"
+
+
+def _verdict(loop: Loop) -> Cell:
+    if loop.dof == 0:
+        return text_cell("tells nothing")
+    return text_cell("closes", "good") if loop.passes else text_cell("fails", "bad")
+
+
+def _map(
+    adjustment: Adjustment,
+    found: BaselineSet,
+    loops: Sequence[Loop],
+    sessions: Sequence[SessionResult],
+) -> Any:
+    of_ends = {frozenset(b.names): (s.name, b.ambiguities) for s, b in _all(sessions)}
+    bad = {k for loop in loops if not loop.passes for k, _ in loop.walk}
+    lines = []
+    for k, (a, b) in enumerate(zip(found.start.tolist(), found.end.tolist(), strict=True)):
+        session, state = of_ends.get(frozenset((found.names[a], found.names[b])), ("", "fixed"))
+        lines.append(MapLine(a, b, session, state == "float", k in bad))
+    return baseline_map(adjustment.state.positions[:, :2], found.names, lines)
+
+
+def _data(
+    found: BaselineSet,
+    loops: Sequence[Loop],
+    sessions: Sequence[SessionResult],
+    info: Mapping[str, Any],
+) -> dict[str, Any]:
+    return {
+        "frame": info.get("frame"),
+        "epoch": info.get("epoch"),
+        "baselines": [
+            baseline_facts(b) | {"from": b.names[0], "to": b.names[1], "session": s.name}
+            for s, b in _all(sessions)
+        ],
+        "loops": [
+            {
+                "points": [found.names[k] for k in loop.points],
+                "closure": loop.closure.tolist(),
+                "covariance": loop.covariance.tolist(),
+                "length": loop.length,
+                "size": loop.size,
+                "ppm": loop.ppm,
+                "statistic": loop.statistic,
+                "dof": loop.dof,
+                "limit": loop.limit,
+                "passes": loop.passes,
+                "independent": loop.independent,
+            }
+            for loop in loops
+        ],
+    }

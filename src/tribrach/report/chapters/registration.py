@@ -1,0 +1,243 @@
+"""The chapter of the report on how stations hang together: pairs, their tests, the graph."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tribrach.geometry.pose import Pose
+from tribrach.job.tie import Registered
+from tribrach.network.adjustment import Adjustment
+from tribrach.registration.edges import ALPHA, MOST, Edge, edges
+from tribrach.registration.views import Agreement, seen
+from tribrach.report.chapter import Chapter
+from tribrach.report.columns import Columns, Spec
+from tribrach.report.content import Content
+from tribrach.report.figures import colour_scale, colours, new_figure
+from tribrach.report.page import picture
+from tribrach.report.scan_content import Picture
+from tribrach.report.style import Style
+from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from tribrach.project import Project
+
+__all__ = ["add_registration"]
+
+#: a pair with this share of one station's points in the open space of the other is spoken of
+_CONFLICT = 0.12
+
+
+#: largest ratio of test to limit in the colours of the graph
+_WORST = 2.0
+
+
+_KINDS = {
+    "plane": "planes",
+    "target_centre": "targets",
+    "scanner_polar": "targets",
+    "relative_pose": "clouds",
+}
+
+
+@dataclass(frozen=True)
+class _Pair:
+    """An edge with how the views of its stations overlap, None where there are none."""
+
+    edge: Edge
+    seen: Agreement | None
+
+    @property
+    def kind(self) -> str:
+        """What ties them, in words."""
+        return _KINDS.get(self.edge.kind, self.edge.kind.replace("_", " "))
+
+    @property
+    def stations(self) -> str:
+        """Both stations."""
+        return f"{self.edge.first} - {self.edge.second}"
+
+
+def add_registration(
+    content: Content, project: Project, registered: Registered, adjustment: Adjustment
+) -> Content:
+    """The content of a report with the chapter and its warnings, where pairs of stations are."""
+    found = edges(adjustment)
+    if not found:
+        return content
+    seen = _views(registered, adjustment)
+    pairs = [_Pair(e, seen.get(frozenset((e.first, e.second)))) for e in found]
+    style = Columns(Style(project.output.angle))
+    chapter = Chapter(
+        "registration",
+        "Registration",
+        _sentences([*registered.sentences, *_verdict(found)]),
+        (_graph(adjustment, found),),
+        (_table(pairs, style),),
+        {"edges": [_record(pair) for pair in pairs], "sentences": list(registered.sentences)},
+    )
+    warnings = _sentences([*_outliers(found), *_contradictions(seen)])
+    return replace(
+        content,
+        chapters=(*content.chapters, chapter),
+        warnings=(*content.warnings, *warnings),
+    )
+
+
+def _sentences(texts: Sequence[str]) -> tuple[str, ...]:
+    """Texts with a capital and a full stop."""
+    return tuple(f"{text[:1].upper()}{text[1:]}." for text in texts)
+
+
+def _views(registered: Registered, adjustment: Adjustment) -> dict[frozenset[str], Agreement]:
+    """How the points of either station stand in the view of the other, by pairs."""
+    layout, state = adjustment.layout, adjustment.state
+    placed = [s for s in registered.stations if layout.has("pose", s.name)]
+    at = {s.name: layout.index("pose", s.name) for s in placed}
+    poses = {name: Pose(state.pose_r[k], state.pose_t[k]) for name, k in at.items()}
+    out = {}
+    for a, b in combinations(placed, 2):
+        moved = poses[a.name].inverse @ poses[b.name]
+        out[frozenset((a.name, b.name))] = seen(a, b, moved)[0]
+    return out
+
+
+def _verdict(found: Sequence[Edge]) -> list[str]:
+    """How many pairs agree with the network."""
+    tested = [e for e in found if e.statistic is not None]
+    bad = [e for e in tested if e.outlying]
+    return [
+        f"{len(found)} pairs of stations have observations in common; of {len(tested)} that others "
+        f"control, {len(bad)} contradict the network at {100 * ALPHA:g} %"
+    ]
+
+
+def _outliers(found: Sequence[Edge]) -> list[str]:
+    """Pairs that the network contradicts, the worst first, and a station that all of them share."""
+    bad = sorted((e for e in found if e.outlying), key=lambda e: -(e.ratio or 0.0))
+    said = [
+        f"{e.first} and {e.second} by {_KINDS.get(e.kind, e.kind)}: their own relative pose "
+        f"differs from the network by {_size(e.shift, e.turn)}, expected "
+        f"{_size(e.shift_sigma, e.turn_sigma)} (test {e.statistic:.1f} against {e.limit:.1f})"
+        for e in bad[:10]
+    ]
+    if len(bad) > 2:
+        shared = set.intersection(*({e.first, e.second} for e in bad))
+        said += [f"all of these pairs have station {name} in common" for name in sorted(shared)]
+    return said
+
+
+def _size(shift: float, turn: float) -> str:
+    """A relative pose in words."""
+    return f"{1e3 * shift:.1f} mm and {np.degrees(turn) * 3600:.0f} arcsec"
+
+
+def _contradictions(seen: dict[frozenset[str], Agreement]) -> list[str]:
+    """Pairs whose surfaces stand in each other's open space."""
+    return [
+        f"{100 * s.conflict:.0f} % of the surfaces that {' and '.join(sorted(pair))} should both "
+        "see stand where the other looks through: moving things, or a wrong pose"
+        for pair, s in seen.items()
+        if s.agree > 100 and s.conflict > _CONFLICT
+    ]
+
+
+def _table(pairs: Sequence[_Pair], columns: Columns) -> Table:
+    """Every pair, kind by kind, the most improbable first."""
+    specs: list[Spec] = [
+        columns.word("Stations", "stations"),
+        columns.word("tied by", "kind"),
+        columns.plain("in common", "edge.count", 0),
+        (Column("overlap", "%"), _share("overlap")),
+        (Column("see through", "%", wide=True), _share("conflict")),
+        columns.mm("residual RMS", lambda p: p.edge.rms, 3),
+        columns.plain("held of 6", "edge.held", 0),
+        columns.mm("observed shift", lambda p: p.edge.shift, 3),
+        columns.mm("predicted shift", lambda p: p.edge.shift_sigma, 3),
+        columns.small_angle("observed turn", lambda p: p.edge.turn),
+        columns.small_angle("predicted turn", lambda p: p.edge.turn_sigma),
+        columns.plain("test", "edge.statistic"),
+        columns.plain("limit", "edge.limit"),
+        (Column("verdict", numeric=False), _judged),
+    ]
+    note = (
+        "Each pair by its own observations against the network: the differences of the relative "
+        "pose (of the second station, along the directions that the pair holds) and what they "
+        "should be from the covariances. The test is the squared difference in that metric against "
+        f"chi-square at {100 * (1 - ALPHA):g} %. Overlap: share of the points of both scans on "
+        "surfaces that both see. The residual RMS is that of the adjusted lengths, not an "
+        f"accuracy. Of each kind no more than {MOST} pairs, those with most in common."
+    )
+    rows = sorted(pairs, key=lambda p: -(p.edge.ratio or 0.0))
+    return build_table("edges", "Pairs of stations", note, rows, specs, _state)
+
+
+def _share(name: str) -> Any:
+    """A share of points in per cent."""
+
+    def cell(pair: _Pair) -> Cell:
+        value = None if pair.seen is None else 100 * float(getattr(pair.seen, name))
+        return number_cell(value, "" if value is None else f"{value:.1f}")
+
+    return cell
+
+
+def _judged(pair: _Pair) -> Cell:
+    if pair.edge.statistic is None:
+        return text_cell("not controlled")
+    return text_cell("contradicts", "bad") if pair.edge.outlying else text_cell("agrees", "good")
+
+
+def _state(pair: _Pair) -> str:
+    return "suspicious" if pair.edge.outlying else ""
+
+
+def _record(pair: _Pair) -> dict[str, Any]:
+    """An edge for the JSON result: metres, radians."""
+    out = asdict(pair.edge) | {"outlying": pair.edge.outlying}
+    if pair.seen is not None:
+        out |= {"overlap": pair.seen.overlap, "conflict": pair.seen.conflict}
+    return out
+
+
+def _graph(adjustment: Adjustment, found: Sequence[Edge]) -> Picture:
+    """Stations in plan, pairs coloured by the worst of their tests."""
+    layout, state = adjustment.layout, adjustment.state
+    names = sorted({name for e in found for name in (e.first, e.second)})
+    plan = {name: state.pose_t[layout.index("pose", name), :2] for name in names}
+    figure = new_figure(figsize=(8, 5.5), dpi=100, layout="constrained")
+    axes = figure.subplots()
+    for first, second in sorted({(e.first, e.second) for e in found}):
+        mine = [e for e in found if (e.first, e.second) == (first, second)]
+        _line(axes, mine, np.array([plan[first], plan[second]]))
+    xy = np.array([plan[name] for name in names])
+    axes.plot(xy[:, 0], xy[:, 1], "^", color="#222222", markersize=9, zorder=3)
+    for name in names:
+        axes.annotate(name, tuple(plan[name]), (6, 6), textcoords="offset points", zorder=4)
+    axes.set(aspect="equal", xlabel="E [m]", ylabel="N [m]")
+    axes.margins(0.12)
+    axes.ticklabel_format(useOffset=False)
+    scale = colour_scale(0, _WORST, "RdYlGn_r")
+    figure.colorbar(scale, ax=axes, label="worst test of the pair over its limit", shrink=0.8)
+    caption = (
+        "Stations in plan. Lines join stations with observations in common, coloured by the worst "
+        "test of the pair over its limit (above 1: it contradicts the network), grey where nothing "
+        "controls it; dashed where the pair by itself leaves a direction open."
+    )
+    return picture("registration-graph", "Graph of the registration", figure, caption)
+
+
+def _line(axes: Axes, mine: Sequence[Edge], ends: np.ndarray[Any, Any]) -> None:
+    """One pair of stations."""
+    ratios = [e.ratio for e in mine if e.ratio is not None]
+    worst = max(ratios, default=None)
+    color = "#999999" if worst is None else colours("RdYlGn_r")(min(worst / _WORST, 1.0))
+    style = "-" if max(e.held for e in mine) == 6 else "--"
+    width = 1.0 + min(len(mine), 3)
+    axes.plot(ends[:, 0], ends[:, 1], style, color=color, linewidth=width, zorder=2)

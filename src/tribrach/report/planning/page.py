@@ -1,0 +1,101 @@
+"""A planned network as text and as a page with a map, for the crew that will measure it."""
+
+from __future__ import annotations
+
+import datetime
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from tribrach._types import Array
+from tribrach.report.content import Content
+from tribrach.report.figures import new_figure
+from tribrach.report.page import picture
+from tribrach.report.plan import plan
+from tribrach.report.scan_content import Picture
+from tribrach.report.tables import Table
+from tribrach.report.text import WIDTH, table_text, wrapped
+
+__all__ = ["PlanPage", "gain_map", "plan_page", "plan_text"]
+
+
+@dataclass(frozen=True)
+class PlanPage:
+    """What is said about a plan: findings, tables, the network for its map, further pictures."""
+
+    title: str
+    sentences: tuple[str, ...]
+    warnings: tuple[str, ...]
+    tables: tuple[Table, ...]
+    network: Content
+    pictures: tuple[Picture, ...] = ()
+
+
+def plan_page(page: PlanPage) -> str:
+    """The plan as one HTML file that needs nothing but a browser."""
+    environment = Environment(
+        loader=PackageLoader("tribrach.report", "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template("planning.html.j2").render(
+        page=page,
+        plan=plan(page.network),
+        percent=f"{100 * page.network.settings.confidence:g} %",
+        posterior=False,
+        tables=[table for table in page.tables if table.rows],
+        version=version("tribrach"),
+        date=datetime.date.today().isoformat(),
+    )
+
+
+def plan_text(page: PlanPage, *, brief: bool = False) -> str:
+    """The plan to print; brief : without the single sights."""
+    rule = "=" * WIDTH
+    parts = [f"{page.title}\n{rule}"]
+    parts.append("\n".join(wrapped(f"- {sentence}") for sentence in page.sentences))
+    if page.warnings:
+        parts.append("\n".join(wrapped(f"! {sentence}") for sentence in page.warnings))
+    for table in page.tables:
+        if table.rows and not (brief and table.name == "sights"):
+            parts.append(table_text(table))
+    return "\n\n".join(parts) + "\n"
+
+
+def gain_map(
+    places: Array,
+    gains: Array,
+    chosen: Sequence[str],
+    chosen_xyz: Array,
+    stations: Array,
+    unit: str,
+) -> Picture:
+    """Where one target or station more serves how much, in plan and from the side.
+
+    places (n, 3), gains (n,) in ``unit``; chosen : names and places (k, 3) of what is proposed;
+    stations (s, 3) [m].
+    """
+    figure = new_figure(figsize=(11, 5), dpi=110, layout="constrained")
+    left, right = figure.subplots(1, 2)
+    order = np.argsort(gains)
+    for panel, (a, b) in ((left, (0, 1)), (right, (0, 2))):
+        shown = panel.scatter(
+            places[order, a], places[order, b], c=gains[order], s=14, cmap="viridis", linewidths=0
+        )
+        panel.plot(stations[:, a], stations[:, b], "D", color="#a3231c", markersize=6)
+        panel.plot(
+            chosen_xyz[:, a], chosen_xyz[:, b], "o", mfc="none", mec="#a3231c", markersize=12
+        )
+        for name, xyz in zip(chosen, chosen_xyz, strict=True):
+            panel.annotate(name, (xyz[a], xyz[b]), xytext=(7, 7), textcoords="offset points")
+        panel.set(aspect="equal", xlabel="E [m]", ylabel="N [m]" if b == 1 else "U [m]")
+    figure.colorbar(shown, ax=[left, right], label=f"gain [{unit}]", shrink=0.8)
+    caption = (
+        "Places that were looked at, each alone; diamonds are stations, rings what is proposed."
+    )
+    return picture("gain", "What each place is worth", figure, caption)

@@ -1,0 +1,348 @@
+"""What a plan tells the crew: findings in words, map and tables; the same as JSON."""
+
+from __future__ import annotations
+
+import math
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from tribrach.job.plan.sights import sights_of
+from tribrach.job.plan.steps import Plan
+from tribrach.network.quality import assess
+from tribrach.observations.scanner import ScannerPolar
+from tribrach.planning.prediction import Figures
+from tribrach.report.build import build
+from tribrach.report.numbers import number, numbers
+from tribrach.report.planning.page import PlanPage, gain_map
+from tribrach.report.planning.tables import (
+    criterion_words,
+    lever_arm_json,
+    lever_arm_sentences,
+    plan_tables,
+    shown,
+)
+from tribrach.report.scan_content import Picture
+
+__all__ = ["plan_json", "plan_report"]
+
+
+#: zenith angles [deg] and ratio of ranges that calibrations take
+_STEEP, _SPREAD = (45, 110), 3
+
+
+#: what changes the criterion by less than this share can be spared
+_SPARE = 0.01
+
+
+def plan_report(plan: Plan) -> PlanPage:
+    """Findings, tables and map of a plan."""
+    quality = assess(plan.adjustment)
+    content = build(plan.adjustment, quality, title=plan.title)
+    sights = sights_of(content, plan.adjustment)
+    return PlanPage(
+        plan.title,
+        tuple(_sentences(plan)),
+        plan.warnings,
+        plan_tables(plan, sights),
+        content,
+        tuple(_pictures(plan)),
+    )
+
+
+def _sentences(plan: Plan) -> list[str]:
+    kind, after = plan.criterion.kind, plan.after
+    value = after.value(kind)
+    words = criterion_words(plan, kind)
+    out = [
+        "Everything here is predicted from the standard deviations of the observations, a priori: "
+        f"{plan.adjustment.n_observations} values, {plan.adjustment.n_unknowns} unknowns, "
+        f"redundancy {plan.adjustment.dof}."
+    ]
+    if plan.before is not None and plan.proposals:
+        out.append(
+            f"The {words} goes from {shown(kind, plan.before.value(kind))} to {shown(kind, value)} "
+            f"with {len(plan.proposals)} proposals."
+        )
+    else:
+        out.append(f"The {words} is {shown(kind, value)}.")
+        if plan.single:
+            out.append("No place that was looked at makes it better.")
+    if plan.required is not None:
+        verdict = "is reached" if plan.reached else "is not reached"
+        enough = " without any proposal" if plan.reached and not plan.proposals else ""
+        out.append(f"The requirement of {shown(kind, plan.required)} {verdict}{enough}.")
+    out += lever_arm_sentences(plan.lever_arm)
+    if plan.lever_arm is None:
+        out.append(
+            f"The worst point is {after.names[int(np.argmax(after.sigma))]} with "
+            f"{after.sigma.max() * 1e3:.3g} mm in its worst direction; this depends on the datum."
+        )
+    out += [
+        f"The weakest observation is {after.redundancy_at} with a redundancy of "
+        f"{after.redundancy:.2f}.",
+    ]
+    if after.undetected_at:
+        out.append(
+            f"An undetected error in {after.undetected_at} moves it by up to "
+            f"{shown('undetected', after.undetected)} (test at 0.1 %, power 80 %)."
+        )
+    if after.correlation_at:
+        out.append(
+            f"{after.correlation_at} have the largest correlation, {after.correlation:.3f}"
+            + ("; they can hardly be told apart." if after.correlation > 0.95 else ".")
+        )
+    return out + _of_proposals(plan) + _of_weights(plan) + _of_calibration(plan) + _of_datums(plan)
+
+
+def _of_proposals(plan: Plan) -> list[str]:
+    kind = plan.criterion.kind
+    out = []
+    for p in plan.proposals:
+        place = ", ".join(f"{round(x, 2) + 0.0:.2f}" for x in p.place)
+        gain = (
+            ": nothing is determined without it"
+            if math.isnan(p.before)
+            else f": {shown(kind, p.before)} becomes {shown(kind, p.after)}"
+        )
+        out.append(f"Add {p.sort} {p.name} at {place}{gain}.")
+    if plan.relocations:
+        r = plan.relocations[0]
+        out.append(
+            f"The best single move is {r.name} to {r.to}: {shown(kind, r.before)} becomes "
+            f"{shown(kind, r.after)}{' at the points that do not move' * (not plan.lever_arm)}."
+        )
+    spare = [s for s in plan.spares if _spared(plan, s.before, s.after)]
+    if plan.spares:
+        few = ", ".join(s.name for s in sorted(spare, key=lambda s: s.after)[:10])
+        out.append(
+            f"{len(spare)} of {len(plan.spares)} could each be left out alone for less than 1 % of "
+            f"the criterion" + (f": {few}." if few else ".")
+        )
+    return out
+
+
+def _spared(plan: Plan, before: float, after: float) -> bool:
+    change = before - after if plan.criterion.kind == "redundancy" else after - before
+    return bool(change <= _SPARE * abs(before))
+
+
+def _of_weights(plan: Plan) -> list[str]:
+    kind = plan.criterion.kind
+    out = []
+    if plan.sets is not None:
+        if plan.sets.reached and plan.sets.steps:
+            many = ", ".join(f"{n} sets at {s}" for s, n in plan.sets.sets.items() if n > 1)
+            once = " and one elsewhere" if min(plan.sets.sets.values()) == 1 else ""
+            out.append(
+                f"With {many}{once} the requirement is reached ({shown(kind, plan.sets.value)})."
+            )
+        elif not plan.sets.reached:
+            out.append(
+                f"More sets do not reach the requirement: at best {shown(kind, plan.sets.value)}."
+            )
+    for p in plan.precisions:
+        group = p.group.replace("_", " ")
+        if math.isnan(p.factor):
+            out.append(
+                f"However precise the {group} readings, they alone leave {shown(kind, p.limit)}."
+            )
+        elif p.factor < 1:
+            out.append(
+                f"The requirement is reached if the {group} readings are "
+                f"{1 / p.factor:.2f} times as precise."
+            )
+    return out
+
+
+def _of_calibration(plan: Plan) -> list[str]:
+    """What calibrations need and the scans of the plan lack (method section 3.7)."""
+    scans = [
+        o
+        for o in plan.network.observations
+        if isinstance(o, ScannerPolar) and o.model is not None and len(o)
+    ]
+    if not scans:
+        return []
+    v = np.concatenate([np.where(o.values[:, 2] > np.pi, 2 * np.pi, 0) for o in scans])
+    v = np.abs(np.concatenate([o.values[:, 2] for o in scans]) - v)
+    r = np.concatenate([o.values[:, 0] for o in scans])
+    faces = {float(face) for o in scans for face in np.unique(o.face)}
+    out = []
+    if len(faces) < 2:
+        out.append("Calibrations gain most from two faces; the plan has one.")
+    if np.degrees(v.min()) > _STEEP[0] or np.degrees(v.max()) < _STEEP[1]:
+        out.append(
+            f"For a calibration targets should be steep, at zenith angles below {_STEEP[0]}° and "
+            f"above {_STEEP[1]}°; the plan has {np.degrees(v.min()):.0f}° to "
+            f"{np.degrees(v.max()):.0f}°."
+        )
+    if r.max() < _SPREAD * r.min():
+        out.append(
+            f"For a calibration ranges should differ by a factor of {_SPREAD}; the plan has "
+            f"{r.min():.1f} to {r.max():.1f} m."
+        )
+    return out
+
+
+def _of_datums(plan: Plan) -> list[str]:
+    valid = [d for d in plan.datums if not d.refused]
+    if len(valid) < 2:
+        return []
+    distances = [d.distance for d in valid]
+    same = max(distances) - min(distances) <= 1e-4 * max(distances)
+    if same:
+        return [
+            f"The datums that were compared give the same sigma of every distance (the largest "
+            f"{max(distances) * 1e3:.3g} mm): they differ in the sigmas of coordinates only, which "
+            "are not to be compared between datums."
+        ]
+    return [
+        f"Control adds to the network itself: the largest sigma of a distance is "
+        f"{min(distances) * 1e3:.3g} to {max(distances) * 1e3:.3g} mm, by datum."
+    ]
+
+
+def _pictures(plan: Plan) -> list[Picture]:
+    if len(plan.single) < 3:
+        return []
+    kind = plan.criterion.kind
+    start = plan.before.value(kind) if plan.before is not None else max(plan.single.values())
+    values = np.array(list(plan.single.values()))
+    gains = values - start if kind == "redundancy" else start - values
+    places = np.array([plan.places[n] for n in plan.single])
+    chosen = [p for p in plan.proposals if p.name in plan.single]
+    state = plan.adjustment.state
+    metric = kind in ("sigma", "undetected")
+    return [
+        gain_map(
+            places,
+            gains * (1e3 if metric else 1.0),
+            [p.name for p in chosen],
+            np.array([p.place for p in chosen]).reshape(-1, 3),
+            state.pose_t,
+            "mm" if metric else "1",
+        )
+    ]
+
+
+def _figures_json(found: Figures | None) -> Any:
+    if found is None:
+        return None
+    return {
+        "sigma": dict(zip(found.names, numbers(found.sigma), strict=True)),
+        "redundancy": {"value": number(found.redundancy), "at": found.redundancy_at},
+        "undetected": {"value": number(found.undetected), "at": found.undetected_at},
+        "correlation": {"value": number(found.correlation), "at": found.correlation_at},
+    }
+
+
+def plan_json(plan: Plan, page: PlanPage) -> dict[str, Any]:
+    """The plan as data: metres and radians, names as keys, None where there is no number."""
+    found, content = plan.adjustment, page.network
+    layout = found.layout
+    new = {p.name for p in plan.proposals}
+    covariances = found.position_covariances()
+    places = {
+        name: {
+            "xyz": numbers(found.state.positions[k]),
+            "covariance": [numbers(row) for row in covariances[k]],
+            "new": name in new,
+        }
+        for k, name in enumerate((*layout.names["point"], *layout.names["pose"]))
+    }
+    points = layout.count("point")
+    sights = [
+        {
+            "from": s.start,
+            "to": s.end,
+            "kinds": s.kinds,
+            "length": number(s.length),
+            "azimuth": number(s.azimuth),
+            "zenith": number(s.zenith),
+            "values": s.values,
+            "redundancy": s.redundancy,
+            "undetected": s.undetected,
+        }
+        for s in sights_of(content, found)
+    ]
+    return {
+        "tribrach": version("tribrach"),
+        "schema": 1,
+        "title": plan.title,
+        "datum": {"kind": content.datum.kind, "names": list(content.datum.names)},
+        "criterion": {
+            "kind": plan.criterion.kind,
+            "points": list(plan.criterion.names),
+            "required": plan.required,
+            "reached": plan.reached,
+        },
+        "before": _figures_json(plan.before),
+        "plan": _figures_json(plan.after),
+        "lever_arm": lever_arm_json(plan.lever_arm),
+        "points": dict(list(places.items())[:points]),
+        "stations": dict(list(places.items())[points:]),
+        "parameters": {
+            u: number(math.sqrt(found.covariance(u)[0, 0])) for u in layout.names["scalar"]
+        },
+        "sights": sights,
+        "designs_judged": plan.judged,
+        **_proposals_json(plan),
+        "findings": list(page.sentences),
+        "warnings": list(plan.warnings),
+    }
+
+
+def _proposals_json(plan: Plan) -> dict[str, Any]:
+    """What is proposed, and what it would take."""
+    sets = plan.sets
+    return {
+        "proposals": [
+            {
+                "add": p.sort,
+                "name": p.name,
+                "xyz": numbers(p.place),
+                "before": number(p.before),
+                "after": number(p.after),
+            }
+            for p in plan.proposals
+        ],
+        "moves": [
+            {
+                "name": r.name,
+                "to": r.to,
+                "xyz": numbers(r.place),
+                "before": number(r.before),
+                "after": number(r.after),
+            }
+            for r in plan.relocations
+        ],
+        "without": [
+            {"sort": s.sort, "name": s.name, "before": number(s.before), "after": number(s.after)}
+            for s in plan.spares
+        ],
+        "sets": None
+        if sets is None
+        else {"sets": dict(sets.sets), "value": number(sets.value), "reached": sets.reached},
+        "precision": [
+            {
+                "group": p.group,
+                "sigma": p.sigma,
+                "factor": number(p.factor),
+                "perfect": number(p.limit),
+            }
+            for p in plan.precisions
+        ],
+        "datums": [
+            {
+                "datum": d.words,
+                "sigma": number(d.sigma),
+                "mean": number(d.mean),
+                "distance": number(d.distance),
+                "redundancy": number(d.redundancy),
+                "refused": d.refused,
+            }
+            for d in plan.datums
+        ],
+    }

@@ -1,0 +1,383 @@
+"""The tables of a plan: where to set up, where targets are, what is proposed, what it takes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from tribrach._types import Array
+from tribrach.job.plan.lever_arm import LeverArmForecast
+from tribrach.job.plan.sights import Sight
+from tribrach.job.plan.steps import Plan
+from tribrach.planning.prediction import CRITERIA, CriterionKind, Figures, largest_sigma
+from tribrach.report.numbers import number, numbers
+from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
+
+__all__ = ["criterion_words", "lever_arm_json", "lever_arm_sentences", "plan_tables", "shown"]
+
+# What a plan says about a lever arm: a table, sentences, data.
+
+
+_Row = tuple[str, Array]
+
+
+#: targets that leave a wider part of the horizon free than this are not all around [rad]
+_GAP = np.radians(180.0)
+
+
+def _rows(found: LeverArmForecast) -> list[_Row]:
+    """The solutions in words, with their covariances."""
+    rows = [("as it is known", found.prior)]
+    if found.before is not None:
+        rows.append(("with the targets of the plan", found.before))
+    if found.before is None or not np.array_equal(found.before, found.after):
+        rows.append(("with what is proposed", found.after))
+    return rows
+
+
+def lever_arm_table(found: LeverArmForecast | None) -> Table:
+    """Sigmas and correlations of each solution; no rows without a lever arm."""
+    rows = [] if found is None else _rows(found)
+
+    def mm(row: _Row, axis: int) -> float:
+        return float(np.sqrt(row[1][axis, axis]))
+
+    def correlation(row: _Row, a: int, b: int) -> float:
+        both = mm(row, a) * mm(row, b)
+        return float(row[1][a, b]) / both if both > 0 else 0.0
+
+    columns = [
+        (Column("Lever arm", numeric=False), lambda row: text_cell(row[0])),
+        *(
+            (Column(f"σ {name}", "mm"), lambda row, k=k: _mm(mm(row, k)))
+            for k, name in enumerate("xyz")
+        ),
+        (Column("worst σ", "mm"), lambda row: _mm(float(largest_sigma(row[1])))),
+        *(
+            (
+                Column(f"ρ {'xyz'[a]}{'xyz'[b]}"),
+                lambda row, a=a, b=b: number_cell(
+                    correlation(row, a, b), f"{correlation(row, a, b):.2f}"
+                ),
+            )
+            for a, b in ((0, 1), (0, 2), (1, 2))
+        ),
+    ]
+    note = (
+        "In the scanner frame, a priori; planned scanners have x to the east and y to the north. "
+        "ρ are correlations."
+    )
+    return build_table("lever-arm", "The lever arm", note, rows, columns)
+
+
+def _mm(value: float) -> Any:
+    return number_cell(value, f"{1e3 * value:.2f}")
+
+
+def lever_arm_sentences(found: LeverArmForecast | None) -> list[str]:
+    """What the plan makes of the lever arm, and whether its targets stand all around."""
+    if found is None:
+        return []
+    out = []
+    for words, covariance in _rows(found)[1:]:
+        size = ", ".join(
+            f"{axis} {1e3 * s:.2g} mm"
+            for axis, s in zip("xyz", np.sqrt(np.diag(covariance)), strict=True)
+        )
+        out.append(f"Lever arm {found.name} {words}: sigma {size}.")
+    if found.gaps[1] > _GAP:
+        out.append(
+            f"The targets leave {np.degrees(found.gaps[1]):.0f} degrees of the horizon free: the "
+            "scanner's place is extrapolated from them. Targets on the other side serve most."
+        )
+    return out
+
+
+def lever_arm_json(found: LeverArmForecast | None) -> Any:
+    """Covariances [m^2] of a lever arm, free parts of the horizon [rad]; None without one."""
+    if found is None:
+        return None
+
+    def matrix(covariance: Array | None) -> Any:
+        return None if covariance is None else [numbers(row) for row in covariance]
+
+    return {
+        "name": found.name,
+        "prior": matrix(found.prior),
+        "before": matrix(found.before),
+        "plan": matrix(found.after),
+        "horizon_without_targets": {"before": found.gaps[0], "plan": found.gaps[1]},
+    }
+
+
+def plan_tables(plan: Plan, sights: tuple[Sight, ...]) -> tuple[Table, ...]:
+    """All tables, what the crew needs first."""
+    return (
+        _stations(plan, sights),
+        _targets(plan, sights),
+        lever_arm_table(plan.lever_arm),
+        _proposals(plan),
+        _criteria(plan),
+        _relocations(plan),
+        _spares(plan),
+        _sets(plan),
+        _precisions(plan),
+        _datums(plan),
+        _sights(sights),
+    )
+
+
+def criterion_words(plan: Plan, kind: CriterionKind) -> str:
+    """A criterion, and what it is about."""
+    words = CRITERIA[kind]
+    if plan.lever_arm is not None:
+        words = words.replace("at the named points", "of the lever arm in any direction")
+        words = words.replace("the named points", "the lever arm")
+    return words
+
+
+def shown(kind: CriterionKind, value: float) -> str:
+    """A criterion in words: millimetres, or a plain number."""
+    if math.isnan(value):
+        return "not determined"
+    if math.isinf(value):
+        return "unlimited"
+    return f"{value * 1e3:.3g} mm" if kind in ("sigma", "undetected") else f"{value:.3f}"
+
+
+def _shown_cell(kind: CriterionKind, value: float) -> Cell:
+    """A criterion as a cell; what is not determined says so."""
+    if not math.isfinite(value):
+        return text_cell(shown(kind, value))
+    if kind in ("sigma", "undetected"):
+        # one below the other, as many digits in each
+        return number_cell(value, f"{value * 1e3:#.3g}".rstrip(".") + " mm")
+    return number_cell(value, shown(kind, value))
+
+
+def _places(get: Callable[[Any], Array]) -> list[tuple[Column, Callable[[Any], Cell]]]:
+    """Columns E, N, U of a place (3,)."""
+
+    def column(axis: int) -> Callable[[Any], Cell]:
+        return lambda item: number_cell(
+            float(get(item)[axis]), f"{round(float(get(item)[axis]), 3) + 0.0:.3f}"
+        )
+
+    return [(Column(name, "m"), column(axis)) for axis, name in enumerate("ENU")]
+
+
+def _few(names: tuple[str, ...]) -> str:
+    """Some names in words."""
+    return ", ".join(names[:8]) + (f" and {len(names) - 8} others" if len(names) > 8 else "")
+
+
+def _stations(plan: Plan, sights: tuple[Sight, ...]) -> Table:
+    layout, state = plan.adjustment.layout, plan.adjustment.state
+    new = {p.name for p in plan.proposals}
+    scan: dict[str, list[Sight]] = {}
+    for sight in sights:
+        scan.setdefault(sight.start, []).append(sight)
+    rows = list(scan)
+    xyz = {n: state.positions[layout.position_index(n)] for n in rows}
+    columns = [
+        (Column("Station", numeric=False), lambda n: text_cell(n)),
+        (Column("", numeric=False), lambda n: text_cell("new" if n in new else "")),
+        *_places(lambda n: xyz[n]),
+        (Column("sights"), lambda n: number_cell(len(scan[n]), str(len(scan[n])))),
+        (
+            Column("longest", "m"),
+            lambda n: number_cell(
+                max(o.length for o in scan[n]), f"{max(o.length for o in scan[n]):.1f}"
+            ),
+        ),
+        (
+            Column("sees", numeric=False, wide=True),
+            lambda n: text_cell(", ".join(o.end for o in scan[n])),
+        ),
+    ]
+    return build_table("stations", "Where to set up", "", rows, columns)
+
+
+def _targets(plan: Plan, sights: tuple[Sight, ...]) -> Table:
+    found = plan.adjustment
+    layout = found.layout
+    names = layout.names["point"]
+    sigma = largest_sigma(found.family_covariances("point")) if names else np.zeros(0)
+    new = {p.name for p in plan.proposals}
+    seen: dict[str, list[str]] = {n: [] for n in names}
+    for s in sights:
+        if s.end in seen:
+            seen[s.end].append(s.start)
+    rows = list(range(len(names)))
+    xyz = found.state.points
+    columns = [
+        (Column("Target or point", numeric=False), lambda i: text_cell(names[i])),
+        (Column("", numeric=False), lambda i: text_cell("new" if names[i] in new else "")),
+        *_places(lambda i: xyz[i]),
+        (
+            Column("worst σ", "mm"),
+            lambda i: number_cell(float(sigma[i]), f"{sigma[i] * 1e3:.2f}"),
+        ),
+        (
+            Column("seen from", numeric=False),
+            lambda i: text_cell(", ".join(dict.fromkeys(seen[names[i]]))),
+        ),
+    ]
+    note = "Sigmas in the worst direction, in the datum of the plan, a priori."
+    return build_table("targets", "Where targets and points are", note, rows, columns)
+
+
+def _proposals(plan: Plan) -> Table:
+    kind = plan.criterion.kind
+    columns = [
+        (Column("Add", numeric=False), lambda p: text_cell(p.sort)),
+        (Column("at", numeric=False), lambda p: text_cell(p.name)),
+        *_places(lambda p: p.place),
+        (Column("before"), lambda p: _shown_cell(kind, p.before)),
+        (Column("after"), lambda p: _shown_cell(kind, p.after)),
+    ]
+    note = f"In the order of their gain; judged by the {criterion_words(plan, kind)}."
+    return build_table("proposals", "Proposals", note, plan.proposals, columns)
+
+
+def _criteria(plan: Plan) -> Table:
+    kinds = list(CRITERIA)
+
+    def cell(found: Figures | None, kind: CriterionKind) -> Cell:
+        if found is None:
+            return text_cell("")
+        return _shown_cell(kind, found.value(kind))
+
+    at = {
+        "sigma": plan.after.names[int(np.argmax(plan.after.sigma))] if plan.after.names else "",
+        "redundancy": plan.after.redundancy_at,
+        "undetected": plan.after.undetected_at,
+        "correlation": plan.after.correlation_at,
+    }
+    columns = [
+        (Column("Criterion", numeric=False), lambda k: text_cell(criterion_words(plan, k))),
+        (Column("before"), lambda k: cell(plan.before, k)),
+        (Column("plan"), lambda k: cell(plan.after, k)),
+        (Column("where", numeric=False, wide=True), lambda k: text_cell(at[k])),
+    ]
+    return build_table("criteria", "Criteria", "", kinds, columns)
+
+
+def _relocations(plan: Plan) -> Table:
+    kind = plan.criterion.kind
+    columns = [
+        (Column("Move", numeric=False), lambda r: text_cell(r.name)),
+        (Column("to", numeric=False), lambda r: text_cell(r.to)),
+        *_places(lambda r: r.place),
+        (Column("before"), lambda r: number_cell(r.before, shown(kind, r.before))),
+        (Column("after"), lambda r: number_cell(r.after, shown(kind, r.after))),
+    ]
+    note = f"Each move by itself; judged at {_few(plan.judged_at)}, which do not move."
+    if plan.lever_arm is not None:
+        note = "Each move by itself."
+    return build_table("moves", "Moves", note, plan.relocations, columns)
+
+
+def _spares(plan: Plan) -> Table:
+    kind = plan.criterion.kind
+    rows = sorted(plan.spares, key=lambda s: (math.isnan(s.after), s.after))
+    columns = [
+        (Column("Without", numeric=False), lambda s: text_cell(f"{s.sort} {s.name}")),
+        (Column("before"), lambda s: number_cell(s.before, shown(kind, s.before))),
+        (
+            Column("after"),
+            lambda s: text_cell("needed") if math.isnan(s.after) else _shown_cell(kind, s.after),
+        ),
+    ]
+    note = (
+        f"Each left out alone; judged at {_few(plan.judged_at)}, which stay. Before is the whole "
+        "plan, in a datum that does not rest on what may be left out."
+    )
+    if plan.lever_arm is not None:
+        note = "Each left out alone."
+    return build_table("spares", "What could be left out", note, rows, columns)
+
+
+def _sets(plan: Plan) -> Table:
+    rows = [] if plan.sets is None or not plan.sets.steps else list(plan.sets.sets.items())
+    columns = [
+        (Column("Station", numeric=False), lambda r: text_cell(r[0])),
+        (Column("sets"), lambda r: number_cell(r[1], str(r[1]))),
+    ]
+    note = "Repetitions of everything observed at a station that the requirement takes."
+    return build_table("sets", "Sets", note, rows, columns)
+
+
+def _precisions(plan: Plan) -> Table:
+    unit = {"m": (1e3, "mm"), "rad": (206264.806, "″")}
+
+    def sigma(p: Any) -> str:
+        factor, name = unit.get(p.unit, (1.0, ""))
+        return f"{p.sigma * factor:.3g} {name}"
+
+    def needed(p: Any) -> str:
+        if math.isnan(p.factor):
+            return "never enough alone"
+        factor, name = unit.get(p.unit, (1.0, ""))
+        return f"{p.sigma * p.factor * factor:.3g} {name}"
+
+    columns = [
+        (Column("Readings", numeric=False), lambda p: text_cell(p.group.replace("_", " "))),
+        (Column("σ now"), lambda p: text_cell(sigma(p))),
+        (Column("σ that is enough"), lambda p: text_cell(needed(p))),
+    ]
+    note = "Of the first reading of each kind, the others as they are."
+    return build_table("precision", "How precise", note, plan.precisions, columns)
+
+
+def _datums(plan: Plan) -> Table:
+    def mm(value: float) -> Cell:
+        return number_cell(number(value), "" if math.isnan(value) else f"{value * 1e3:.3f}")
+
+    columns = [
+        (Column("Datum", numeric=False), lambda d: text_cell(d.words)),
+        (Column("largest σ of a point", "mm"), lambda d: mm(d.sigma)),
+        (Column("mean σ", "mm"), lambda d: mm(d.mean)),
+        (Column("largest σ of a distance", "mm"), lambda d: mm(d.distance)),
+        (
+            Column("smallest redundancy"),
+            lambda d: number_cell(
+                number(d.redundancy), "" if math.isnan(d.redundancy) else f"{d.redundancy:.3f}"
+            ),
+        ),
+        (Column("", numeric=False), lambda d: text_cell(d.refused)),
+    ]
+    note = "Sigmas of points belong to their datum; distances and redundancies can be compared."
+    return build_table("datums", "Datums", note, plan.datums, columns)
+
+
+def _sights(sights: tuple[Sight, ...]) -> Table:
+    columns = [
+        (Column("From", numeric=False), lambda s: text_cell(s.start)),
+        (Column("to", numeric=False), lambda s: text_cell(s.end)),
+        (Column("observations", numeric=False), lambda s: text_cell(s.kinds)),
+        (Column("length", "m"), lambda s: number_cell(s.length, f"{s.length:.2f}")),
+        (
+            Column("azimuth", "gon"),
+            lambda s: number_cell(s.azimuth, f"{s.azimuth * 200 / np.pi:.1f}"),
+        ),
+        (Column("zenith", "gon"), lambda s: number_cell(s.zenith, f"{s.zenith * 200 / np.pi:.1f}")),
+        (Column("values"), lambda s: number_cell(s.values, str(s.values))),
+        (
+            Column("least redundancy"),
+            lambda s: number_cell(
+                s.redundancy, "" if s.redundancy is None else f"{s.redundancy:.2f}"
+            ),
+        ),
+        (
+            Column("undetected", "mm"),
+            lambda s: number_cell(
+                s.undetected, "" if s.undetected is None else f"{s.undetected * 1e3:.2f}"
+            ),
+        ),
+    ]
+    note = "undetected: largest displacement of any position by an error that stays undetected."
+    return build_table("sights", "Sights", note, sights, columns, most=2000)

@@ -1,0 +1,284 @@
+"""A scan whose points are corrected by a calibration of its scanner as they are read."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, fields, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach._types import Array
+from tribrach.errors import InputError
+from tribrach.geometry.pose import Pose
+from tribrach.instruments.correction import Correction
+from tribrach.scan.scan import CHUNK, Chunk, Scan
+
+__all__ = ["CorrectedScan", "SideScan", "corrected_scan", "head_turn", "seen_from", "sides"]
+
+# A scan whose file has the scanner elsewhere than at zero, brought into the scanner frame.
+#
+# Clouds that were placed by other programs keep the axes of their file: only the origin moves, so
+# that lines of sight start where the scanner stood.
+
+
+#: a scanner this many times the extent of the points away from their middle took none of them
+_FAR = 20.0
+
+
+#: points that are looked at where the header states no bounds
+_GLANCE = 50_000
+
+
+@dataclass(frozen=True)
+class ShiftedScan(Scan):
+    """Points of another scan less the place of the scanner among them."""
+
+    source_scan: Scan = field(kw_only=True)
+
+    def chunks(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
+        """The points of the other scan, see there; xyz from the scanner."""
+        for chunk in self.source_scan.chunks(size, start):
+            yield replace(chunk, xyz=chunk.xyz - np.array(self.scanner))
+
+
+def seen_from(scan: Scan, scanner: tuple[float, float, float]) -> ShiftedScan:
+    """A scan with its scanner, given in the coordinates of its file [m], at zero.
+
+    A pose of the file carries the shifted points to where it carried those of the file; where the
+    scanner was unknown, the points are taken to be placed already and the pose is left out.
+
+    Raises
+    ------
+    InputError : coordinates that are not finite, or so far from the points that the scanner cannot
+        have stood there; a damaged file.
+    """
+    at = np.array(scanner, dtype=float)
+    if at.shape != (3,) or not np.isfinite(at).all():
+        raise InputError(
+            "the scanner's place has coordinates that are no finite numbers",
+            file=scan.path,
+            record=scan.name,
+            cure='say origin = [x, y, z] in metres, or "scanner"',
+        )
+    _refuse_far(scan, at)
+    common = {f.name: getattr(scan, f.name) for f in fields(Scan)}
+    common["origin"], common["scanner"] = "stated", (float(at[0]), float(at[1]), float(at[2]))
+    if scan.bounds is not None:
+        common["bounds"] = scan.bounds - at
+    if scan.pose is not None:
+        known = scan.origin != "unknown"
+        common["pose"] = Pose(scan.pose.rotation, scan.pose @ at) if known else None
+    return ShiftedScan(**common, source_scan=scan)
+
+
+def _refuse_far(scan: Scan, at: Array) -> None:
+    """Swapped or mistyped coordinates of the scanner are far from its points."""
+    bounds = scan.bounds
+    if bounds is None or not np.isfinite(bounds).all():
+        first = next(scan.chunks(_GLANCE), None)
+        if first is None or not len(first):
+            return
+        bounds = np.stack([first.xyz.min(axis=0), first.xyz.max(axis=0)])
+    away = float(np.linalg.norm(at - np.clip(at, *bounds)))
+    if away > _FAR * max(1.0, float(np.linalg.norm(bounds[1] - bounds[0]))):
+        raise InputError(
+            f"the place given for the scanner is {away:.0f} m from the points",
+            file=scan.path,
+            record=scan.name,
+            cure="give it in the coordinates of the file, x first, or leave origin out",
+        )
+
+
+# Which face measured each point of a scan, as far as the order of the file still tells.
+#
+# A panoramic scanner turns its head with the columns of its grid; its mirror looks ahead on the
+# front face and behind on the back. Where a column has points on both sides of the standing
+# axis, the side of the head's direction is the front: with half a turn H is below 180 degrees
+# there, as makers have it, and with a full turn every direction was seen on both faces. Which
+# side is called front does not matter as long as it is the same in calibration and use (method
+# section 4.4).
+#
+# Formats that sort the points into columns of one direction have lost the face.
+
+
+Integers = NDArray[np.integer]
+
+
+#: points closer to the axis than this [rad] do not tell a direction
+_POLE = 0.1
+
+
+#: points that are looked at
+_SAMPLE = 2_000_000
+
+
+#: share of the rarer side from which on a scan has two faces
+_TWO_FACES = 0.02
+
+
+#: columns deviate from an even turn by less than this [rad]
+_STRAIGHT = np.radians(1.0)
+
+
+#: turns of the head that a panoramic scanner makes [rad]
+_LEAST_TURN, _MOST_TURN = np.radians(5.0), np.radians(400.0)
+
+
+@dataclass(frozen=True)
+class HeadTurn:
+    """Direction of the head ``first + step column`` [rad], counter-clockwise; number of columns."""
+
+    first: float
+    step: float
+    columns: int
+
+    def faces(self, xyz: Array, column: Integers) -> Array:
+        """Faces (n,) of +1 or -1 of points (n, 3) with their columns (n,)."""
+        h = np.arctan2(xyz[:, 1], xyz[:, 0])
+        ahead = np.cos(h - self.first - self.step * column) >= 0
+        return np.where(ahead, 1.0, -1.0)
+
+
+@dataclass(frozen=True)
+class SideScan(Scan):
+    """The points of another scan that one face measured; face : +1 or -1."""
+
+    source_scan: Scan = field(kw_only=True)
+    turn: HeadTurn = field(kw_only=True)
+    face: float = field(kw_only=True)
+
+    def chunks(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
+        """The points of the other scan, see there; those of the other face are left out."""
+        for chunk in self.source_scan.chunks(size, start):
+            keep = self.turn.faces(chunk.xyz, np.asarray(chunk.values["column"])) == self.face
+            values = {name: value[keep] for name, value in chunk.values.items()}
+            gone = int(len(keep) - keep.sum())
+            yield Chunk(chunk.xyz[keep], values, chunk.dropped + gone)
+
+
+def sides(scan: Scan) -> tuple[SideScan, SideScan]:
+    """A scan of two faces as two scans, front and back.
+
+    Raises
+    ------
+    InputError : the faces cannot be told, with the reason.
+    """
+    turn = head_turn(scan)
+    common = {f.name: getattr(scan, f.name) for f in fields(Scan)} | {"records": None}
+    front = common | {"name": f"{scan.name} front"}
+    back = common | {"name": f"{scan.name} back"}
+    return (
+        SideScan(**front, source_scan=scan, turn=turn, face=1.0),
+        SideScan(**back, source_scan=scan, turn=turn, face=-1.0),
+    )
+
+
+def head_turn(scan: Scan) -> HeadTurn:
+    """How the head turned, from the rows and columns of a scan.
+
+    Raises
+    ------
+    InputError : the faces cannot be told, with the reason.
+    """
+
+    def refused(why: str) -> InputError:
+        return InputError(
+            f"the faces of the points cannot be told: {why}",
+            file=scan.path,
+            record=scan.name,
+            cure='say face = "front", "back" or "dome" in [[scans]] if you know it',
+        )
+
+    if scan.origin == "unknown":
+        raise refused("where the scanner stood among the points is unknown")
+    if "column" not in scan.names or "row" not in scan.names:
+        raise refused("the file has no rows and columns of the scanner's grid")
+    xyz, column = _sample(scan)
+    if len(xyz) < 100:
+        raise refused("it has too few points")
+    h = np.arctan2(xyz[:, 1], xyz[:, 0])
+    used, at = np.unique(column, return_inverse=True)
+    if len(used) < 4:
+        raise refused("its grid has fewer than four columns")
+    # twice the angle is the same ahead and behind
+    double = np.bincount(at, np.cos(2 * h)) + 1j * np.bincount(at, np.sin(2 * h))
+    weight = np.bincount(at)
+    if np.median(np.abs(double) / weight) < 0.99:
+        raise refused("the points of a column do not lie in one plane through the standing axis")
+    axis = np.unwrap(np.angle(double)) / 2
+    step, first = np.polyfit(used, axis, 1, w=np.sqrt(weight))
+    if np.median(np.abs(axis - first - step * used)) > _STRAIGHT:
+        raise refused("the columns do not turn evenly")
+    turn = abs(step) * (used[-1] - used[0] + 1)
+    if not _LEAST_TURN < turn < _MOST_TURN:
+        raise refused(f"the columns turn by {np.degrees(turn):.0f} degrees")
+    first = _ahead(first, step, used, h, at)
+    found = HeadTurn(float(first), float(step), int(used[-1]) + 1)
+    behind = float((found.faces(xyz, column) < 0).mean())
+    if min(behind, 1 - behind) < _TWO_FACES:
+        raise refused(
+            "every column lies on one side of the standing axis, as if there were one face; the "
+            "format has sorted the points by direction, or the scanner is a hybrid one"
+        )
+    return found
+
+
+def _ahead(first: float, step: float, used: Integers, h: Array, at: Integers) -> float:
+    """The direction, not its opposite, that is below 180 degrees in the middle of half a turn.
+
+    With more than half a turn both ends serve: the first column looks below 180 degrees.
+    """
+    turn = abs(step) * (used[-1] - used[0] + 1)
+    column = used.mean() if turn < np.radians(200.0) else used[0]
+    middle = (first + step * column) % (2 * np.pi)
+    return first if middle < np.pi else first + np.pi
+
+
+def _sample(scan: Scan) -> tuple[Array, Integers]:
+    """Points off the poles and their columns."""
+    total = max(scan.records or 0, 1)
+    every = max(1, total // _SAMPLE)
+    places, columns = [], []
+    for chunk in scan.chunks():
+        flat = np.hypot(chunk.xyz[:, 0], chunk.xyz[:, 1])
+        steep = np.arctan2(flat, np.abs(chunk.xyz[:, 2]))
+        keep = np.flatnonzero(np.isfinite(steep) & (steep > _POLE))[::every]
+        places.append(chunk.xyz[keep])
+        columns.append(np.asarray(chunk.values["column"])[keep].astype(np.int64))
+    if not places:
+        return np.empty((0, 3)), np.empty(0, dtype=np.int64)
+    return np.concatenate(places), np.concatenate(columns)
+
+
+@dataclass(frozen=True)
+class CorrectedScan(Scan):
+    """Points of another scan, corrected; everything else as there."""
+
+    source_scan: Scan = field(kw_only=True)
+    correction: Correction = field(kw_only=True)
+
+    def chunks(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
+        """The points of the other scan, see there; xyz corrected."""
+        for chunk in self.source_scan.chunks(size, start):
+            yield replace(chunk, xyz=self.correction.corrected(chunk.xyz))
+
+
+def corrected_scan(scan: Scan, correction: Correction) -> CorrectedScan:
+    """A scan with a correction in place of any that it has.
+
+    Raises
+    ------
+    InputError : it is not known where the scanner stood among the points.
+    """
+    if isinstance(scan, CorrectedScan):
+        scan = scan.source_scan
+    if scan.origin == "unknown":
+        raise InputError(
+            "a calibration cannot be applied: where the scanner stood among the points is unknown",
+            file=scan.path,
+            record=scan.name,
+            cure='say origin = "scanner" in [[scans]] if it is at 0, 0, 0, or give its place',
+        )
+    common = {f.name: getattr(scan, f.name) for f in fields(Scan)}
+    return CorrectedScan(**common, source_scan=scan, correction=correction)

@@ -1,0 +1,1 @@
+"""Checkerboard targets."""

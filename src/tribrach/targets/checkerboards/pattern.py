@@ -1,0 +1,244 @@
+"""The pattern of a 2x2 checkerboard in its plane: a first guess, then least squares (section 8.2).
+
+``I = I0 + dI erf(a / (sqrt2 s)) erf(b / (sqrt2 s))``, a and b the signed distances from the two
+edge lines ``(x - x0) cos t + (y - y0) sin t``. The parameters p (7,) are x0, y0 [m], t1, t2 [rad],
+I0, dI, ln s; points are ``flat`` (n, 2) [m] with ``light`` (n,). A scale is half the side, the blur
+that is foretold and what the angles of a point are wrong by, all in metres of the plane.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.special import erf
+
+from tribrach._types import Array
+
+__all__ = [
+    "ENOUGH",
+    "FEWEST",
+    "Pattern",
+    "guess_pattern",
+    "inside_board",
+    "pattern_light",
+    "pitch",
+    "solve_pattern",
+]
+
+
+#: fewest points within the board
+FEWEST = 40
+
+
+#: points that the first guess is made with, about
+ENOUGH = 1500
+
+
+#: turns, and shifts over the side, of the first guess
+_TURNS, _SHIFTS = np.arange(0, np.pi / 2, np.pi / 24), np.linspace(-0.36, 0.36, 9)
+
+
+#: the blur is foretold to within this share of itself
+_BLUR_SHARE = 0.5
+
+
+_TRIM = 3.5
+
+
+#: blur of the first steps over half the side, so that a far start finds its way
+_WIDTHS = (0.5, 0.4, 0.3, 0.24, 0.2, 0.16, 0.12, 0.1, 0.08, 0.06, 0.05, 0.04)
+
+
+#: a blur below this share of the pitch has no slope
+_COARSE = 0.35
+
+
+#: light that is off by more than this share of the half swing is a stray while the blur narrows
+_STRAY = 0.8
+
+
+#: a fit that leaves more light unexplained than this times what it began with went astray
+_WORSE = 1.2
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """Parameters (7,), their covariance (7, 7), points used, noise of light."""
+
+    p: Array
+    covariance: Array
+    use: NDArray[np.bool_]
+    noise: float
+
+
+def guess_pattern(flat: Array, light: Array, side: float) -> Array | None:
+    """Parameters (7,) from a search over turns and shifts; None if no pattern shows.
+
+    flat (n, 2), side [m]; light (n,). The blur is not looked for: its logarithm is 0.
+    """
+    keep = slice(None, None, max(1, len(flat) // ENOUGH))
+    middle = float(np.median(light[keep]))
+    found = _patterns(flat[keep], light[keep] - middle, side, _TURNS, _SHIFTS * side)
+    score, turn, u, v, level = found
+    if score < 0.25:
+        return None
+    centre = u * np.array([np.cos(turn), np.sin(turn)]) + v * np.array(
+        [-np.sin(turn), np.cos(turn)]
+    )
+    return np.array([*centre, turn, turn + np.pi / 2, middle, level, 0.0])
+
+
+@njit(cache=True, nogil=True)
+def _patterns(x, light, side, turns, shifts):  # type: ignore[no-untyped-def]
+    """Score of the best pattern of four quadrants, its turn, shifts along its axes, half swing.
+
+    The score is the correlation of light and pattern within the board, times the root of its share
+    of the points.
+    """
+    best, found = 0.0, (0.0, 0.0, 0.0, 0.0)
+    a, b = np.empty(len(x)), np.empty(len(x))
+    for turn in turns:
+        c, s = np.cos(turn), np.sin(turn)
+        for k in range(len(x)):
+            a[k], b[k] = x[k, 0] * c + x[k, 1] * s, x[k, 1] * c - x[k, 0] * s
+        for u in shifts:
+            for v in shifts:
+                n, total, square, own, odd = 0, 0.0, 0.0, 0.0, 0
+                for k in range(len(x)):
+                    du, dv = a[k] - u, b[k] - v
+                    if abs(du) < 0.45 * side and abs(dv) < 0.45 * side:
+                        sign = 1 if (du > 0) == (dv > 0) else -1
+                        n += 1
+                        total += light[k]
+                        square += light[k] ** 2
+                        own += sign * light[k]
+                        odd += sign
+                if n < 12:
+                    continue
+                own -= odd * total / n
+                spread = np.sqrt(max(square - total**2 / n, 0.0))
+                score = abs(own) / (np.sqrt(n) * spread + 1e-12) * np.sqrt(n / len(x))
+                if score > best:
+                    best, found = score, (turn, u, v, own / n)
+    return (best, *found)
+
+
+def pattern_light(flat: Array, p: Array) -> tuple[Array, Array]:
+    """Intensities (n,) and derivatives (n, 7) by x0, y0, t1, t2, I0, dI, ln s."""
+    s = np.exp(p[6])
+    d = flat - p[:2]
+    out, terms = [], []
+    for t in (p[2], p[3]):
+        c, k = np.cos(t), np.sin(t)
+        a = d[:, 0] * c + d[:, 1] * k
+        slope = np.sqrt(2 / np.pi) / s * np.exp(-(a**2) / (2 * s**2))
+        out.append(erf(a / (np.sqrt(2) * s)))
+        terms.append((a, -c * slope, -k * slope, (d[:, 1] * c - d[:, 0] * k) * slope, -a * slope))
+    (ea, eb), (ta, tb) = out, terms
+    j = np.empty((len(flat), 7))
+    j[:, 0] = p[5] * (ta[1] * eb + ea * tb[1])
+    j[:, 1] = p[5] * (ta[2] * eb + ea * tb[2])
+    j[:, 2] = p[5] * ta[3] * eb
+    j[:, 3] = p[5] * ea * tb[3]
+    j[:, 4] = 1.0
+    j[:, 5] = ea * eb
+    j[:, 6] = p[5] * (ta[4] * eb + ea * tb[4])
+    return p[4] + p[5] * ea * eb, j
+
+
+def solve_pattern(
+    flat: Array, light: Array, guess: Array, scale: tuple[float, float, float], steps: int
+) -> Pattern | None:
+    """The pattern with its blur going from wide to narrow, then with a free blur.
+
+    Where points lie far apart the second may lead an edge over a row of points, which are then
+    trimmed and hold it no more; what explains less light than before is not taken. None if it
+    does not converge. steps : at most, those with a given blur included.
+    """
+    narrow = max(scale[1], _COARSE * pitch(inside_board(flat, guess, scale[0]), scale[0]))
+    led = _descend(flat, light, guess, scale, narrow, range(len(_WIDTHS)))
+    if led is None:
+        return None
+    free = _descend(flat, light, led.p, scale, narrow, range(len(_WIDTHS), steps))
+    if free is None:
+        return None
+    # the same blur for both, since a wide one explains less of the light wherever the edges are
+    sharp = np.append(led.p[:6], free.p[6])
+    before, after = (_unexplained(flat, light, p, scale[0]) for p in (sharp, free.p))
+    return free if after < _WORSE * before else led
+
+
+def _unexplained(flat: Array, light: Array, p: Array, half: float) -> float:
+    """Mean squared residual of light within the board over its half swing, strays cut."""
+    inside = inside_board(flat, p, half)
+    v = (light[inside] - pattern_light(flat[inside], p)[0]) / p[5]
+    return float(np.mean(np.minimum(v**2, _STRAY**2))) if inside.any() else np.inf
+
+
+def _descend(
+    flat: Array,
+    light: Array,
+    start: Array,
+    scale: tuple[float, float, float],
+    narrow: float,
+    steps: range,
+) -> Pattern | None:
+    """Damped Gauss-Newton with trimming; steps : those of ``_WIDTHS`` have a blur given there.
+
+    narrow : the blur that is foretold [m].
+    """
+    half, _, jitter = scale
+    p, noise = start.copy(), 0.0
+    if inside_board(flat, p, half).sum() < FEWEST // 2:
+        return None
+    for step in steps:
+        fixed = step < len(_WIDTHS)
+        if fixed:
+            p[6] = np.log(max(narrow, _WIDTHS[step] * half))
+        value, j = pattern_light(flat, p)
+        drift = np.hypot(j[:, 0], j[:, 1]) * jitter
+        use = inside_board(flat, p, half)
+        v = light - value
+        noise = (
+            max(1.4826 * float(np.median(np.abs(v[use]))), 0.005 * abs(p[5])) if use.any() else 0
+        )
+        use &= np.abs(v) < np.maximum(
+            _TRIM * np.hypot(noise, drift), _STRAY * abs(p[5]) if fixed else 0
+        )
+        if use.sum() < FEWEST // 2 or noise <= 0:
+            return None
+        w = 1 / (noise**2 + drift[use] ** 2)
+        n = j[use].T @ (j[use] * w[:, None])
+        right = j[use].T @ (w * v[use])
+        tight = 1e8 if fixed else 1 / _BLUR_SHARE**2
+        n[6, 6] += tight
+        right[6] += tight * (np.log(narrow) - p[6]) * (not fixed)
+        move = np.linalg.lstsq(n + 1e-9 * np.diag(np.diag(n)), right)[0]
+        if not np.isfinite(move).all():
+            return None
+        limit = np.array([half / 4, half / 4, 0.15, 0.15, np.inf, np.inf, 0.5])
+        p = p + np.clip(move, -limit, limit)
+        if not fixed and np.abs(move[:4] / [half, half, 1, 1]).max() < 1e-5:
+            break
+    chi = float(np.mean(v[use] ** 2 * w))
+    try:
+        return Pattern(p, np.asarray(np.linalg.inv(n)) * max(1.0, chi), use, noise)
+    except np.linalg.LinAlgError:
+        return None
+
+
+def inside_board(flat: Array, p: Array, half: float) -> NDArray[np.bool_]:
+    """Mask (n,) of points within the board's square, a little inside of its rim."""
+    d = flat - p[:2]
+    limit = 0.94 * half
+    a = d @ [np.cos(p[2]), np.sin(p[2])]
+    b = d @ [np.cos(p[3]), np.sin(p[3])]
+    return np.asarray((np.abs(a) < limit) & (np.abs(b) < limit))
+
+
+def pitch(use: NDArray[np.bool_], half: float) -> float:
+    """Mean distance [m] of the points within the board, a mask (n,); half : of the side [m]."""
+    return 2 * half / float(np.sqrt(max(1, int(use.sum()))))

@@ -1,0 +1,309 @@
+"""All checkerboards of known sides in a whole scan, and why the other candidates are none (8.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+from tribrach._types import Array, Single
+from tribrach.errors import InputError
+from tribrach.scan.range_image import RangeImage
+from tribrach.targets.checkerboards.fit import CheckerboardFit, fit_checkerboard
+from tribrach.targets.detection import Detection, Rejected
+from tribrach.targets.prints.windows import on_circle, points_around, shortening, slope
+
+__all__ = ["find_checkerboards"]
+
+# Where in a scan does light alternate four times around a point, at the size of a board?
+#
+# Around the centre of a 2x2 checkerboard intensity changes sign at every quarter turn: the second
+# harmonic along a circle is strong, opposite samples are alike. The circle has a size in metres on
+# the surface that the neighbours of a pixel tell, and is an ellipse of pixels where that is seen
+# obliquely.
+
+
+#: radii of the circles as shares of the side
+_RADII = (0.22, 0.36)
+
+
+#: samples along a circle
+_SAMPLES = 16
+
+
+#: circles smaller than this [pixels] cannot be judged
+_SMALLEST = 1.3
+
+
+#: least strength of the second harmonic over the amplitude (2/pi for an ideal board)
+_STRENGTH = 0.30
+
+
+#: share of a side between pixels that are looked at, and that where every second pixel is
+_STRIDE, _SECOND = 0.06, 0.11
+
+
+#: least amplitude of light over its mean, in all and in a few places
+_CHANGE, _PLAIN = 0.08, 0.05
+
+
+#: mean distance of a circle from the surface, over the side
+_DEPTH = 0.25
+
+
+#: squared tangent of the steepest incidence
+_STEEPEST = float(np.tan(np.radians(70.0)) ** 2)
+
+
+#: candidates that are followed up, the strongest first
+_MOST = 400
+
+
+def candidates(image: RangeImage, intensity: NDArray[np.float32], side: float) -> NDArray[np.int64]:
+    """Pixels (k, 2), row and column, the strongest first, none within half a side of another."""
+    light = _light(image.index, intensity)
+    sv = np.maximum(np.abs(np.sin(image.v())), 0.05)
+    steps = np.stack([np.full_like(sv, image.step_v), image.step_h * sv], axis=1)
+    score = np.zeros(image.shape, dtype=np.float32)
+    turns = 2 * np.pi * np.arange(_SAMPLES) / _SAMPLES
+    wave = np.stack([np.sin(turns), np.cos(turns), np.sin(2 * turns), np.cos(2 * turns)])
+    ranges = image.filled()
+    _score(light, ranges, steps, wave, np.array(_RADII), side, image.wraps, score)
+    rows, columns = np.nonzero(score > _STRENGTH)
+    order = np.argsort(-score[rows, columns], kind="stable")
+    kept = _apart(
+        rows[order].astype(np.int64),
+        columns[order].astype(np.int64),
+        ranges,
+        steps,
+        side,
+        image.wraps,
+        _MOST,
+    )
+    return np.stack([rows[order][kept], columns[order][kept]], axis=1).astype(np.int64)
+
+
+def _light(index: NDArray[np.int32], intensity: NDArray[np.float32]) -> Single:
+    """Intensity image, single holes filled by a neighbour, NaN elsewhere."""
+    light = np.where(index >= 0, intensity[np.maximum(index, 0)], np.nan).astype(np.float32)
+    for axis in (1, 0):
+        hole = np.isnan(light)
+        shifted = np.roll(light, 1, axis=axis)
+        light[hole] = shifted[hole]
+    return light
+
+
+@njit(cache=True, parallel=True, nogil=True)
+def _score(light, ranges, steps, wave, radii, side, wraps, out):  # type: ignore[no-untyped-def]
+    """Strength of the saddle at every pixel, 0 where there is none."""
+    rows, columns = light.shape
+    for i in prange(rows):
+        for j in range(columns):
+            r = ranges[i, j]
+            if not r > 0.3:
+                continue
+            ry, rx = side / (r * steps[i, 0]), side / (r * steps[i, 1])
+            if radii[0] * min(rx, ry) < _SMALLEST:
+                continue
+            if i % _stride(ry) or j % _stride(rx):
+                continue
+            p, q = slope(ranges, i, j, 0.5 * rx, 0.5 * ry, steps, wraps)
+            if p * p + q * q < _STEEPEST:
+                step = steps[i] * r
+                out[i, j] = _saddle(light, ranges, i, j, p, q, step, wave, radii, side, wraps)
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _stride(size):  # type: ignore[no-untyped-def]
+    """Pixels from one that is looked at to the next for boards of this side [pixels]."""
+    return max(1, int(_STRIDE * size), min(2, int(_SECOND * size)))
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _saddle(light, ranges, i, j, p, q, step, wave, radii, side, wraps):  # type: ignore[no-untyped-def]
+    """Strength of one pixel: mean second harmonic of the circles over the amplitude of light."""
+    rows, columns = light.shape
+    count = wave.shape[1]
+    short = shortening(p, q)
+    if _plain(light, i, j, p, q, short, step, wave, radii[0] * side, wraps):
+        return 0.0
+    re, im, odd, low, high, mean = 0.0, 0.0, 0.0, np.inf, -np.inf, 0.0
+    values = np.empty(count)
+    for radius in radii:
+        bend = 0.0
+        for k in range(count):
+            x, y = on_circle(wave[1, k], wave[0, k], radius * side, p, q, short)
+            a, b = int(np.rint(i + y / step[0])), int(np.rint(j + x / step[1]))
+            if wraps:
+                b %= columns
+            if a < 0 or a >= rows or b < 0 or b >= columns:
+                return 0.0
+            value, depth = light[a, b], ranges[a, b]
+            if np.isnan(value) or np.isnan(depth):
+                return 0.0
+            values[k] = value
+            bend += abs(depth - ranges[i, j] - p * x - q * y)
+            re += value * wave[3, k]
+            im += value * wave[2, k]
+            mean += value
+            low, high = min(low, value), max(high, value)
+        # the print is flat
+        if bend / count > _DEPTH * side:
+            return 0.0
+        for k in range(count // 2):
+            odd += abs(values[k] - values[k + count // 2])
+    n = count * len(radii)
+    half = 0.5 * (high - low)
+    if half < _CHANGE * abs(mean / n) or half <= 0:
+        return 0.0
+    strength = np.sqrt(re * re + im * im) / n / half
+    unlike = odd / (n / 2) / (2 * half)
+    return strength - 0.5 * max(0.0, unlike - 0.25)
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _plain(light, i, j, p, q, short, step, wave, size, wraps):  # type: ignore[no-untyped-def]
+    """Does light hardly change between some places of a circle? Most of a scan is like that."""
+    rows, columns = light.shape
+    low, high = np.inf, -np.inf
+    for k in range(0, wave.shape[1], 2):
+        x, y = on_circle(wave[1, k], wave[0, k], size, p, q, short)
+        a, b = int(np.rint(i + y / step[0])), int(np.rint(j + x / step[1]))
+        if wraps:
+            b %= columns
+        if a < 0 or a >= rows or b < 0 or b >= columns or np.isnan(light[a, b]):
+            return True
+        low, high = min(low, light[a, b]), max(high, light[a, b])
+    return high - low < _PLAIN * abs(high + low)
+
+
+@njit(cache=True, nogil=True)
+def _apart(rows, columns, ranges, steps, side, wraps, most):  # type: ignore[no-untyped-def]
+    """Numbers of the candidates, strongest first, that are half a side from all before."""
+    kept = np.empty(len(rows), dtype=np.int64)
+    count = 0
+    width = ranges.shape[1]
+    for n in range(len(rows)):
+        i, j = rows[n], columns[n]
+        reach_y = 0.5 * side / (ranges[i, j] * steps[i, 0])
+        reach_x = 0.5 * side / (ranges[i, j] * steps[i, 1])
+        free = True
+        for m in range(count):
+            dy = abs(rows[kept[m]] - i)
+            dx = abs(columns[kept[m]] - j)
+            if wraps:
+                dx = min(dx, width - dx)
+            if (dx / reach_x) ** 2 + (dy / reach_y) ** 2 < 1:
+                free = False
+                break
+        if free:
+            kept[count] = n
+            count += 1
+            if count == most:
+                break
+    return kept[:count]
+
+
+#: candidates that are refused for these reasons are texture, not worth a line in the report
+_TEXTURE = (
+    "light and dark do not",
+    "the pattern of its quadrants",
+    "the points around it",
+    "only ",
+)
+
+
+def find_checkerboards(
+    xyz: Array,
+    intensity: NDArray[np.float32],
+    image: RangeImage,
+    sides: Sequence[float],
+    *,
+    sigma_range: float | None = None,
+    sigma_angle: float = 2e-5,
+    footprint: tuple[float, float] = (4e-3, 0.3e-3),
+    floor: float = 3e-4,
+    scan: str = "",
+) -> tuple[list[Detection], list[Rejected]]:
+    """Boards of the given sides [m] among points (n, 3) [m] with intensities (n,).
+
+    image : of the same points; sigma_range [m] is estimated from each board and not used;
+    sigma_angle [rad] : of one point; footprint : exit diameter [m] and divergence [rad, full] of
+    the beam; floor [m] : of a centre in each coordinate; scan : its name. A place that fits
+    several sides becomes one board, of the side whose pattern explains most.
+
+    Raises
+    ------
+    InputError : a side that is not positive.
+    """
+    if not all(side > 0 for side in sides):
+        raise InputError("the side of a checkerboard must be positive")
+    found: list[tuple[CheckerboardFit, float]] = []
+    rejected: list[Rejected] = []
+    for side in sides:
+        for row, column in candidates(image, intensity, side):
+            window, start = points_around(image, int(row), int(column), side)
+            if start is None or any(np.linalg.norm(f.center - start) < 0.4 * s for f, s in found):
+                continue
+            fit = fit_checkerboard(
+                xyz[window],
+                intensity[window],
+                start,
+                side,
+                footprint=float(np.hypot(footprint[0], footprint[1] * np.linalg.norm(start))),
+                sigma_angle=sigma_angle,
+                floor=floor,
+            )
+            if isinstance(fit, CheckerboardFit):
+                _keep(found, fit, side)
+            elif not fit.reason.startswith(_TEXTURE):
+                rejected.append(Rejected("checkerboard", np.asarray(start), fit.reason))
+    kept = [_detection(fit, side, image, scan) for fit, side in found]
+    return kept, [r for r in rejected if not _inside(r.center, kept)]
+
+
+def _keep(found: list[tuple[CheckerboardFit, float]], fit: CheckerboardFit, side: float) -> None:
+    """Add a fit unless a better one is at the same place; then it replaces a worse one."""
+    for k, (other, size) in enumerate(found):
+        if np.linalg.norm(other.center - fit.center) < 0.5 * max(size, side):
+            if fit.explained > other.explained:
+                found[k] = (fit, side)
+            return
+    found.append((fit, side))
+
+
+def _inside(center: Array, found: Sequence[Detection]) -> bool:
+    """Is a place on a board that was found?"""
+    return any(np.linalg.norm(d.center - center) < 2.5 * d.radius for d in found)
+
+
+def _detection(fit: CheckerboardFit, side: float, image: RangeImage, scan: str) -> Detection:
+    """A fit as the network wants it."""
+    away = float(np.linalg.norm(fit.center))
+    sine = max(float(np.hypot(*fit.center[:2])) / away, 0.05)
+    pixels = side**2 * np.cos(fit.incidence) / (away**2 * image.step_h * image.step_v * sine)
+    said = () if fit.points >= 100 else (f"only {fit.points} points",)
+    return Detection(
+        kind="checkerboard",
+        scan=scan,
+        center=fit.center,
+        covariance=fit.covariance,
+        radius=side / 2,
+        rms=fit.rms,
+        points=fit.points,
+        inliers=fit.points,
+        range=away,
+        incidence=fit.incidence,
+        coverage=float(min(1.0, fit.points / max(pixels, 1.0))),
+        facts={
+            "contrast": fit.contrast,
+            "explained": fit.explained,
+            "turn_rad": fit.turn,
+            "skew_rad": fit.skew,
+            "blur_m": fit.blur,
+            "white_minus_black_m": fit.plane.split,
+        },
+        sentences=said,
+    )

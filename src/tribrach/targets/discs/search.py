@@ -1,0 +1,291 @@
+"""All flat printed discs of known radii in a whole scan, and why the other candidates are none."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+from tribrach._types import Array
+from tribrach.errors import InputError
+from tribrach.scan.range_image import RangeImage
+from tribrach.targets.detection import Detection, Rejected
+from tribrach.targets.discs.fit import DiscFit, fit_disc
+from tribrach.targets.prints.windows import on_circle, points_around, shortening, slope
+
+__all__ = ["find_discs"]
+
+# Where in a scan is a flat round spot of a disc's size, lighter or darker than its ground?
+#
+# At every pixel the surface is taken as the plane that its neighbours at the distance of the disc's
+# radius tell, so that a circle in metres on the surface becomes its ellipse in pixels. Light on a
+# circle inside of the disc is compared with light on a circle outside of it.
+
+
+#: radii of the inner and the outer circle over that of the disc
+_INNER, _OUTER = 0.5, 1.4
+
+
+#: directions along a circle; the inner one has every second of them
+_SAMPLES = 16
+
+
+#: discs of a smaller radius [pixels] are not sought; seen obliquely they may be smaller by half
+_SMALLEST = 1.2
+
+
+#: share of a radius between pixels that are looked at
+_STRIDE = 0.2
+
+
+#: least difference of both circles over the sum of the spreads along them
+_STRENGTH = 1.6
+
+
+#: share of the samples that must lie on the surface, tolerance of that over the radius
+_SEEN, _DEPTH = 0.65, 0.35
+
+
+#: squared tangent of the steepest incidence
+_STEEPEST = float(np.tan(np.radians(70.0)) ** 2)
+
+
+#: spots that are followed up, the strongest first
+_MOST = 600
+
+
+def blobs(
+    image: RangeImage, intensity: NDArray[np.float32], radius: float
+) -> tuple[NDArray[np.int64], Array]:
+    """Pixels (k, 2), row and column, of spots for a radius [m], and their strengths (k,).
+
+    The strongest come first, none lies within a radius of another.
+    """
+    light = np.where(image.index >= 0, intensity[np.maximum(image.index, 0)], np.nan)
+    light = light.astype(np.float32)
+    ranges = image.filled()
+    sines = np.maximum(np.abs(np.sin(image.v())), 0.05)
+    steps = np.stack([np.full_like(sines, image.step_v), image.step_h * sines], axis=1)
+    turns = 2 * np.pi * np.arange(_SAMPLES) / _SAMPLES
+    wave = np.stack([np.cos(turns), np.sin(turns)], axis=1)
+    score = np.zeros(image.shape, dtype=np.float32)
+    _score(light, ranges, steps, wave, radius, _least_spread(intensity), image.wraps, score)
+    rows, columns = np.nonzero(score > _STRENGTH)
+    strength = score[rows, columns].astype(float)
+    order = np.argsort(-strength, kind="stable")
+    rows, columns, strength = rows[order], columns[order], strength[order]
+    kept = _apart(rows, columns, ranges, steps, radius, image.wraps, _MOST)
+    return np.stack([rows[kept], columns[kept]], axis=1).astype(np.int64), strength[kept]
+
+
+def _least_spread(intensity: NDArray[np.float32]) -> float:
+    """A spread of light that plain print has at least: a thousandth of that of the scan."""
+    some = intensity[:: max(1, len(intensity) // 100_000)]
+    some = some[np.isfinite(some)]
+    if len(some) == 0:
+        return 1.0
+    low, high = np.quantile(some, [0.01, 0.99])
+    return max(1e-3 * float(high - low), 1e-12)
+
+
+@njit(cache=True, parallel=True, nogil=True)
+def _score(light, ranges, steps, wave, radius, least, wraps, out):  # type: ignore[no-untyped-def]
+    """Strength of the spot around every pixel that is looked at, 0 where there is none."""
+    rows, columns = light.shape
+    for i in prange(rows):
+        for j in range(columns):
+            r = ranges[i, j]
+            if not r > 0.3:
+                continue
+            ry, rx = radius / (r * steps[i, 0]), radius / (r * steps[i, 1])
+            if min(rx, ry) < _SMALLEST:
+                continue
+            # large discs need not be tried at every pixel
+            if i % max(1, int(_STRIDE * ry)) or j % max(1, int(_STRIDE * rx)):
+                continue
+            p, q = slope(ranges, i, j, rx, ry, steps, wraps)
+            if p * p + q * q < _STEEPEST:
+                out[i, j] = _spot(light, ranges, i, j, p, q, steps[i], wave, radius, least, wraps)
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _spot(light, ranges, i, j, p, q, step, wave, radius, least, wraps):  # type: ignore[no-untyped-def]
+    """Difference of the light on both circles over the sum of its spreads along them."""
+    rows, columns = light.shape
+    r = ranges[i, j]
+    short = shortening(p, q)
+    mean, spread = np.zeros(2), np.zeros(2)
+    for circle in range(2):
+        size = radius * (_OUTER if circle else _INNER)
+        count, total, squares = 0, 0.0, 0.0
+        stride = 1 if circle else 2
+        for k in range(0, len(wave), stride):
+            x, y = on_circle(wave[k, 0], wave[k, 1], size, p, q, short)
+            a = int(np.rint(i + y / (r * step[0])))
+            b = int(np.rint(j + x / (r * step[1])))
+            if wraps:
+                b %= columns
+            if a < 0 or a >= rows or b < 0 or b >= columns:
+                continue
+            value = light[a, b]
+            depth = ranges[a, b] - r - p * x - q * y
+            if np.isnan(value) or not abs(depth) < _DEPTH * radius:
+                continue
+            count += 1
+            total += value
+            squares += value * value
+        if count < _SEEN * len(wave) / stride:
+            return 0.0
+        mean[circle] = total / count
+        spread[circle] = np.sqrt(max(squares / count - mean[circle] ** 2, 0.0))
+    strength: float = abs(mean[0] - mean[1]) / (spread[0] + spread[1] + least)
+    return strength
+
+
+@njit(cache=True, nogil=True)
+def _apart(rows, columns, ranges, steps, radius, wraps, most):  # type: ignore[no-untyped-def]
+    """Numbers of the spots, strongest first, that are a radius from all before."""
+    taken = np.zeros(ranges.shape, dtype=np.bool_)
+    height, width = ranges.shape
+    kept = np.empty(min(most, len(rows)), dtype=np.int64)
+    count = 0
+    for n in range(len(rows)):
+        i, j = rows[n], columns[n]
+        if taken[i, j]:
+            continue
+        kept[count] = n
+        count += 1
+        if count == most:
+            break
+        ry = radius / (ranges[i, j] * steps[i, 0])
+        rx = min(radius / (ranges[i, j] * steps[i, 1]), width / 2 - 1)
+        for a in range(max(0, int(i - ry)), min(height, int(i + ry) + 1)):
+            half = rx * np.sqrt(max(0.0, 1 - ((a - i) / ry) ** 2))
+            for b in range(int(np.ceil(j - half)), int(j + half) + 1):
+                if wraps:
+                    taken[a, b % width] = True
+                elif 0 <= b < width:
+                    taken[a, b] = True
+    return kept[:count]
+
+
+#: refusals of spots at least this strong are worth a line in any case
+_STRONG = 4.0
+
+
+def find_discs(
+    xyz: Array,
+    intensity: NDArray[np.float32],
+    image: RangeImage,
+    radii: Sequence[float],
+    *,
+    sigma_range: float | None = None,
+    sigma_angle: float | None = None,
+    footprint: tuple[float, float] | None = None,
+    floor: float = 0.0,
+    scan: str = "",
+) -> tuple[list[Detection], list[Rejected]]:
+    """Discs of the given radii [m] among points (n, 3) [m] with intensities (n,).
+
+    White on dark, dark on white or retroreflecting; ground of one plane and shade reaches to half
+    a radius beyond the edge. image : of the same points; sigma_range [m], sigma_angle [rad] : of
+    one point; footprint : exit diameter [m] and divergence [rad, full] of the beam; the points
+    tell what is not given; floor [m] : of a centre in each coordinate; scan : its name. A place
+    that fits several radii becomes one disc, of the radius that explains most of its light.
+
+    Raises
+    ------
+    InputError : a radius that is not positive.
+    """
+    if not all(radius > 0 for radius in radii):
+        raise InputError("the radius of a disc must be positive")
+    found: list[tuple[DiscFit, float]] = []
+    rejected: list[Rejected] = []
+    for radius in radii:
+        for (row, column), strength in zip(*blobs(image, intensity, radius), strict=True):
+            window, start = points_around(image, int(row), int(column), 2 * radius)
+            if start is None:
+                continue
+            if any(np.linalg.norm(f.center - start) < 0.5 * r for f, r in found if r == radius):
+                continue
+            fit = fit_disc(
+                xyz[window],
+                intensity[window],
+                start,
+                radius,
+                footprint=_width(footprint, start),
+                sigma_range=sigma_range,
+                sigma_angle=sigma_angle,
+                floor=floor,
+            )
+            if isinstance(fit, DiscFit):
+                _keep(found, fit, radius)
+            elif not fit.texture or strength > _STRONG:
+                rejected.append(Rejected("disc", np.asarray(start), fit.reason))
+    kept = [_detection(fit, radius, scan) for fit, radius in found]
+    return kept, _without_repeats(rejected, kept)
+
+
+def _width(footprint: tuple[float, float] | None, place: Array) -> float | None:
+    """Diameter [m] of the beam at a place (3,)."""
+    if footprint is None:
+        return None
+    return float(np.hypot(footprint[0], footprint[1] * np.linalg.norm(place)))
+
+
+def _keep(found: list[tuple[DiscFit, float]], fit: DiscFit, radius: float) -> None:
+    """Add a fit unless a better one is at the same place; then it replaces a worse one."""
+    for k, (other, size) in enumerate(found):
+        if np.linalg.norm(other.center - fit.center) < 0.7 * max(size, radius):
+            if fit.explained > other.explained:
+                found[k] = (fit, radius)
+            return
+    found.append((fit, radius))
+
+
+def _without_repeats(rejected: Sequence[Rejected], found: Sequence[Detection]) -> list[Rejected]:
+    """Refusals that are not on a disc that was found, nor repeat another at the same place."""
+    out: list[Rejected] = []
+    for r in rejected:
+        if any(np.linalg.norm(d.center - r.center) < 1.6 * d.radius for d in found):
+            continue
+        if any(o.reason == r.reason and np.allclose(o.center, r.center) for o in out):
+            continue
+        out.append(r)
+    return out
+
+
+def _detection(fit: DiscFit, radius: float, scan: str) -> Detection:
+    """A fit as the network wants it."""
+    said = []
+    if fit.points < 100:
+        said.append(f"only {fit.points} points on and around it")
+    if fit.coverage < 0.9:
+        said.append(f"its edge is seen on {100 * fit.coverage:.0f} % of the circle")
+    if fit.retro:
+        taken = "whose distance is taken" if fit.gain > 0 else "which is the lighter one"
+        said.append(f"its print reads {1e3 * fit.split:+.1f} mm against the ground, {taken}")
+    return Detection(
+        kind="disc",
+        scan=scan,
+        center=fit.center,
+        covariance=fit.covariance,
+        radius=radius,
+        rms=fit.rms,
+        points=fit.points,
+        inliers=fit.inliers,
+        range=float(np.linalg.norm(fit.center)),
+        incidence=fit.incidence,
+        coverage=fit.coverage,
+        facts={
+            "contrast": fit.contrast,
+            "gain": fit.gain,
+            "explained": fit.explained,
+            "seen_radius_m": fit.radius,
+            "blur_m": fit.blur,
+            "disc_minus_ground_m": fit.split,
+        },
+        sentences=tuple(said),
+    )

@@ -1,0 +1,1 @@
+"""What printed targets have in common."""

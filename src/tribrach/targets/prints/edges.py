@@ -1,0 +1,154 @@
+"""Where the two edges of a checkerboard are, and how sure that is, from the points near them.
+
+A point's light says how far its beam was from the edge where the footprint lay on both colours,
+and on which side it was where not. Its place is known to the jitter of the angles, the profile of
+the footprint to a share of its width. The posterior of an edge's shift and turn is summed over a
+grid that closes in on it, so scans much coarser than the beam, where any line between two rows of
+points fits and least squares has no slope, are treated like dense ones (method section 8.2).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import erfc, exp, log, sqrt
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+from scipy.special import erf
+
+from tribrach._types import Array
+
+__all__ = ["ASTRAY", "BLURS", "BLUR_SHARE", "EdgePoints", "locate_edge", "messages"]
+
+
+Kinds = NDArray[np.int8]
+
+
+#: nodes of the grid in each direction, most rounds of closing in, sigmas that the grid reaches
+_NODES, _ROUNDS, _REACH = 17, 8, 4.0
+
+
+#: light nearer to plain white or black than this share of the swing says only the side
+_PLAIN = 0.06
+
+
+#: share of points that obey nothing of this (dirt, damaged print)
+ASTRAY = 0.01
+
+
+#: the blur is foretold to within this share of itself, and tried at these multiples
+BLUR_SHARE = 0.3
+
+
+BLURS = np.exp(BLUR_SHARE * np.array([-1.2, 0.0, 1.2]))
+
+
+#: beams are between a Gaussian and a uniform disc of the same variance; in sigmas of the footprint,
+#: what they differ by at the same level of light is half of the difference, common to a row
+_PROFILE = 0.06
+
+
+_PLACES = np.linspace(-4, 4, 1601)
+
+
+_DISC = np.clip(_PLACES / 2, -1, 1)
+
+
+_LEVELS = (
+    0.5 * erf(_PLACES / np.sqrt(2)) + (_DISC * np.sqrt(1 - _DISC**2) + np.arcsin(_DISC)) / np.pi
+)
+
+
+_SLOPES = np.gradient(_LEVELS, _PLACES)
+
+
+@dataclass(frozen=True)
+class EdgePoints:
+    """Points near one edge.
+
+    along, across (n,) : coordinates along the edge and across it, from its presumed place [m];
+    level (n,) : light, -1 on its negative side and 1 on its positive side; noise : of the level;
+    blur, jitter [m] : sigma of the footprint and of a point's place, across the edge.
+    """
+
+    along: Array
+    across: Array
+    level: Array
+    noise: float
+    blur: float
+    jitter: float
+
+
+def locate_edge(points: EdgePoints, shift: float, turn: float) -> tuple[Array, Array]:
+    """Mean (2,) and covariance (2, 2) of the edge's shift [m] across itself and turn [rad].
+
+    shift, turn : how far from the presumed place the edge is looked for.
+    """
+    mean, reach = np.zeros(2), np.array([shift, turn])
+    told = [
+        messages(points.level, points.noise, points.blur * share, points.jitter) for share in BLURS
+    ]
+    for _ in range(_ROUNDS):
+        nodes = [m + np.linspace(-1, 1, _NODES) * r for m, r in zip(mean, reach, strict=True)]
+        score = np.empty((len(BLURS), _NODES, _NODES))
+        for k, (place, sigma, kind) in enumerate(told):
+            away = points.across - mean[0] - mean[1] * points.along
+            margin = kind * (away - place) - reach[0] - reach[1] * np.abs(points.along)
+            n = (kind == 0) | (margin < 5 * sigma)
+            lot = points.along[n], points.across[n], place[n], sigma[n], kind[n]
+            _score(*lot, nodes[0], nodes[1], score[k])
+            # a density of light is one of places times the blur
+            share = np.log(BLURS[k])
+            score[k] += (kind == 0).sum() * share - 0.5 * (share / BLUR_SHARE) ** 2
+        weight = np.exp(score - score.max()).sum(axis=0)
+        mean, covariance = _moments(weight / weight.sum(), nodes[0], nodes[1])
+        step, before = 2 * reach / (_NODES - 1), reach
+        reach = np.maximum(_REACH * np.sqrt(np.diag(covariance)), 1.5 * step)
+        if (reach > 0.6 * before).all():
+            break
+    covariance[0, 0] += (_PROFILE * points.blur) ** 2
+    return mean, covariance
+
+
+def messages(
+    level: Array, noise: float, blur: Array | float, jitter: Array | float
+) -> tuple[Array, Array, Kinds]:
+    """What each point says of its distance from the edge.
+
+    level (n,), noise, blur, jitter [m] as of :class:`EdgePoints`, the last two also for each point.
+    Place (n,) and sigma (n,) of that distance [m], kind (n,) : 0 where it is told, 1 or -1 where it
+    is only told to be more, or less, than the place.
+    """
+    plain = max(_PLAIN, 3 * noise)
+    width = np.hypot(jitter, _PROFILE * blur)
+    kind = np.where(level > 1 - plain, 1, np.where(level < plain - 1, -1, 0)).astype(np.int8)
+    place = np.interp(np.clip(level, plain - 1, 1 - plain), _LEVELS, _PLACES)
+    slope = np.interp(place, _PLACES, _SLOPES) / blur
+    sigma = np.where(kind == 0, np.hypot(width, noise / slope), width)
+    return place * blur, sigma, kind
+
+
+@njit(cache=True, nogil=True, parallel=True)
+def _score(along, across, place, sigma, kind, shifts, turns, out):  # type: ignore[no-untyped-def]
+    """Log-likelihood of every shift and turn."""
+    for i in prange(len(shifts)):
+        for j in range(len(turns)):
+            total = 0.0
+            for n in range(len(along)):
+                distance = across[n] - shifts[i] - turns[j] * along[n]
+                z = (distance - place[n]) / sigma[n]
+                if kind[n] == 0:
+                    total += log(exp(-0.5 * z * z) + ASTRAY)
+                else:
+                    total += log(0.5 * erfc(-kind[n] * z / sqrt(2.0)) + ASTRAY)
+            out[i, j] = total
+
+
+def _moments(weight: Array, first: Array, second: Array) -> tuple[Array, Array]:
+    """Mean and covariance over the grid; half a step's width is left to what is narrower."""
+    mean = np.array([weight.sum(axis=1) @ first, weight.sum(axis=0) @ second])
+    a, b = first - mean[0], second - mean[1]
+    cross = a @ weight @ b
+    covariance = np.array([[weight.sum(axis=1) @ a**2, cross], [cross, weight.sum(axis=0) @ b**2]])
+    return mean, covariance

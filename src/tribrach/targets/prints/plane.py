@@ -1,0 +1,174 @@
+"""The plane of a flat target, black and white print weighed by its own noise.
+
+Dark print returns less light, ranges noisier, and by a constant longer or shorter, millimetres
+where it is very dark. Each colour gets a sigma of its own and the dark one an offset: offset, two
+tilts and that difference are estimated together from residuals along the beams (method section
+8.2). Points are carried along their beams into the plane, so that range noise does not blur print.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach._types import Array
+
+__all__ = ["BoardPlane", "fit_board_plane"]
+
+
+#: residuals beyond this many sigmas take no part; a normal sigma cut there
+_TRIM, _CUT = 3.0, 0.98658
+
+
+#: fewest points of a plane
+FEWEST = 12
+
+
+_ROUNDS = 10
+
+
+#: beams are not flatter to the plane than this sine
+_FLATTEST = 0.1
+
+
+@dataclass(frozen=True)
+class BoardPlane:
+    """Plane ``normal . x = offset`` of the scanner frame and its axes.
+
+    normal (3,) towards the scanner; axes (2, 3) : across and up in the plane; origin (3,) in it;
+    use (n,) : points that lie on it; cofactor (3, 3) : covariance of its shift along the normal [m]
+    at the origin and of its slopes on both axes; rms : of the residuals along the beam [m]; split :
+    white minus black along the beam [m].
+    """
+
+    normal: Array
+    offset: float
+    axes: Array
+    origin: Array
+    use: NDArray[np.bool_]
+    cofactor: Array
+    rms: float
+    split: float
+
+    def project(self, xyz: Array) -> Array:
+        """Coordinates (n, 2) [m] in the plane of points (n, 3), along their beams."""
+        beam = xyz * (self.offset / (xyz @ self.normal))[:, None]
+        flat: Array = (beam - self.origin) @ self.axes.T
+        return flat
+
+    def at(self, flat: Array) -> Array:
+        """The point (3,) of the plane with these coordinates (2,)."""
+        point: Array = self.origin + flat @ self.axes
+        return point
+
+    def sigma(self, flat: Array) -> float:
+        """Standard deviation [m] of the plane along its normal at coordinates (2,)."""
+        row = np.array([1.0, *flat])
+        return float(np.sqrt(row @ self.cofactor @ row))
+
+    def stretch(self, direction: Array) -> float:
+        """How much longer is a footprint in this direction (2,) of the plane than its diameter?"""
+        beam = self.axes @ self.origin / abs(self.normal @ self.origin)
+        return float(np.sqrt(1 + (beam @ direction) ** 2))
+
+
+def fit_board_plane(
+    xyz: Array, bright: NDArray[np.bool_], near: Array, spacing: float
+) -> BoardPlane | None:
+    """The plane through points (n, 3) [m] around a place (3,), None if there is none.
+
+    bright (n,) : white print; spacing : distance [m] of points that are independent of each other.
+    """
+    use = np.ones(len(xyz), dtype=bool)
+    unit = xyz / np.linalg.norm(xyz, axis=1, keepdims=True)
+    normal = _principal(xyz)
+    normal = -normal if normal @ near > 0 else normal
+    offset, dark = float(np.median(xyz @ normal)), 0.0
+    for turn in range(_ROUNDS):
+        if abs(normal @ near) < _FLATTEST * np.linalg.norm(near):
+            return None
+        origin, axes, slope = near * (offset / (near @ normal)), _axes(normal), unit @ normal
+        residual = (xyz @ normal - offset) / slope - np.where(bright, 0.0, dark)
+        own = _noise(residual, use, bright)
+        before, use = use, (np.abs(residual) < _TRIM * own) & (slope < -_FLATTEST)
+        if use.sum() < FEWEST:
+            return None
+        flat = (xyz - origin) @ axes.T
+        step = _step(flat[use], residual[use], slope[use], bright[use], own[use])
+        if step is None:
+            return None
+        move, cofactor = step
+        dark += move[3]
+        normal = normal - move[1:3] @ axes
+        normal = normal / np.linalg.norm(normal)
+        offset = float(normal @ (origin + move[0] * normal))
+        if turn and (before == use).all() and abs(move[0]) < 1e-7:
+            break
+    rms = float(np.sqrt(np.mean(residual[use] ** 2)))
+    share = min(1.0, _independent(flat[use], spacing) / use.sum())
+    origin = near * (offset / (near @ normal))
+    return BoardPlane(normal, offset, _axes(normal), origin, use, cofactor / share, rms, -dark)
+
+
+def _step(
+    flat: Array, residual: Array, slope: Array, bright: NDArray[np.bool_], own: Array
+) -> tuple[Array, Array] | None:
+    """Shift along the normal, its slopes on both axes, offset of dark print along the beam.
+
+    The plane is ``shift + slope_x x + slope_y y`` above the present one; with the cofactor (3, 3)
+    of these three. None if the points do not determine it.
+    """
+    both = 3 <= bright.sum() <= len(bright) - 3
+    a = np.column_stack([np.ones(len(flat)), flat, np.where(bright, 0.0, slope)])
+    a = (a if both else a[:, :3]) / (own * np.abs(slope))[:, None]
+    n = a.T @ a
+    size = np.sqrt(np.diag(n))
+    if not size.min() > 0 or np.linalg.cond(n / np.outer(size, size)) > 1e10:
+        return None
+    q = np.asarray(np.linalg.inv(n), dtype=float)
+    move = q @ (a.T @ (residual * np.sign(slope) / own))
+    return np.append(move, np.zeros(4 - len(move))), q[:3, :3]
+
+
+def _noise(residual: Array, use: NDArray[np.bool_], bright: NDArray[np.bool_]) -> Array:
+    """Sigma (n,) of each point's range, that of its colour [m]."""
+    sigma = np.array([_spread(residual[use & (bright == colour)]) for colour in (False, True)])
+    sigma = np.where(sigma > 0, sigma, max(sigma.max(), 1e-5))
+    out: Array = sigma[bright.astype(int)]
+    return out
+
+
+def _principal(xyz: Array) -> Array:
+    """Normal (3,) of the plane of least distances, proof against a fifth of strays."""
+    use = np.ones(len(xyz), dtype=bool)
+    for _ in range(4):
+        d = xyz - xyz[use].mean(axis=0)
+        normal: Array = np.linalg.eigh(d[use].T @ d[use])[1][:, 0]
+        away = np.abs(d @ normal - np.median(d[use] @ normal))
+        use = away <= np.quantile(away, 0.8)
+    return normal
+
+
+def _axes(normal: Array) -> Array:
+    """Axes (2, 3) across and up in a plane."""
+    up = np.array([0.0, 0.0, 1.0]) if abs(normal[2]) < 0.9 else np.array([1.0, 0.0, 0.0])
+    across = np.cross(up, normal)
+    across /= np.linalg.norm(across)
+    return np.stack([across, np.cross(normal, across)])
+
+
+def _spread(residual: Array) -> float:
+    """Robust standard deviation."""
+    if len(residual) < 4:
+        return 0.0
+    return float(1.4826 * np.median(np.abs(residual - np.median(residual))))
+
+
+def _independent(flat: Array, spacing: float) -> float:
+    """Number of cells of this size that the points cover, a bound of independent ones."""
+    if spacing <= 0:
+        return float(len(flat))
+    cells = np.unique(np.floor(flat / spacing).astype(np.int64), axis=0)
+    return float(len(cells))

@@ -1,0 +1,295 @@
+"""Centre of a sphere from scan points along their lines of sight (method section 6.3).
+
+The scanner measures ranges along directions it knows well, so the residual is the measured range
+minus the range at which the beam meets the sphere. Fitting distances to the centre instead pulls
+the centre towards the scanner under range noise; that model only serves clouds whose scanner
+origin is unknown, and says so.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from tribrach._types import Array, Mask
+from tribrach.errors import InputError
+
+__all__ = ["FEWEST", "FLOOR", "MASK", "SphereFit", "fit_sphere", "fit_sphere_orthogonal"]
+
+
+#: incidence angles beyond this are left out [rad]: mixed pixels and edge effects
+MASK = float(np.radians(60.0))
+
+
+#: fewer points are refused; below the second number the fit says so
+FEWEST, FEW = 30, 100
+
+
+#: sigma of what no fit sees of a target [m]: form, mount, material
+FLOOR = 3e-4
+
+
+#: residuals beyond this many robust standard deviations are trimmed
+_TRIM = 3.0
+
+
+#: iterations; the set of points is held after the first of them, so that the fit must settle
+_ITERATIONS, _HOLD = 60, 40
+
+
+@dataclass(frozen=True, eq=False)
+class SphereFit:
+    """A sphere and how well the points determine it.
+
+    center (3,), covariance (3, 3) : [m], [m^2], floor included; formal (3, 3) : without it;
+    radius, sigma_radius : [m], sigma 0 for a given radius; rms : of the residuals along the line
+    of sight [m]; s0 : standard deviation of unit weight; masked, inliers (n,) : points within the
+    mask of incidence, and those of them that were not trimmed; incidence (n,) : [rad], NaN beside
+    the sphere; residuals (n,) : [m], NaN beside the sphere.
+    """
+
+    center: Array
+    covariance: Array
+    formal: Array
+    radius: float
+    sigma_radius: float
+    rms: float
+    s0: float
+    masked: Mask
+    inliers: Mask
+    incidence: Array
+    residuals: Array
+    sentences: tuple[str, ...] = ()
+
+
+def fit_sphere(
+    xyz: Array,
+    start: Array,
+    radius: float,
+    *,
+    sigma_range: float,
+    sigma_angle: float,
+    free_radius: bool = False,
+    mask: float = MASK,
+    floor: float = FLOOR,
+) -> SphereFit:
+    """Sphere through points (n, 3) [m] of the scanner frame, from a centre (3,) good to ~R/3.
+
+    radius : [m], given, or the start value with ``free_radius``; sigma_range [m] and sigma_angle
+    [rad] : of one point; mask : largest incidence [rad]; floor : added to the covariance [m].
+
+    Raises
+    ------
+    InputError : fewer than 30 points left, scanner inside the sphere, or no solution.
+    """
+    if not np.linalg.norm(start) > radius > 0:
+        raise InputError("the scanner would be inside the sphere")
+    noise = (float(sigma_range), float(sigma_angle))
+    state = _los(np.ascontiguousarray(xyz), start, radius, free_radius, noise, float(np.cos(mask)))
+    return _conclude(state, floor, free_radius)
+
+
+def fit_sphere_orthogonal(
+    xyz: Array,
+    start: Array,
+    radius: float,
+    *,
+    sigma: float,
+    free_radius: bool = False,
+    floor: float = FLOOR,
+) -> SphereFit:
+    """Sphere by distances to the centre, for points (n, 3) [m] that do not know their scanner.
+
+    sigma : of one point along the normal [m]. Incidence is unknown (NaN) and nothing is masked.
+
+    Raises
+    ------
+    InputError : fewer than 30 points left or no solution.
+    """
+    state = _orthogonal(np.ascontiguousarray(xyz), start, radius, free_radius, float(sigma))
+    said = (
+        "the origin of the scanner is unknown: distances to the centre were fitted, whose centre "
+        "is drawn towards the scanner under range noise",
+    )
+    return _conclude(state, floor, free_radius, said)
+
+
+State = tuple[Array, Array, Array, Array, Mask, Mask, bool]
+
+
+def _conclude(state: State, floor: float, free: bool, said: tuple[str, ...] = ()) -> SphereFit:
+    """Numbers of the fit from its last iteration."""
+    unknowns, normal, residuals, cosine, masked, keep, settled = state
+    keep = keep & np.isfinite(residuals)
+    count, u = int(keep.sum()), 4 if free else 3
+    if count < FEWEST:
+        raise InputError(f"only {count} points lie on the sphere, {FEWEST} are needed")
+    if not settled or not np.isfinite(unknowns).all():
+        raise InputError("the fit of the sphere does not settle")
+    if count < FEW:
+        said = (*said, f"only {count} points determine the centre")
+    rms = float(np.sqrt(np.mean(residuals[keep] ** 2)))
+    s0 = float(np.sqrt(normal[4, 4] / (count - u)))
+    cofactor = np.linalg.inv(normal[:u, :u]) * max(1.0, s0**2)
+    formal = np.asarray(cofactor[:3, :3], dtype=float)
+    sigma_radius = float(np.sqrt(cofactor[3, 3])) if free else 0.0
+    with np.errstate(invalid="ignore"):
+        incidence = np.arccos(cosine)
+    return SphereFit(
+        unknowns[:3],
+        formal + floor**2 * np.eye(3),
+        formal,
+        float(unknowns[3]),
+        sigma_radius,
+        rms,
+        s0,
+        masked,
+        keep,
+        incidence,
+        residuals,
+        said,
+    )
+
+
+@njit(cache=True, nogil=True)
+def _los(
+    xyz: Array,
+    start: Array,
+    radius: float,
+    free: bool,
+    noise: tuple[float, float],
+    cos_mask: float,
+) -> State:
+    """Gauss-Newton with trimming; the last element tells whether it settled.
+
+    The returned normal matrix (5, 5) holds the unknowns x, y, z, R and the sum of squares last.
+    """
+    n = len(xyz)
+    x = np.array([start[0], start[1], start[2], radius])
+    masked, keep = np.zeros(n, dtype=np.bool_), np.zeros(n, dtype=np.bool_)
+    residuals, cosine = np.full(n, np.nan), np.full(n, np.nan)
+    design, sigma = np.zeros((n, 4)), np.ones(n)
+    normal = np.zeros((5, 5))
+    settled = False
+    for iteration in range(_ITERATIONS):
+        _beams(xyz, x, noise, design, residuals, sigma, cosine)
+        if iteration < _HOLD:
+            masked = cosine >= cos_mask
+            keep = _trimmed(residuals, sigma, masked, 0.5 * radius if iteration < 5 else radius)
+        normal = _normal_matrix(design, residuals, sigma, keep)
+        if settled or keep.sum() < 6:
+            break
+        step = _solved(normal, 4 if free else 3)
+        size = np.sqrt((step**2).sum())
+        if not size < 10 * radius:
+            break
+        x += step * min(1.0, 0.5 * radius / max(size, 1e-12))
+        settled = size < 1e-7 and iteration > 5 and x[3] > 0
+    return x, normal, residuals, cosine, masked, keep, settled
+
+
+@njit(cache=True, nogil=True)
+def _beams(
+    xyz: Array,
+    x: Array,
+    noise: tuple[float, float],
+    design: Array,
+    residuals: Array,
+    sigma: Array,
+    cosine: Array,
+) -> None:
+    """Residual, its sigma and derivatives of every beam; NaN where a beam misses the sphere.
+
+    rho = b - sqrt(R^2 - |c|^2 + b^2), b = d . c; variance s_rho^2 + rho^2 s_ang^2 tan^2 psi.
+    """
+    outside = x[0] ** 2 + x[1] ** 2 + x[2] ** 2
+    for i in range(len(xyz)):
+        rho = np.sqrt(xyz[i, 0] ** 2 + xyz[i, 1] ** 2 + xyz[i, 2] ** 2)
+        b = (xyz[i, 0] * x[0] + xyz[i, 1] * x[1] + xyz[i, 2] * x[2]) / rho
+        square = x[3] ** 2 - outside + b * b
+        if not square > 0:
+            residuals[i] = cosine[i] = np.nan
+            continue
+        root = np.sqrt(square)
+        residuals[i], cosine[i] = rho - (b - root), min(root / x[3], 1.0)
+        tangent2 = 1 / cosine[i] ** 2 - 1
+        sigma[i] = np.sqrt(noise[0] ** 2 + rho**2 * noise[1] ** 2 * tangent2)
+        for k in range(3):
+            d = xyz[i, k] / rho
+            design[i, k] = d - (b * d - x[k]) / root
+        design[i, 3] = -x[3] / root
+
+
+@njit(cache=True, nogil=True)
+def _trimmed(residuals: Array, sigma: Array, masked: Mask, gate: float) -> Mask:
+    """Points within three robust standard deviations of those nearer than ``gate`` [m]."""
+    t = np.abs(residuals / sigma)
+    near = masked & (np.abs(residuals) <= gate)
+    if near.sum() < 6:
+        return near
+    scale = 1.4826 * np.median(t[near])
+    kept: Mask = near & (t <= max(_TRIM * scale, 0.3))
+    return kept
+
+
+@njit(cache=True, nogil=True)
+def _normal_matrix(design: Array, residuals: Array, sigma: Array, keep: Mask) -> Array:
+    """Weighted normal matrix, its right side in column 4, the sum of squares at (4, 4)."""
+    out = np.zeros((5, 5))
+    row = np.zeros(5)
+    for i in range(len(design)):
+        if keep[i] and np.isfinite(residuals[i]):
+            for a in range(4):
+                row[a] = design[i, a] / sigma[i]
+            row[4] = residuals[i] / sigma[i]
+            for a in range(5):
+                for b in range(5):
+                    out[a, b] += row[a] * row[b]
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _solved(normal: Array, u: int) -> Array:
+    """Step (4,) of the first ``u`` unknowns; NaN where they are not determined."""
+    out = np.zeros(4)
+    scale = np.sqrt(np.diag(normal)[:u].copy())
+    if not scale.min() > 0:
+        return np.full(4, np.nan)
+    scaled = normal[:u, :u] / np.outer(scale, scale)
+    if not np.isfinite(scaled.sum()):
+        return np.full(4, np.nan)
+    if not np.linalg.det(scaled) > 1e-12:
+        return np.full(4, np.nan)
+    out[:u] = np.linalg.solve(scaled, normal[:u, 4] / scale) / scale
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _orthogonal(xyz: Array, start: Array, radius: float, free: bool, sigma: float) -> State:
+    """Like ``_los`` for the model |P - c| = R."""
+    n = len(xyz)
+    x = np.array([start[0], start[1], start[2], radius])
+    keep, masked = np.zeros(n, dtype=np.bool_), np.ones(n, dtype=np.bool_)
+    residuals, design, sigmas = np.zeros(n), np.zeros((n, 4)), np.full(n, sigma)
+    normal = np.zeros((5, 5))
+    settled = False
+    for iteration in range(_ITERATIONS):
+        for i in range(n):
+            d = xyz[i] - x[:3]
+            size = np.sqrt((d**2).sum())
+            residuals[i] = size - x[3]
+            design[i, :3] = d / size
+            design[i, 3] = 1.0
+        if iteration < _HOLD:
+            keep = _trimmed(residuals, sigmas, masked, 0.5 * radius)
+        normal = _normal_matrix(design, residuals, sigmas, keep)
+        if settled or keep.sum() < 6:
+            break
+        step = _solved(normal, 4 if free else 3)
+        if not np.sqrt((step**2).sum()) < 10 * radius:
+            break
+        x += step
+        settled = np.sqrt((step**2).sum()) < 1e-7 and iteration > 5 and x[3] > 0
+    return x, normal, residuals, np.full(n, np.nan), masked, keep, settled

@@ -1,0 +1,187 @@
+"""A comparison is made again where anything that it depends on has changed, and only there."""
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields, is_dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import laspy
+import numpy as np
+import pytest
+
+from tests.job.test_station_comparison import job
+from tribrach.io.outputs import write_text
+from tribrach.job import station_comparison
+from tribrach.job import steps as survey_run
+from tribrach.job.station_comparison import compare_stations, from_facts, to_facts
+from tribrach.network.adjustment import Adjustment
+from tribrach.pipeline import run
+from tribrach.project import Project
+from tribrach.report.comparison_chapter import ComparisonChapter
+from tribrach.report.content import Content
+
+__all__ = ["job"]  # a fixture
+
+
+def same(one: Any, other: Any) -> bool:
+    """Equal in every digit, arrays and dataclasses included."""
+    if is_dataclass(one):
+        return type(one) is type(other) and all(
+            same(getattr(one, f.name), getattr(other, f.name)) for f in fields(one)
+        )
+    if isinstance(one, np.ndarray):
+        return one.dtype == other.dtype and np.array_equal(one, other, equal_nan=True)
+    if isinstance(one, list | tuple):
+        return type(one) is type(other) and len(one) == len(other) and all(map(same, one, other))
+    if isinstance(one, Mapping):
+        return same(list(one.items()), list(other.items()))
+    return bool(one == other)
+
+
+@dataclass
+class Calls:
+    """What a run gives to the comparison, and how often clouds were really compared."""
+
+    folder: Path
+    given: tuple[Any, ...]
+    count: int = 0
+
+    def again(self, **changes: Any) -> tuple[int, ComparisonChapter]:
+        """Comparisons made with some of it changed, and the chapter."""
+        wished, adjustment, frame, factor, state, progress = self.given
+        wish = replace(wished[0], **changes.pop("wish", {}))
+        before = self.count
+        (chapter,) = compare_stations(
+            [wish],
+            changes.pop("adjustment", adjustment),
+            changes.pop("frame", frame),
+            changes.pop("factor", factor),
+            state,
+            progress,
+        )
+        return self.count - before, chapter
+
+    @property
+    def wish(self) -> Any:
+        return self.given[0][0]
+
+    @property
+    def adjustment(self) -> Adjustment:
+        found: Adjustment = self.given[1]
+        return found
+
+
+@pytest.fixture(scope="module")
+def second(job: tuple[Path, Content]) -> tuple[Calls, Content]:
+    """A second run of the job, which compares nothing; then every comparison is counted."""
+    folder, _ = job
+    calls = Calls(folder, ())
+    original: Callable[..., Any] = station_comparison.compare_clouds
+
+    def counted(*arguments: Any, **options: Any) -> Any:
+        calls.count += 1
+        return original(*arguments, **options)
+
+    def heard(*given: Any) -> Any:
+        calls.given = given
+        return compare_stations(*given)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(station_comparison, "compare_clouds", counted)
+        patch.setattr(survey_run, "compare_stations", heard)
+        content = run(Project.load(folder / "hanoi-facade.toml"))
+        yield calls, content
+
+
+def test_a_second_run_compares_nothing_and_says_the_same(
+    job: tuple[Path, Content], second: tuple[Calls, Content]
+) -> None:
+    calls, content = second
+    assert calls.count == 0
+    (before,), (after,) = job[1].comparisons, content.comparisons
+    assert same(before, after)
+    assert before.to_json() == after.to_json()
+    assert [p.png for p in before.pictures()] == [p.png for p in after.pictures()]
+
+
+def test_nothing_is_lost_in_the_record(job: tuple[Path, Content]) -> None:
+    (chapter,) = job[1].comparisons
+    sites, offsets = list(chapter.sites), chapter.offsets
+    text = json.dumps(to_facts(sites, offsets, ["so"]))
+    assert same(from_facts(json.loads(text)), (sites, offsets, ["so"]))
+    bare = replace(sites[0], c2c=None, m3c2=None, prediction=None, seen_a=None)
+    assert same(from_facts(to_facts([bare], None, [])), ([bare], None, []))
+
+
+def test_what_it_depends_on_makes_it_anew(second: tuple[Calls, Content]) -> None:
+    calls, _ = second
+    section, sites = calls.wish.section, calls.wish.sites
+    assert calls.again()[0] == 0
+    limit = section.model_copy(update={"limit_mm": 150.0})
+    nearest = section.model_copy(update={"method": "c2c"})
+    moved = (replace(sites[0], high=tuple(x + 0.01 for x in sites[0].high)), *sites[1:])
+    quieter = tuple(replace(scan, noise=replace(scan.noise, range=1e-3)) for scan in calls.wish.a)
+    for change in (
+        {"wish": {"section": limit}},
+        {"wish": {"section": nearest}},
+        {"wish": {"sites": moved}},
+        {"wish": {"sites": sites[:2]}},
+        {"wish": {"a": quieter}},
+        {"factor": 1.5},
+        {"adjustment": _shifted(calls.adjustment)},
+    ):
+        made, chapter = calls.again(**dict(change))
+        assert made == 1, change
+        made, again = calls.again(**dict(change))
+        assert made == 0, change
+        assert same(chapter, again)
+    assert calls.again()[0] == 1  # the last change is what is remembered
+
+
+def _shifted(adjustment: Adjustment) -> Adjustment:
+    """One station a tenth of a millimetre elsewhere."""
+    state = adjustment.state
+    places = state.pose_t.copy()
+    places[state.layout.index("pose", "S3"), 0] += 1e-4
+    return replace(adjustment, state=replace(state, pose_t=places))
+
+
+def test_points_of_a_scan(second: tuple[Calls, Content]) -> None:
+    """A new date of the file changes nothing, one new point does."""
+    calls, _ = second
+    _, before = calls.again()
+    path = calls.wish.a[0].scan.path
+    path.touch()
+    assert calls.again()[0] == 0
+    whole = path.read_bytes()
+    las = laspy.read(path)
+    las.X[len(las.X) // 2] += 1
+    las.write(path)
+    made, after = calls.again()
+    assert made == 1
+    assert not same(before.sites, after.sites)
+    path.write_bytes(whole)
+    made, back = calls.again()
+    assert made == 1
+    assert same(before, back)
+
+
+@pytest.mark.parametrize("harm", ["cut", "other", "packed"])
+def test_damaged_records_are_made_anew(second: tuple[Calls, Content], harm: str) -> None:
+    calls, _ = second
+    _, before = calls.again()
+    (path,) = (calls.folder / "out" / ".tribrach").glob("comparison-1-*.json")
+    text = path.read_text()
+    if harm == "cut":
+        write_text(path, text[:-100])
+    else:
+        data = json.loads(text)
+        if harm == "other":
+            data["facts"] = {"sites": [{"n": 1}], "offsets": None, "remarks": []}
+        else:
+            data["facts"]["sites"][0]["c2c"]["sample"]["packed"] = "AAAA"
+        write_text(path, json.dumps(data))
+    made, after = calls.again()
+    assert made == 1
+    assert same(before, after)

@@ -1,0 +1,65 @@
+"""What is remembered, and when it is void."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tribrach.job.state import FOLDER, State, digest
+
+
+def test_a_product_is_recalled_until_its_key_or_its_file_changes(tmp_path: Path) -> None:
+    state, product = State(tmp_path), tmp_path / "a.laz"
+    product.write_bytes(b"12345")
+    state.remember("a", "key", {"points": 5}, product)
+    assert state.recall("a", "key", product) == {"points": 5}
+    assert state.recall("a", "other", product) is None
+    assert state.recall("b", "key", product) is None
+    product.write_bytes(b"123")
+    assert state.recall("a", "key", product) is None
+    product.unlink()
+    assert state.recall("a", "key", product) is None
+
+
+def test_damaged_memory_is_no_memory(tmp_path: Path) -> None:
+    state = State(tmp_path)
+    state.remember("a", "key", {})
+    (tmp_path / FOLDER / "a.json").write_text("{")
+    assert state.recall("a", "key") is None
+    (tmp_path / FOLDER / "a.json").write_text("[1]")
+    assert state.recall("a", "key") is None
+
+
+def test_files_are_known_by_their_contents(tmp_path: Path) -> None:
+    state, one, two = State(tmp_path), tmp_path / "1", tmp_path / "2"
+    one.write_bytes(b"same" * 1000)
+    two.write_bytes(b"same" * 1000)
+    assert state.file_digest(one) == state.file_digest(two) == State(tmp_path).file_digest(one)
+    two.write_bytes(b"diff" * 1000)
+    assert state.file_digest(one) != state.file_digest(two)
+
+
+def test_one_bit_changes_the_digest() -> None:
+    x = np.array([1.0, 2.0])
+    assert digest(x, {"b": 1, "a": 2}) == digest(x.copy(), {"a": 2, "b": 1})
+    assert digest(x) != digest(np.nextafter(x, 9))
+    assert digest("1") != digest(1) != digest(1.0)
+    assert digest(["ab", "c"]) != digest(["a", "bc"])
+
+
+@given(st.lists(st.one_of(st.integers(), st.text(), st.floats(allow_nan=False)), max_size=6))
+def test_a_digest_depends_on_nothing_else(parts: list[object]) -> None:
+    assert digest(*parts) == digest(*parts)
+    assert digest(*parts) != digest(*parts, 0)
+
+
+@pytest.mark.parametrize("name", ["targets-../../x", "a/b", "..", "x" * 300, "a\0b", ""])
+def test_no_name_leads_out_of_the_folder(tmp_path: Path, name: str) -> None:
+    state = State(tmp_path / "out")
+    state.remember(name, "key", {"points": 5})
+    state.remember("a_b", "key", {"points": 6})
+    assert state.recall(name, "key") == {"points": 5}
+    assert state.recall("a_b", "key") == {"points": 6}
+    assert {p.parent for p in tmp_path.rglob("*.json")} == {tmp_path / "out" / FOLDER}
