@@ -8,8 +8,8 @@ import laspy
 import numpy as np
 import pytest
 
-from tests.network.lab import STATIONS
 from tests.job.cloud_jobs import made, opened, placed, several
+from tests.network.lab import STATIONS
 from tribrach import pipeline
 from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.geodesy.work_frame import WorkFrame

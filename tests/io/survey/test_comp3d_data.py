@@ -19,8 +19,8 @@ from tribrach.cli import app
 from tribrach.errors import AdjustmentError, InputError, NoStartValues, RankDefect
 from tribrach.geodesy.projection import Grid
 from tribrach.geodesy.site import EllipsoidSite
-from tribrach.io.survey.comp3d.assembly import grid_axes
 from tribrach.io.survey.comp3d import reader as comp3d
+from tribrach.io.survey.comp3d.assembly import grid_axes
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Use
