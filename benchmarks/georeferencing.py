@@ -66,7 +66,7 @@ def ours(source: str, destination: str) -> None:
     from tribrach.geometry.pose import Pose
     from tribrach.instruments.scan_noise import ScanNoise
     from tribrach.io.scans.formats import read_scans
-    from tribrach.job.clouds import Cloud
+    from tribrach.job.clouds import CloudProduct
     from tribrach.job.scans import StationScan
     from tribrach.project.sections import CloudSection
 
@@ -76,7 +76,7 @@ def ours(source: str, destination: str) -> None:
     a = np.random.default_rng(1).normal(size=(6, 6)) * 1e-4
     scan = StationScan("S1", "S1", read_scans(Path(source))[0], noise, True, {})
     where = Placement("S1", pose, a @ a.T, noise)
-    cloud = Cloud("S1", [scan], [where], OutputFrame(WorkFrame()), CloudSection())
+    cloud = CloudProduct("S1", [scan], [where], OutputFrame(WorkFrame()), CloudSection())
     cloud.write(Path(destination), lambda what, done, total: None)
 
 

@@ -18,7 +18,7 @@ import numpy as np
 import py4dgeo
 
 from tribrach.comparison.cloud_parts import whole
-from tribrach.comparison.m3c2 import Settings, m3c2
+from tribrach.comparison.m3c2 import M3C2Settings, m3c2
 
 CORES, REPEATS, THREADS = 100_000, 3, 2
 SCALE, DIAMETER, DEPTH = 0.2, 0.1, 0.15
@@ -35,7 +35,7 @@ def facade(rng, n: int, offset: float) -> np.ndarray:
 
 
 def ours(a, b, core):
-    settings = Settings([SCALE], DIAMETER, DEPTH, direction=TOWARDS)
+    settings = M3C2Settings([SCALE], DIAMETER, DEPTH, direction=TOWARDS)
     found = m3c2(whole(a), whole(b), core, settings)
     return found.distance, found.lod95, found.first.count
 

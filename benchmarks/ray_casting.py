@@ -8,7 +8,7 @@ import time
 
 import numpy as np
 
-from tribrach.simulate.ray_casting import View
+from tribrach.simulate.ray_casting import SceneView
 from tribrach.simulate.twins import build
 
 RAYS = 2_000_000
@@ -23,13 +23,13 @@ def timed(work) -> float:
 
 def main() -> None:
     twin = build("hanoi-facade", 1_000_000, 1)
-    view = View(twin.scene, twin.stations[0].pose.translation)
+    view = SceneView(twin.scene, twin.stations[0].pose.translation)
     rng = np.random.default_rng(1)
     rays = rng.normal(size=(RAYS, 3))
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
     numbers = [np.full(EVERY, k) for k in range(len(twin.scene))]
     view.cast(rays[:10]), view.again(rays[:EVERY], numbers[0])
-    sorting = timed(lambda: View(twin.scene, view.origin))
+    sorting = timed(lambda: SceneView(twin.scene, view.origin))
     cells = min(timed(lambda: view.cast(rays)) for _ in range(3))
     every = timed(lambda: [view.again(rays[:EVERY], k) for k in numbers])
     rate, slow = RAYS / cells, EVERY / every

@@ -22,7 +22,7 @@ from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.registration.clouds.fine import Indexed, align
 from tribrach.registration.clouds.prepared import PreparedScan, prepare
 from tribrach.registration.clouds.together import pairwise, settled
-from tribrach.simulate.scanner import Grid, Scanner, scan
+from tribrach.simulate.scanner import ScanGrid, Scanner, scan
 from tribrach.simulate.scene import Scene, box, cylinder, ground
 from tribrach.simulate.setups import levelled
 from tribrach.units import SEC
@@ -98,7 +98,7 @@ class Clock:
 def registered(millions: float, count: int) -> tuple[list[PreparedScan], list[Pose]]:
     """All stations from nothing."""
     scene, poses, clock = site(), stations(count), Clock()
-    scanner, grid = Scanner(NOISE), Grid.panorama((0.7, 2.4), int(millions * 1.25e6))
+    scanner, grid = Scanner(NOISE), ScanGrid.panorama((0.7, 2.4), int(millions * 1.25e6))
     scans: list[PreparedScan] = []
     points = 0
     for k, pose in enumerate(poses):

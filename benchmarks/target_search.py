@@ -18,7 +18,7 @@ from tribrach.geometry.pose import Pose
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.scan.range_image import organise
 from tribrach.simulate import scene as sc
-from tribrach.simulate.scanner import Grid, Scanner, scan
+from tribrach.simulate.scanner import ScanGrid, Scanner, scan
 from tribrach.targets.checkerboards.search import find_checkerboards
 from tribrach.targets.discs.search import find_discs
 from tribrach.targets.planes import find_planes
@@ -100,7 +100,7 @@ def hall(points):
         for z in (LOW[2], HIGH[2])
     ]
     scene = sc.Scene.of([*walls, *floors, *balls, *flat])
-    grid = Grid.panorama((0.35, 2.53), points)
+    grid = ScanGrid.panorama((0.35, 2.53), points)
     blocks = scan(scene, Pose(np.eye(3), np.zeros(3)), Scanner(NOISE), grid, 1)
     parts = [(b.xyz, b.intensity, b.row, b.column) for b in blocks]
     columns = [np.concatenate(p) for p in zip(*parts, strict=True)]

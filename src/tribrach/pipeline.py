@@ -36,11 +36,11 @@ from tribrach.report.chapters.gnss import gnss_chapter
 from tribrach.report.chapters.registration import add_registration
 from tribrach.report.content import Content
 
-__all__ = ["Settings", "adjust_network", "run", "solve", "write"]
+__all__ = ["AdjustmentSettings", "adjust_network", "run", "solve", "write"]
 
 
 @dataclass(frozen=True)
-class Settings:
+class AdjustmentSettings:
     """What is done with a network besides adjusting it."""
 
     snoop: bool = False
@@ -52,7 +52,7 @@ class Settings:
 
 
 def adjust_network(
-    network: Network, settings: Settings, facts: Mapping[str, str] | None = None
+    network: Network, settings: AdjustmentSettings, facts: Mapping[str, str] | None = None
 ) -> Content:
     """Adjust a network as the settings say; the content of its report."""
     return solve(network, settings, facts)[1]
@@ -60,7 +60,7 @@ def adjust_network(
 
 def solve(
     network: Network,
-    settings: Settings,
+    settings: AdjustmentSettings,
     facts: Mapping[str, str] | None = None,
     sessions: Sequence[SessionResult] = (),
 ) -> tuple[Adjustment, Content]:
@@ -122,7 +122,7 @@ def run(
     """Run a project and leave its results in a folder, its own if none is given."""
     folder = project.results if folder is None else folder
     wish = project.adjustment
-    settings = Settings(
+    settings = AdjustmentSettings(
         wish.snoop, wish.robust, wish.vce, wish.posterior, project.confidence, project.output.angle
     )
     if project.gnss.sessions and project.scans:

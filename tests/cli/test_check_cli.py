@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.instruments.field_surveys import readings
-from tribrach.calibration.scanner_readings import Readings
+from tribrach.calibration.scanner_readings import ScannerReadings
 from tribrach.cli import app
 from tribrach.geometry.polar import xyz_from_polar
 
@@ -17,7 +17,7 @@ SIGMAS = ("--range-mm", "1.2", "--angle-arcsec", "8.25")
 THREE = ("1", "2", "3")
 
 
-def polar_table(given: Readings, *, raw: bool = False) -> str:
+def polar_table(given: ScannerReadings, *, raw: bool = False) -> str:
     """Range and angles; raw: the back face as its circles read."""
     rows = ["scan,point,set,face,range_m,horizontal_deg,zenith_deg"]
     for station, one, target, face, (r, h, v) in zip(
@@ -32,7 +32,7 @@ def polar_table(given: Readings, *, raw: bool = False) -> str:
     return "\n".join([*rows, ""])
 
 
-def xyz_table(given: Readings) -> str:
+def xyz_table(given: ScannerReadings) -> str:
     rows = ["scan,point,set,face,x_m,y_m,z_m"]
     xyz = xyz_from_polar(given.polar)
     for k in range(len(given)):

@@ -6,7 +6,7 @@ import pytest
 from rich.console import Console
 
 from tribrach.cli.printing import printed
-from tribrach.report.tables import Column, build_table, number_cell, text_cell
+from tribrach.report.tables import ColumnHead, build_table, number_cell, text_cell
 
 ROWS = [(f"S{k}", 1234.5678 + k, 18.2 + k) for k in range(3)]
 
@@ -19,12 +19,12 @@ def shown(width: int, columns: int) -> str:
         "",
         ROWS,
         [
-            (Column("Site", numeric=False), lambda r: text_cell(r[0])),
+            (ColumnHead("Site", numeric=False), lambda r: text_cell(r[0])),
             *(
-                (Column("incidence of B", "mm"), lambda r: number_cell(r[1], f"{r[1]:.4f}"))
+                (ColumnHead("incidence of B", "mm"), lambda r: number_cell(r[1], f"{r[1]:.4f}"))
                 for _ in range(columns)
             ),
-            (Column("Verdict", numeric=False), lambda r: text_cell("as predicted by [both]")),
+            (ColumnHead("Verdict", numeric=False), lambda r: text_cell("as predicted by [both]")),
         ],
     )
     out = io.StringIO()

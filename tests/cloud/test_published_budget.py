@@ -6,7 +6,7 @@ from pyproj import Transformer
 
 from tribrach.cloud.budget import point_budget
 from tribrach.cloud.placement import Placement
-from tribrach.geodesy.projection import Grid, grid_scale
+from tribrach.geodesy.projection import ProjectedGrid, grid_scale
 from tribrach.geodesy.site import FlatSite
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.scan_noise import ScanNoise
@@ -59,7 +59,7 @@ def test_scale_and_convergence_at_the_facades() -> None:
     assert 1 + grid_scale(crs, np.array([easting, northing, 0.0])) == pytest.approx(
         0.9999796, abs=5e-8
     )
-    grid = Grid(crs, easting, northing, 0.0)
+    grid = ProjectedGrid(crs, easting, northing, 0.0)
     start, north = grid.from_work(np.array([[0.0, 0.0, 0.0], [0.0, 100.0, 0.0]]))
     assert start[:2] == pytest.approx([easting, northing], abs=1e-6)
     # the meridian of WGS 84 lies 0.002 degrees beside that of the national datum

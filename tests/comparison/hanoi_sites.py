@@ -9,13 +9,13 @@ import numpy as np
 from tests.network.hanoi import survey
 from tribrach.cloud.placement import Placement
 from tribrach.comparison.results import SiteResult
-from tribrach.comparison.sites import Site
+from tribrach.comparison.sites import TestSite
 from tribrach.comparison.station_pair import StationPair
 from tribrach.geometry.pose import Pose
 from tribrach.job.compare import compare_clouds
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.simulate.aiming import fine_scan
-from tribrach.simulate.twin import Target, Twin
+from tribrach.simulate.twin import Twin, TwinTarget
 from tribrach.simulate.twins import hanoi_facade
 
 NAMES = hanoi_facade.COMPARED
@@ -24,7 +24,7 @@ NAMES = hanoi_facade.COMPARED
 def with_step(made: Twin, step: float, sites: tuple[int, ...] = tuple(range(16))) -> Twin:
     """The twin with its site scans at another step [rad], of some of the sites."""
     windows = [
-        Target(str(k), "sphere", np.array([hanoi_facade.EAST, *hanoi_facade.SITES[k]]), 0.8)
+        TwinTarget(str(k), "sphere", np.array([hanoi_facade.EAST, *hanoi_facade.SITES[k]]), 0.8)
         for k in sites
     ]
     scans = [
@@ -54,9 +54,9 @@ class Placed:
         yield self.placement.pose @ self.xyz
 
 
-def sites() -> list[Site]:
+def sites() -> list[TestSite]:
     return [
-        Site.ball(str(k), (hanoi_facade.EAST, y, z), hanoi_facade.SITE_RADIUS)
+        TestSite.ball(str(k), (hanoi_facade.EAST, y, z), hanoi_facade.SITE_RADIUS)
         for k, (y, z) in enumerate(hanoi_facade.SITES, start=1)
     ]
 
@@ -82,7 +82,7 @@ def compared(
     clouds: list[Placed],
     pair: StationPair,
     incidence: bool = True,
-    chosen: list[Site] | None = None,
+    chosen: list[TestSite] | None = None,
 ) -> list[SiteResult]:
     a, b = clouds
     return compare_clouds(a, b, chosen or sites(), stations=pair, incidence=incidence)  # type: ignore[arg-type]

@@ -5,8 +5,8 @@ import pytest
 
 from tests.comparison.two_stations import NOISE, observed, patch, placement
 from tribrach.cloud.covariance import covariances
-from tribrach.comparison.cloud_parts import Chunk, centred, from_station, plain, whole
-from tribrach.comparison.m3c2 import Settings, m3c2
+from tribrach.comparison.cloud_parts import CloudChunk, centred, from_station, plain, whole
+from tribrach.comparison.m3c2 import M3C2Settings, m3c2
 from tribrach.errors import InputError
 
 LOW, HIGH = np.full(3, -1.0), np.full(3, 1.0)
@@ -28,8 +28,8 @@ def test_covariances_of_some_parts_only_are_none() -> None:
     xyz = np.zeros((3, 3))
 
     def mixed():
-        yield Chunk(xyz, np.ones((3, 6)))
-        yield Chunk(xyz)
+        yield CloudChunk(xyz, np.ones((3, 6)))
+        yield CloudChunk(xyz)
 
     (joined,) = centred(mixed, np.zeros(3), LOW, HIGH)
     assert len(joined.xyz) == 6
@@ -83,7 +83,7 @@ def test_distances_do_not_depend_on_the_chunks() -> None:
     rng = np.random.default_rng(5)
     a, b = (rng.uniform(-1, 1, (20_000, 3)) * [1, 1, 3e-3] for _ in "ab")
     core = a[np.abs(a[:, :2]).max(axis=1) < 0.8][:60]
-    settings = Settings([0.2], 0.15, 0.05)
+    settings = M3C2Settings([0.2], 0.15, 0.05)
     one = m3c2(whole(a), whole(b), core, settings)
     many = m3c2(whole(a, most=333), whole(b, most=97), core, settings)
     assert many.distance == pytest.approx(one.distance, abs=1e-12)

@@ -6,7 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tribrach.comparison import completeness as module
-from tribrach.comparison.completeness import Patches, PatchGrid, assess_completeness, found_in
+from tribrach.comparison.completeness import (
+    PatchGrid,
+    SurfacePatches,
+    assess_completeness,
+    found_in,
+)
 from tribrach.errors import InputError
 
 GRID = PatchGrid(np.zeros(3), 0.1)
@@ -18,8 +23,8 @@ def wall(low: float, high: float, pitch: float = 0.02) -> np.ndarray:
     return np.stack([x.ravel(), np.full(x.size, 0.05), z.ravel()], axis=1)
 
 
-def patches(xyz: np.ndarray, sigma: float | np.ndarray | None = None) -> Patches:
-    out = Patches()
+def patches(xyz: np.ndarray, sigma: float | np.ndarray | None = None) -> SurfacePatches:
+    out = SurfacePatches()
     variance = None if sigma is None else np.broadcast_to(np.square(sigma), len(xyz)).copy()
     out.add(GRID.keys(xyz), variance)
     out.merge()
@@ -44,7 +49,7 @@ def test_chunks_give_what_one_gives(monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(1)
     xyz, sigma = rng.uniform(-2, 2, (5000, 3)), rng.uniform(1e-3, 5e-3, 5000)
     once = patches(xyz, sigma)
-    parts = Patches()
+    parts = SurfacePatches()
     for k in range(0, 5000, 137):
         parts.add(GRID.keys(xyz[k : k + 137]), sigma[k : k + 137] ** 2)
     parts.merge()

@@ -3,7 +3,7 @@ import pytest
 
 from tests.comparison.planes import plane
 from tribrach.comparison.cloud_parts import whole
-from tribrach.comparison.m3c2 import Settings, m3c2
+from tribrach.comparison.m3c2 import M3C2Settings, m3c2
 from tribrach.comparison.projection_cylinders import Cylinders, medians
 from tribrach.errors import InputError
 
@@ -11,8 +11,8 @@ UTM = np.array([584_123.4, 2_326_011.7, 12.3])
 NORMALS = [(0, 0, 1), (0, 1, 0), (0.3, -0.8, 0.5), (1, 1, 0)]
 
 
-def settings(normal, **more) -> Settings:
-    return Settings([0.3], 0.2, 0.2, direction=np.asarray(normal, float), **more)
+def settings(normal, **more) -> M3C2Settings:
+    return M3C2Settings([0.3], 0.2, 0.2, direction=np.asarray(normal, float), **more)
 
 
 @pytest.mark.parametrize("normal", NORMALS)
@@ -112,11 +112,11 @@ def test_overlapping_beams_widen_the_level() -> None:
 def test_calls_that_make_no_sense() -> None:
     a = whole(np.zeros((10, 3)))
     with pytest.raises(InputError, match="diameter"):
-        Settings([0.1], 0.0, 0.2)
+        M3C2Settings([0.1], 0.0, 0.2)
     with pytest.raises(InputError, match="depth"):
-        Settings([0.1], 0.1, np.inf)
+        M3C2Settings([0.1], 0.1, np.inf)
     with pytest.raises(InputError, match="registration"):
-        Settings([0.1], 0.1, 0.2, registration=-1)
+        M3C2Settings([0.1], 0.1, 0.2, registration=-1)
     with pytest.raises(InputError, match="no core points"):
         m3c2(a, a, np.empty((0, 3)), settings((0, 0, 1)))
     with pytest.raises(InputError, match="not a number"):

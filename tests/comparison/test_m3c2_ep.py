@@ -16,14 +16,14 @@ from tribrach.cloud.placement import Placement
 from tribrach.comparison.cloud_parts import from_station, whole
 from tribrach.comparison.core_points import Normals
 from tribrach.comparison.effective_points import beam_areas
-from tribrach.comparison.m3c2 import Settings, m3c2
+from tribrach.comparison.m3c2 import M3C2Settings, m3c2
 from tribrach.comparison.m3c2_ep import M3C2EP, m3c2_ep
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.scan_noise import ScanNoise
 
 NORMAL = np.array([0.1, -0.95, 0.2]) / np.linalg.norm([0.1, -0.95, 0.2])
-SETTINGS = Settings([0.4], 0.4, 0.1, scanner=ORIGIN + np.array([0, -10, 1]))
+SETTINGS = M3C2Settings([0.4], 0.4, 0.1, scanner=ORIGIN + np.array([0, -10, 1]))
 
 
 def flat(count: int) -> Normals:

@@ -3,7 +3,7 @@ import pytest
 
 from tests.comparison.planes import plane
 from tribrach.comparison.cloud_parts import whole
-from tribrach.comparison.m3c2 import Settings, m3c2
+from tribrach.comparison.m3c2 import M3C2Settings, m3c2
 
 UTM = np.array([584_123.4, 2_326_011.7, 12.3])
 
@@ -17,7 +17,7 @@ def test_distances_and_levels_of_py4dgeo(median, tmp_path) -> None:
     normal = np.array([0.2, -0.9, 0.3])
     a, b = (plane(rng, normal, o, 20_000, sigma=0.004, origin=UTM) for o in (0.0, 0.01))
     core = plane(rng, normal, 0.0, 200, size=1.5, origin=UTM)
-    settings = Settings([0.5], 0.2, 0.05, registration=2e-3, median=median, direction=normal)
+    settings = M3C2Settings([0.5], 0.2, 0.05, registration=2e-3, median=median, direction=normal)
     ours = m3c2(whole(a, most=7000), whole(b), core, settings)
     peer = py4dgeo.M3C2(
         epochs=(py4dgeo.Epoch(a), py4dgeo.Epoch(b)),

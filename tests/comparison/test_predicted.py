@@ -14,7 +14,7 @@ from tribrach.cloud.covariance import covariances
 from tribrach.cloud.placement import Placement
 from tribrach.comparison.cloud_parts import whole
 from tribrach.comparison.core_points import Normals, core_points
-from tribrach.comparison.m3c2 import Settings
+from tribrach.comparison.m3c2 import M3C2Settings
 from tribrach.comparison.m3c2_ep import m3c2_ep
 from tribrach.comparison.predicted import BAND, Prediction, compare_offsets, predict, with_random
 from tribrach.comparison.station_pair import StationPair
@@ -45,7 +45,7 @@ def predicted(rng: np.random.Generator, errors: np.ndarray) -> list[Prediction]:
             with_random(lambda x=x: iter([x]), w, core, fixed.vectors, incidence=False)
             for x, w in zip(clouds, where, strict=True)
         ]
-        settings = Settings(scales=(0.3,), diameter=CYLINDER, depth=0.2)
+        settings = M3C2Settings(scales=(0.3,), diameter=CYLINDER, depth=0.2)
         found = m3c2_ep(*sources, core, settings, pair, normals=fixed)
         one = predict(found, pair, CYLINDER)
         assert one is not None

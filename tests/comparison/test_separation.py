@@ -5,7 +5,7 @@ from scipy import stats
 from tests.comparison.planes import frame, plane
 from tests.comparison.two_stations import ORIGIN, pair
 from tribrach.comparison.cloud_parts import whole
-from tribrach.comparison.m3c2 import Settings, m3c2
+from tribrach.comparison.m3c2 import M3C2Settings, m3c2
 from tribrach.comparison.separation import Patches, patches_of, separate
 from tribrach.comparison.station_pair import along_normals
 from tribrach.errors import InputError
@@ -100,7 +100,7 @@ def test_patches_from_clouds() -> None:
         clouds.append(whole(np.concatenate(walls) + shift))
     steps = np.array([(s, t, 2.0) for s in (-0.8, 0.0, 0.8) for t in (-0.8, 0.0, 0.8)])
     core = np.concatenate([ORIGIN + steps @ frame(n).T for n in WALLS])
-    settings = Settings([0.5], 0.4, 0.05, scanner=ORIGIN)
+    settings = M3C2Settings([0.5], 0.4, 0.05, scanner=ORIGIN)
     found = separate(patches_of(m3c2(*clouds, core, settings), roughness=0.003), pair())
     assert found.rank == 6
     assert np.abs(found.pose[:3] - [2e-3, 1e-3, -3e-3]).max() < 4 * found.sigma[:3].max()

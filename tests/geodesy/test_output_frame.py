@@ -7,7 +7,7 @@ from pyproj import Geod, Transformer
 from tribrach.errors import InputError
 from tribrach.geodesy.local_map import LocalMap
 from tribrach.geodesy.output_frame import OutputFrame
-from tribrach.geodesy.projection import Grid
+from tribrach.geodesy.projection import ProjectedGrid
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.geodesy.work_frame import WorkFrame
 
@@ -15,7 +15,7 @@ UTM = "EPSG:32648"
 
 
 def projected() -> OutputFrame:
-    grid = Grid(UTM, 590000.0, 2330000.0, 20.0)
+    grid = ProjectedGrid(UTM, 590000.0, 2330000.0, 20.0)
     return OutputFrame(WorkFrame(grid.site, grid), "projected")
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tribrach.calibration.scanner_readings import Readings
+from tribrach.calibration.scanner_readings import ScannerReadings
 from tribrach.geometry.polar import polar_from_xyz
 from tribrach.geometry.rotation import exp
 from tribrach.instruments.calibration import NIST
@@ -44,7 +44,7 @@ def readings(
                 parts.append((name, one, side, measured))
     n = len(targets)
     count = len(parts)
-    return Readings(
+    return ScannerReadings(
         np.repeat(np.array([p[0] for p in parts], dtype=object), n),
         np.repeat(np.array([p[1] for p in parts], dtype=object), n),
         np.tile(np.array([f"T{k}" for k in range(n)], dtype=object), count),

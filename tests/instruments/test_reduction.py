@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from tribrach.errors import InputError
 from tribrach.instruments.reduction import (
-    Readings,
+    TelescopeReadings,
     adjust_repeats,
     adjust_rounds,
     axis_errors,
@@ -30,7 +30,7 @@ def sets_of(*shots, series=None):
 
 def readings(target, face, direction, zenith, distance=None, setup=None, series=None):
     n = len(target)
-    return Readings(
+    return TelescopeReadings(
         np.zeros(n, dtype=np.int64) if setup is None else np.asarray(setup),
         np.asarray(target, dtype=np.int64),
         np.asarray(face, dtype=np.int8),

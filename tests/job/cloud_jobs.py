@@ -8,14 +8,14 @@ from scipy.spatial.transform import Rotation
 
 from tribrach.cloud.placement import Placement
 from tribrach.geodesy.output_frame import OutputFrame
-from tribrach.geodesy.projection import Grid
+from tribrach.geodesy.projection import ProjectedGrid
 from tribrach.geodesy.work_frame import WorkFrame
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.scans.formats import read_scans
 from tribrach.job.clouds import Product, write_clouds
 from tribrach.job.scans import StationScan
-from tribrach.job.state import State
+from tribrach.job.state import Remembered
 from tribrach.project.sections import CloudSection
 
 NOISE = ScanNoise(1.2e-3, 1e-5, 4e-5, 4e-5, 4e-3, 3e-4)
@@ -58,7 +58,7 @@ def placed(scans: list[StationScan], far: float = 0.0) -> dict[str, Placement]:
 
 def projected() -> OutputFrame:
     """UTM around a point near its central meridian: 0.04 % shorter than the ground."""
-    grid = Grid(UTM, 505_000.0, 2_331_000.0, 20.0)
+    grid = ProjectedGrid(UTM, 505_000.0, 2_331_000.0, 20.0)
     return OutputFrame(WorkFrame(grid.site, grid), "projected", UTM)
 
 
@@ -70,6 +70,6 @@ def made(
     **wish: object,
 ) -> list[Product]:
     """The clouds of scans in a folder ``clouds``."""
-    state = State(out)
+    state = Remembered(out)
     section = CloudSection.model_validate(wish)
     return write_clouds(scans, places, frame, section, out / "clouds", state, lambda *_: None)

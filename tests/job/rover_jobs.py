@@ -20,7 +20,7 @@ from tribrach.io.clouds.header import CloudHeader
 from tribrach.simulate.aiming import fine_scan
 from tribrach.simulate.scanner import Scanner, scan
 from tribrach.simulate.scene import Scene, box, cylinder, ground
-from tribrach.simulate.twin import Target
+from tribrach.simulate.twin import TwinTarget
 from tribrach.units import SEC
 
 Array = np.ndarray
@@ -84,7 +84,7 @@ def under_the_antenna(seed: int, lean: float) -> Pose:
 
 def scanned(folder: Path, name: str, pose: Pose, seed: int) -> Array:
     """Points (n, 3) that a scanner saw: a file of windows around the spheres."""
-    targets = [Target(name, "sphere", np.array(x), RADIUS) for name, x in SPHERES.items()]
+    targets = [TwinTarget(name, "sphere", np.array(x), RADIUS) for name, x in SPHERES.items()]
     foot = -2.2
     stands = [
         cylinder(

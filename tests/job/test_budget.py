@@ -14,10 +14,10 @@ from tribrach.io.scans.formats import read_scans
 from tribrach.job.budget import error_budget
 from tribrach.job.clouds import place
 from tribrach.job.scans import StationScan
-from tribrach.job.state import State
+from tribrach.job.state import Remembered
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.report.budget_tables import budget_charts, budget_table
-from tribrach.report.columns import Columns
+from tribrach.report.columns import ColumnSet
 from tribrach.report.style import Style
 from tribrach.scan.surface_sample import surface_sample
 from tribrach.units import SEC
@@ -42,7 +42,7 @@ def scan(tmp_path_factory: pytest.TempPathFactory) -> StationScan:
 
 def test_regions_add_up(adjustment: Adjustment, scan: StationScan, tmp_path: Path) -> None:
     where = place(scan, adjustment)
-    rows = error_budget([scan], {"S1": where}, adjustment, State(tmp_path))
+    rows = error_budget([scan], {"S1": where}, adjustment, Remembered(tmp_path))
     assert [row.region for row in rows] == ["10 to 20 m, 0 to 30°", "10 to 20 m, 30 to 45°",
                                             "20 to 30 m, 30 to 45°"]  # fmt: skip
     assert sum(row.share for row in rows) == pytest.approx(1, abs=0.1)
@@ -67,19 +67,19 @@ def test_sample_is_taken_once(
     adjustment: Adjustment, scan: StationScan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     where = {"S1": place(scan, adjustment)}
-    first = error_budget([scan], where, adjustment, State(tmp_path))
+    first = error_budget([scan], where, adjustment, Remembered(tmp_path))
 
     def fail(scan: object) -> None:
         raise AssertionError("sampled twice")
 
     monkeypatch.setattr("tribrach.job.budget.surface_sample", fail)
-    assert error_budget([scan], where, adjustment, State(tmp_path)) == first
+    assert error_budget([scan], where, adjustment, Remembered(tmp_path)) == first
 
 
 def test_posterior_factor_scales_the_station_only(
     adjustment: Adjustment, scan: StationScan, tmp_path: Path
 ) -> None:
-    state = State(tmp_path)
+    state = Remembered(tmp_path)
     before = error_budget([scan], {"S1": place(scan, adjustment)}, adjustment, state)[0]
     twice = error_budget([scan], {"S1": place(scan, adjustment, 4.0)}, adjustment, state, 4.0)[0]
     assert twice.part("control") == pytest.approx(4 * before.part("control"))
@@ -90,12 +90,12 @@ def test_scans_without_noise_have_no_budget(
     adjustment: Adjustment, scan: StationScan, tmp_path: Path
 ) -> None:
     where = Placement("S1", Pose(np.eye(3), np.zeros(3)), adjustment.covariance("S1"), None)
-    assert error_budget([scan], {"S1": where}, adjustment, State(tmp_path)) == []
+    assert error_budget([scan], {"S1": where}, adjustment, Remembered(tmp_path)) == []
 
 
 def test_table_and_chart(adjustment: Adjustment, scan: StationScan, tmp_path: Path) -> None:
-    rows = error_budget([scan], {"S1": place(scan, adjustment)}, adjustment, State(tmp_path))
-    table = budget_table(rows, Columns(Style()))
+    rows = error_budget([scan], {"S1": place(scan, adjustment)}, adjustment, Remembered(tmp_path))
+    table = budget_table(rows, ColumnSet(Style()))
     heads = [column.head for column in table.columns]
     assert {"control", "range", "angles", "3D σ", "σ along the normal"} <= set(heads)
     first = {head: cell.key for head, cell in zip(heads, table.rows[0].cells, strict=True)}

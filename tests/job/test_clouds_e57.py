@@ -20,7 +20,7 @@ from tribrach.geometry.pose import Pose
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader
 from tribrach.io.scans.formats import read_scans
-from tribrach.job.clouds import Cloud
+from tribrach.job.clouds import CloudProduct
 from tribrach.job.scans import StationScan
 from tribrach.project.sections import CloudSection
 from tribrach.scan.scan import Field
@@ -61,7 +61,7 @@ def write(paths: list[Path], target: Path) -> list[Placement]:
     made = [station(path, k + 1) for k, path in enumerate(paths)]
     frame, wish = OutputFrame(WorkFrame()), CloudSection(format=target.suffix[1:])
     scans, places = [one for one, _ in made], [where for _, where in made]
-    Cloud(target.stem, scans, places, frame, wish).write(target, lambda *_: None)
+    CloudProduct(target.stem, scans, places, frame, wish).write(target, lambda *_: None)
     return places
 
 

@@ -18,7 +18,7 @@ from tests.io.survey.gnss_samples import ADJUSTED, GIVEN, VECTORS, write_csv, wr
 from tests.network.networks import trilateration
 from tribrach.cli import app
 from tribrach.errors import InputError
-from tribrach.geodesy.projection import Grid
+from tribrach.geodesy.projection import ProjectedGrid
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.gnss.engine import engines
 from tribrach.job.gnss_loops import baselines_of, loops_of
@@ -190,7 +190,9 @@ def test_a_projected_site_is_centred_on_points_of_any_kind(tmp_path: Path, colum
 
 def test_points_outside_of_a_grid_are_refused() -> None:
     with pytest.raises(InputError, match=r"longitude -170\.0000 is outside the grid EPSG:3035"):
-        Grid("EPSG:3035", 0.0, 0.0).plan(float(np.radians(-52.0)), float(np.radians(-170.0)))
+        ProjectedGrid("EPSG:3035", 0.0, 0.0).plan(
+            float(np.radians(-52.0)), float(np.radians(-170.0))
+        )
 
 
 def test_adjust_takes_a_project(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 from tribrach.cli import app
 from tribrach.errors import InputError
 from tribrach.geometry.rotation import skew
-from tribrach.job.plan.steps import Plan, plan_project
+from tribrach.job.plan.steps import DesignResult, plan_project
 from tribrach.network.adjustment import adjust
 from tribrach.project import Project
 from tribrach.simulate.surveying import observe
@@ -104,7 +104,7 @@ def layout(seed: int, window: float, near: float, far: float) -> np.ndarray:
     return np.column_stack([length * np.sin(around), length * np.cos(around), up])
 
 
-def forecast(plan: Plan):  # type: ignore[no-untyped-def]
+def forecast(plan: DesignResult):  # type: ignore[no-untyped-def]
     assert plan.lever_arm is not None
     return plan.lever_arm
 

@@ -9,7 +9,7 @@ from scipy.stats import chi2
 
 from tests.job.plan_jobs import PARAMETERS, load, table
 from tribrach.errors import InputError, RankDefect
-from tribrach.job.plan.steps import Plan, plan_project
+from tribrach.job.plan.steps import DesignResult, plan_project
 from tribrach.job.plan.survey import PlanSurvey
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.planning.blocks import combine, join
@@ -56,7 +56,7 @@ def test_three_targets_beat_a_thousand_random_placements(tmp_path: Path, criteri
     assert plan.proposals[0].before == pytest.approx(plan.before.value(criterion), rel=1e-6)
 
 
-def executed(plan: Plan, runs: int, seed: int) -> tuple[np.ndarray, Adjustment]:
+def executed(plan: DesignResult, runs: int, seed: int) -> tuple[np.ndarray, Adjustment]:
     """Deviations (runs, u) of adjusted unknowns from the truth, which has misalignments."""
     start = plan.network.start
     scalars = start.scalars.copy()

@@ -18,7 +18,7 @@ from tribrach.job.steps import find_and_name
 from tribrach.network.adjustment import adjust
 from tribrach.project import Project
 from tribrach.registration.edges import edges
-from tribrach.simulate.scanner import Grid, Scanner
+from tribrach.simulate.scanner import ScanGrid, Scanner
 from tribrach.simulate.scene import Scene
 from tribrach.simulate.twin import Twin, TwinScan, TwinStation
 from tribrach.simulate.twins.sphere_courtyard import build
@@ -47,7 +47,7 @@ write = false
 
 def write(folder, scene, poses, step=STEP):
     """A simulated project of levelled stations without targets and survey."""
-    grid = Grid(-np.pi, V[0], step, round((V[1] - V[0]) / step), round(2 * np.pi / step))
+    grid = ScanGrid(-np.pi, V[0], step, round((V[1] - V[0]) / step), round(2 * np.pi / step))
     stations = [TwinStation(name, pose, True) for name, pose in poses.items()]
     twin = Twin(
         "planes",

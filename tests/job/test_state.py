@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tribrach.job.state import FOLDER, State, digest
+from tribrach.job.state import FOLDER, Remembered, digest
 
 
 def test_a_product_is_recalled_until_its_key_or_its_file_changes(tmp_path: Path) -> None:
-    state, product = State(tmp_path), tmp_path / "a.laz"
+    state, product = Remembered(tmp_path), tmp_path / "a.laz"
     product.write_bytes(b"12345")
     state.remember("a", "key", {"points": 5}, product)
     assert state.recall("a", "key", product) == {"points": 5}
@@ -24,7 +24,7 @@ def test_a_product_is_recalled_until_its_key_or_its_file_changes(tmp_path: Path)
 
 
 def test_damaged_memory_is_no_memory(tmp_path: Path) -> None:
-    state = State(tmp_path)
+    state = Remembered(tmp_path)
     state.remember("a", "key", {})
     (tmp_path / FOLDER / "a.json").write_text("{")
     assert state.recall("a", "key") is None
@@ -33,10 +33,10 @@ def test_damaged_memory_is_no_memory(tmp_path: Path) -> None:
 
 
 def test_files_are_known_by_their_contents(tmp_path: Path) -> None:
-    state, one, two = State(tmp_path), tmp_path / "1", tmp_path / "2"
+    state, one, two = Remembered(tmp_path), tmp_path / "1", tmp_path / "2"
     one.write_bytes(b"same" * 1000)
     two.write_bytes(b"same" * 1000)
-    assert state.file_digest(one) == state.file_digest(two) == State(tmp_path).file_digest(one)
+    assert state.file_digest(one) == state.file_digest(two) == Remembered(tmp_path).file_digest(one)
     two.write_bytes(b"diff" * 1000)
     assert state.file_digest(one) != state.file_digest(two)
 
@@ -57,7 +57,7 @@ def test_a_digest_depends_on_nothing_else(parts: list[object]) -> None:
 
 @pytest.mark.parametrize("name", ["targets-../../x", "a/b", "..", "x" * 300, "a\0b", ""])
 def test_no_name_leads_out_of_the_folder(tmp_path: Path, name: str) -> None:
-    state = State(tmp_path / "out")
+    state = Remembered(tmp_path / "out")
     state.remember(name, "key", {"points": 5})
     state.remember("a_b", "key", {"points": 6})
     assert state.recall(name, "key") == {"points": 5}

@@ -16,7 +16,7 @@ from tribrach.network.blunders.suspects import find_suspects
 from tribrach.network.network import Network
 from tribrach.network.reliability import weigh
 from tribrach.network.survey import Survey
-from tribrach.pipeline import Settings, adjust_network
+from tribrach.pipeline import AdjustmentSettings, adjust_network
 from tribrach.simulate.twin import Twin
 
 NAME = slice(8, 24)
@@ -140,7 +140,7 @@ def test_an_exchange_is_told_from_a_wild_reading(made: Twin, tmp_path: Path) -> 
 def test_the_report_names_them_first(made: Twin, tmp_path: Path) -> None:
     """Also where snooping then switches single observations off."""
     found = survey(made, tmp_path, lambda text: higher(text, "D", -0.005)).network()
-    for settings in (Settings(), Settings(snoop=True)):
+    for settings in (AdjustmentSettings(), AdjustmentSettings(snoop=True)):
         content = adjust_network(found, settings)
         (named,) = [w for w in content.warnings if "in the way of one mistake" in w]
         assert "the height of instrument at D" in named

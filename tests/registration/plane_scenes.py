@@ -10,7 +10,7 @@ from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.registration.planes.plane_set import PlaneSet
 from tribrach.registration.views import Surroundings, view_of
 from tribrach.scan.range_image import organise
-from tribrach.simulate.scanner import Grid, Scanner, scan
+from tribrach.simulate.scanner import ScanGrid, Scanner, scan
 from tribrach.simulate.scene import Scene, box, ground
 from tribrach.targets.planes import find_planes
 from tribrach.units import SEC
@@ -27,7 +27,7 @@ def upright(heading, place):
 def look(name, scene, pose, *, levelled=True, seed=1, step=STEP, window=(-np.pi, np.pi)):
     """A station in a scene: its planes and its view, within a window of its H [rad]."""
     columns = round((window[1] - window[0]) / step)
-    grid = Grid(window[0], V[0], step, round((V[1] - V[0]) / step), columns)
+    grid = ScanGrid(window[0], V[0], step, round((V[1] - V[0]) / step), columns)
     blocks = list(scan(scene, pose, Scanner(NOISE), grid, (seed, 2, int(name[1:]))))
     xyz = np.concatenate([b.xyz for b in blocks])
     rows = np.concatenate([b.row for b in blocks])

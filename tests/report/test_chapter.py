@@ -6,14 +6,14 @@ from tests.report.cases import EVIL, levelling
 from tribrach.report import html, json_result, text
 from tribrach.report.chapter import Chapter
 from tribrach.report.scan_content import Picture
-from tribrach.report.tables import Column, build_table, text_cell
+from tribrach.report.tables import ColumnHead, build_table, text_cell
 
 TABLE = build_table(
     "loops",
     "Loops",
     "",
     ["first loop", "second loop"],
-    [(Column("Loop", numeric=False), text_cell)],
+    [(ColumnHead("Loop", numeric=False), text_cell)],
 )
 CHAPTER = Chapter(
     "gnss",

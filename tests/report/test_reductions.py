@@ -5,7 +5,7 @@ import pytest
 
 from tribrach.io.survey.totalstation import survey_of
 from tribrach.io.totalstation.recorder import Recorder
-from tribrach.report.columns import Columns
+from tribrach.report.columns import ColumnSet
 from tribrach.report.reductions import reduction_chapter
 from tribrach.report.style import Style
 from tribrach.units import GON
@@ -49,14 +49,14 @@ def test_axis_errors_and_rounds(chapter):
 
 
 def test_tables(chapter):
-    tables = {t.name: t for t in chapter.tables(Columns(Style("gon")), None)}
+    tables = {t.name: t for t in chapter.tables(ColumnSet(Style("gon")), None)}
     assert set(tables) == {"axes", "rounds", "sets", "closures"}
     heads = [c.head for c in tables["axes"].columns]
     row = dict(zip(heads, [c.text for c in tables["axes"].rows[0].cells], strict=True))
     assert row["File"] == "field.raw"
     assert row["index"] == "-0.80"
     assert len(tables["sets"].rows) == 6
-    assert len(chapter.tables(Columns(Style("deg")), 2)[2].rows) == 2
+    assert len(chapter.tables(ColumnSet(Style("deg")), 2)[2].rows) == 2
 
 
 def test_no_raw_files():

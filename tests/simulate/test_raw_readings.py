@@ -9,7 +9,7 @@ from scipy.stats import chi2
 from tribrach.instruments.precision import Precision
 from tribrach.io.survey.totalstation import ReducedFile, reduce_file
 from tribrach.io.totalstation.formats import read
-from tribrach.simulate.raw_readings import Day, gsi
+from tribrach.simulate.raw_readings import InstrumentDay, gsi
 from tribrach.simulate.surveying import true_sights
 from tribrach.simulate.twins import campus
 from tribrach.units import SEC
@@ -20,7 +20,7 @@ QUIET = Precision(direction=1e-12, zenith=1e-12, distance=1e-12)
 PRISMS = dict.fromkeys(campus.NAMES, campus.HEIGHT_TARGET)
 
 
-def reduced(folder: Path, precision: Precision, day: Day, seed: int) -> ReducedFile:
+def reduced(folder: Path, precision: Precision, day: InstrumentDay, seed: int) -> ReducedFile:
     places = dict(zip(campus.NAMES, campus.traverse(), strict=True))
     text = gsi(places, campus.lines(), campus.HEIGHT_INSTRUMENT, PRISMS, precision,
                np.random.default_rng(seed), day)  # fmt: skip
@@ -54,7 +54,7 @@ def errors(found: ReducedFile) -> dict[str, np.ndarray]:
 
 def test_without_noise_the_means_are_the_truth(tmp_path: Path) -> None:
     """Words of 0.1 mm and 1e-5 gon: nothing but rounding is left, and the axis errors are found."""
-    found = reduced(tmp_path, QUIET, Day(9 * SEC, -5 * SEC, 3), 1)
+    found = reduced(tmp_path, QUIET, InstrumentDay(9 * SEC, -5 * SEC, 3), 1)
     assert len(found.raw.setups) == 5
     assert found.raw.setups.height == pytest.approx(list(campus.HEIGHT_INSTRUMENT.values()))
     assert len(found.raw.shots) == len(campus.lines()) * 6
@@ -75,7 +75,7 @@ def test_means_scatter_as_the_instrument_says(tmp_path: Path) -> None:
     square = {"directions": 0.0, "zeniths": 0.0, "distances": 0.0}
     dof = dict.fromkeys(square, 0)
     for seed in range(40):
-        found = reduced(tmp_path, STATION, Day(), seed)
+        found = reduced(tmp_path, STATION, InstrumentDay(), seed)
         far = {p: x[2] for p, x in truth().items()}
         for name, off in errors(found).items():
             means = getattr(found.reduction, name)

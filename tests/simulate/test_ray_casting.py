@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from tribrach.errors import InputError
 from tribrach.simulate import scene as sc
-from tribrach.simulate.ray_casting import View
+from tribrach.simulate.ray_casting import SceneView
 
 place = st.tuples(*[st.floats(-5, 5)] * 3).map(np.array)
 vector = st.tuples(*[st.floats(-1, 1)] * 3).map(np.array).filter(lambda v: np.linalg.norm(v) > 0.1)
@@ -16,7 +16,7 @@ quick = settings(max_examples=60, deadline=None)
 
 
 def shoot(primitive, origin, ray):
-    hits = View(sc.Scene.of([primitive]), origin).cast(ray[None])
+    hits = SceneView(sc.Scene.of([primitive]), origin).cast(ray[None])
     return hits.range[0], hits.cosine[0], hits.primitive[0]
 
 
@@ -105,7 +105,7 @@ def test_normals_by_differences():
         sc.cylinder((0, 4, 0), 0.7, 2, 0.5, (0.2, 0.1, 1)),
         sc.sphere((-3, -1, 0.5), 0.8),
     ]
-    view = View(sc.Scene.of(solids), np.zeros(3))
+    view = SceneView(sc.Scene.of(solids), np.zeros(3))
     rays = rng.normal(size=(20000, 3))
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
     hits = view.cast(rays)
@@ -147,7 +147,7 @@ def test_cells_miss_nothing():
     rays = rays[np.abs(rays).max(axis=1) > 0]
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
     for origin in ([0, 0, 0], [3.3, -2.1, 0.4], [-11, 12, 1.0]):
-        view = View(scene, np.array(origin))
+        view = SceneView(scene, np.array(origin))
         nearest = np.full(len(rays), np.inf)
         for k in range(len(scene)):
             nearest = np.minimum(nearest, view.again(rays, np.full(len(rays), k)).range)
@@ -161,7 +161,7 @@ def test_quadrants_and_disc_reflect():
             sc.disc((-2, 0, 0), (1, 0, 0), 0.1, 0.4),
         ]
     )
-    view = View(scene, np.zeros(3))
+    view = SceneView(scene, np.zeros(3))
     rays = np.array([[2, y, z] for y, z in ((0.1, 0.1), (0.1, -0.1), (-0.1, -0.1), (-0.1, 0.1))])
     rays = np.vstack([rays, [[2, 0.25, 0.25], [-2, 0.05, 0.05], [-2, 0.15, 0]]])
     a = view.cast(rays / np.linalg.norm(rays, axis=1, keepdims=True)).reflectance

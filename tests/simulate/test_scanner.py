@@ -9,7 +9,7 @@ from tribrach.geometry.pose import Pose
 from tribrach.instruments.calibration import NIST
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.simulate import scene as sc
-from tribrach.simulate.scanner import Grid, Scanner, scan
+from tribrach.simulate.scanner import ScanGrid, Scanner, scan
 from tribrach.simulate.setups import levelled, tilted
 
 QUIET = ScanNoise(0, 0, 0, 0)
@@ -42,7 +42,7 @@ def all_of(blocks):
     return {name: np.concatenate([getattr(b, name) for b in blocks]) for name in names}
 
 
-GRID = Grid.panorama((0.5, 2.3), 60_000)
+GRID = ScanGrid.panorama((0.5, 2.3), 60_000)
 
 
 def test_without_errors_points_lie_on_the_primitives():
@@ -103,7 +103,7 @@ def test_errors_have_the_stated_sigmas():
 
 def test_range_noise_grows_with_the_incidence_where_asked():
     wall = sc.Scene.of([sc.rectangle((5, 0, 0), (-1, 0, 0), 40, 40, 0.5)])
-    grid = Grid.window((-1.2, 1.2), (1.4, 1.7), 0.002)
+    grid = ScanGrid.window((-1.2, 1.2), (1.4, 1.7), 0.002)
     level = Pose(np.eye(3), np.zeros(3))
     scanner = Scanner(ScanNoise(0.001, 0, 0, 0), incidence=True)
     out = all_of(scan(wall, level, scanner, grid, 2))
@@ -116,7 +116,7 @@ def test_range_noise_grows_with_the_incidence_where_asked():
 
 def test_intensity_is_reflectance_times_cosine():
     wall = sc.Scene.of([sc.rectangle((5, 0, 0), (-1, 0, 0), 40, 40, 0.5)])
-    level, grid = Pose(np.eye(3), np.zeros(3)), Grid.window((-1.0, 1.0), (1.3, 1.8), 0.005)
+    level, grid = Pose(np.eye(3), np.zeros(3)), ScanGrid.window((-1.0, 1.0), (1.3, 1.8), 0.005)
     out = all_of(scan(wall, level, Scanner(QUIET, intensity=0), grid, 2))
     cosine = out["xyz"][:, 0] / np.linalg.norm(out["xyz"], axis=1)
     assert np.abs(out["intensity"] - 0.5 * cosine).max() < 1e-6
@@ -135,7 +135,7 @@ def test_edges_blur_over_the_footprint():
     )
     level = Pose(np.eye(3), np.zeros(3))
     scanner = Scanner(ScanNoise(0, 0, 0, 0, 0.02, 0.0), intensity=0, beams=200, lost=0.0)
-    grid = Grid.window((-0.12, 0.12), (np.pi / 2 - 0.052, np.pi / 2 - 0.048), 0.0002)
+    grid = ScanGrid.window((-0.12, 0.12), (np.pi / 2 - 0.052, np.pi / 2 - 0.048), 0.0002)
     out = all_of(scan(board, level, scanner, grid, 2))
     y, light = 10 * out["xyz"][:, 1] / out["xyz"][:, 0], out["intensity"].astype(float)
     near = np.abs(y) < 0.03
@@ -176,7 +176,7 @@ def test_the_same_seed_gives_the_same_scan():
 
 
 def test_a_window_of_a_mask_sees_what_the_whole_sees():
-    scene, grid = room(), Grid.window((-0.3, 0.4), (1.2, 1.8), 0.004)
+    scene, grid = room(), ScanGrid.window((-0.3, 0.4), (1.2, 1.8), 0.004)
     mask = np.zeros((grid.rows, grid.columns), dtype=bool)
     mask[40:90, 60:120] = True
     scanner = Scanner(QUIET, intensity=0)

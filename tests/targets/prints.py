@@ -6,7 +6,7 @@ from tribrach.geometry.pose import Pose
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.scan.range_image import organise
 from tribrach.simulate import scene as sc
-from tribrach.simulate.scanner import Grid, Scanner, scan
+from tribrach.simulate.scanner import ScanGrid, Scanner, scan
 
 #: of single points: 8'' angles, a beam of 3.5 mm and 0.23 mrad
 NOISE = ScanNoise(0.0012, 1e-5, 3.9e-5, 3.9e-5, 0.0035, 0.00023)
@@ -26,7 +26,7 @@ def scanned(primitives, h, v, step, seed):
             sc.Scene.of(primitives),
             Pose(np.eye(3), np.zeros(3)),
             Scanner(NOISE),
-            Grid.window(h, v, step),
+            ScanGrid.window(h, v, step),
             seed,
         )
     )

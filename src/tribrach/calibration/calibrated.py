@@ -17,7 +17,7 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geometry.polar import polar_by_xyz, polar_from_xyz, require_defined
 from tribrach.instruments.calibration import Architecture, CalibrationModel
-from tribrach.network.survey import Survey, Table, as_column
+from tribrach.network.survey import ObservationTable, Survey, as_column
 from tribrach.observations.control import ScalarPriors
 from tribrach.observations.scanner import ScannerPolar, TargetCentres
 
@@ -59,7 +59,7 @@ def calibrate_survey(survey: Survey, models: Mapping[str, StationModel]) -> None
         centre with a scale of its own, or one that shares a covariance with others.
     """
     joint = survey.joint_tables()
-    tables: list[list[Table]] = []
+    tables: list[list[ObservationTable]] = []
     for number, table in enumerate(survey.tables()):
         mine = table.kind in (TargetCentres, ScannerPolar) and not table.hard
         if not mine or not table.names("pose") & models.keys():
@@ -99,7 +99,7 @@ def add_priors(
         survey.correlate(np.full(k, table), np.arange(k), rows, covariance, source)
 
 
-def _split(table: Table, models: Mapping[str, StationModel]) -> list[Table]:
+def _split(table: ObservationTable, models: Mapping[str, StationModel]) -> list[ObservationTable]:
     """The table in parts of one model each; what has no model stays as it is."""
     stations = as_column(table.columns["station"], table.n).astype(str)
     whose = np.array([models[s].owner if s in models else "" for s in stations])
@@ -113,7 +113,7 @@ def _split(table: Table, models: Mapping[str, StationModel]) -> list[Table]:
     return out
 
 
-def _with_model(part: Table, given: StationModel) -> Table:
+def _with_model(part: ObservationTable, given: StationModel) -> ObservationTable:
     """Observations of one model as polar ones with its unknowns."""
     columns = dict(part.columns)
     if part.kind is TargetCentres:
@@ -129,10 +129,10 @@ def _with_model(part: Table, given: StationModel) -> Table:
         )
     names = np.array([given.unknowns] * part.n, dtype=object).reshape(part.n, -1)
     columns |= {"face": face, "model": given.model, "parameters": names}
-    return Table(ScannerPolar, part.group, columns, part.n)
+    return ObservationTable(ScannerPolar, part.group, columns, part.n)
 
 
-def _polar_columns(part: Table, given: StationModel) -> dict[str, Any]:
+def _polar_columns(part: ObservationTable, given: StationModel) -> dict[str, Any]:
     """Columns of polar observations from target centres."""
     xyz = np.asarray(part.columns["values"], dtype=float)
     scale = part.columns.get("scale")
@@ -164,6 +164,6 @@ def polar_of_centres(xyz: Array, covariance: Array, sources: Sequence[str]) -> t
     return polar, symmetric
 
 
-def _first_source(table: Table) -> str | None:
+def _first_source(table: ObservationTable) -> str | None:
     sources = table.columns.get("source", [])
     return str(sources[0]) if len(sources) and sources[0] else None

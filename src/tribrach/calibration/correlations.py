@@ -14,7 +14,7 @@ import numpy as np
 from tribrach._types import Array, Index
 from tribrach.network.adjustment import Adjustment
 
-__all__ = ["LIMITS", "Correlations", "Pair", "calibration_correlations"]
+__all__ = ["LIMITS", "CorrelatedPair", "Correlations", "calibration_correlations"]
 
 
 #: correlations from which on pairs are listed
@@ -22,7 +22,7 @@ LIMITS = (0.7, 0.9, 0.99)
 
 
 @dataclass(frozen=True)
-class Pair:
+class CorrelatedPair:
     """Two unknowns in words and their correlation."""
 
     a: str
@@ -45,7 +45,7 @@ class Correlations:
     within: Array
     orientation: Array
     points: Array
-    pairs: tuple[Pair, ...]
+    pairs: tuple[CorrelatedPair, ...]
 
     def above(self, limit: float) -> int:
         """Number of pairs above a limit."""
@@ -96,11 +96,13 @@ def calibration_correlations(adjustment: Adjustment, names: Sequence[str]) -> Co
     )
 
 
-def _pairs(a: Sequence[str], b: Sequence[str], rho: Array, *, triangle: bool) -> list[Pair]:
+def _pairs(
+    a: Sequence[str], b: Sequence[str], rho: Array, *, triangle: bool
+) -> list[CorrelatedPair]:
     """Pairs above the lowest limit."""
     size = np.nan_to_num(np.abs(rho))
     if triangle:
         size = np.triu(size, 1)
     i, j = np.nonzero(size > LIMITS[0])
     found = zip(i.tolist(), j.tolist(), strict=True)
-    return [Pair(a[k], b[m], float(rho[k, m])) for k, m in found]
+    return [CorrelatedPair(a[k], b[m], float(rho[k, m])) for k, m in found]

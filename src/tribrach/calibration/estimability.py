@@ -22,7 +22,14 @@ from tribrach.network.defects import column_length, motion_words, null_space, se
 from tribrach.network.network import Network
 from tribrach.observations.unknowns import State
 
-__all__ = ["Estimability", "Left", "Proposal", "estimability", "parameter_columns_of", "propose"]
+__all__ = [
+    "Estimability",
+    "EstimableSet",
+    "Left",
+    "estimability",
+    "parameter_columns_of",
+    "propose",
+]
 
 
 #: part of a column that is still there after all others are taken out; below it is nothing
@@ -38,7 +45,7 @@ class Left:
 
 
 @dataclass(frozen=True)
-class Proposal:
+class EstimableSet:
     """Parameters that can be estimated.
 
     names : in the order of the network; covariance (k, k) of them, a priori; left : what cannot be
@@ -109,7 +116,9 @@ def parameter_columns_of(network: Network, names: Sequence[str]) -> Index:
     return layout.columns("scalar", index)[..., 0]
 
 
-def propose(network: Network, state: State, names: Sequence[str], near: float = 0.95) -> Proposal:
+def propose(
+    network: Network, state: State, names: Sequence[str], near: float = 0.95
+) -> EstimableSet:
     """The parameters (scalars by name) that the network can separate, at a state.
 
     near : correlation above which two parameters are hardly separated.
@@ -130,7 +139,7 @@ def propose(network: Network, state: State, names: Sequence[str], near: float = 
     covariance = _inverse(normal)
     chosen = [names[k] for k in kept]
     hardly = tuple(_hardly(chosen, covariance, near))
-    return Proposal(tuple(chosen), covariance, tuple(left), hardly)
+    return EstimableSet(tuple(chosen), covariance, tuple(left), hardly)
 
 
 def _inverse(normal: Array) -> Array:

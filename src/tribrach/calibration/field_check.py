@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from tribrach.calibration.field_series import FTest, SeriesCheck, against_earlier, check_series
-from tribrach.calibration.scanner_readings import Readings, face_means, face_pairs
+from tribrach.calibration.scanner_readings import ScannerReadings, face_means, face_pairs
 from tribrach.calibration.target_distances import DistanceCheck, compare_distances
 from tribrach.calibration.two_face import TwoFaceTest, two_face_test
 from tribrach.errors import InputError
@@ -80,7 +80,7 @@ class FieldCheck:
 
 
 def check_readings(
-    readings: Readings, title: str, alpha: float = 0.05, earlier: Earlier | None = None
+    readings: ScannerReadings, title: str, alpha: float = 0.05, earlier: Earlier | None = None
 ) -> FieldCheck:
     """Test whatever the readings allow to test.
 
@@ -136,7 +136,7 @@ def check_readings(
 
 
 def _couples(
-    means: Readings, stations: Sequence[str], series: Sequence[str], notes: list[str]
+    means: ScannerReadings, stations: Sequence[str], series: Sequence[str], notes: list[str]
 ) -> list[tuple[str, str, str]]:
     """Stations and series with at least three targets in common."""
     if len(stations) < 2:

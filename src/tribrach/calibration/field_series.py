@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tribrach._types import Array
-from tribrach.calibration.scanner_readings import Readings
+from tribrach.calibration.scanner_readings import ScannerReadings
 from tribrach.errors import InputError
 from tribrach.geometry.polar import xyz_by_polar, xyz_from_polar
 from tribrach.network.adjustment import Adjustment, adjust
@@ -81,7 +81,7 @@ class SeriesCheck:
         return self.statistic <= self.critical
 
 
-def check_series(readings: Readings, alpha: float = 0.05) -> SeriesCheck:
+def check_series(readings: ScannerReadings, alpha: float = 0.05) -> SeriesCheck:
     """Adjust all series and test them.
 
     readings : means of faces, every scan a station and a series.
@@ -130,7 +130,7 @@ def against_earlier(now: SeriesCheck, s: float, dof: int) -> FTest:
     return FTest((now.s / s) ** 2, (now.dof, dof), lower, upper)
 
 
-def _complete(readings: Readings) -> tuple[list[str], list[tuple[str, str]]]:
+def _complete(readings: ScannerReadings) -> tuple[list[str], list[tuple[str, str]]]:
     """Targets that every scan has, and the scans."""
     scans = list(dict.fromkeys(zip(readings.station, readings.series, strict=True)))
     if len(scans) < 2:
@@ -154,19 +154,19 @@ def _name(station: str, series: str) -> str:
     return f"{station}, series {series}" if series else station
 
 
-def _centres(readings: Readings) -> tuple[Array, Array]:
+def _centres(readings: ScannerReadings) -> tuple[Array, Array]:
     """Centres (n, 3) in the scanner frames and their covariances (n, 3, 3)."""
     turn = xyz_by_polar(readings.polar)
     covariance = turn @ readings.covariance @ turn.transpose(0, 2, 1)
     return xyz_from_polar(readings.polar), (covariance + covariance.transpose(0, 2, 1)) / 2
 
 
-def _coordinate_sigma(readings: Readings) -> float:
+def _coordinate_sigma(readings: ScannerReadings) -> float:
     """Root of the mean variance of a coordinate [m], as stated."""
     return float(np.sqrt(np.einsum("nii->n", _centres(readings)[1]).mean() / 3))
 
 
-def _adjusted(readings: Readings, *, weighted: bool) -> Adjustment:
+def _adjusted(readings: ScannerReadings, *, weighted: bool) -> Adjustment:
     """The free network of all scans; with the stated covariances, or all coordinates alike.
 
     Coordinates that are all alike have a sigma of a metre, so that the variance factor is the
@@ -188,7 +188,7 @@ def _adjusted(readings: Readings, *, weighted: bool) -> Adjustment:
     return adjust(survey.network())
 
 
-def _between(readings: Readings, alpha: float) -> FTest | None:
+def _between(readings: ScannerReadings, alpha: float) -> FTest | None:
     """What stations differ by against the scatter of their own series, by the stated weights.
 
     The sum of squares of all less those of each station by itself is what the stations differ by.

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
-from tribrach.calibration.estimability import Proposal, propose
+from tribrach.calibration.estimability import EstimableSet, propose
 from tribrach.geometry.polar import NEAREST, POLE, polar_from_xyz
 from tribrach.geometry.rotation import exp
 from tribrach.network.linear import SingularMatrix
@@ -124,7 +124,7 @@ class Remedy:
     """
 
     what: str
-    proposal: Proposal
+    proposal: EstimableSet
 
 
 def remedies(

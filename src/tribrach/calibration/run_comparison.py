@@ -16,7 +16,7 @@ from tribrach.calibration.datum_effects import distance_sigmas
 from tribrach.calibration.self_calibration import SelfCalibration
 from tribrach.errors import InputError
 
-__all__ = ["Compared", "Line", "compare_runs"]
+__all__ = ["Compared", "ComparedUnknown", "compare_runs"]
 
 
 #: ratios of estimable sigmas closer to one than this are one
@@ -28,7 +28,7 @@ _NOTICED = 1.02
 
 
 @dataclass(frozen=True)
-class Line:
+class ComparedUnknown:
     """An unknown in both runs: values and sigmas [m or rad]; NaN where a run holds it."""
 
     name: str
@@ -48,7 +48,7 @@ class Line:
 class Compared:
     """Two runs; distances : ratios (m,) of sigmas of distances between points; redundancies."""
 
-    lines: tuple[Line, ...]
+    lines: tuple[ComparedUnknown, ...]
     distances: Array
     redundancy: tuple[int, int]
     vtpv: tuple[float, float]
@@ -82,7 +82,7 @@ class Compared:
         return out
 
 
-def _factor(line: Line) -> str:
+def _factor(line: ComparedUnknown) -> str:
     return f"{line.name} ({line.ratio:.3g} times)"
 
 
@@ -114,16 +114,16 @@ def _distances(run: SelfCalibration) -> Array:
     return sigma
 
 
-def _parameters(first: SelfCalibration, second: SelfCalibration) -> list[Line]:
+def _parameters(first: SelfCalibration, second: SelfCalibration) -> list[ComparedUnknown]:
     others = {p.name: p for p in second.parameters}
     return [
-        Line(p.name, p.unit, p.value, p.sigma, q.value, q.sigma)
+        ComparedUnknown(p.name, p.unit, p.value, p.sigma, q.value, q.sigma)
         for p in first.parameters
         if (q := others.get(p.name)) is not None
     ]
 
 
-def _stations(first: SelfCalibration, second: SelfCalibration) -> list[Line]:
+def _stations(first: SelfCalibration, second: SelfCalibration) -> list[ComparedUnknown]:
     """Components of the poses; the value is the translation, turns have none of their own."""
     out = []
     a, b = first.adjustment, second.adjustment
@@ -141,7 +141,7 @@ def _stations(first: SelfCalibration, second: SelfCalibration) -> list[Line]:
         for k, part in enumerate(("E", "N", "U", "tilt E", "tilt N", "heading")):
             if sigmas[0][k] > 0 or sigmas[1][k] > 0:
                 out.append(
-                    Line(
+                    ComparedUnknown(
                         f"{part} of {name}",
                         "m" if k < 3 else "rad",
                         places[0][k],

@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 from tribrach._types import Array
 from tribrach.errors import InputError
 
-__all__ = ["FacePairs", "Readings", "face_means", "face_pairs", "folded"]
+__all__ = ["FacePairs", "ScannerReadings", "face_means", "face_pairs", "folded"]
 
 
 Names = NDArray[np.object_]
 
 
 @dataclass(frozen=True)
-class Readings:
+class ScannerReadings:
     """Readings (n,) of targets.
 
     station, series, target (n,) names; face (n,) +1 front, -1 back; polar (n, 3) folded; covariance
@@ -39,14 +39,16 @@ class Readings:
     def __len__(self) -> int:
         return len(self.polar)
 
-    def take(self, chosen: NDArray[np.int64] | NDArray[np.bool_]) -> Readings:
+    def take(self, chosen: NDArray[np.int64] | NDArray[np.bool_]) -> ScannerReadings:
         """Some of the readings."""
-        return Readings(*(getattr(self, name)[chosen] for name in Readings.__dataclass_fields__))
+        return ScannerReadings(
+            *(getattr(self, name)[chosen] for name in ScannerReadings.__dataclass_fields__)
+        )
 
 
 @dataclass(frozen=True)
 class FacePairs:
-    """Targets (n,) measured in both faces, see :class:`Readings`.
+    """Targets (n,) measured in both faces, see :class:`ScannerReadings`.
 
     half (n, 3) half of front less back; covariance (n, 3, 3) of it, which is that of the mean too;
     polar (n, 3) mean of both faces.
@@ -78,7 +80,7 @@ def _wrapped(angle: Array) -> Array:
     return np.asarray((angle + np.pi) % (2 * np.pi) - np.pi)
 
 
-def _groups(readings: Readings) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _groups(readings: ScannerReadings) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Number of each reading's (station, series, target), and the first reading of each."""
     key = np.array(
         [
@@ -93,7 +95,9 @@ def _groups(readings: Readings) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     return rank[number], first[order]
 
 
-def _by_face(readings: Readings) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+def _by_face(
+    readings: ScannerReadings,
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
     """First reading of every group, and its front and back reading, -1 for none.
 
     Raises
@@ -118,7 +122,7 @@ def _by_face(readings: Readings) -> tuple[NDArray[np.int64], NDArray[np.int64], 
     return first, sides[0], sides[1]
 
 
-def face_pairs(readings: Readings) -> FacePairs:
+def face_pairs(readings: ScannerReadings) -> FacePairs:
     """Targets with readings of both faces.
 
     Raises
@@ -141,7 +145,7 @@ def face_pairs(readings: Readings) -> FacePairs:
     )
 
 
-def face_means(readings: Readings) -> Readings:
+def face_means(readings: ScannerReadings) -> ScannerReadings:
     """One reading for every station, series and target: the mean of both faces where there are.
 
     The face of a mean is 0.
@@ -156,7 +160,7 @@ def face_means(readings: Readings) -> Readings:
     polar, covariance = readings.polar[one].copy(), readings.covariance[one].copy()
     pairs = face_pairs(readings)
     polar[both], covariance[both] = pairs.polar, pairs.covariance
-    return Readings(
+    return ScannerReadings(
         readings.station[first],
         readings.series[first],
         readings.target[first],

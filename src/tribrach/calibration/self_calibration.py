@@ -17,7 +17,7 @@ from tribrach.calibration.correlations import Correlations, calibration_correlat
 from tribrach.calibration.datum_effects import DatumSigmas, datum_effects
 from tribrach.calibration.estimability import (
     Estimability,
-    Proposal,
+    EstimableSet,
     estimability,
     parameter_columns_of,
     propose,
@@ -45,7 +45,7 @@ from tribrach.statistics import f
 
 __all__ = [
     "Parameter",
-    "Readings",
+    "PolarReadings",
     "SelfCalibration",
     "Wishes",
     "calibrate",
@@ -103,7 +103,7 @@ class Parameter:
 
 
 @dataclass(frozen=True)
-class Readings:
+class PolarReadings:
     """Polar observations that took part, all (n,) or (n, 3).
 
     stations : pose index; polar : measured r, H, V folded to the front; face; sigma (n, 3); after :
@@ -126,7 +126,7 @@ class SelfCalibration:
     before: Adjustment | None
     parameters: tuple[Parameter, ...]
     estimability: Estimability
-    proposal: Proposal
+    proposal: EstimableSet
     remedies: tuple[Remedy, ...]
     together: BlockTest
     gain: BlockTest | None
@@ -134,7 +134,7 @@ class SelfCalibration:
     differ: BlockTest | None
     correlations: Correlations
     datums: tuple[DatumSigmas, ...]
-    readings: Readings
+    readings: PolarReadings
     factor: float
     sigma_origin: str
     left_out: tuple[str, ...]
@@ -252,7 +252,7 @@ def _analysed(
     wishes: Wishes,
     models: Sequence[CalibrationModel],
     found: Estimability,
-    proposal: Proposal,
+    proposal: EstimableSet,
     further: tuple[Remedy, ...],
     left_out: tuple[str, ...],
     log: SnoopingLog | None,
@@ -313,7 +313,7 @@ def _eliminated(
 
 
 def _refusal(
-    found: Estimability, proposal: Proposal, further: Sequence[Remedy]
+    found: Estimability, proposal: EstimableSet, further: Sequence[Remedy]
 ) -> tuple[str, list[str]]:
     """Headline and sentences of a network with open unknowns."""
     count = len(found.open)
@@ -329,7 +329,7 @@ def _refusal(
     return headline, words
 
 
-def remedy_sentences(proposal: Proposal, further: Sequence[Remedy]) -> list[str]:
+def remedy_sentences(proposal: EstimableSet, further: Sequence[Remedy]) -> list[str]:
     """What every addition would give, in words."""
     out = []
     known = set(proposal.names)
@@ -407,7 +407,7 @@ def _origin(adjustment: Adjustment, posterior: bool) -> str:
     return "a priori, from the sigmas of the observations"
 
 
-def _readings(adjustment: Adjustment, before: Adjustment | None) -> Readings:
+def _readings(adjustment: Adjustment, before: Adjustment | None) -> PolarReadings:
     """Polar observations with their residuals."""
     stations, polar, face, sigma, after, earlier = [], [], [], [], [], []
     for o in adjustment.network.observations:
@@ -422,7 +422,7 @@ def _readings(adjustment: Adjustment, before: Adjustment | None) -> Readings:
         after.append(-o.misclosure(adjustment.state)[items])
         if before is not None:
             earlier.append(-o.misclosure(before.state)[items])
-    return Readings(
+    return PolarReadings(
         np.concatenate(stations),
         np.concatenate(polar),
         np.concatenate(face),

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array
 from tribrach.calibration.misalignment_search import Explanation, explain, whitened
-from tribrach.calibration.scanner_readings import Readings
+from tribrach.calibration.scanner_readings import ScannerReadings
 from tribrach.errors import InputError
 from tribrach.geometry.polar import xyz_by_polar, xyz_from_polar
 from tribrach.instruments.calibration import NIST
@@ -75,7 +75,7 @@ class DistanceCheck:
 
 
 def compare_distances(
-    readings: Readings, first: str, second: str, series: str = "", alpha: float = 0.05
+    readings: ScannerReadings, first: str, second: str, series: str = "", alpha: float = 0.05
 ) -> DistanceCheck:
     """Distances between the targets that two stations have in common, in one series.
 
@@ -133,14 +133,14 @@ def compare_distances(
     )
 
 
-def _of(readings: Readings, station: str, series: str) -> dict[str, int]:
+def _of(readings: ScannerReadings, station: str, series: str) -> dict[str, int]:
     """Row of each target of a station in a series."""
     mine = (readings.station == station) & (readings.series == series)
     return {str(readings.target[i]): int(i) for i in np.flatnonzero(mine)}
 
 
 def _distances(
-    part: Readings, index: NDArray[np.int64], names: tuple[str, ...]
+    part: ScannerReadings, index: NDArray[np.int64], names: tuple[str, ...]
 ) -> tuple[Array, Array, Array]:
     """Distances (p,), their covariance (p, p), and what parameters of one make of them (p, k)."""
     xyz = xyz_from_polar(part.polar)

@@ -60,7 +60,7 @@ def adjust(
             )
         if datum is not None:
             network = network.with_datum(parse_datum(datum))
-        settings = pipeline.Settings(snoop, robust, vce, posterior, confidence, angle)
+        settings = pipeline.AdjustmentSettings(snoop, robust, vce, posterior, confidence, angle)
         facts, sessions = (
             ({}, ()) if project is None else (project.facts, project.computed_sessions)
         )

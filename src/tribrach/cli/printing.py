@@ -5,7 +5,7 @@ from __future__ import annotations
 from rich.console import JustifyMethod
 from rich.table import Table as Printed
 
-from tribrach.report.tables import Table
+from tribrach.report.tables import ReportTable
 
 __all__ = ["printed"]
 
@@ -13,7 +13,7 @@ __all__ = ["printed"]
 _WORD, _CELL = 10, 14
 
 
-def printed(table: Table, width: int) -> Printed:
+def printed(table: ReportTable, width: int) -> Printed:
     """Heads with their units, numbers to the right; what stands in brackets is no markup.
 
     width : characters in a line of the terminal. Where a table needs more, heads are folded and
@@ -44,13 +44,13 @@ def _total(widths: list[int], padding: int) -> int:
     return sum(widths) + (2 * padding + 1) * len(widths) + 1
 
 
-def _natural(table: Table, k: int) -> int:
+def _natural(table: ReportTable, k: int) -> int:
     """Characters of a column as it stands."""
     column = table.columns[k]
     return max(len(column.head), len(column.unit), _longest(table, k))
 
 
-def _least(table: Table, k: int) -> int:
+def _least(table: ReportTable, k: int) -> int:
     """Characters of a column whose head, or whose cells of many words, are folded."""
     column = table.columns[k]
     words = max(map(len, (*column.head.split(), column.unit)), default=0)
@@ -58,5 +58,5 @@ def _least(table: Table, k: int) -> int:
     return max(min(words, _WORD), longest if column.numeric else min(longest, _CELL))
 
 
-def _longest(table: Table, k: int) -> int:
+def _longest(table: ReportTable, k: int) -> int:
     return max((len(row.cells[k].text) for row in table.rows), default=0)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array
 from tribrach.comparison.nearest import Neighbours
-from tribrach.comparison.sampling_floor import Floor, Pattern, pattern
+from tribrach.comparison.sampling_floor import Floor, SamplingPattern, pattern
 from tribrach.comparison.streams import SIZE, Part, Stream, in_memory, parts
 
 __all__ = ["C2C", "Pitch", "Sample", "Signed", "Tally", "cloud_to_cloud", "plane_distances"]
@@ -284,7 +284,7 @@ def cloud_to_cloud(
         for part in parts(in_memory(own.rows), compared, limit, size)
         for places in part.queries()
     ]
-    return work.result(Pattern.join(patterns))
+    return work.result(SamplingPattern.join(patterns))
 
 
 class _Work:
@@ -296,7 +296,7 @@ class _Work:
         self.signed = Tally(-limit, limit)
         self.sizes = Tally(0.0, limit)
         self.sample = Sample(_MAP, 4)
-        self.patterns: list[Pattern] = []
+        self.patterns: list[SamplingPattern] = []
         self.places: list[Array] = []
         self.weights: list[Array] = []
         self.done = 0
@@ -331,9 +331,9 @@ class _Work:
             self.signed.add(signed)
             self.sizes.add(np.abs(signed))
 
-    def result(self, own: Pattern) -> C2C:
+    def result(self, own: SamplingPattern) -> C2C:
         """All figures."""
-        found = Pattern.join(self.patterns)
+        found = SamplingPattern.join(self.patterns)
         places = np.concatenate([np.empty((0, 3)), *self.places])
         weights = np.concatenate([np.empty(0), *self.weights])
         floor, model = _floor(found, weights)
@@ -371,7 +371,7 @@ class _Work:
         return Signed(s.count, s.mean, s.std, s.rms, s.quantile(0.5), self.sizes.quantile(0.95))
 
 
-def _floor(found: Pattern, weights: Array) -> tuple[Floor | None, str | None]:
+def _floor(found: SamplingPattern, weights: Array) -> tuple[Floor | None, str | None]:
     """The floor over all places, each for as many points as it stands for; what it rests on."""
     known = found.known
     if not known.any():
@@ -383,7 +383,7 @@ def _floor(found: Pattern, weights: Array) -> tuple[Floor | None, str | None]:
     return Floor.from_moments(mean, square), "lattice" if regular > _MOSTLY else "measured"
 
 
-def _pitch(found: Pattern) -> Pitch | None:
+def _pitch(found: SamplingPattern) -> Pitch | None:
     """Medians over the lattices if most places are on one, else over all places."""
     known = found.known
     if not known.any():

@@ -17,7 +17,7 @@ from tribrach.cloud.covariance import covariances
 from tribrach.cloud.placement import Placement
 from tribrach.errors import InputError
 
-__all__ = ["Chunk", "Source", "centred", "from_station", "plain", "whole"]
+__all__ = ["CloudChunk", "Source", "centred", "from_station", "plain", "whole"]
 
 
 #: points of one part
@@ -25,7 +25,7 @@ CHUNK = 4_000_000
 
 
 @dataclass(frozen=True)
-class Chunk:
+class CloudChunk:
     """Some points (n, 3) of a cloud [m].
 
     random : covariances (n, 6) [m^2] as xx, yy, zz, xy, xz, yz of what is new with every point
@@ -37,17 +37,17 @@ class Chunk:
 
 
 #: gives the parts of a cloud from its beginning, each time it is called
-Source = Callable[[], Iterable[Chunk]]
+Source = Callable[[], Iterable[CloudChunk]]
 
 
 def whole(xyz: Array, random: Array | None = None, most: int = CHUNK) -> Source:
     """A cloud that is in memory (n, 3), or mapped into it, with covariances (n, 6) or none."""
 
-    def parts() -> Iterator[Chunk]:
+    def parts() -> Iterator[CloudChunk]:
         for begin in range(0, len(xyz), most):
             some = slice(begin, begin + most)
             covariance = None if random is None else np.asarray(random[some], dtype=float)
-            yield Chunk(np.asarray(xyz[some], dtype=float), covariance)
+            yield CloudChunk(np.asarray(xyz[some], dtype=float), covariance)
 
     return parts
 
@@ -55,9 +55,9 @@ def whole(xyz: Array, random: Array | None = None, most: int = CHUNK) -> Source:
 def plain(stream: Callable[[], Iterable[Array]]) -> Source:
     """A stream of arrays (n, 3), without covariances."""
 
-    def chunks() -> Iterator[Chunk]:
+    def chunks() -> Iterator[CloudChunk]:
         for xyz in stream():
-            yield Chunk(np.asarray(xyz, dtype=float))
+            yield CloudChunk(np.asarray(xyz, dtype=float))
 
     return chunks
 
@@ -72,16 +72,16 @@ def from_station(
     """
     alone = Placement(placement.station, placement.pose, np.zeros((6, 6)), placement.noise)
 
-    def carried() -> Iterator[Chunk]:
+    def carried() -> Iterator[CloudChunk]:
         for xyz, cosine in parts():
-            yield Chunk(placement.pose @ xyz, covariances(xyz, alone, cosine))
+            yield CloudChunk(placement.pose @ xyz, covariances(xyz, alone, cosine))
 
     return carried
 
 
 def centred(
     source: Source, origin: Array, low: Array, high: Array, most: int = CHUNK
-) -> Iterator[Chunk]:
+) -> Iterator[CloudChunk]:
     """Chunks relative to an origin (3,), without points outside a box ``low`` to ``high`` (3,).
 
     The box [m] is relative to the origin. Coordinates of the size of UTM lose their large part here
@@ -92,7 +92,7 @@ def centred(
     ------
     InputError : a coordinate is not finite.
     """
-    waiting: list[Chunk] = []
+    waiting: list[CloudChunk] = []
     for part in source():
         some = _cut(part, origin, low, high)
         if waiting and len(some.xyz) + sum(len(w.xyz) for w in waiting) > most:
@@ -104,7 +104,7 @@ def centred(
         yield _joined(waiting)
 
 
-def _cut(part: Chunk, origin: Array, low: Array, high: Array) -> Chunk:
+def _cut(part: CloudChunk, origin: Array, low: Array, high: Array) -> CloudChunk:
     """The points of a chunk within the box, relative to the origin."""
     kept, xyz = np.empty(len(part.xyz), dtype=np.int64), np.empty(part.xyz.shape)
     count = _inside(np.ascontiguousarray(part.xyz), origin, low, high, kept, xyz)
@@ -112,16 +112,16 @@ def _cut(part: Chunk, origin: Array, low: Array, high: Array) -> Chunk:
         raise InputError("a point has a coordinate that is not a number")
     random = None if part.random is None else part.random[kept[:count]]
     # a copy, so that a chunk that is nearly empty does not hold the memory of a full one
-    return Chunk(xyz[:count] if 2 * count > len(xyz) else xyz[:count].copy(), random)
+    return CloudChunk(xyz[:count] if 2 * count > len(xyz) else xyz[:count].copy(), random)
 
 
-def _joined(chunks: list[Chunk]) -> Chunk:
+def _joined(chunks: list[CloudChunk]) -> CloudChunk:
     """All points of some chunks; covariances only where all have them."""
     if len(chunks) == 1:
         return chunks[0]
     random = [c.random for c in chunks if c.random is not None]
     whole = np.concatenate(random) if len(random) == len(chunks) else None
-    return Chunk(np.concatenate([c.xyz for c in chunks]), whole)
+    return CloudChunk(np.concatenate([c.xyz for c in chunks]), whole)
 
 
 @njit(cache=True, nogil=True)

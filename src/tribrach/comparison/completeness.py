@@ -21,7 +21,7 @@ from scipy.sparse.csgraph import connected_components
 from tribrach._types import Array, Index
 from tribrach.errors import InputError
 
-__all__ = ["Completeness", "Gap", "PatchGrid", "Patches", "assess_completeness", "found_in"]
+__all__ = ["Completeness", "Gap", "PatchGrid", "SurfacePatches", "assess_completeness", "found_in"]
 
 # Points counted in the cells of a grid, chunk by chunk: memory grows with surface, not points.
 #
@@ -89,7 +89,7 @@ class PatchGrid:
 
 
 @dataclass
-class Patches:
+class SurfacePatches:
     """Cells of one cloud, sorted: how many points each has, the sum of their variances [m^2]."""
 
     keys: Index = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
@@ -257,7 +257,7 @@ class Completeness:
 
 def assess_completeness(
     grid: PatchGrid,
-    stations: Mapping[str, Patches],
+    stations: Mapping[str, SurfacePatches],
     *,
     model: Index | None = None,
     required: float | None = None,
@@ -298,7 +298,7 @@ def assess_completeness(
     )
 
 
-def _union(stations: Mapping[str, Patches]) -> Index:
+def _union(stations: Mapping[str, SurfacePatches]) -> Index:
     """Cells with enough points of all stations together."""
     empty = np.zeros(0, dtype=np.int64)
     keys = np.concatenate([empty, *(p.keys for p in stations.values())])
@@ -308,7 +308,7 @@ def _union(stations: Mapping[str, Patches]) -> Index:
     return chosen
 
 
-def _around(patches: Patches, cells: Index) -> tuple[NDArray[np.int64], Array]:
+def _around(patches: SurfacePatches, cells: Index) -> tuple[NDArray[np.int64], Array]:
     """Points (n,) and variances (n,) of a station in cells and those that share a face."""
     count, total = np.zeros(len(cells), dtype=np.int64), np.zeros(len(cells))
     for step in ((0, 0, 0), *_FACES):

@@ -10,7 +10,7 @@ from numba import njit, prange
 
 from tribrach._types import Array, Index
 from tribrach.comparison.cloud_parts import Source, centred
-from tribrach.comparison.point_cells import Cells, ball_ranges
+from tribrach.comparison.point_cells import PointCells, ball_ranges
 from tribrach.errors import InputError
 
 __all__ = ["Normals", "core_normals", "core_points"]
@@ -69,7 +69,7 @@ def core_normals(
     reach = radii[-1]
     moments = np.zeros((len(core), len(radii), 10))
     for part in centred(cloud, origin, here.min(axis=0) - reach, here.max(axis=0) + reach):
-        _moments(here, radii, Cells.of(part.xyz, radii[0] / 2).arrays, moments)
+        _moments(here, radii, PointCells.of(part.xyz, radii[0] / 2).arrays, moments)
     towards = _towards(core, scanner, direction)
     vectors, figures = np.empty((len(core), 3)), np.empty((len(core), 4))
     _axes(moments, 2 * radii, towards, vectors, figures)

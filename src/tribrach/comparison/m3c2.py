@@ -27,7 +27,7 @@ __all__ = [
     "FEWEST",
     "M3C2",
     "NORMAL_95",
-    "Settings",
+    "M3C2Settings",
     "additive_level",
     "checked_core",
     "m3c2",
@@ -81,7 +81,7 @@ _MEDIAN_COST = np.pi / 2
 
 
 @dataclass(frozen=True)
-class Settings:
+class M3C2Settings:
     """What M3C2 is told.
 
     scales : diameters D of the neighbourhoods for normals [m], the most planar one is taken;
@@ -121,7 +121,7 @@ class M3C2:
 
     core: Array
     normals: Normals
-    settings: Settings
+    settings: M3C2Settings
     first: Positions
     second: Positions
     independent: Array | None
@@ -196,7 +196,7 @@ def m3c2(
     first: Source,
     second: Source,
     core: Array,
-    settings: Settings,
+    settings: M3C2Settings,
     *,
     normals: Normals | None = None,
     footprints: tuple[Array, Array] | None = None,

@@ -25,8 +25,8 @@ from tribrach._types import Array, Index, Mask
 from tribrach.comparison.cloud_parts import Source, centred
 from tribrach.comparison.core_points import Normals, core_normals
 from tribrach.comparison.effective_points import effective_number
-from tribrach.comparison.m3c2 import FEWEST, NORMAL_95, Settings, additive_level, checked_core
-from tribrach.comparison.point_cells import Cells, cylinder_ranges
+from tribrach.comparison.m3c2 import FEWEST, NORMAL_95, M3C2Settings, additive_level, checked_core
+from tribrach.comparison.point_cells import PointCells, cylinder_ranges
 from tribrach.comparison.projection_cylinders import Cylinders
 from tribrach.comparison.station_pair import StationPair
 from tribrach.errors import InputError
@@ -76,7 +76,7 @@ def weighted_means(cloud: Source, cylinders: Cylinders) -> WeightedPositions:
                 "the points of a cloud have no covariances to propagate",
                 cure="compare with plain M3C2",
             )
-        cells = Cells.of(part.xyz, cylinders.radius)
+        cells = PointCells.of(part.xyz, cylinders.radius)
         _add(
             cylinders.core,
             cylinders.normal,
@@ -223,7 +223,7 @@ def m3c2_ep(
     first: Source,
     second: Source,
     core: Array,
-    settings: Settings,
+    settings: M3C2Settings,
     stations: StationPair,
     *,
     normals: Normals | None = None,

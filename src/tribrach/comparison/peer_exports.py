@@ -25,7 +25,7 @@ from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import skew
 
-__all__ = ["SIGMA_FIELDS", "Alignment", "alignment", "scan_position"]
+__all__ = ["SIGMA_FIELDS", "PeerTransformation", "alignment", "scan_position"]
 
 
 #: fields of delivered clouds that precision maps are made of, along x, y, z [m]
@@ -33,7 +33,7 @@ SIGMA_FIELDS = ("sigma_x", "sigma_y", "sigma_z")
 
 
 @dataclass(frozen=True)
-class Alignment:
+class PeerTransformation:
     """A transformation of the second cloud with its uncertainty, as py4dgeo's M3C2-EP takes it.
 
     matrix (3, 4); covariance (12, 12) of its elements a11, a12, a13, a21 .. a33, then tx, ty, tz
@@ -54,7 +54,9 @@ class Alignment:
         return json.dumps({name: value.tolist() for name, value in self.arguments.items()}) + "\n"
 
 
-def alignment(stations: StationPair, reference: Array, motion: Pose | None = None) -> Alignment:
+def alignment(
+    stations: StationPair, reference: Array, motion: Pose | None = None
+) -> PeerTransformation:
     """The uncertainty of the second station against the first for py4dgeo.
 
     reference (3,) : near the clouds, in their frame [m]; motion : what the second cloud still has
@@ -70,7 +72,9 @@ def alignment(stations: StationPair, reference: Array, motion: Pose | None = Non
         to_elements[9:, 3 + k] = turn @ shift
     to_elements[9:, :3] = np.eye(3)
     covariance = to_elements @ stations.relative(reference) @ to_elements.T
-    return Alignment(np.column_stack([rotation, shift]), covariance, np.asarray(reference, float))
+    return PeerTransformation(
+        np.column_stack([rotation, shift]), covariance, np.asarray(reference, float)
+    )
 
 
 def scan_position(placement: Placement, length: float) -> dict[str, Any]:

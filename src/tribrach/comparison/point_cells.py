@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
 
-__all__ = ["Cells", "ball_ranges", "cylinder_ranges"]
+__all__ = ["PointCells", "ball_ranges", "cylinder_ranges"]
 
 Short = NDArray[np.int32]
 
@@ -28,7 +28,7 @@ _MOST_LAYERS = 1 << 30
 _ROUNDING = 1e-9
 
 
-class Cells(NamedTuple):
+class PointCells(NamedTuple):
     """Points (n, 3) in the order of their cells.
 
     order (n,) : where each point was before; corner (3,) : of the first cell; size : of a cell [m];
@@ -46,7 +46,7 @@ class Cells(NamedTuple):
     start: Index
 
     @classmethod
-    def of(cls, xyz: Array, size: float) -> Cells:
+    def of(cls, xyz: Array, size: float) -> PointCells:
         """Sort points (n, 3), all finite, into cells of about this size [m], larger if too many."""
         corner = xyz.min(axis=0) if len(xyz) else np.zeros(3)
         top = xyz.max(axis=0) if len(xyz) else corner

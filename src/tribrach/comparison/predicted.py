@@ -22,7 +22,7 @@ from scipy.spatial import cKDTree
 from tribrach._types import Array
 from tribrach.cloud.covariance import covariances
 from tribrach.cloud.placement import Placement
-from tribrach.comparison.cloud_parts import Chunk, Source
+from tribrach.comparison.cloud_parts import CloudChunk, Source
 from tribrach.comparison.effective_points import overlap_share
 from tribrach.comparison.m3c2_ep import M3C2EP
 from tribrach.comparison.station_pair import StationPair, along_normals
@@ -65,7 +65,7 @@ def with_random(
     origin = core.mean(axis=0)
     tree = KDTree(core[known] - origin) if known.any() else None
 
-    def chunks() -> Iterable[Chunk]:
+    def chunks() -> Iterable[CloudChunk]:
         for xyz in stream():
             cosine = None
             if incidence and tree is not None and len(xyz):
@@ -73,7 +73,7 @@ def with_random(
                 beam = xyz - placement.pose.translation
                 along = np.abs(np.einsum("ni,ni->n", beam, nearest))
                 cosine = np.clip(along / np.linalg.norm(beam, axis=1), FLATTEST, 1.0)
-            yield Chunk(xyz, covariances(placement.pose.inverse @ xyz, alone, cosine))
+            yield CloudChunk(xyz, covariances(placement.pose.inverse @ xyz, alone, cosine))
 
     return chunks
 

@@ -15,7 +15,7 @@ from numba import njit, prange
 
 from tribrach._types import Array, Index
 from tribrach.comparison.cloud_parts import Source, centred
-from tribrach.comparison.point_cells import Cells, cylinder_ranges
+from tribrach.comparison.point_cells import PointCells, cylinder_ranges
 
 __all__ = ["Cylinders", "Positions", "means", "medians"]
 
@@ -72,7 +72,7 @@ def means(cloud: Source, cylinders: Cylinders) -> Positions:
     """Mean and standard deviation (n - 1) of the distances; NaN without points, or with one."""
     sums = np.zeros((len(cylinders.core), 3))
     for part in centred(cloud, cylinders.origin, *cylinders.box):
-        cells = Cells.of(part.xyz, cylinders.radius).arrays
+        cells = PointCells.of(part.xyz, cylinders.radius).arrays
         _sums(cylinders.core, cylinders.normal, cylinders.radius, cylinders.depth, cells, sums)
     n, first, second = sums.T
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -93,7 +93,7 @@ def medians(cloud: Source, cylinders: Cylinders, most: int = MOST_KEPT) -> Posit
         first = np.concatenate([[0], np.cumsum(count[begin:end])])
         kept, filled = np.empty(first[-1]), first[:-1].copy()
         for part in centred(cloud, some.origin, *some.box):
-            cells = Cells.of(part.xyz, some.radius).arrays
+            cells = PointCells.of(part.xyz, some.radius).arrays
             _gather(some.core, some.normal, some.radius, some.depth, cells, kept, filled)
         _quartiles(kept, first, position[begin:end], spread[begin:end])
     return Positions(count, position, spread)

@@ -21,7 +21,7 @@ from tribrach.errors import InputError
 from tribrach.statistics import t as student
 from tribrach.units import UNITS
 
-__all__ = ["Fit", "Regression", "Relation", "Term", "fit_terms", "regress"]
+__all__ = ["Regression", "RegressionFit", "Relation", "Term", "fit_terms", "regress"]
 
 # A linear model fitted to a few values, with what each of its terms is worth.
 #
@@ -50,7 +50,7 @@ class Term:
 
 
 @dataclass(frozen=True)
-class Fit:
+class RegressionFit:
     """A fitted model of ``y``.
 
     scatter : standard deviation of the residuals, in units of y; fitted (n,) : what the model
@@ -80,7 +80,7 @@ class Fit:
 
 def fit_terms(
     model: str, y_name: str, x: Sequence[str], y: Array, columns: dict[str, Array]
-) -> Fit:
+) -> RegressionFit:
     """Fit ``y`` (n,) as a combination of named columns (n,).
 
     Raises
@@ -115,7 +115,7 @@ def fit_terms(
     p = 2 * student.sf(np.abs(t), n - u)
     terms = zip(columns, value.tolist(), sigma.tolist(), t.tolist(), p.tolist(), strict=True)
     r2 = 1 - squares / spread
-    return Fit(
+    return RegressionFit(
         model=model,
         y=y_name,
         x=tuple(x),
@@ -144,8 +144,8 @@ class Relation:
 
     y: str
     x: str
-    quadratic: Fit
-    line: Fit
+    quadratic: RegressionFit
+    line: RegressionFit
     limit: float
 
     @property
@@ -159,13 +159,13 @@ class Relation:
         return abs(self.curvature) > self.limit
 
     @property
-    def chosen(self) -> Fit:
+    def chosen(self) -> RegressionFit:
         """The quadratic where its last term is significant, else the line."""
         return self.quadratic if self.curved else self.line
 
 
 @dataclass(frozen=True)
-class Correlation:
+class CauseCorrelation:
     """Two causes and their correlation; inflation : of variances if both are fitted together."""
 
     a: str
@@ -185,8 +185,8 @@ class Regression:
     n: int
     confidence: float
     relations: tuple[Relation, ...]
-    physical: tuple[Fit, ...]
-    correlations: tuple[Correlation, ...]
+    physical: tuple[RegressionFit, ...]
+    correlations: tuple[CauseCorrelation, ...]
     remarks: tuple[str, ...]
 
     def sentences(self) -> list[str]:
@@ -278,12 +278,12 @@ def regress(
     limit = float(student.ppf(0.5 + confidence / 2, max(n - 3, 1)))
     relations = [_relation(values, b, a, limit) for a in x for b in y]
     correlations = [
-        Correlation(a, b, float(np.corrcoef(values[a], values[b])[0, 1]))
+        CauseCorrelation(a, b, float(np.corrcoef(values[a], values[b])[0, 1]))
         for a, b in combinations(x, 2)
     ]
     angle, remarks = _incidence(x, units)
     others = [name for name in x if name != angle]
-    physical: tuple[Fit, ...] = ()
+    physical: tuple[RegressionFit, ...] = ()
     if angle is not None and len(others) == 1 and n > 3:
         inverse = _inverse_cosine(angle, values[angle], units.get(angle, ""))
         physical = tuple(_physical(values, b, others[0], angle, inverse) for b in y)
@@ -303,7 +303,9 @@ def _relation(values: Mapping[str, Array], y: str, x: str, limit: float) -> Rela
     return Relation(y, x, quadratic, fit_terms("line", y, [x], b, line), limit)
 
 
-def _physical(values: Mapping[str, Array], y: str, length: str, angle: str, inverse: Array) -> Fit:
+def _physical(
+    values: Mapping[str, Array], y: str, length: str, angle: str, inverse: Array
+) -> RegressionFit:
     """``a + b D + c / cos I``."""
     one = np.ones(len(inverse))
     columns = {"constant": one, length: values[length], f"1/cos {angle}": inverse}
@@ -333,7 +335,7 @@ def _inverse_cosine(name: str, angle: Array, unit: str) -> Array:
     return inverse
 
 
-def _plain(fit: Fit) -> dict[str, Any]:
+def _plain(fit: RegressionFit) -> dict[str, Any]:
     """A fit as plain numbers."""
     return asdict(fit) | {"dof": fit.dof, "fitted": fit.fitted.tolist()}
 

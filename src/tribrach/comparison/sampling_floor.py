@@ -18,7 +18,7 @@ from tribrach.comparison.nearest import Neighbours
 
 __all__ = [
     "Floor",
-    "Pattern",
+    "SamplingPattern",
     "lattice_floor",
     "lattice_mean",
     "lattice_square",
@@ -106,7 +106,7 @@ _DRAWS = 32
 
 
 @dataclass(frozen=True)
-class Pattern:
+class SamplingPattern:
     """Of n places: which are on a plane; of these the pitches (n, 2) [m] across and upwards,
     whether a lattice has them (n,), mean (n,) [m] and mean square (n,) [m^2] of the floor, unit
     normals (n, 3). On horizontal surfaces upwards is the second axis of the plan. Without a lattice
@@ -121,7 +121,7 @@ class Pattern:
     normal: Array
 
     @classmethod
-    def join(cls, patterns: list[Pattern]) -> Pattern:
+    def join(cls, patterns: list[SamplingPattern]) -> SamplingPattern:
         """Patterns of several parts, one after the other."""
         names = ("known", "pitch", "lattice", "mean", "square", "normal")
         empty = pattern(Neighbours(np.empty((0, 3))), np.empty((0, 3)))
@@ -130,7 +130,7 @@ class Pattern:
         )
 
 
-def pattern(cloud: Neighbours, places: Array, limit: float = np.inf) -> Pattern:
+def pattern(cloud: Neighbours, places: Array, limit: float = np.inf) -> SamplingPattern:
     """How the points of a cloud lie around places (n, 3) on or near its surface.
 
     limit [m] : distances beyond it have no part in the floor.
@@ -153,7 +153,7 @@ def pattern(cloud: Neighbours, places: Array, limit: float = np.inf) -> Pattern:
     whole = lattice & (np.hypot(*pitch.T) / 2 <= limit)
     mean[whole] = lattice_mean(*pitch[whole].T)
     square[whole] = lattice_square(*pitch[whole].T)
-    return Pattern(known, pitch, lattice, mean, square, figures[:, 5:8])
+    return SamplingPattern(known, pitch, lattice, mean, square, figures[:, 5:8])
 
 
 def _disc(count: int) -> Array:

@@ -14,7 +14,7 @@ from tribrach.errors import InputError
 from tribrach.geodesy.proj_grids import offline
 from tribrach.geodesy.site import GRS80, EllipsoidSite, ecef_from_geodetic
 
-__all__ = ["Grid", "flat_warnings", "grid_scale", "stereographic"]
+__all__ = ["ProjectedGrid", "flat_warnings", "grid_scale", "stereographic"]
 
 # Projected coordinates and heights, and the work frame they stand for.
 #
@@ -47,7 +47,7 @@ def stereographic(latitude: float, easting: float, northing: float) -> str:
 
 
 @dataclass(frozen=True)
-class Grid:
+class ProjectedGrid:
     """A projected grid around an origin ``(easting, northing)`` at an ellipsoidal height [m].
 
     crs : anything PROJ understands, such as ``EPSG:2154`` or a ``+proj`` string.

@@ -15,7 +15,7 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geodesy.geoid_grid import GeoidGrid
-from tribrach.geodesy.projection import Grid
+from tribrach.geodesy.projection import ProjectedGrid
 from tribrach.geodesy.site import EllipsoidSite, FlatSite, Site, ecef_from_geodetic
 
 __all__ = ["WorkFrame"]
@@ -30,7 +30,7 @@ class WorkFrame:
     """
 
     site: Site = field(default_factory=FlatSite)
-    grid: Grid | None = None
+    grid: ProjectedGrid | None = None
     geoid: float = 0.0
     geoid_grid: GeoidGrid | None = None
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tribrach.errors import InputError
-from tribrach.io.gnss.observation_file import ObservationFile
+from tribrach.io.gnss.observation_file import RinexObservations
 
 __all__ = ["AntennaSetup", "antenna_options", "antenna_warnings", "satellite_options"]
 
@@ -40,7 +40,7 @@ class AntennaSetup:
             )
 
     @classmethod
-    def of(cls, file: ObservationFile, *, height: float | None = None) -> AntennaSetup:
+    def of(cls, file: RinexObservations, *, height: float | None = None) -> AntennaSetup:
         """What the header of a file says; a height of the user's goes before it."""
         up, east, north = (float(value) for value in file.delta)
         return cls(file.antenna, up if height is None else height, east, north)

@@ -29,9 +29,16 @@ from tribrach.gnss.engine import EngineName, run_engine
 from tribrach.gnss.orbits import Orbits, check_precise, check_together, read_orbits, usable_systems
 from tribrach.instruments.gnss_solutions import SOURCE, sigma_factor
 from tribrach.io.gnss.navigation_file import NavigationFile
-from tribrach.io.gnss.observation_file import ObservationFile, read_observations
+from tribrach.io.gnss.observation_file import RinexObservations, read_observations
 from tribrach.io.gnss.precise_file import sp3_text
-from tribrach.io.gnss.solution_file import FIXED, FLOAT, Solution, Use, read_solution, read_status
+from tribrach.io.gnss.solution_file import (
+    FIXED,
+    FLOAT,
+    SatelliteUse,
+    Solution,
+    read_solution,
+    read_status,
+)
 
 __all__ = ["Baseline", "Processing", "compute_baseline", "doubts_of_length"]
 
@@ -50,7 +57,7 @@ ASTRAY = 100.0
 LONG = 20_000.0
 
 
-def doubts_of_place(base: ObservationFile, reference: Array) -> list[str]:
+def doubts_of_place(base: RinexObservations, reference: Array) -> list[str]:
     """Coordinates of the base that are not where its receiver believed to be."""
     away = float(np.linalg.norm(reference - base.approximate))
     # no position in the header is not a number, and never too far
@@ -63,7 +70,7 @@ def doubts_of_place(base: ObservationFile, reference: Array) -> list[str]:
     ]
 
 
-def doubts_of_files(*files: ObservationFile) -> list[str]:
+def doubts_of_files(*files: RinexObservations) -> list[str]:
     """Epochs that were counted anew."""
     return [
         f"{file.path.name}: {file.recounted} of {len(file.times)} epochs promise more satellites "
@@ -231,7 +238,7 @@ def compute_baseline(
         *antenna_warnings(*setups, wish.antex),
     ]
     if used is None:
-        used = Use(tuple(systems), None)
+        used = SatelliteUse(tuple(systems), None)
     found = _baseline(first, second, reference, solution, wish, (used, engine), warnings)
     far: list[str] = []
     if wish.atmosphere:
@@ -250,13 +257,13 @@ def compute_baseline(
 
 
 def _solved(
-    first: ObservationFile,
-    second: ObservationFile,
+    first: RinexObservations,
+    second: RinexObservations,
     orbits: Orbits,
     setups: tuple[AntennaSetup, AntennaSetup],
     wish: Processing,
     options: dict[str, object],
-) -> tuple[Solution, Use | None, EngineName]:
+) -> tuple[Solution, SatelliteUse | None, EngineName]:
     """A run of the engine in a folder of its own; the options get those of antennas."""
     with tempfile.TemporaryDirectory(prefix="tribrach-") as name:
         folder = Path(name)
@@ -300,24 +307,24 @@ def _options(wish: Processing, base: Array, systems: str) -> dict[str, object]:
     }
 
 
-def _staged(folder: Path, files: Sequence[ObservationFile | NavigationFile]) -> list[Path]:
+def _staged(folder: Path, files: Sequence[RinexObservations | NavigationFile]) -> list[Path]:
     """Plain RINEX of all files in a folder, under names the engine cannot misread."""
     out = []
     for k, file in enumerate(files):
-        suffix = "obs" if isinstance(file, ObservationFile) else "nav"
+        suffix = "obs" if isinstance(file, RinexObservations) else "nav"
         path = folder / f"file{k}.{suffix}"
         path.write_bytes(file.text)
         out.append(path)
     return out
 
 
-def _tolerance(first: ObservationFile, second: ObservationFile) -> float:
+def _tolerance(first: RinexObservations, second: RinexObservations) -> float:
     """Epochs of two receivers this far apart are the same [s]; others are not combined."""
     shortest = min([f.interval for f in (first, second) if f.interval > 0], default=1.0)
     return min(0.5, 0.45 * shortest)
 
 
-def _common(first: ObservationFile, second: ObservationFile) -> int:
+def _common(first: RinexObservations, second: RinexObservations) -> int:
     """Epochs of the second receiver that the first has as well."""
     a, b = first.times, second.times
     place = np.clip(np.searchsorted(a, b), 1, max(len(a) - 1, 1))
@@ -326,12 +333,12 @@ def _common(first: ObservationFile, second: ObservationFile) -> int:
 
 
 def _baseline(
-    first: ObservationFile,
-    second: ObservationFile,
+    first: RinexObservations,
+    second: RinexObservations,
     reference: Array,
     solution: Solution,
     wish: Processing,
-    run: tuple[Use, EngineName],
+    run: tuple[SatelliteUse, EngineName],
     warnings: list[str],
 ) -> Baseline:
     """The baseline of a solution: its best determined epoch, fixed where any is."""

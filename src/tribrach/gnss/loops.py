@@ -18,7 +18,7 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from tribrach._types import Array, Index
 from tribrach.statistics import chi2
 
-__all__ = ["Loop", "close_loops", "minimal_loops", "triangles"]
+__all__ = ["BaselineLoop", "close_loops", "minimal_loops", "triangles"]
 
 
 #: a loop as (baseline, +1 or -1) in the order it is walked
@@ -30,7 +30,7 @@ MOST_TRIANGLES = 2_000
 
 
 @dataclass(frozen=True)
-class Loop:
+class BaselineLoop:
     """A closed loop of baselines.
 
     points : numbers of points in order; walk : baselines with their directions; closure
@@ -114,7 +114,7 @@ def close_loops(
     *,
     independent: int | None = None,
     alpha: float = 0.05,
-) -> list[Loop]:
+) -> list[BaselineLoop]:
     """Closures of loops.
 
     vectors (n, 3) [m]; covariance (3n, 3n) of all vectors, dense or sparse rows, or (n, 3, 3) of
@@ -135,7 +135,9 @@ def close_loops(
         limit = float(chi2.ppf(1 - alpha, dof)) if dof else 0.0
         points = tuple(int(start[k] if sign > 0 else end[k]) for k, sign in walk)
         out.append(
-            Loop(points, tuple(walk), closure, matrix, length, statistic, dof, limit, number < many)
+            BaselineLoop(
+                points, tuple(walk), closure, matrix, length, statistic, dof, limit, number < many
+            )
         )
     return out
 

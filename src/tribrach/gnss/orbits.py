@@ -16,7 +16,7 @@ import numpy as np
 
 from tribrach.errors import InputError
 from tribrach.io.gnss.navigation_file import NavigationFile, read_navigation
-from tribrach.io.gnss.observation_file import ObservationFile
+from tribrach.io.gnss.observation_file import RinexObservations
 from tribrach.io.gnss.precise_file import PreciseOrbits, is_sp3, joined, read_sp3
 from tribrach.io.gnss.rinex_file import read_packed
 
@@ -39,7 +39,7 @@ def calendar(seconds: float) -> str:
 
 
 def check_together(
-    base: ObservationFile, rover: ObservationFile, orbits: Sequence[NavigationFile]
+    base: RinexObservations, rover: RinexObservations, orbits: Sequence[NavigationFile]
 ) -> None:
     """Refuse files that cannot give a baseline.
 
@@ -80,8 +80,8 @@ def check_together(
 
 
 def usable_systems(
-    base: ObservationFile,
-    rover: ObservationFile,
+    base: RinexObservations,
+    rover: RinexObservations,
     orbits: Sequence[NavigationFile],
     wanted: str,
 ) -> str:
@@ -106,7 +106,7 @@ def usable_systems(
     return found
 
 
-def _span(file: ObservationFile) -> str:
+def _span(file: RinexObservations) -> str:
     return f"{calendar(file.times[0])} to {calendar(file.times[-1])}"
 
 
@@ -160,7 +160,7 @@ def read_orbits(paths: Sequence[Path]) -> Orbits:
     return Orbits(tuple(broadcast), joined(precise), names)
 
 
-def check_precise(orbits: PreciseOrbits, base: ObservationFile, rover: ObservationFile) -> None:
+def check_precise(orbits: PreciseOrbits, base: RinexObservations, rover: RinexObservations) -> None:
     """Refuse precise orbits that do not cover the common time of two receivers.
 
     Raises

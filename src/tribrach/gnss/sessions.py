@@ -24,7 +24,7 @@ from tribrach._types import Array, Progress
 from tribrach.errors import InputError
 from tribrach.gnss.antennas import AntennaSetup
 from tribrach.gnss.baseline import Baseline, Processing, compute_baseline
-from tribrach.io.gnss.observation_file import ObservationFile, read_observations
+from tribrach.io.gnss.observation_file import RinexObservations, read_observations
 
 __all__ = [
     "Occupation",
@@ -177,7 +177,7 @@ def _run(
 
 
 def _pairs(
-    session: SessionWish, files: Sequence[ObservationFile], own: Mapping[str, Array]
+    session: SessionWish, files: Sequence[RinexObservations], own: Mapping[str, Array]
 ) -> list[tuple[int, int]]:
     names = [o.point for o in session.occupations]
     near = np.array([own.get(n, f.approximate) for n, f in zip(names, files, strict=True)])
@@ -196,7 +196,7 @@ def _pairs(
 
 def _baseline(
     session: SessionWish,
-    files: Sequence[ObservationFile],
+    files: Sequence[RinexObservations],
     a: int,
     b: int,
     own: Mapping[str, Array],

@@ -18,8 +18,8 @@ from tribrach.units import SEC
 
 __all__ = [
     "Means",
-    "Readings",
     "Reduction",
+    "TelescopeReadings",
     "adjust_repeats",
     "adjust_rounds",
     "axis_errors",
@@ -38,14 +38,14 @@ __all__ = [
 
 
 @dataclass(frozen=True)
-class Sets:
+class ReadingSets:
     """Set (n,) of each reading from 0 on, and whether it closes the horizon (n,)."""
 
     number: Index
     closing: NDArray[np.bool_]
 
 
-def find_sets(target: Index, face: NDArray[np.int8], series: Index | None = None) -> Sets:
+def find_sets(target: Index, face: NDArray[np.int8], series: Index | None = None) -> ReadingSets:
     """Sets of n readings in the order they were taken.
 
     Parameters
@@ -72,7 +72,7 @@ def find_sets(target: Index, face: NDArray[np.int8], series: Index | None = None
                 seen = set()
         seen.add(key)
         number[i] = current
-    return Sets(number, closing)
+    return ReadingSets(number, closing)
 
 
 def _ends(keys: list[tuple[int, int]], i: int) -> bool:
@@ -328,7 +328,7 @@ MOST_CELLS = 10_000_000
 
 
 @dataclass(frozen=True)
-class Readings:
+class TelescopeReadings:
     """n readings in the order they were taken.
 
     setup, target (n,) indices; face (n,) 1 or 2; direction, zenith (n,) as read [rad]; distance
@@ -345,7 +345,7 @@ class Readings:
 
 
 @dataclass(frozen=True)
-class Cells:
+class TargetMeans:
     """n means of a target in a set of a set-up.
 
     setup, set, target (n,); direction, zenith (n,) means of faces, or what one face says;
@@ -415,7 +415,7 @@ class Means:
 class Reduction:
     """All that the readings of a file give."""
 
-    cells: Cells
+    cells: TargetMeans
     axes: AxisErrors
     closures: Closures
     setups: tuple[SetupReduction, ...]
@@ -424,7 +424,7 @@ class Reduction:
     distances: Means
 
 
-def reduce(readings: Readings) -> Reduction:
+def reduce(readings: TelescopeReadings) -> Reduction:
     """Pair faces, adjust rounds, average.
 
     Raises
@@ -473,8 +473,8 @@ def _mean(values: Array, group: Index, size: int, *, turn: bool = False) -> tupl
 
 
 def _cells(
-    readings: Readings, number: Index, folded: Array, zenith: Array
-) -> tuple[Cells, AxisErrors]:
+    readings: TelescopeReadings, number: Index, folded: Array, zenith: Array
+) -> tuple[TargetMeans, AxisErrors]:
     """Means of faces for each set-up, set and target."""
     keys = np.stack([readings.setup, number, readings.target], axis=1)
     unique, first, cell = np.unique(keys, axis=0, return_index=True, return_inverse=True)
@@ -495,7 +495,7 @@ def _cells(
         np.where(np.isfinite(up[0::2]), up[0::2], up[1::2]),
     )  # fmt: skip
     axes = axis_errors(half_direction, half_zenith, np.where(np.isnan(level), np.pi / 2, level))
-    return Cells(
+    return TargetMeans(
         unique[:, 0],
         unique[:, 1],
         unique[:, 2],
@@ -513,7 +513,7 @@ def _cells(
     ), axes
 
 
-def _rounds(cells: Cells, rows: Index) -> tuple[SetupReduction, Array]:
+def _rounds(cells: TargetMeans, rows: Index) -> tuple[SetupReduction, Array]:
     """Rounds of one set-up, and its table of directions (s, t)."""
     targets, column = np.unique(cells.target[rows], return_inverse=True)
     sets, row = np.unique(cells.set[rows], return_inverse=True)
@@ -565,7 +565,7 @@ def _circles(table: Array) -> Index:
 
 
 def _means(
-    cells: Cells,
+    cells: TargetMeans,
     circle: Index,
     values: Array,
     counts: Index,
@@ -591,7 +591,7 @@ def _means(
 
 
 def _closures(
-    readings: Readings, number: Index, closing: NDArray[np.bool_], folded: Array
+    readings: TelescopeReadings, number: Index, closing: NDArray[np.bool_], folded: Array
 ) -> Closures:
     """Closing readings against the first ones of the same target, set and face."""
     last = np.flatnonzero(closing & np.isfinite(folded))

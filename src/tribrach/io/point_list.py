@@ -16,7 +16,7 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.errors import InputError
-from tribrach.io.survey.csv.file import Table, read_table
+from tribrach.io.survey.csv.file import CsvTable, read_table
 
 __all__ = ["PointList", "point_list_text", "read_point_list"]
 
@@ -85,7 +85,7 @@ def read_point_list(path: Path) -> PointList:
     )
 
 
-def _uses(table: Table) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def _uses(table: CsvTable) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Use of each point, and why it is off."""
     n = len(table)
     words = [word.lower() for word in table.words.get("use", [""] * n)]
@@ -105,7 +105,7 @@ def _uses(table: Table) -> tuple[tuple[str, ...], tuple[str, ...]]:
     return use, reasons
 
 
-def _covariance(table: Table, d: int) -> Array | None:
+def _covariance(table: CsvTable, d: int) -> Array | None:
     """Covariances (n, d, d) from six (three in the plane) columns or sigmas; None without."""
     pairs = [f"c{pair}" for pair in _PAIRS if d == 3 or "u" not in pair]
     axes = ("e", "n", "u")[:d]

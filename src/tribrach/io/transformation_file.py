@@ -17,7 +17,7 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.io.xml_file import read_bytes
-from tribrach.transformation.fit import Fit
+from tribrach.transformation.fit import TransformationFit
 from tribrach.transformation.models import Transformation, find_model
 
 __all__ = ["KIND", "SCHEMA", "StoredTransformation", "read_transformation", "transformation_data"]
@@ -35,7 +35,7 @@ class StoredTransformation:
     covariance: Array | None
 
 
-def transformation_data(fit: Fit) -> dict[str, Any]:
+def transformation_data(fit: TransformationFit) -> dict[str, Any]:
     """What is needed to apply a fit again, as JSON."""
     t = fit.transformation
     covariance = fit.covariance

@@ -24,7 +24,7 @@ from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader
 from tribrach.io.outputs import write_bytes, write_texts
 from tribrach.scan.scan import Field
-from tribrach.simulate.scanner import Block
+from tribrach.simulate.scanner import SimulatedPoints
 from tribrach.simulate.twin import Twin, TwinScan, child_rng
 
 __all__ = ["write_twin"]
@@ -177,7 +177,7 @@ class _Keeper:
             np.empty((0, 3)),
         )
 
-    def take(self, block: Block) -> None:
+    def take(self, block: SimulatedPoints) -> None:
         """The points of a block; those with the smallest lots stay."""
         alone = np.flatnonzero(~block.mixed)
         lot = np.concatenate([self._lot, self._rng.random(len(alone))])

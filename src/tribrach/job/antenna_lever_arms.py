@@ -17,11 +17,11 @@ from tribrach.observations.base import Use
 from tribrach.observations.gnss import Antennas, MountedPoints
 from tribrach.observations.scanner import Inclinations, TargetCentres
 from tribrach.report.chapter import Chapter
-from tribrach.report.columns import Columns
+from tribrach.report.columns import ColumnSet
 from tribrach.report.style import Style
 from tribrach.report.tables import build_table
 
-__all__ = ["LeverArm", "lever_arm_chapter", "lever_arm_files", "lever_arms"]
+__all__ = ["EstimatedLeverArm", "lever_arm_chapter", "lever_arm_files", "lever_arms"]
 
 
 #: targets that leave a wider part of the horizon free than this are not all around [rad]
@@ -33,7 +33,7 @@ _SIGNIFICANT = 2.58
 
 
 @dataclass(frozen=True, eq=False)
-class LeverArm:
+class EstimatedLeverArm:
     """An estimated lever arm in the scanner frame.
 
     vector (3,) [m], covariance (3, 3) [m^2], zero for held components; stations : that carry it;
@@ -55,7 +55,7 @@ class LeverArm:
         return out
 
 
-def lever_arms(adjustment: Adjustment, factor: float = 1.0) -> list[LeverArm]:
+def lever_arms(adjustment: Adjustment, factor: float = 1.0) -> list[EstimatedLeverArm]:
     """All lever arms of which a component is an unknown.
 
     factor : on a-priori covariances (a posteriori variance).
@@ -72,7 +72,7 @@ def lever_arms(adjustment: Adjustment, factor: float = 1.0) -> list[LeverArm]:
             free = unlevelled.state.vectors[k], factor * unlevelled.family_covariances("vector")[k]
         gaps = [gap for s in stations if (gap := _gap(adjustment, s)) is not None]
         out.append(
-            LeverArm(
+            EstimatedLeverArm(
                 adjustment.layout.names["vector"][k],
                 adjustment.state.vectors[k],
                 covariances[k],
@@ -130,7 +130,7 @@ class _Row:
     sigmas: tuple[float, ...]
 
 
-def lever_arm_chapter(found: Sequence[LeverArm], angle: str, sigma_origin: str) -> Chapter:
+def lever_arm_chapter(found: Sequence[EstimatedLeverArm], angle: str, sigma_origin: str) -> Chapter:
     """The chapter of the report; found : at least one."""
     rows = []
     for arm in found:
@@ -140,7 +140,7 @@ def lever_arm_chapter(found: Sequence[LeverArm], angle: str, sigma_origin: str) 
             vector, covariance = arm.free
             sigma = np.sqrt(np.diag(covariance))
             rows.append(_Row(arm.name, "without levelling", tuple(vector), tuple(sigma)))
-    columns = Columns(Style("deg" if angle == "deg" else "gon"))
+    columns = ColumnSet(Style("deg" if angle == "deg" else "gon"))
     specs = [columns.word("Lever arm", "name"), columns.word("Solution", "how")]
     for k, axis in enumerate("xyz"):
         specs.append(columns.mm(axis, lambda row, k=k: row.values[k]))  # type: ignore[misc]
@@ -160,7 +160,7 @@ def lever_arm_chapter(found: Sequence[LeverArm], angle: str, sigma_origin: str) 
     )
 
 
-def _sentences(arm: LeverArm) -> list[str]:
+def _sentences(arm: EstimatedLeverArm) -> list[str]:
     """What a surveyor should know of a lever arm."""
     size = ", ".join(
         f"{axis} {1e3 * v:.1f} mm (held)" if s == 0 else f"{axis} {1e3 * v:.1f} +- {1e3 * s:.1f} mm"
@@ -196,7 +196,7 @@ def _sentences(arm: LeverArm) -> list[str]:
     return out
 
 
-def _facts(arm: LeverArm) -> dict[str, object]:
+def _facts(arm: EstimatedLeverArm) -> dict[str, object]:
     return {
         "vector": arm.vector.tolist(),
         "covariance": arm.covariance.tolist(),
@@ -209,7 +209,7 @@ def _facts(arm: LeverArm) -> dict[str, object]:
 
 
 def lever_arm_files(
-    found: Sequence[LeverArm], folder: Path, datum: str, sigma_origin: str
+    found: Sequence[EstimatedLeverArm], folder: Path, datum: str, sigma_origin: str
 ) -> dict[Path, str]:
     """Contents of ``lever-arm-NAME.toml`` by their paths."""
     today = datetime.date.today().isoformat()

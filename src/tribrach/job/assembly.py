@@ -15,14 +15,14 @@ from tribrach.geodesy.epochs import Realisation
 from tribrach.geodesy.geoid_grid import GeoidGrid
 from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.geodesy.proj_grids import missing_grid_sentences, vertical_name
-from tribrach.geodesy.projection import Grid, flat_warnings
+from tribrach.geodesy.projection import ProjectedGrid, flat_warnings
 from tribrach.geodesy.site import EllipsoidSite, FlatSite, ecef_from_geodetic
 from tribrach.geodesy.work_frame import WorkFrame
 from tribrach.instruments.precision import Precision
 from tribrach.io.gnss import files as gnss_files
 from tribrach.io.survey import totalstation
 from tribrach.io.survey.csv import tables as csv_tables
-from tribrach.io.survey.csv.file import Table, read_table
+from tribrach.io.survey.csv.file import CsvTable, read_table
 from tribrach.io.survey.csv.reader import Context
 from tribrach.io.survey.formats import format_of, read_files
 from tribrach.job.calibrations import Calibrations
@@ -40,14 +40,14 @@ from tribrach.units import MM
 if TYPE_CHECKING:
     from tribrach.project.model import Project
 
-__all__ = ["Assembly"]
+__all__ = ["SurveyReader"]
 
 
 #: keys of files whose coordinates have a frame and an epoch
 GNSS_KEYS = {*EpochKeys.model_fields, "point", "base", "sigma_factor"}
 
 
-class Assembly:
+class SurveyReader:
     """Reads the files of a project into one survey.
 
     locate : line of a key in the project file, for complaints about what it says; progress : of
@@ -130,10 +130,10 @@ class Assembly:
                 "give geoid_grid or geoid_height_m, or the crs without its heights",
             )
         easting, northing, height = self._centre()
-        place = EllipsoidSite(*Grid(site.crs, easting, northing).place, 0.0)
+        place = EllipsoidSite(*ProjectedGrid(site.crs, easting, northing).place, 0.0)
         whole = WorkFrame(place, None, site.geoid_height_m, self._geoid())
         above = whole.undulation(np.array([place.latitude]), np.array([place.longitude]))
-        grid = Grid(site.crs, easting, northing, float(height + above[0]))
+        grid = ProjectedGrid(site.crs, easting, northing, float(height + above[0]))
         return WorkFrame(grid.site, grid, site.geoid_height_m, whole.geoid_grid)
 
     def _geoid(self) -> GeoidGrid | None:
@@ -151,7 +151,9 @@ class Assembly:
             return centre
         assert self.project.site.crs is not None
         middle = EllipsoidSite.centred(_positions(table))
-        plan = Grid(self.project.site.crs, 0.0, 0.0).plan(middle.latitude, middle.longitude)
+        plan = ProjectedGrid(self.project.site.crs, 0.0, 0.0).plan(
+            middle.latitude, middle.longitude
+        )
         return np.array([*plan, middle.ellipsoidal_height]).round(-1)
 
     def _geocentric_centre(self) -> EllipsoidSite:
@@ -331,12 +333,12 @@ class Assembly:
         add_mounted_points(self.survey, project.stations, project.lever_arms)
 
 
-def _geocentric(table: Table) -> bool:
+def _geocentric(table: CsvTable) -> bool:
     """Are there coordinates that need no site to be understood?"""
     return table.has("latitude", "longitude", "u") or table.has("ecef_x", "ecef_y", "ecef_z")
 
 
-def _positions(table: Table) -> Array:
+def _positions(table: CsvTable) -> Array:
     """ECEF (n, 3) [m] of geographic or geocentric coordinates.
 
     Raises

@@ -12,7 +12,7 @@ from tribrach.cloud.budget import PointBudget, point_budget
 from tribrach.cloud.placement import Placement
 from tribrach.geometry.rotation import skew
 from tribrach.job.scans import StationScan
-from tribrach.job.state import State, digest
+from tribrach.job.state import Remembered, digest
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.contributions import by_category, contributions
 from tribrach.registration.geometry_warnings import (
@@ -36,7 +36,7 @@ def reach_sentences(
     scans: Sequence[StationScan],
     placements: Mapping[str, Placement],
     adjustment: Adjustment,
-    state: State,
+    state: Remembered,
 ) -> list[str]:
     """One sentence for each station whose scans are extrapolated; placements by scan name."""
     said = []
@@ -103,7 +103,7 @@ def error_budget(
     scans: Sequence[StationScan],
     placements: Mapping[str, Placement],
     adjustment: Adjustment,
-    state: State,
+    state: Remembered,
     factor: float = 1.0,
 ) -> list[BudgetRow]:
     """Regions of every station whose points have a covariance; placements by scan name.
@@ -124,7 +124,7 @@ def error_budget(
 
 
 def _sampled(
-    scan: StationScan, where: Placement, shares: Mapping[str, Array], state: State
+    scan: StationScan, where: Placement, shares: Mapping[str, Array], state: Remembered
 ) -> _Sampled:
     """Budget of a sample of one scan."""
     sample = sample_of(scan, state)
@@ -134,7 +134,7 @@ def _sampled(
     return _Sampled(length, incidence, point_budget(sample.xyz, where, shares, sample.normals))
 
 
-def sample_of(scan: StationScan, state: State) -> SurfaceSample:
+def sample_of(scan: StationScan, state: Remembered) -> SurfaceSample:
     """Some points of a scan with their normals, taken once and remembered."""
     key = digest("surface", _METHOD, state.file_digest(scan.scan.path), scan.mark)
     known = state.recall(f"surface-{scan.name}", key)

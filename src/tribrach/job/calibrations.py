@@ -12,7 +12,7 @@ from tribrach.calibration.calibrated import StationModel, add_priors, calibrate_
 from tribrach.errors import InputError
 from tribrach.io.calibration_file import Calibration, read_calibration
 from tribrach.network.survey import Survey
-from tribrach.observations.control import Components
+from tribrach.observations.control import DirectedComponents
 from tribrach.observations.poses import RelativeRotations, RelativeTranslations, RotationComponents
 from tribrach.project.calibration import COMPONENTS, Hold
 from tribrach.units import SEC
@@ -171,7 +171,7 @@ def _add_hold(survey: Survey, hold: Hold, source: str) -> None:
                 **common,
             )
         else:
-            survey.add(Components, position=[hold.station], direction=axis, **common)
+            survey.add(DirectedComponents, position=[hold.station], direction=axis, **common)
         return
     ends: dict[str, Any] = {"start": [hold.relative_to], "end": [hold.station], "axis": axis}
     if hold.turns:

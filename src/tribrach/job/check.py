@@ -11,7 +11,7 @@ import numpy as np
 from tribrach._types import Progress
 from tribrach.calibration.calibrated import polar_of_centres
 from tribrach.calibration.field_check import Earlier
-from tribrach.calibration.scanner_readings import Readings, folded
+from tribrach.calibration.scanner_readings import ScannerReadings, folded
 from tribrach.errors import InputError
 from tribrach.instruments.precision import Precision
 from tribrach.io.survey.csv import tables as csv_tables
@@ -56,14 +56,14 @@ def survey_to_check(path: Path, precision: Precision, progress: Progress) -> tup
     return survey, project.title
 
 
-def readings_of(survey: Survey) -> Readings:
+def readings_of(survey: Survey) -> ScannerReadings:
     """Active readings of all scanner stations of a survey.
 
     Raises
     ------
     InputError : there are none.
     """
-    parts: list[Readings] = []
+    parts: list[ScannerReadings] = []
     if not survey.tables():
         raise InputError("there are no observations", cure="give a table of scanned targets")
     network = survey.network()
@@ -84,7 +84,7 @@ def readings_of(survey: Survey) -> Readings:
             start.rpartition(SERIES) if SERIES in start else (start, "", "") for start, _ in ends
         ]
         parts.append(
-            Readings(
+            ScannerReadings(
                 np.array([name for name, _, _ in split], dtype=object),
                 np.array([one for _, _, one in split], dtype=object),
                 np.array([end for _, end in ends], dtype=object),
@@ -98,8 +98,8 @@ def readings_of(survey: Survey) -> Readings:
         raise InputError(
             "there are no targets that a scanner saw", cure="give a table of scanned targets"
         )
-    names = Readings.__dataclass_fields__
-    return Readings(*(np.concatenate([getattr(p, name) for p in parts]) for name in names))
+    names = ScannerReadings.__dataclass_fields__
+    return ScannerReadings(*(np.concatenate([getattr(p, name) for p in parts]) for name in names))
 
 
 def read_earlier(path: Path) -> Earlier:

@@ -19,7 +19,7 @@ from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import log
 from tribrach.job.scans import StationScan
-from tribrach.job.state import State, digest
+from tribrach.job.state import Remembered, digest
 from tribrach.registration.clouds.graph import CloudEdge, consistent
 from tribrach.registration.clouds.pair import CloudPair, register_pair
 from tribrach.registration.clouds.prepared import PreparedScan, prepare
@@ -56,7 +56,7 @@ class CloudPairs:
 
 
 def cloud_pairs(
-    scans: Sequence[StationScan], floor: tuple[float, float], state: State, progress: Progress
+    scans: Sequence[StationScan], floor: tuple[float, float], state: Remembered, progress: Progress
 ) -> CloudPairs:
     """Every pair of stations; pairs of unchanged scans come from the last run.
 
@@ -163,7 +163,7 @@ class _Clouds:
 
 
 def _facts(
-    clouds: _Clouds, floor: tuple[float, float], state: State, a: str, b: str
+    clouds: _Clouds, floor: tuple[float, float], state: Remembered, a: str, b: str
 ) -> dict[str, Any]:
     """What became of a pair, from the last run if nothing changed."""
     sources = [[state.file_digest(s.scan.path), s.mark] for n in (a, b) for s in clouds.stations[n]]

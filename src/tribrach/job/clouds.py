@@ -24,7 +24,7 @@ from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader, CloudWriter, step_for
 from tribrach.job.grouping import groups, whole_source
 from tribrach.job.scans import StationScan, share_after
-from tribrach.job.state import State, digest
+from tribrach.job.state import Remembered, digest
 from tribrach.scan.normals import incidence_cosines
 from tribrach.scan.scan import Field
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from tribrach.network.adjustment import Adjustment
     from tribrach.project.sections import CloudSection
 
-__all__ = ["Cloud", "Product", "place", "placed_parts", "write_clouds"]
+__all__ = ["CloudProduct", "Product", "place", "placed_parts", "write_clouds"]
 
 # Clouds of an earlier grouping or format give way to those that hold the same scans now.
 #
@@ -45,14 +45,14 @@ __all__ = ["Cloud", "Product", "place", "placed_parts", "write_clouds"]
 _NOTE = "file-cloud-"
 
 
-def note_written(state: State, path: Path, scans: Sequence[StationScan]) -> None:
+def note_written(state: Remembered, path: Path, scans: Sequence[StationScan]) -> None:
     """Note what a cloud just written is, so that it can be removed later."""
     facts = {"file": path.name, "date": path.stat().st_mtime_ns, "scans": _marks(scans)}
     state.remember(_NOTE + path.name, "", facts, path)
 
 
 def remove_superseded(
-    state: State, folder: Path, current: Sequence[Path], scans: Sequence[StationScan]
+    state: Remembered, folder: Path, current: Sequence[Path], scans: Sequence[StationScan]
 ) -> list[str]:
     """Remove clouds that others have taken the place of; the names of their files.
 
@@ -167,7 +167,7 @@ def write_clouds(
     frame: OutputFrame,
     wish: CloudSection,
     folder: Path,
-    state: State,
+    state: Remembered,
     progress: Callable[[str, int, int | None], None],
 ) -> list[Product]:
     """Write every cloud that is not there already; placements by scan name.
@@ -186,7 +186,7 @@ def write_clouds(
         facts = state.recall(f"cloud-{group.file}", key, path)
         new = facts is None
         if facts is None:
-            cloud = Cloud(group.name, group.scans, made, frame, wish)
+            cloud = CloudProduct(group.name, group.scans, made, frame, wish)
             summary = cloud.write(path, progress)
             facts = {
                 "summary": summary.to_facts(),
@@ -214,7 +214,7 @@ def _key(
     placements: Sequence[Placement],
     frame: OutputFrame,
     wish: CloudSection,
-    state: State,
+    state: Remembered,
 ) -> str:
     """Digest of everything that a cloud depends on."""
     placed = placed_parts(scans, placements, frame, state)
@@ -225,7 +225,7 @@ def placed_parts(
     scans: Sequence[StationScan],
     placements: Sequence[Placement],
     frame: OutputFrame,
-    state: State,
+    state: Remembered,
 ) -> list[Any]:
     """Everything that the placed points of scans depend on, and their covariances, for a digest."""
     parts: list[Any] = [frame.kind, frame.crs, frame.epoch]
@@ -240,7 +240,7 @@ def placed_parts(
     return parts
 
 
-class Cloud:
+class CloudProduct:
     """One cloud on its way into its file."""
 
     def __init__(

@@ -16,7 +16,7 @@ from tribrach.comparison.c2c import C2C, cloud_to_cloud
 from tribrach.comparison.cloud_parts import plain
 from tribrach.comparison.core_points import core_normals, core_points
 from tribrach.comparison.effective_points import beam_areas
-from tribrach.comparison.m3c2 import Settings, m3c2
+from tribrach.comparison.m3c2 import M3C2Settings, m3c2
 from tribrach.comparison.m3c2_ep import m3c2_ep
 from tribrach.comparison.predicted import (
     OffsetTest,
@@ -26,7 +26,7 @@ from tribrach.comparison.predicted import (
     with_random,
 )
 from tribrach.comparison.results import M3C2Figures, SiteResult
-from tribrach.comparison.sites import Site, cut, seen_from
+from tribrach.comparison.sites import TestSite, cut, seen_from
 from tribrach.comparison.station_pair import StationPair
 from tribrach.comparison.streams import Stream
 from tribrach.errors import InputError
@@ -67,7 +67,7 @@ class _Pair:
 def compare_clouds(
     a: CloudFile,
     b: CloudFile,
-    sites: Sequence[Site] = (),
+    sites: Sequence[TestSite] = (),
     *,
     method: Method = "both",
     limit: float = LIMIT,
@@ -108,7 +108,7 @@ def offset_test(found: Sequence[SiteResult], stations: StationPair | None) -> Of
 def _pairs(
     a: CloudFile,
     b: CloudFile,
-    sites: Sequence[Site],
+    sites: Sequence[TestSite],
     limit: float,
     progress: Callable[[str, int, int | None], None],
 ) -> Iterator[_Pair]:
@@ -135,7 +135,7 @@ def _tell(
     progress(what, done, total)
 
 
-def _within(stream: Stream, site: Site) -> Stream:
+def _within(stream: Stream, site: TestSite) -> Stream:
     """Only the points inside of a site."""
     return lambda: (chunk[site.inside(chunk)] for chunk in stream())
 
@@ -202,7 +202,7 @@ class _Work:
         )
         return M3C2Figures.of(plainly), predict(found, stations, settings.diameter)
 
-    def _settings(self, c2c: C2C) -> Settings:
+    def _settings(self, c2c: C2C) -> M3C2Settings:
         """Cylinders for the coarser pitch, normals for it and for the roughness."""
         assert c2c.pitch_a is not None
         assert c2c.pitch_b is not None
@@ -210,7 +210,7 @@ class _Work:
         cylinder = _CYLINDER * float(np.sqrt(area))
         rough = 0.0 if c2c.plane is None else c2c.plane.std / np.sqrt(2)
         scanner = self.b.scanner
-        return Settings(
+        return M3C2Settings(
             scales=(max(_WIDER * cylinder, _ROUGH * rough),),
             diameter=cylinder,
             depth=self.limit,

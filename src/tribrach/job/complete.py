@@ -11,7 +11,12 @@ from pathlib import Path
 import numpy as np
 
 from tribrach._types import Array, Index
-from tribrach.comparison.completeness import Completeness, Patches, PatchGrid, assess_completeness
+from tribrach.comparison.completeness import (
+    Completeness,
+    PatchGrid,
+    SurfacePatches,
+    assess_completeness,
+)
 from tribrach.errors import InputError
 from tribrach.geometry.triangles import covering_points
 from tribrach.io.mesh import MESHES, read_mesh
@@ -99,7 +104,7 @@ def complete_clouds(
     """
     _refuse_twice(clouds)
     grid = _grid(clouds[0], size)
-    stations: dict[str, Patches] = {}
+    stations: dict[str, SurfacePatches] = {}
     for path in clouds:
         names = station_names(path.parent)
         for scan in read_scans(path):
@@ -144,7 +149,7 @@ def _world(scan: Scan, chunk: Chunk) -> Array:
 def _count(
     scan: Scan,
     grid: PatchGrid,
-    stations: dict[str, Patches],
+    stations: dict[str, SurfacePatches],
     names: StationNames,
     progress: Callable[[str, int, int | None], None],
 ) -> None:
@@ -158,13 +163,13 @@ def _count(
         keys, variance = grid.keys(_world(scan, chunk)), _variance(chunk)
         numbers = chunk.values.get("station")
         if numbers is None:
-            stations.setdefault(own, Patches()).add(keys, variance)
+            stations.setdefault(own, SurfacePatches()).add(keys, variance)
         else:
             for number in np.unique(numbers):
                 mine = numbers == number
                 part = None if variance is None else variance[mine]
                 name = names.of_number(int(number)) or f"{own} {number:g}"
-                stations.setdefault(name, Patches()).add(keys[mine], part)
+                stations.setdefault(name, SurfacePatches()).add(keys[mine], part)
         done += len(chunk)
         progress(scan.source, done, scan.records)
 
@@ -180,7 +185,7 @@ def _variance(chunk: Chunk) -> Array | None:
 
 def _surface(model: Path, grid: PatchGrid) -> Index:
     """Cells of a model: of its triangles if it is a mesh, else of its points."""
-    patches = Patches()
+    patches = SurfacePatches()
     for xyz in _points(model, grid.size):
         patches.add(grid.keys(xyz))
     patches.merge()

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from tribrach.job.scans import StationScan
-from tribrach.job.state import State, digest
+from tribrach.job.state import Remembered, digest
 from tribrach.job.thumbnail import thumbnail
 from tribrach.project.sections import TargetSection
 from tribrach.scan.loading import load
@@ -69,7 +69,7 @@ class Findings:
 def extract(
     scans: Sequence[StationScan],
     wanted: TargetSection,
-    state: State,
+    state: Remembered,
     progress: Callable[[str], None],
 ) -> list[Findings]:
     """Targets of every scan; those of unchanged scans come from the last run."""

@@ -12,7 +12,7 @@ from scipy.sparse import block_diag, csr_matrix
 
 from tribrach._types import Array, Index
 from tribrach.geodesy import frames
-from tribrach.gnss.loops import Loop, close_loops, minimal_loops, triangles
+from tribrach.gnss.loops import BaselineLoop, close_loops, minimal_loops, triangles
 from tribrach.gnss.sessions import SessionResult
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.network import Network
@@ -106,7 +106,7 @@ def baselines_of(adjustment: Adjustment) -> BaselineSet | None:
     )
 
 
-def loops_of(found: BaselineSet, alpha: float = 0.05) -> list[Loop]:
+def loops_of(found: BaselineSet, alpha: float = 0.05) -> list[BaselineLoop]:
     """Minimal loops and further triangles, with their closures."""
     length = np.linalg.norm(found.vectors, axis=1)
     basis = minimal_loops(found.start, found.end, length)

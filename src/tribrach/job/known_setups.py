@@ -22,7 +22,7 @@ from tribrach.network.survey import Survey
 from tribrach.observations.control import Offsets
 from tribrach.observations.instrument_frames import FrameAngles
 from tribrach.project.instrument import Instrument
-from tribrach.project.sections import Backsight, Station
+from tribrach.project.sections import Backsight, StationSection
 from tribrach.units import MM, SEC
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def add_known_setups(project: Project, survey: Survey, error: Callable[..., Inpu
             )
 
 
-def _start(survey: Survey, name: str, station: Station) -> None:
+def _start(survey: Survey, name: str, station: StationSection) -> None:
     """The station with a pose to start from, if its mark and a backsight are known."""
     names = [station.occupies, *(sight.to for sight in station.backsights)]
     places = _places(survey, [one for one in names if one is not None])
@@ -98,7 +98,7 @@ def _places(survey: Survey, names: Sequence[str]) -> dict[str, Array]:
 
 
 def _instrument(
-    project: Project, name: str, station: Station, error: Callable[..., InputError]
+    project: Project, name: str, station: StationSection, error: Callable[..., InputError]
 ) -> Instrument:
     """The instrument of a station: the named one, else the only one."""
     known = project.instruments

@@ -13,14 +13,14 @@ from tribrach.io.lever_arm_file import read_lever_arm
 from tribrach.network.survey import Survey
 from tribrach.observations.control import VectorComponentPriors, VectorPriors
 from tribrach.observations.gnss import MountedPoints
-from tribrach.project.sections import LeverArm, Station
+from tribrach.project.sections import LeverArm, StationSection
 from tribrach.units import MM
 
 __all__ = ["add_lever_arms", "add_mounted_points", "known_lever_arm", "lever_arms_of"]
 
 
 def lever_arms_of(
-    stations: Mapping[str, Station],
+    stations: Mapping[str, StationSection],
     arms: Mapping[str, LeverArm],
     error: Callable[..., InputError],
 ) -> dict[str, str]:
@@ -105,7 +105,7 @@ def known_lever_arm(name: str, arm: LeverArm, folder: Path) -> tuple[Array, Arra
 
 
 def add_mounted_points(
-    survey: Survey, stations: Mapping[str, Station], arms: Mapping[str, LeverArm]
+    survey: Survey, stations: Mapping[str, StationSection], arms: Mapping[str, LeverArm]
 ) -> None:
     """Points on scanners, tied to their stations by the lever arms."""
     for name, station in stations.items():

@@ -20,7 +20,7 @@ from tribrach.io.outputs import write_texts
 from tribrach.io.scans.formats import read_scans
 from tribrach.job.poses import joint_covariance, pose_texts
 from tribrach.job.scans import StationScan
-from tribrach.registration.clouds.pair import Fit
+from tribrach.registration.clouds.pair import PairFit
 from tribrach.registration.clouds.prepared import PreparedScan, prepare
 from tribrach.registration.clouds.relative_covariance import FLOOR
 from tribrach.registration.clouds.together import CloudGroup, CloudRegistration, register_clouds
@@ -190,7 +190,7 @@ def registration_json(found: RegisteredFiles) -> dict[str, Any]:
     }
 
 
-def _fit_json(fit: Fit) -> dict[str, Any]:
+def _fit_json(fit: PairFit) -> dict[str, Any]:
     """A pair that was registered."""
     precision = fit.precision
     return {

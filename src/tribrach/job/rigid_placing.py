@@ -13,10 +13,10 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.survey import Survey
-from tribrach.registration.outer_places import Place
+from tribrach.registration.outer_places import OuterPlace
 from tribrach.registration.rigid_model import RigidModel, rigid_model
 from tribrach.report.chapter import Chapter
-from tribrach.report.columns import Columns, Spec
+from tribrach.report.columns import ColumnSet, Spec
 from tribrach.report.style import Style
 from tribrach.report.tables import build_table
 
@@ -35,7 +35,7 @@ def place_rigidly(survey: Survey, adjustment: Adjustment) -> RigidModel:
     return rigid_model(survey, arms)
 
 
-def adjusted_place(adjustment: Adjustment, place: Place) -> Array:
+def adjusted_place(adjustment: Adjustment, place: OuterPlace) -> Array:
     """Where a place is after the adjustment of everything (3,)."""
     state, layout = adjustment.state, adjustment.layout
     if not place.station:
@@ -68,7 +68,7 @@ def rigid_chapter(found: RigidModel, adjustment: Adjustment, angle: str) -> Chap
             found.places, found.fit.points.check, found.fit.difference, strict=True
         )
     ]
-    columns = Columns(Style("deg" if angle == "deg" else "gon"))
+    columns = ColumnSet(Style("deg" if angle == "deg" else "gon"))
     specs: list[Spec] = [columns.word("Place", "name"), columns.word("Use", "use")]
     for head, path in (("rigid", "rigid"), ("adjusted", "adjusted")):
         specs += [

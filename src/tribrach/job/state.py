@@ -20,7 +20,7 @@ import numpy as np
 
 from tribrach.io.outputs import write_text
 
-__all__ = ["FOLDER", "State", "digest"]
+__all__ = ["FOLDER", "Remembered", "digest"]
 
 #: folder of the state inside that of the results
 FOLDER = ".tribrach"
@@ -58,7 +58,7 @@ def _feed(state: hashlib.blake2b, part: Any) -> None:
         state.update(f"{type(part).__name__} {part!r};".encode())
 
 
-class State:
+class Remembered:
     """The remembered products in a folder of results."""
 
     def __init__(self, results: Path) -> None:

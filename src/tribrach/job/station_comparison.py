@@ -20,7 +20,7 @@ from tribrach.comparison.c2c import C2C, Pitch, Signed, Tally
 from tribrach.comparison.predicted import OffsetTest, Prediction
 from tribrach.comparison.results import M3C2Figures, SiteResult
 from tribrach.comparison.sampling_floor import Floor
-from tribrach.comparison.sites import Geometry, Site, choose_sites
+from tribrach.comparison.sites import Geometry, TestSite, choose_sites
 from tribrach.comparison.station_pair import StationPair
 from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.io.site_table import read_sites
@@ -29,7 +29,7 @@ from tribrach.job.clouds import place, placed_parts
 from tribrach.job.compare import compare_clouds, offset_test
 from tribrach.job.poses import delivered, joint_covariance
 from tribrach.job.scans import StationScan
-from tribrach.job.state import State, digest
+from tribrach.job.state import Remembered, digest
 from tribrach.network.adjustment import Adjustment
 from tribrach.report.comparison_chapter import ComparisonChapter, comparison_chapter
 from tribrach.scan.normals import normals
@@ -143,7 +143,7 @@ class Wish:
     section: ComparisonSection
     a: tuple[StationScan, ...]
     b: tuple[StationScan, ...]
-    sites: tuple[Site, ...] | None
+    sites: tuple[TestSite, ...] | None
 
     def of(self, scans: Mapping[str, StationScan]) -> Wish:
         """The same with the scans of these names, corrected for instance."""
@@ -197,7 +197,7 @@ def compare_stations(
     adjustment: Adjustment,
     frame: OutputFrame,
     factor: float,
-    state: State,
+    state: Remembered,
     progress: Callable[[str, int, int | None], None],
 ) -> list[ComparisonChapter]:
     """A chapter for each comparison; those of unchanged clouds come from the last run.
@@ -218,7 +218,7 @@ def compare_stations(
     return chapters
 
 
-def _recalled(state: State, product: str, key: str) -> Found | None:
+def _recalled(state: Remembered, product: str, key: str) -> Found | None:
     """What the last run found; None if that was something else, or if it is damaged."""
     facts = state.recall(product, key)
     try:
@@ -233,7 +233,7 @@ def _key(
     frame: OutputFrame,
     factor: float,
     pair: StationPair,
-    state: State,
+    state: Remembered,
 ) -> str:
     """Digest of everything that a comparison depends on."""
     sites = wish.sites
@@ -311,7 +311,7 @@ def _cloud(
     )
 
 
-def _chosen(clouds: Sequence[CloudFile]) -> tuple[tuple[Site, ...], list[str]]:
+def _chosen(clouds: Sequence[CloudFile]) -> tuple[tuple[TestSite, ...], list[str]]:
     """Sites on surfaces that both stations saw; without any the whole clouds are compared."""
     scanners = [cloud.scanner for cloud in clouds if cloud.scanner is not None]
     sites = choose_sites([_sample(cloud) for cloud in clouds], scanners)

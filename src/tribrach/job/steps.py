@@ -22,7 +22,7 @@ from tribrach.job.grouping import refuse_impossible
 from tribrach.job.name_targets import Named
 from tribrach.job.poses import MOST_STATIONS, joint_covariance, pose_texts, station_order
 from tribrach.job.scans import StationScan, as_adjusted, calibration_sentences, open_scans
-from tribrach.job.state import State
+from tribrach.job.state import Remembered
 from tribrach.job.station_comparison import Wish, compare_stations, wishes
 from tribrach.job.tie import Registered, register
 from tribrach.job.truth import against_truth, read_truth
@@ -45,7 +45,7 @@ class ScanWork:
     scans: Sequence[StationScan]
     findings: Sequence[Findings]
     registered: Registered
-    state: State
+    state: Remembered
     comparisons: Sequence[Wish] = ()
 
     def corrected(self, adjustment: Adjustment) -> ScanWork:
@@ -75,7 +75,7 @@ def find_and_name(project: Project, folder: Path, progress: Progress) -> ScanWor
     ------
     InputError : scans that cannot be read or matched, clouds that are asked for and impossible.
     """
-    state = State(folder)
+    state = Remembered(folder)
     scans = open_scans(project)
     refuse_impossible(project, scans)
     wished = wishes(project, scans)

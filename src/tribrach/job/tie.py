@@ -25,7 +25,7 @@ from tribrach.job.cloud_pairs import CloudPairs, cloud_pairs, contradicted, obse
 from tribrach.job.find_targets import Findings
 from tribrach.job.name_targets import Named, name_targets
 from tribrach.job.scans import StationScan
-from tribrach.job.state import State, digest
+from tribrach.job.state import Remembered, digest
 from tribrach.network.adjustment import adjust
 from tribrach.network.network import Network
 from tribrach.network.survey import Survey
@@ -61,7 +61,7 @@ _USUAL = 15.0
 def surroundings(
     scans: Sequence[StationScan],
     wish: RegistrationSection,
-    state: State,
+    state: Remembered,
     progress: Callable[[str], None],
 ) -> list[Surroundings]:
     """Planes and view of every station; those of unchanged scans come from the last run.
@@ -81,7 +81,7 @@ def surroundings(
 
 
 def _of_scan(
-    scan: StationScan, wish: RegistrationSection, state: State, progress: Callable[[str], None]
+    scan: StationScan, wish: RegistrationSection, state: Remembered, progress: Callable[[str], None]
 ) -> tuple[PlaneSet, StationView]:
     """Planes and view of one scan."""
     noise = _noise(scan)
@@ -303,7 +303,7 @@ def register(
     project: Project,
     scans: Sequence[StationScan],
     findings: Sequence[Findings],
-    state: State,
+    state: Remembered,
     progress: Callable[[str, int, int | None], None],
 ) -> Registered:
     """Names, approximate poses and observations of all stations.
@@ -375,7 +375,7 @@ def _believed(
 def _stations(
     project: Project,
     scans: Sequence[StationScan],
-    state: State,
+    state: Remembered,
     progress: Callable[[str, int, int | None], None],
 ) -> list[Surroundings]:
     """Planes and views of all stations; both empty where planes are not wanted."""

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach.network.network import axes_in_use, axes_sentence, is_given
-from tribrach.network.survey import GivenPoint, Survey, Table
+from tribrach.network.survey import GivenPoint, ObservationTable, Survey
 from tribrach.observations.control import Coordinate
 from tribrach.observations.unknowns import FAMILIES
 
@@ -35,7 +35,7 @@ def observed_part(survey: Survey) -> Survey:
     return _axes(_points(survey))
 
 
-def _given(table: Table) -> bool:
+def _given(table: ObservationTable) -> bool:
     """True for coordinates that were given, not observed."""
     return is_given(table.kind.kind, table.group)
 
@@ -97,13 +97,13 @@ def _axes(survey: Survey) -> Survey:
     return out
 
 
-def _correlated(table: Table) -> bool:
+def _correlated(table: ObservationTable) -> bool:
     """True if coordinates E, N, U of a point are correlated."""
     covariance = table.columns["covariance"]
     return bool((covariance * (1 - np.eye(covariance.shape[1]))).any())
 
 
-def _of_axes(table: Table, used: NDArray[np.bool_]) -> list[Table]:
+def _of_axes(table: ObservationTable, used: NDArray[np.bool_]) -> list[ObservationTable]:
     """Given coordinates along the axes in use, one table for each axis."""
     axes = np.flatnonzero(used)
     if table.kind.kind == "coordinate":
@@ -115,5 +115,5 @@ def _of_axes(table: Table, used: NDArray[np.bool_]) -> list[Table]:
         columns["values"] = columns["values"][:, axis : axis + 1]
         columns["covariance"] = columns["covariance"][:, axis : axis + 1, axis : axis + 1]
         columns["axis"] = np.full(table.n, axis)
-        out.append(Table(Coordinate, table.group, columns, table.n, table.hard))
+        out.append(ObservationTable(Coordinate, table.group, columns, table.n, table.hard))
     return out

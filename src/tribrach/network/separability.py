@@ -25,7 +25,14 @@ from tribrach.network.reliability import (
     weigh,
 )
 
-__all__ = ["Pair", "Separability", "confusable", "describe_row", "partners", "separability"]
+__all__ = [
+    "ConfusablePair",
+    "Separability",
+    "confusable",
+    "describe_row",
+    "partners",
+    "separability",
+]
 
 
 #: pairs above this correlation are named
@@ -41,7 +48,7 @@ NAMED = 4
 
 
 @dataclass(frozen=True)
-class Pair:
+class ConfusablePair:
     """Two rows of the adjustment whose test values have this correlation."""
 
     first: int
@@ -65,9 +72,9 @@ class Separability:
     def __len__(self) -> int:
         return len(self.first)
 
-    def __iter__(self) -> Iterator[Pair]:
+    def __iter__(self) -> Iterator[ConfusablePair]:
         pairs = zip(self.first, self.second, self.correlation, strict=True)
-        return (Pair(int(a), int(b), float(rho)) for a, b, rho in pairs)
+        return (ConfusablePair(int(a), int(b), float(rho)) for a, b, rho in pairs)
 
 
 def separability(adjustment: Adjustment, limit: float = LIMIT) -> Separability:

@@ -21,7 +21,7 @@ from tribrach.observations.base import Use
 from tribrach.observations.control import Offsets, VectorPriors
 from tribrach.observations.gnss import GnssPositions
 
-__all__ = ["Session", "SiteAccuracy", "sessions", "site_accuracy"]
+__all__ = ["CommonShift", "SiteAccuracy", "sessions", "site_accuracy"]
 
 
 #: positions looked at; more are thinned evenly
@@ -50,7 +50,7 @@ class SiteAccuracy:
 
 
 @dataclass(frozen=True, eq=False)
-class Session:
+class CommonShift:
     """A common shift of GNSS positions: sigma (3,) [m] a priori, number of positions."""
 
     name: str
@@ -114,7 +114,7 @@ def _positions(adjustment: Adjustment) -> tuple[list[str], Array, NDArray[np.int
     return names, state.positions[chosen], columns[chosen]
 
 
-def sessions(adjustment: Adjustment) -> list[Session]:
+def sessions(adjustment: Adjustment) -> list[CommonShift]:
     """Common shifts of GNSS positions that take part."""
     layout = adjustment.layout
     count: dict[int, int] = {}
@@ -127,4 +127,6 @@ def sessions(adjustment: Adjustment) -> list[Session]:
         elif isinstance(o, VectorPriors):
             for k in np.flatnonzero(active):
                 sigma[int(o.vector[k])] = np.sqrt(np.diag(o.covariance[k]))
-    return [Session(layout.names["vector"][v], sigma[v], n) for v, n in count.items() if v in sigma]
+    return [
+        CommonShift(layout.names["vector"][v], sigma[v], n) for v, n in count.items() if v in sigma
+    ]

@@ -22,7 +22,7 @@ from tribrach.observations.base import Observations, Use, covariance_from_sigma
 from tribrach.observations.control import Coordinates
 from tribrach.observations.unknowns import FAMILIES, Layout, State
 
-__all__ = ["GivenPoint", "Survey", "Table", "as_column"]
+__all__ = ["GivenPoint", "ObservationTable", "Survey", "as_column"]
 
 # One call of observations as a survey keeps it: columns by name, names not yet indices.
 
@@ -36,7 +36,7 @@ HIGHEST = 1e4
 
 
 @dataclass
-class Table:
+class ObservationTable:
     """n observations of a kind; columns (n, ...) by field, with names where they refer.
 
     hard : the values hold exactly, as constraints.
@@ -56,21 +56,21 @@ class Table:
                 out |= {str(name) for name in np.ravel(self.columns[item.name]) if name}
         return out
 
-    def active(self) -> Table:
+    def active(self) -> ObservationTable:
         """Without check values and what is switched off."""
         use = self.columns.get("use")
         if use is None:
             return self
         return self.part(as_column(use, self.n).astype(int) == Use.ACTIVE)
 
-    def part(self, keep: NDArray[np.bool_]) -> Table:
+    def part(self, keep: NDArray[np.bool_]) -> ObservationTable:
         """Some of the observations, by a mask (n,)."""
         shared = {f.name for f in fields(self.kind) if "shared" in f.metadata}
         columns = {
             name: column if name in shared else _chosen(column, keep)
             for name, column in self.columns.items()
         }
-        return Table(self.kind, self.group, columns, int(keep.sum()), self.hard)
+        return ObservationTable(self.kind, self.group, columns, int(keep.sum()), self.hard)
 
 
 def _chosen(column: Any, keep: NDArray[np.bool_]) -> Any:
@@ -174,7 +174,7 @@ def as_column(part: Any, n: int) -> NDArray[Any]:
 # The names in the tables of a survey become indices of unknowns.
 
 
-def layout_of(given: Mapping[str, Iterable[str]], tables: Sequence[Table]) -> Layout:
+def layout_of(given: Mapping[str, Iterable[str]], tables: Sequence[ObservationTable]) -> Layout:
     """All names that are given, by family, or referred to by the tables.
 
     Raises
@@ -204,10 +204,10 @@ def layout_of(given: Mapping[str, Iterable[str]], tables: Sequence[Table]) -> La
 
 
 def concatenate(
-    layout: Layout, tables: Sequence[Table], site: Site
+    layout: Layout, tables: Sequence[ObservationTable], site: Site
 ) -> tuple[list[Observations], dict[int, tuple[int, int]]]:
     """One Observations per kind and group; where each table went (number, first item)."""
-    grouped: dict[tuple[Any, ...], list[Table]] = {}
+    grouped: dict[tuple[Any, ...], list[ObservationTable]] = {}
     for table in tables:
         shared = (f.name for f in fields(table.kind) if "shared" in f.metadata)
         # two instruments' calibration models do not mix, whatever their group
@@ -225,7 +225,11 @@ def concatenate(
 
 
 def _build(
-    layout: Layout, kind: type[Observations], group: str, members: list[Table], site: Site
+    layout: Layout,
+    kind: type[Observations],
+    group: str,
+    members: list[ObservationTable],
+    site: Site,
 ) -> Observations:
     """The tables of one kind and group, one after the other."""
     columns: dict[str, Any] = {}
@@ -322,7 +326,7 @@ class Survey:
     sigma0: float = 1.0
     warnings: list[str] = field(default_factory=list)
     info: dict[str, Any] = field(default_factory=dict)
-    _tables: list[Table] = field(default_factory=list)
+    _tables: list[ObservationTable] = field(default_factory=list)
     _joint: list[tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], Array]] = field(
         default_factory=list
     )
@@ -441,7 +445,7 @@ class Survey:
         }
         check_heights(table, origin, kind.kind)
         table |= {"values": measured, "covariance": matrices, "source": origin}
-        self._tables.append(Table(kind, group or kind.kind, table, n, hard))
+        self._tables.append(ObservationTable(kind, group or kind.kind, table, n, hard))
         return len(self._tables) - 1
 
     def correlate(
@@ -501,7 +505,7 @@ class Survey:
         if other.datum.kind != "control":
             self.datum = other.datum
 
-    def tables(self) -> tuple[Table, ...]:
+    def tables(self) -> tuple[ObservationTable, ...]:
         """What was added, call by call."""
         return tuple(self._tables)
 
@@ -509,7 +513,7 @@ class Survey:
         """Numbers of the tables that share a covariance with others."""
         return {int(t) for tables, *_ in self._joint for t in tables}
 
-    def replace_tables(self, parts: Sequence[Sequence[Table]]) -> None:
+    def replace_tables(self, parts: Sequence[Sequence[ObservationTable]]) -> None:
         """Put others in the place of each table; those that share a covariance stay single."""
         first = np.cumsum([0, *(len(part) for part in parts)])
         self._tables = [table for part in parts for table in part]
@@ -545,7 +549,7 @@ class Survey:
         }
         return replace(inner, points=points, datum=Datum("free", tuple(inner.stations)))
 
-    def _of(self, tables: list[Table], stations: dict[str, GivenStation]) -> Survey:
+    def _of(self, tables: list[ObservationTable], stations: dict[str, GivenStation]) -> Survey:
         """Some of the tables with the unknowns that they refer to."""
         tables = [table for table in tables if table.n]
         used = {f: set().union(*(t.names(f) for t in tables)) for f in (*FAMILIES, "position")}

@@ -24,7 +24,7 @@ from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.blunders.snooping import restart
 from tribrach.network.network import Network
 
-__all__ = ["Component", "VarianceComponents", "estimate_components"]
+__all__ = ["VarianceComponent", "VarianceComponents", "estimate_components"]
 
 Method = Literal["foerstner", "helmert"]
 
@@ -35,7 +35,7 @@ SETTLED = 1e-6
 
 
 @dataclass(frozen=True)
-class Component:
+class VarianceComponent:
     """One group: values, redundancy, factor on its given sigmas and that factor's own sigma."""
 
     group: str
@@ -51,7 +51,7 @@ class VarianceComponents:
     """The adjustment with rescaled groups (its network carries them), and the table."""
 
     adjustment: Adjustment
-    components: tuple[Component, ...]
+    components: tuple[VarianceComponent, ...]
     iterations: int
     converged: bool
 
@@ -102,7 +102,7 @@ def estimate_components(
     factor = np.sqrt(variance)
     rows = zip(groups.names, shares.count, shares.redundancy, factor, spread, notes, strict=True)
     table = tuple(
-        Component(name, int(n), float(r), float(s), float(s * d), note)
+        VarianceComponent(name, int(n), float(r), float(s), float(s * d), note)
         for name, n, r, s, d, note in rows
     )
     return VarianceComponents(adjustment, table, iteration, converged)

@@ -20,9 +20,9 @@ from tribrach.observations.sights import Sights
 from tribrach.observations.unknowns import Layout, State
 
 __all__ = [
-    "Components",
     "Coordinate",
     "Coordinates",
+    "DirectedComponents",
     "Heights",
     "Offsets",
     "ScalarPriors",
@@ -98,7 +98,7 @@ class Coordinate(Observations):
 
 
 @dataclass(kw_only=True)
-class Components(Observations):
+class DirectedComponents(Observations):
     """Components [m] of ``position`` along unit vectors ``direction`` (n, 3) in W."""
 
     position: Index = refers("position")

@@ -22,7 +22,14 @@ from tribrach.planning.blocks import Blocks
 from tribrach.planning.prediction import Criterion, criterion_value, predict
 from tribrach.planning.prospect import prospect
 
-__all__ = ["Precision", "Sets", "needed_precision", "needed_sets", "reading_groups", "scaled"]
+__all__ = [
+    "RequiredPrecision",
+    "SetsByStation",
+    "needed_precision",
+    "needed_sets",
+    "reading_groups",
+    "scaled",
+]
 
 
 #: by station: tables and masks of what is read there
@@ -42,7 +49,7 @@ _FINEST, _COARSEST = 1e-3, 1e3
 
 
 @dataclass(frozen=True)
-class Sets:
+class SetsByStation:
     """Sets by station.
 
     sets : how many, in the order of the stations; start and value : the criterion with one set
@@ -58,7 +65,7 @@ class Sets:
 
 
 @dataclass(frozen=True)
-class Precision:
+class RequiredPrecision:
     """What one group of readings must be to reach a requirement, the others as they are.
 
     group : kind and component; sigma : of the first reading now [m, rad]; factor : what all its
@@ -105,7 +112,9 @@ def _readers(network: Network) -> _Readers:
     return out
 
 
-def needed_sets(network: Network, criterion: Criterion, required: float, most: int = MOST) -> Sets:
+def needed_sets(
+    network: Network, criterion: Criterion, required: float, most: int = MOST
+) -> SetsByStation:
     """Sets of every station, added one by one until the criterion is what is required.
 
     network : with the sigmas of one set. The last figure is that of a prediction with all sets.
@@ -130,7 +139,7 @@ def needed_sets(network: Network, criterion: Criterion, required: float, most: i
         steps.append((best, value))
     value = criterion_value(predict(_with_sets(network, readers, sets)), criterion)
     reached = sign * value <= sign * required + 1e-6 * abs(required)
-    return Sets(sets, start, value, reached, tuple(steps))
+    return SetsByStation(sets, start, value, reached, tuple(steps))
 
 
 def _best_station(
@@ -253,7 +262,7 @@ def reading_groups(network: Network) -> list[tuple[str, str, list[int], str]]:
 
 def needed_precision(
     network: Network, criterion: Criterion, required: float, tolerance: float = 0.01
-) -> list[Precision]:
+) -> list[RequiredPrecision]:
     """For every group of readings the sigma that reaches a requirement, the others as they are.
 
     By bisection of the factor's logarithm to the relative tolerance; every step is a prediction of
@@ -271,12 +280,12 @@ def needed_precision(
         low, high = np.log(_FINEST), np.log(_COARSEST)
         perfect, limit = reached(low)
         if not perfect:
-            out.append(Precision(words, unit, float(sigma), float("nan"), limit))
+            out.append(RequiredPrecision(words, unit, float(sigma), float("nan"), limit))
             continue
         while high - low > tolerance:
             middle = (low + high) / 2
             low, high = (middle, high) if reached(middle)[0] else (low, middle)
-        out.append(Precision(words, unit, float(sigma), float(np.exp(low)), limit))
+        out.append(RequiredPrecision(words, unit, float(sigma), float(np.exp(low)), limit))
     return out
 
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
         OutputSection,
         PointFile,
         ScaleBar,
-        Station,
+        StationSection,
         parse_datum,
     )
     from tribrach.project.site import SiteSection
@@ -32,7 +32,7 @@ __all__ = [
     "Project",
     "ScaleBar",
     "SiteSection",
-    "Station",
+    "StationSection",
     "parse_datum",
 ]
 

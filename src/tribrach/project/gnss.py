@@ -10,7 +10,7 @@ from pydantic import Field, PositiveFloat, model_validator
 from tribrach.gnss.baseline import Processing
 from tribrach.project.sections import Section
 
-__all__ = ["GnssSection", "Receiver", "Session"]
+__all__ = ["GnssSection", "GnssSession", "Receiver"]
 
 Name = Annotated[str, Field(min_length=1)]
 
@@ -28,7 +28,7 @@ class Receiver(Section):
     antenna_height_m: float | None = Field(default=None, ge=-10, lt=100)
 
 
-class Session(Section):
+class GnssSession(Section):
     """Receivers that observed together; star : the one all baselines start from."""
 
     name: str = ""
@@ -54,7 +54,7 @@ class GnssSection(Section):
     standard deviations; atmosphere false leaves models of troposphere and ionosphere out.
     """
 
-    sessions: tuple[Session, ...] = ()
+    sessions: tuple[GnssSession, ...] = ()
     navigation: tuple[str, ...] = ()
     mask_deg: float = Field(default=15.0, ge=0, le=60)
     frequencies: Literal[1, 2, 3] = 2

@@ -11,7 +11,7 @@ from tribrach._types import Progress
 from tribrach.errors import InputError
 from tribrach.geodesy.work_frame import WorkFrame
 from tribrach.gnss.sessions import SessionResult
-from tribrach.job.assembly import Assembly
+from tribrach.job.assembly import SurveyReader
 from tribrach.job.gnss_observations import compute_sessions
 from tribrach.network.height_recipe import height_recipe
 from tribrach.network.network import Network
@@ -35,7 +35,7 @@ from tribrach.project.sections import (
     ScaleBar,
     ScanFile,
     Section,
-    Station,
+    StationSection,
     TargetSection,
 )
 from tribrach.project.site import SiteSection
@@ -66,7 +66,7 @@ class Project(Section):
     registration: RegistrationSection = RegistrationSection()
     cloud: CloudSection = CloudSection()
     comparison: tuple[ComparisonSection, ...] = ()
-    stations: dict[str, Station] = Field(default_factory=dict)
+    stations: dict[str, StationSection] = Field(default_factory=dict)
     lever_arms: dict[str, LeverArm] = Field(default_factory=dict)
     scale_bars: tuple[ScaleBar, ...] = ()
     calibration: CalibrationSection | None = None
@@ -149,7 +149,7 @@ class Project(Section):
         ------
         InputError : what a file or a section says wrong, with its line.
         """
-        return Assembly(self, self._folder, self.error, progress).read(further)
+        return SurveyReader(self, self._folder, self.error, progress).read(further)
 
     def baselines(
         self, survey: Survey, progress: Progress = lambda what, done, total: None
@@ -176,7 +176,7 @@ class Project(Section):
         ------
         InputError : as :meth:`survey`.
         """
-        assembly = Assembly(self, self._folder, self.error)
+        assembly = SurveyReader(self, self._folder, self.error)
         assembly.read()
         return assembly.context.frame
 

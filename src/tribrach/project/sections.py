@@ -37,7 +37,7 @@ __all__ = [
     "ScaleBar",
     "ScanFile",
     "Section",
-    "Station",
+    "StationSection",
     "TargetSection",
     "parse_datum",
 ]
@@ -148,7 +148,7 @@ class Backsight(Section):
     sigma_arcsec: PositiveFloat | None = None
 
 
-class Station(Section):
+class StationSection(Section):
     """A scanner station: levelled by its compensator or not, and the antenna on it.
 
     occupies : the mark that it stands over, its centre height_m above it; backsights : sights of

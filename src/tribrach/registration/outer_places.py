@@ -12,12 +12,12 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.network.adjustment import Adjustment, adjust
-from tribrach.network.survey import Survey, Table, as_column
+from tribrach.network.survey import ObservationTable, Survey, as_column
 from tribrach.observations.base import Use
 from tribrach.observations.control import Coordinates
 from tribrach.observations.gnss import Antennas, GnssPositions, MountedPoints
 
-__all__ = ["Place", "places_to_check", "places_to_hold"]
+__all__ = ["OuterPlace", "places_to_check", "places_to_hold"]
 
 
 #: name of an antenna's point in the network of what is measured without scans
@@ -25,7 +25,7 @@ _ANTENNA = "antenna on {}"
 
 
 @dataclass(frozen=True, eq=False)
-class Place:
+class OuterPlace:
     """A place by name: a point, or the end of the lever arm ``arm`` of ``station``.
 
     xyz (3,) in W; covariance (3, 3).
@@ -38,7 +38,7 @@ class Place:
     arm: str = ""
 
 
-def places_to_hold(survey: Survey, points: set[str]) -> tuple[list[Place], Array]:
+def places_to_hold(survey: Survey, points: set[str]) -> tuple[list[OuterPlace], Array]:
     """Antennas, and those points that marks and control determine; their covariance (3n, 3n).
 
     The network of all that is measured without scans is adjusted, with the shifts that positions
@@ -97,15 +97,15 @@ def _control(outer: Survey, survey: Survey, wanted: set[str]) -> None:
         )
 
 
-def _place(adjustment: Adjustment, name: str, ends: dict[str, tuple[str, str]]) -> Place:
+def _place(adjustment: Adjustment, name: str, ends: dict[str, tuple[str, str]]) -> OuterPlace:
     xyz = adjustment.state.points[adjustment.layout.index("point", name)]
     station, arm = ends.get(name, ("", ""))
-    return Place(name, xyz, adjustment.covariance(name), station, arm)
+    return OuterPlace(name, xyz, adjustment.covariance(name), station, arm)
 
 
-def places_to_check(survey: Survey, points: set[str]) -> list[Place]:
+def places_to_check(survey: Survey, points: set[str]) -> list[OuterPlace]:
     """Antennas and points that are held out: compared with the model, not used to place it."""
-    found: list[Place] = []
+    found: list[OuterPlace] = []
     for table in survey.tables():
         use = as_column(table.columns.get("use", 0), table.n).astype(int)
         if (use == Use.CHECK).any():
@@ -113,17 +113,17 @@ def places_to_check(survey: Survey, points: set[str]) -> list[Place]:
     return [place for place in found if place.station or place.name in points]
 
 
-def _held_out(table: Table) -> Iterator[Place]:
+def _held_out(table: ObservationTable) -> Iterator[OuterPlace]:
     """Places of one table of check values."""
     values, covariance = table.columns["values"], table.columns["covariance"]
     if table.kind is Antennas:
         both = zip(_words(table, "station"), _words(table, "lever_arm"), strict=True)
         for (station, arm), xyz, own in zip(both, values, covariance, strict=True):
-            yield Place(_ANTENNA.format(station), xyz, own, station, arm)
+            yield OuterPlace(_ANTENNA.format(station), xyz, own, station, arm)
     elif table.kind is Coordinates:
         for name, xyz, own in zip(_words(table, "position"), values, covariance, strict=True):
-            yield Place(name, xyz, own)
+            yield OuterPlace(name, xyz, own)
 
 
-def _words(table: Table, column: str) -> list[str]:
+def _words(table: ObservationTable, column: str) -> list[str]:
     return [str(name) for name in as_column(table.columns[column], table.n)]

@@ -18,8 +18,8 @@ from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.survey import Survey
-from tribrach.registration.outer_places import Place, places_to_check, places_to_hold
-from tribrach.transformation.fit import CommonPoints, Fit, fit_points
+from tribrach.registration.outer_places import OuterPlace, places_to_check, places_to_hold
+from tribrach.transformation.fit import CommonPoints, TransformationFit, fit_points
 from tribrach.transformation.models import find_model
 from tribrach.transformation.weights import Spread
 
@@ -39,8 +39,8 @@ class RigidModel:
     """
 
     model: Adjustment
-    fit: Fit
-    places: tuple[Place, ...]
+    fit: TransformationFit
+    places: tuple[OuterPlace, ...]
 
     def pose(self, station: str) -> Pose:
         """World from scanner."""
@@ -115,7 +115,7 @@ def rigid_model(survey: Survey, arms: Mapping[str, Array] | None = None) -> Rigi
     return RigidModel(model, fit_points(common, find_model(4 if levelled else 6, 3)), places)
 
 
-def _in_model(model: Adjustment, place: Place, arms: Mapping[str, Array]) -> Array:
+def _in_model(model: Adjustment, place: OuterPlace, arms: Mapping[str, Array]) -> Array:
     """Where a place is in the model (3,)."""
     if not place.station:
         out: Array = model.state.points[model.layout.index("point", place.name)]

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tribrach.report.budget_content import BudgetRow
-from tribrach.report.columns import Columns, Spec
+from tribrach.report.columns import ColumnSet, Spec
 from tribrach.report.figures import colours, new_figure
 from tribrach.report.page import picture
 from tribrach.report.scan_content import Picture
-from tribrach.report.tables import Column, Table, build_table, number_cell
+from tribrach.report.tables import ColumnHead, ReportTable, build_table, number_cell
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,7 +30,7 @@ _NOTE = (
 )
 
 
-def budget_table(rows: Sequence[BudgetRow], columns: Columns) -> Table:
+def budget_table(rows: Sequence[BudgetRow], columns: ColumnSet) -> ReportTable:
     """One row per region, one column per part."""
     names = list(dict.fromkeys(part.name for row in rows for part in row.parts))
     groups: dict[str, tuple[str, ...]] = {name: (name,) for name in names if name not in _ANGLES}
@@ -39,7 +39,7 @@ def budget_table(rows: Sequence[BudgetRow], columns: Columns) -> Table:
     specs: list[Spec] = [
         columns.word("Station", "station"),
         columns.word("Region", "region"),
-        (Column("points", "%"), lambda r: number_cell(r.share, f"{100 * r.share:.0f}")),
+        (ColumnHead("points", "%"), lambda r: number_cell(r.share, f"{100 * r.share:.0f}")),
         *(columns.mm(name, _part(members)) for name, members in groups.items()),
         columns.mm("3D σ", lambda r: _root(r.variance)),
         columns.mm("σ along the normal", lambda r: _root(r.normal)),

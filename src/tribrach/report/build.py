@@ -12,7 +12,7 @@ from tribrach.network.adjustment import Adjustment
 from tribrach.network.blunders.snooping import SnoopingLog
 from tribrach.network.quality import Quality
 from tribrach.network.variance_components import VarianceComponents
-from tribrach.report.content import Component, Content, Settings, SnoopingStep
+from tribrach.report.content import ComponentRow, Content, ReportSettings, SnoopingRow
 from tribrach.report.correlations import correlations
 from tribrach.report.numbers import number
 from tribrach.report.observations import observations, sights
@@ -52,7 +52,7 @@ def build(
     facts : further lines of the head (client, instrument, crew, weather ...).
     snooping, components : logs of what was done before this adjustment, if anything.
     """
-    settings = Settings(confidence, posterior, quality.global_test.alpha, angle)
+    settings = ReportSettings(confidence, posterior, quality.global_test.alpha, angle)
     covariances, uncertainty = position_uncertainty(adjustment, settings)
     given = control(adjustment, settings)
     rows = observations(adjustment, quality)
@@ -129,22 +129,22 @@ def _epoch(info: Mapping[str, object]) -> str:
     return ", ".join(str(text) for text in (found["frame"], when) if text)
 
 
-def _components(found: VarianceComponents | None) -> tuple[Component, ...]:
+def _components(found: VarianceComponents | None) -> tuple[ComponentRow, ...]:
     """Variance components as the report lists them."""
     if found is None:
         return ()
     return tuple(
-        Component(c.group, c.sigma_factor, number(c.sigma_of_factor), c.redundancy, c.note)
+        ComponentRow(c.group, c.sigma_factor, number(c.sigma_of_factor), c.redundancy, c.note)
         for c in found.components
     )
 
 
-def _snooping(log: SnoopingLog | None) -> tuple[SnoopingStep, ...]:
+def _snooping(log: SnoopingLog | None) -> tuple[SnoopingRow, ...]:
     """Steps of the snooping, numbered."""
     if log is None:
         return ()
     return tuple(
-        SnoopingStep(
+        SnoopingRow(
             number=i + 1,
             observation=step.observation,
             test=number(step.statistic),

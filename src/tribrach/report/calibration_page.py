@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from tribrach.calibration.correlations import Pair
+from tribrach.calibration.correlations import CorrelatedPair
 from tribrach.calibration.estimability import Left
 from tribrach.calibration.remedies import Remedy
 from tribrach.calibration.self_calibration import Parameter, SelfCalibration
@@ -24,7 +24,14 @@ from tribrach.report.calibration_words import (
 )
 from tribrach.report.numbers import matrix, number, numbers
 from tribrach.report.page import page
-from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
+from tribrach.report.tables import (
+    Cell,
+    ColumnHead,
+    ReportTable,
+    build_table,
+    number_cell,
+    text_cell,
+)
 from tribrach.units import SEC
 
 __all__ = ["SCHEMA", "calibration_json", "calibration_page"]
@@ -58,53 +65,53 @@ def _small(value: float, unit: str, mark: str = "") -> Cell:
     return number_cell(value, shown(value, unit), mark)
 
 
-def _parameters(found: SelfCalibration) -> Table:
+def _parameters(found: SelfCalibration) -> ReportTable:
     def t_cell(p: Parameter) -> Cell:
         return number_cell(p.t, f"{p.t:.2f}", "good" if p.significant else "")
 
     columns = [
-        (Column("Parameter", numeric=False), lambda p: text_cell(p.name)),
-        (Column("Value"), lambda p: _small(p.value, p.unit)),
-        (Column("σ"), lambda p: _small(p.sigma, p.unit)),
-        (Column("Unit", numeric=False), lambda p: text_cell(shown_unit(p.unit))),
-        (Column("t"), t_cell),
+        (ColumnHead("Parameter", numeric=False), lambda p: text_cell(p.name)),
+        (ColumnHead("Value"), lambda p: _small(p.value, p.unit)),
+        (ColumnHead("σ"), lambda p: _small(p.sigma, p.unit)),
+        (ColumnHead("Unit", numeric=False), lambda p: text_cell(shown_unit(p.unit))),
+        (ColumnHead("t"), t_cell),
     ]
     note = f"True = measured + correction. Sigmas {found.sigma_origin}. Significant t are green."
     return build_table("parameters", "Parameters", note, found.parameters, columns)
 
 
-def _left(found: SelfCalibration) -> Table:
+def _left(found: SelfCalibration) -> ReportTable:
     items = [*found.proposal.left, *found.proposal.hardly]
     columns = [
-        (Column("Parameter", numeric=False), lambda i: text_cell(i.name)),
-        (Column("Why", numeric=False), lambda i: text_cell(i.why)),
+        (ColumnHead("Parameter", numeric=False), lambda i: text_cell(i.name)),
+        (ColumnHead("Why", numeric=False), lambda i: text_cell(i.why)),
     ]
     note = "Proposed to be left out: what cannot be separated, then what hardly can."
     return build_table("left", "Not or hardly separated", note, items, columns)
 
 
-def _omitted(found: SelfCalibration) -> Table:
+def _omitted(found: SelfCalibration) -> ReportTable:
     def w_cell(o: Omitted) -> Cell:
         return number_cell(o.w, f"{o.w:.2f}", "bad" if o.missing else "")
 
     columns = [
-        (Column("Parameter", numeric=False), lambda o: text_cell(o.name)),
-        (Column("Would be"), lambda o: _small(o.value, unit_of(o.name))),
-        (Column("σ"), lambda o: _small(o.sigma, unit_of(o.name))),
-        (Column("Unit", numeric=False), lambda o: text_cell(shown_unit(unit_of(o.name)))),
-        (Column("w"), w_cell),
-        (Column("limit"), lambda o: number_cell(o.limit, f"{o.limit:.2f}")),
+        (ColumnHead("Parameter", numeric=False), lambda o: text_cell(o.name)),
+        (ColumnHead("Would be"), lambda o: _small(o.value, unit_of(o.name))),
+        (ColumnHead("σ"), lambda o: _small(o.sigma, unit_of(o.name))),
+        (ColumnHead("Unit", numeric=False), lambda o: text_cell(shown_unit(unit_of(o.name)))),
+        (ColumnHead("w"), w_cell),
+        (ColumnHead("limit"), lambda o: number_cell(o.limit, f"{o.limit:.2f}")),
     ]
     note = "Each as the only further parameter, from the residuals. Red: they call for it."
     return build_table("omitted", "Parameters that are no unknowns", note, found.omitted, columns)
 
 
-def _pairs(found: SelfCalibration) -> Table:
+def _pairs(found: SelfCalibration) -> ReportTable:
     columns = [
-        (Column("Parameter", numeric=False), lambda p: text_cell(p.a)),
-        (Column("and", numeric=False), lambda p: text_cell(p.b)),
+        (ColumnHead("Parameter", numeric=False), lambda p: text_cell(p.a)),
+        (ColumnHead("and", numeric=False), lambda p: text_cell(p.b)),
         (
-            Column("Correlation"),
+            ColumnHead("Correlation"),
             lambda p: number_cell(p.value, f"{p.value:+.3f}", "bad" if abs(p.value) > 0.9 else ""),
         ),
     ]
@@ -114,14 +121,17 @@ def _pairs(found: SelfCalibration) -> Table:
     )
 
 
-def _datum_parameters(found: SelfCalibration) -> Table:
+def _datum_parameters(found: SelfCalibration) -> ReportTable:
     rows = list(range(len(found.parameters))) if len(found.datums) > 1 else []
     columns = [
-        (Column("Parameter", numeric=False), lambda k: text_cell(found.names[k])),
-        (Column("Unit", numeric=False), lambda k: text_cell(shown_unit(found.parameters[k].unit))),
+        (ColumnHead("Parameter", numeric=False), lambda k: text_cell(found.names[k])),
+        (
+            ColumnHead("Unit", numeric=False),
+            lambda k: text_cell(shown_unit(found.parameters[k].unit)),
+        ),
         *[
             (
-                Column(f"σ, {d.datum}"),
+                ColumnHead(f"σ, {d.datum}"),
                 lambda k, d=d: _small(float(d.parameters[k]), found.parameters[k].unit),
             )
             for d in found.datums
@@ -131,7 +141,7 @@ def _datum_parameters(found: SelfCalibration) -> Table:
     return build_table("datum-parameters", "Parameters in other datums", note, rows, columns)
 
 
-def _datum_stations(found: SelfCalibration) -> Table:
+def _datum_stations(found: SelfCalibration) -> ReportTable:
     layout = found.adjustment.layout
     names = layout.names["pose"]
     rows = [(d, s) for d in found.datums for s in range(len(names))] if found.datums else []
@@ -148,25 +158,25 @@ def _datum_stations(found: SelfCalibration) -> Table:
 
     heads = ("E [mm]", "N [mm]", "U [mm]", "tilt E [″]", "tilt N [″]", "heading [″]")
     columns = [
-        (Column("Datum", numeric=False), lambda row: text_cell(row[0].datum)),
+        (ColumnHead("Datum", numeric=False), lambda row: text_cell(row[0].datum)),
         (
-            Column("Station", numeric=False),
+            ColumnHead("Station", numeric=False),
             lambda row: text_cell(names[row[1]] if row[1] >= 0 else "mean of points"),
         ),
-        *[(Column(f"σ {h}"), lambda row, k=k: value(row, k)) for k, h in enumerate(heads)],
+        *[(ColumnHead(f"σ {h}"), lambda row, k=k: value(row, k)) for k, h in enumerate(heads)],
     ]
     note = "A priori. The same observations; only what is held differs."
     return build_table("datum-stations", "Stations and points by datum", note, rows, columns)
 
 
-def _datum_points(found: SelfCalibration) -> Table:
+def _datum_points(found: SelfCalibration) -> ReportTable:
     """Three-dimensional sigma of every point in every datum."""
     names = found.adjustment.layout.names["point"]
     sigmas = [np.sqrt((d.points**2).sum(axis=1)) for d in found.datums]
     columns = [
-        (Column("Point", numeric=False), lambda k: text_cell(names[k])),
+        (ColumnHead("Point", numeric=False), lambda k: text_cell(names[k])),
         *[
-            (Column(f"σ 3D, {d.datum}", "mm"), lambda k, s=s: _small(float(s[k]), "m"))
+            (ColumnHead(f"σ 3D, {d.datum}", "mm"), lambda k, s=s: _small(float(s[k]), "m"))
             for d, s in zip(found.datums, sigmas, strict=True)
         ],
     ]
@@ -175,7 +185,7 @@ def _datum_points(found: SelfCalibration) -> Table:
     return build_table("datum-points", "Points by datum", note, rows, columns, most=2000)
 
 
-def _remedies(found: SelfCalibration) -> Table:
+def _remedies(found: SelfCalibration) -> ReportTable:
     own = dict(zip(found.proposal.names, found.proposal.sigma, strict=True))
 
     def largest(remedy: Remedy) -> float:
@@ -185,11 +195,11 @@ def _remedies(found: SelfCalibration) -> Table:
         return float(max(ratios, default=1.0))
 
     columns = [
-        (Column("Addition", numeric=False), lambda r: text_cell(r.what)),
-        (Column("Estimable"), lambda r: _count(len(r.proposal.names))),
-        (Column("Well separated"), lambda r: _count(len(r.proposal.recommended))),
+        (ColumnHead("Addition", numeric=False), lambda r: text_cell(r.what)),
+        (ColumnHead("Estimable"), lambda r: _count(len(r.proposal.names))),
+        (ColumnHead("Well separated"), lambda r: _count(len(r.proposal.recommended))),
         (
-            Column("Best gain"),
+            ColumnHead("Best gain"),
             lambda r: number_cell(largest(r), f"sigma divided by {largest(r):.1f}"),
         ),
     ]
@@ -307,5 +317,5 @@ def _omitted_json(o: Omitted) -> dict[str, Any]:
     return {"name": o.name, "value": o.value, "sigma": o.sigma, "w": o.w, "limit": o.limit}
 
 
-def _pair_json(pair: Pair) -> dict[str, Any]:
+def _pair_json(pair: CorrelatedPair) -> dict[str, Any]:
     return {"a": pair.a, "b": pair.b, "value": pair.value}

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from tribrach.report.scan_content import Picture
-from tribrach.report.tables import Table
+from tribrach.report.tables import ReportTable
 
 __all__ = ["Chapter"]
 
@@ -29,5 +29,5 @@ class Chapter:
     title: str
     sentences: tuple[str, ...] = ()
     pictures: tuple[Picture, ...] = ()
-    tables: tuple[Table, ...] = ()
+    tables: tuple[ReportTable, ...] = ()
     data: Mapping[str, Any] = field(default_factory=dict)

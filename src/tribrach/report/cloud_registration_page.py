@@ -4,16 +4,23 @@ from __future__ import annotations
 
 import numpy as np
 
-from tribrach.registration.clouds.graph import Loop
-from tribrach.registration.clouds.pair import CloudPair, Fit
+from tribrach.registration.clouds.graph import StationLoop
+from tribrach.registration.clouds.pair import CloudPair, PairFit
 from tribrach.registration.clouds.together import CloudGroup, CloudRegistration
-from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
+from tribrach.report.tables import (
+    Cell,
+    ColumnHead,
+    ReportTable,
+    build_table,
+    number_cell,
+    text_cell,
+)
 from tribrach.units import SEC
 
 __all__ = ["cloud_registration_tables"]
 
 
-def cloud_registration_tables(found: CloudRegistration) -> list[Table]:
+def cloud_registration_tables(found: CloudRegistration) -> list[ReportTable]:
     """Pairs that were registered, loops, and the stations of each group."""
     out = [_pairs(found)]
     if found.consistency.loops:
@@ -21,12 +28,12 @@ def cloud_registration_tables(found: CloudRegistration) -> list[Table]:
     return out + [_stations(group) for group in found.groups if group.adjustment is not None]
 
 
-def _pairs(found: CloudRegistration) -> Table:
+def _pairs(found: CloudRegistration) -> ReportTable:
     """One row for each registered pair."""
     pairs = [p for p in found.pairs if p.fit is not None]
     placed = {frozenset(k): d for group in found.groups for k, d in group.differences.items()}
 
-    def fit(p: CloudPair) -> Fit:
+    def fit(p: CloudPair) -> PairFit:
         assert p.fit is not None
         return p.fit
 
@@ -39,29 +46,29 @@ def _pairs(found: CloudRegistration) -> Table:
         return text_cell("") if one is None else _mm(getattr(one, which))
 
     columns = [
-        (Column("Pair", numeric=False), lambda p: text_cell(f"{p.a} - {p.b}")),
+        (ColumnHead("Pair", numeric=False), lambda p: text_cell(f"{p.a} - {p.b}")),
         (
-            Column("Overlap", "%"),
+            ColumnHead("Overlap", "%"),
             lambda p: number_cell(
                 max(fit(p).verdict.overlap), f"{100 * max(fit(p).verdict.overlap):.0f}"
             ),
         ),
-        (Column("RMS", "mm"), lambda p: _mm(fit(p).alignment.rms)),
+        (ColumnHead("RMS", "mm"), lambda p: _mm(fit(p).alignment.rms)),
         (
-            Column("Matches", wide=True),
+            ColumnHead("Matches", wide=True),
             lambda p: number_cell(
                 len(fit(p).alignment.matches), str(len(fit(p).alignment.matches))
             ),
         ),
         (
-            Column("Effective", wide=True),
+            ColumnHead("Effective", wide=True),
             lambda p: number_cell(fit(p).precision.effective, f"{fit(p).precision.effective:.0f}"),
         ),
-        (Column("Sigma shift", "mm"), lambda p: _mm(sigma(p, 0))),
-        (Column("Sigma turn", '"'), lambda p: _arcsec(sigma(p, 3))),
-        (Column("Held", "of 6"), lambda p: _held(fit(p).precision.rank)),
-        (Column("Observed", "mm", wide=True), lambda p: difference(p, "observed")),
-        (Column("Predicted", "mm", wide=True), lambda p: difference(p, "predicted")),
+        (ColumnHead("Sigma shift", "mm"), lambda p: _mm(sigma(p, 0))),
+        (ColumnHead("Sigma turn", '"'), lambda p: _arcsec(sigma(p, 3))),
+        (ColumnHead("Held", "of 6"), lambda p: _held(fit(p).precision.rank)),
+        (ColumnHead("Observed", "mm", wide=True), lambda p: difference(p, "observed")),
+        (ColumnHead("Predicted", "mm", wide=True), lambda p: difference(p, "predicted")),
     ]
     tried = len(found.pairs)
     title = f"Registered pairs ({len(pairs)} of {tried} tried)"
@@ -69,25 +76,25 @@ def _pairs(found: CloudRegistration) -> Table:
     return build_table("cloud_pairs", title, note, pairs, columns)
 
 
-def _loops(found: CloudRegistration) -> Table:
+def _loops(found: CloudRegistration) -> ReportTable:
     """One row for each loop."""
     columns = [
         (
-            Column("Loop", numeric=False),
+            ColumnHead("Loop", numeric=False),
             lambda x: text_cell(" - ".join((*x.stations, x.stations[0]))),
         ),
-        (Column("Shift", "mm"), lambda x: _mm(x.shift)),
-        (Column("Predicted", "mm"), lambda x: _mm(x.shift_sigma)),
-        (Column("Turn", '"'), lambda x: _arcsec(x.turn)),
-        (Column("Predicted", '"'), lambda x: _arcsec(x.turn_sigma)),
-        (Column("Test"), lambda x: number_cell(x.statistic, f"{x.statistic:.1f}")),
-        (Column("Limit", wide=True), lambda x: number_cell(x.limit, f"{x.limit:.1f}")),
-        (Column("Closes", numeric=False), _closes),
+        (ColumnHead("Shift", "mm"), lambda x: _mm(x.shift)),
+        (ColumnHead("Predicted", "mm"), lambda x: _mm(x.shift_sigma)),
+        (ColumnHead("Turn", '"'), lambda x: _arcsec(x.turn)),
+        (ColumnHead("Predicted", '"'), lambda x: _arcsec(x.turn_sigma)),
+        (ColumnHead("Test"), lambda x: number_cell(x.statistic, f"{x.statistic:.1f}")),
+        (ColumnHead("Limit", wide=True), lambda x: number_cell(x.limit, f"{x.limit:.1f}")),
+        (ColumnHead("Closes", numeric=False), _closes),
     ]
     return build_table("cloud_loops", "Loops", "", list(found.consistency.loops), columns)
 
 
-def _stations(group: CloudGroup) -> Table:
+def _stations(group: CloudGroup) -> ReportTable:
     """One row for each station."""
     first = group.stations[0]
 
@@ -95,12 +102,12 @@ def _stations(group: CloudGroup) -> Table:
         part = np.diag(group.covariances[name])[begin : begin + 3]
         return float(np.sqrt(np.maximum(part, 0.0).sum()))
 
-    def coordinate(axis: int) -> tuple[Column, object]:
+    def coordinate(axis: int) -> tuple[ColumnHead, object]:
         def cell(name: str) -> Cell:
             value = float(group.poses[name].translation[axis])
             return number_cell(value, f"{value:.4f}")
 
-        return Column("xyz"[axis], "m"), cell
+        return ColumnHead("xyz"[axis], "m"), cell
 
     def heading(name: str) -> Cell:
         r = group.poses[name].rotation
@@ -108,11 +115,11 @@ def _stations(group: CloudGroup) -> Table:
         return number_cell(value, f"{value:.4f}")
 
     columns = [
-        (Column("Station", numeric=False), text_cell),
+        (ColumnHead("Station", numeric=False), text_cell),
         *(coordinate(axis) for axis in range(3)),
-        (Column("Turn about z", "deg"), heading),
-        (Column("Sigma place", "mm"), lambda name: _mm(sigma(name, 0))),
-        (Column("Sigma turn", '"'), lambda name: _arcsec(sigma(name, 3))),
+        (ColumnHead("Turn about z", "deg"), heading),
+        (ColumnHead("Sigma place", "mm"), lambda name: _mm(sigma(name, 0))),
+        (ColumnHead("Sigma turn", '"'), lambda name: _arcsec(sigma(name, 3))),
     ]
     title = f"Stations in the frame of {first}, which is held"
     return build_table("cloud_stations", title, "", list(group.stations), columns)  # type: ignore[arg-type]
@@ -130,5 +137,5 @@ def _held(rank: int) -> Cell:
     return number_cell(rank, str(rank), "" if rank == 6 else "bad")
 
 
-def _closes(loop: Loop) -> Cell:
+def _closes(loop: StationLoop) -> Cell:
     return text_cell("yes" if loop.closes else "no", "" if loop.closes else "bad")

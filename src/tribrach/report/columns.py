@@ -7,16 +7,16 @@ from operator import attrgetter
 from typing import Any
 
 from tribrach.report.style import Style
-from tribrach.report.tables import Cell, Column, number_cell, text_cell
+from tribrach.report.tables import Cell, ColumnHead, number_cell, text_cell
 from tribrach.units import format_angle
 
-__all__ = ["AXES", "Columns", "Spec"]
+__all__ = ["AXES", "ColumnSet", "Spec"]
 
-Spec = tuple[Column, Callable[[Any], Cell]]
+Spec = tuple[ColumnHead, Callable[[Any], Cell]]
 AXES = ("E", "N", "U")
 
 
-class Columns:
+class ColumnSet:
     """Columns in one style; each is a head and how to make a cell of an item."""
 
     def __init__(self, style: Style) -> None:
@@ -25,24 +25,24 @@ class Columns:
     def word(self, head: str, path: str, *, wide: bool = False) -> Spec:
         """Words of an attribute."""
         get = attrgetter(path)
-        return Column(head, numeric=False, wide=wide), lambda item: text_cell(get(item))
+        return ColumnHead(head, numeric=False, wide=wide), lambda item: text_cell(get(item))
 
     def source(self) -> Spec:
         """File and line of each item, the file without its folders."""
-        return Column("Source", numeric=False), lambda item: text_cell(
+        return ColumnHead("Source", numeric=False), lambda item: text_cell(
             item.source.replace("\\", "/").rsplit("/", 1)[-1]
         )
 
     def plain(self, head: str, path: str, digits: int = 2, *, wide: bool = False) -> Spec:
         """A number without a unit."""
         get = attrgetter(path)
-        return Column(head, wide=wide), lambda item: number_cell(
+        return ColumnHead(head, wide=wide), lambda item: number_cell(
             get(item), self.style.plain(get(item), digits)
         )
 
     def metres(self, head: str, get: Callable[[Any], float | None]) -> Spec:
         """Coordinates [m]."""
-        return Column(head, "m"), lambda item: number_cell(
+        return ColumnHead(head, "m"), lambda item: number_cell(
             get(item), self.style.value(get(item), "m")
         )
 
@@ -50,7 +50,7 @@ class Columns:
         self, head: str, get: Callable[[Any], float | None], digits: int = 2, *, wide: bool = False
     ) -> Spec:
         """Small lengths, given in metres and written in millimetres."""
-        return Column(head, "mm", wide=wide), lambda item: number_cell(
+        return ColumnHead(head, "mm", wide=wide), lambda item: number_cell(
             get(item), self.style.small(get(item), "m", digits)
         )
 
@@ -63,7 +63,7 @@ class Columns:
         wide: bool = False,
     ) -> Spec:
         """Angles, given in radians and written in the chosen unit."""
-        return Column(head, self.style.value_unit("rad"), wide=wide), lambda item: number_cell(
+        return ColumnHead(head, self.style.value_unit("rad"), wide=wide), lambda item: number_cell(
             get(item), self.style.value(get(item), "rad", kind)
         )
 
@@ -71,7 +71,7 @@ class Columns:
         self, head: str, get: Callable[[Any], float | None], *, wide: bool = False
     ) -> Spec:
         """Sigmas of angles, given in radians."""
-        return Column(head, self.style.small_unit("rad"), wide=wide), lambda item: number_cell(
+        return ColumnHead(head, self.style.small_unit("rad"), wide=wide), lambda item: number_cell(
             get(item), self.style.small(get(item), "rad")
         )
 
@@ -86,7 +86,9 @@ class Columns:
     def bearing(self, head: str, get: Callable[[Any], float | None], *, wide: bool = False) -> Spec:
         """Directions of axes, to a tenth of a gon or degree."""
         unit = "gon" if self.style.angle == "gon" else "deg"
-        return Column(head, unit if unit == "gon" else "°", wide=wide), lambda item: number_cell(
+        return ColumnHead(
+            head, unit if unit == "gon" else "°", wide=wide
+        ), lambda item: number_cell(
             get(item), "" if get(item) is None else format_angle(get(item) or 0.0, unit, 1)
         )
 

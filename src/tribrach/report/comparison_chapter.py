@@ -21,7 +21,7 @@ from tribrach.report.comparison_page import (
 )
 from tribrach.report.regression_page import regression_pictures, regression_tables
 from tribrach.report.scan_content import Picture
-from tribrach.report.tables import Table
+from tribrach.report.tables import ReportTable
 
 __all__ = ["ComparisonChapter", "comparison_chapter"]
 
@@ -62,7 +62,7 @@ class ComparisonChapter:
         said = [*comparison_sentences(self.sites, self.offsets), *self.remarks]
         return said if self.regression is None else [*said, *self.regression.sentences()]
 
-    def tables(self, angle: Literal["gon", "deg"] = "deg") -> list[Table]:
+    def tables(self, angle: Literal["gon", "deg"] = "deg") -> list[ReportTable]:
         """All tables that have rows, named after both stations."""
         tables = comparison_tables(self.sites, angle)
         if self.regression is not None:

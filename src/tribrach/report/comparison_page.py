@@ -14,7 +14,14 @@ from tribrach.report.figures import new_figure
 from tribrach.report.page import page, picture
 from tribrach.report.scan_content import Picture
 from tribrach.report.style import Style
-from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
+from tribrach.report.tables import (
+    Cell,
+    ColumnHead,
+    ReportTable,
+    build_table,
+    number_cell,
+    text_cell,
+)
 
 __all__ = [
     "comparison_page",
@@ -53,7 +60,7 @@ _BINS = 100
 _DRAWN = 40_000
 
 
-def comparison_tables(sites: Sequence[SiteResult], angle_unit: str = "deg") -> list[Table]:
+def comparison_tables(sites: Sequence[SiteResult], angle_unit: str = "deg") -> list[ReportTable]:
     """Sites, distances from point to point and along normals, predictions; those with rows."""
     tables = [_sites(sites, angle_unit), _c2c(sites), _m3c2(sites), _predicted(sites)]
     return [table for table in tables if table.rows]
@@ -135,26 +142,26 @@ def comparison_pictures(sites: Sequence[SiteResult], limit: float) -> list[Pictu
     return [one for one in figures if one is not None]
 
 
-def _sites(sites: Sequence[SiteResult], unit: str) -> Table:
+def _sites(sites: Sequence[SiteResult], unit: str) -> ReportTable:
     columns = [
-        (Column("Site", numeric=False), lambda s: text_cell(s.name)),
-        (Column("points of A"), lambda s: _count(s.n)),
+        (ColumnHead("Site", numeric=False), lambda s: text_cell(s.name)),
+        (ColumnHead("points of A"), lambda s: _count(s.n)),
         _metres("range A", _at("seen_a.range")),
         _metres("range B", _at("seen_b.range")),
         _degrees("incidence A", unit, _at("seen_a.incidence")),
         _degrees("incidence B", unit, _at("seen_b.incidence")),
-        (Column("pitch A", "mm", wide=True), lambda s: _pitch(s, "pitch_a")),
-        (Column("pitch B", "mm"), lambda s: _pitch(s, "pitch_b")),
+        (ColumnHead("pitch A", "mm", wide=True), lambda s: _pitch(s, "pitch_a")),
+        (ColumnHead("pitch B", "mm"), lambda s: _pitch(s, "pitch_b")),
         _mm("predicted σ", _at("predicted_sigma")),
     ]
     return build_table("sites", "Sites", _SITE_NOTE, sites, columns)
 
 
-def _c2c(sites: Sequence[SiteResult]) -> Table:
+def _c2c(sites: Sequence[SiteResult]) -> ReportTable:
     rows = [s for s in sites if s.c2c is not None]
 
     columns = [
-        (Column("Site", numeric=False), lambda s: text_cell(s.name)),
+        (ColumnHead("Site", numeric=False), lambda s: text_cell(s.name)),
         _mm("mean", _at("c2c.mean")),
         _mm("floor", _at("c2c.floor.mean")),
         _mm("std", _at("c2c.std")),
@@ -171,12 +178,12 @@ def _c2c(sites: Sequence[SiteResult]) -> Table:
     return build_table("c2c", "Nearest points (C2C)", _C2C_NOTE, rows, columns)
 
 
-def _m3c2(sites: Sequence[SiteResult]) -> Table:
+def _m3c2(sites: Sequence[SiteResult]) -> ReportTable:
     rows = [s for s in sites if s.m3c2 is not None]
 
     columns = [
-        (Column("Site", numeric=False), lambda s: text_cell(s.name)),
-        (Column("core points"), lambda s: _count(_at("m3c2.count")(s))),
+        (ColumnHead("Site", numeric=False), lambda s: text_cell(s.name)),
+        (ColumnHead("core points"), lambda s: _count(_at("m3c2.count")(s))),
         _mm("mean", _at("m3c2.mean")),
         _mm("std", _at("m3c2.std")),
         _mm("LoD", _at("m3c2.lod95")),
@@ -188,7 +195,7 @@ def _m3c2(sites: Sequence[SiteResult]) -> Table:
     return build_table("m3c2", "Along normals (M3C2)", _M3C2_NOTE, rows, columns)
 
 
-def _predicted(sites: Sequence[SiteResult]) -> Table:
+def _predicted(sites: Sequence[SiteResult]) -> ReportTable:
     rows = [s for s in sites if s.prediction is not None]
 
     def verdict(site: SiteResult) -> Cell:
@@ -198,22 +205,22 @@ def _predicted(sites: Sequence[SiteResult]) -> Table:
         return text_cell(words, mark)
 
     columns = [
-        (Column("Site", numeric=False), lambda s: text_cell(s.name)),
+        (ColumnHead("Site", numeric=False), lambda s: text_cell(s.name)),
         _mm("noise A", _pair("noise", 1), wide=True),
         _mm("noise B", _pair("noise", 0), wide=True),
         _mm("scatter A", _pair("scatter", 1), wide=True),
         _mm("scatter B", _pair("scatter", 0), wide=True),
-        (Column("scatter/noise"), lambda s: _ratio(s.prediction.noise_ratio)),
+        (ColumnHead("scatter/noise"), lambda s: _ratio(s.prediction.noise_ratio)),
         _mm("offset", _at("prediction.offset")),
         _mm("its σ", _at("prediction.offset_sigma")),
         _mm("stations σ", _at("prediction.registration"), wide=True),
         _mm("predicted", _at("prediction.sigma")),
         _mm("observed", _at("prediction.observed")),
-        (Column("ratio"), lambda s: _ratio(s.prediction.ratio)),
+        (ColumnHead("ratio"), lambda s: _ratio(s.prediction.ratio)),
         _mm("C2C debiased", _at("c2c.debiased")),
         _mm("LoD", _at("prediction.lod95"), wide=True),
         _percent("beyond it", "prediction.changed", wide=True),
-        (Column("Verdict", numeric=False), verdict),
+        (ColumnHead("Verdict", numeric=False), verdict),
     ]
     return build_table("predicted", "Predicted against observed", _PREDICTED_NOTE, rows, columns)
 
@@ -264,24 +271,26 @@ def _at(path: str) -> Callable[[SiteResult], float | None]:
 
 def _mm(
     head: str, get: Callable[[SiteResult], float | None], *, wide: bool = False
-) -> tuple[Column, Make]:
-    return Column(head, "mm", wide=wide), lambda s: number_cell(get(s), Style().small(get(s), "m"))
+) -> tuple[ColumnHead, Make]:
+    return ColumnHead(head, "mm", wide=wide), lambda s: number_cell(
+        get(s), Style().small(get(s), "m")
+    )
 
 
-def _metres(head: str, get: Callable[[SiteResult], float | None]) -> tuple[Column, Make]:
-    return Column(head, "m"), lambda s: number_cell(get(s), Style.plain(get(s), 2))
+def _metres(head: str, get: Callable[[SiteResult], float | None]) -> tuple[ColumnHead, Make]:
+    return ColumnHead(head, "m"), lambda s: number_cell(get(s), Style.plain(get(s), 2))
 
 
 def _degrees(
     head: str, unit: str, get: Callable[[SiteResult], float | None]
-) -> tuple[Column, Make]:
+) -> tuple[ColumnHead, Make]:
     factor = 200 / np.pi if unit == "gon" else 180 / np.pi
 
     def cell(site: SiteResult) -> Cell:
         angle = get(site)
         return number_cell(angle, "" if angle is None else f"{factor * angle:.1f}")
 
-    return Column(head, "gon" if unit == "gon" else "°"), cell
+    return ColumnHead(head, "gon" if unit == "gon" else "°"), cell
 
 
 def _pitch(site: SiteResult, name: str) -> Cell:
@@ -291,12 +300,12 @@ def _pitch(site: SiteResult, name: str) -> Cell:
     return number_cell(pitch.across, f"{1e3 * pitch.across:.1f}×{1e3 * pitch.up:.1f}")
 
 
-def _percent(head: str, path: str, *, wide: bool = False) -> tuple[Column, Make]:
+def _percent(head: str, path: str, *, wide: bool = False) -> tuple[ColumnHead, Make]:
     def cell(site: SiteResult) -> Cell:
         share = _at(path)(site)
         return number_cell(share, "" if share is None else f"{100 * share:.1f}")
 
-    return Column(head, "%", wide=wide), cell
+    return ColumnHead(head, "%", wide=wide), cell
 
 
 def _count(number: float | None) -> Cell:

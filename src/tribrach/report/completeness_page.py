@@ -13,7 +13,14 @@ from tribrach.comparison.completeness import Completeness, Gap
 from tribrach.report.figures import new_figure
 from tribrach.report.page import page, picture
 from tribrach.report.scan_content import Picture
-from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
+from tribrach.report.tables import (
+    Cell,
+    ColumnHead,
+    ReportTable,
+    build_table,
+    number_cell,
+    text_cell,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -134,32 +141,32 @@ def _sigma_map(found: Completeness) -> Picture:
     return picture("sigma", "Required sigma", figure, caption)
 
 
-def _classes(found: Completeness) -> Table:
+def _classes(found: Completeness) -> ReportTable:
     n = max(1, len(found.seen))
     rows = [*found.classes.items(), *((f"sigma {k}", v) for k, v in found.sigmas.items())]
     columns = [
-        (Column("Seen by", numeric=False), lambda row: text_cell(row[0])),
-        (Column("cells"), lambda row: number_cell(row[1], f"{row[1]:,}")),
-        (Column("share", "%"), lambda row: number_cell(row[1] / n, f"{100 * row[1] / n:.1f}")),
+        (ColumnHead("Seen by", numeric=False), lambda row: text_cell(row[0])),
+        (ColumnHead("cells"), lambda row: number_cell(row[1], f"{row[1]:,}")),
+        (ColumnHead("share", "%"), lambda row: number_cell(row[1] / n, f"{100 * row[1] / n:.1f}")),
     ]
     note = "Shares of all cells of the surface. The sigma is that of the best station in a cell."
     return build_table("classes", "Cells", note, rows, columns)
 
 
-def _stations(found: Completeness) -> Table:
+def _stations(found: Completeness) -> ReportTable:
     columns = [
-        (Column("Station", numeric=False), lambda row: text_cell(row[0])),
-        (Column("sees", "%"), lambda row: number_cell(row[1], f"{100 * row[1]:.1f}")),
+        (ColumnHead("Station", numeric=False), lambda row: text_cell(row[0])),
+        (ColumnHead("sees", "%"), lambda row: number_cell(row[1], f"{100 * row[1]:.1f}")),
     ]
     return build_table("stations", "Stations", "", list(found.shares.items()), columns)
 
 
-def _gap_tables(found: Completeness) -> list[Table]:
+def _gap_tables(found: Completeness) -> list[ReportTable]:
     """The largest gaps of every sort."""
     columns = [
-        *((Column(axis, "m"), _middle(k)) for k, axis in enumerate("xyz")),
-        *((Column(f"along {axis}", "m"), _extent(k)) for k, axis in enumerate("xyz")),
-        (Column("cells"), lambda gap: number_cell(gap.cells, f"{gap.cells:,}")),
+        *((ColumnHead(axis, "m"), _middle(k)) for k, axis in enumerate("xyz")),
+        *((ColumnHead(f"along {axis}", "m"), _extent(k)) for k, axis in enumerate("xyz")),
+        (ColumnHead("cells"), lambda gap: number_cell(gap.cells, f"{gap.cells:,}")),
     ]
     names = ("unseen", "single", "weak")
     return [

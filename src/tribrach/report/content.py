@@ -2,7 +2,7 @@
 
 Plain numbers in metres and radians of the work frame (E, N, U), None where there is no number.
 Standard deviations and covariances are already scaled as ``sigma_origin`` says. Angles are
-written in the unit of ``Settings.angle`` by the renderings only. Method section 11.1.
+written in the unit of ``ReportSettings.angle`` by the renderings only. Method section 11.1.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from tribrach.report.scan_content import ScanChapter
 
 __all__ = [
     "CheckVerdict",
-    "Component",
+    "ComponentRow",
     "Content",
     "Control",
-    "Correlation",
+    "CorrelationRow",
     "DatumStatement",
     "Ellipse",
     "Ellipsoid",
@@ -29,9 +29,9 @@ __all__ = [
     "KindCount",
     "Observation",
     "Point",
-    "Settings",
-    "SnoopingStep",
-    "Station",
+    "ReportSettings",
+    "SnoopingRow",
+    "StationRow",
     "Summary",
     "Unknown",
 ]
@@ -43,7 +43,7 @@ Role = Literal["control", "free", "check"]
 
 
 @dataclass(frozen=True)
-class Settings:
+class ReportSettings:
     """What the numbers depend on.
 
     confidence : probability that ellipses, intervals and ellipsoids hold; posterior : True if
@@ -187,7 +187,7 @@ class Control:
 
 
 @dataclass(frozen=True)
-class Station:
+class StationRow:
     """An adjusted scanner station.
 
     world_from_scanner (4, 4); covariance (6, 6) of translation [m] and left rotation increments
@@ -266,7 +266,7 @@ class Observation:
 
 
 @dataclass(frozen=True)
-class Component:
+class ComponentRow:
     """Variance component of a group: factor on its sigmas, its own sigma, its redundancy."""
 
     group: str
@@ -277,7 +277,7 @@ class Component:
 
 
 @dataclass(frozen=True)
-class SnoopingStep:
+class SnoopingRow:
     """One step of iterative snooping: which observation, its test, what was done.
 
     error is the estimated gross error in ``unit`` (m, rad or 1).
@@ -293,7 +293,7 @@ class SnoopingStep:
 
 
 @dataclass(frozen=True)
-class Correlation:
+class CorrelationRow:
     """Two estimated unknowns, in words, and their correlation."""
 
     a: str
@@ -321,19 +321,19 @@ class Content:
     version: str
     date: str
     facts: tuple[tuple[str, str], ...]
-    settings: Settings
+    settings: ReportSettings
     warnings: tuple[str, ...]
     datum: DatumStatement
     sigma_origin: str
     summary: Summary
     control: tuple[Control, ...]
     points: tuple[Point, ...]
-    stations: tuple[Station, ...]
+    stations: tuple[StationRow, ...]
     unknowns: tuple[Unknown, ...]
     observations: tuple[Observation, ...]
-    components: tuple[Component, ...] = ()
-    snooping: tuple[SnoopingStep, ...] = ()
-    correlations: tuple[Correlation, ...] = ()
+    components: tuple[ComponentRow, ...] = ()
+    snooping: tuple[SnoopingRow, ...] = ()
+    correlations: tuple[CorrelationRow, ...] = ()
     scans: ScanChapter | None = None
     reductions: ReductionChapter | None = None
     comparisons: tuple[ComparisonChapter, ...] = ()

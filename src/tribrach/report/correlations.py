@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tribrach.network.adjustment import Adjustment
-from tribrach.report.content import Correlation
+from tribrach.report.content import CorrelationRow
 
 __all__ = ["correlations"]
 
@@ -14,7 +14,7 @@ MOST_UNKNOWNS = 1500
 MOST_PAIRS = 300
 
 
-def correlations(adjustment: Adjustment, limit: float = 0.7) -> tuple[Correlation, ...]:
+def correlations(adjustment: Adjustment, limit: float = 0.7) -> tuple[CorrelationRow, ...]:
     """Pairs of unknowns other than point coordinates with ``|rho| > limit``, strongest first.
 
     Points are left out: how their coordinates go together shows in their ellipses. In networks
@@ -36,6 +36,6 @@ def correlations(adjustment: Adjustment, limit: float = 0.7) -> tuple[Correlatio
     order = np.argsort(-np.abs(rho[i, j]))[:MOST_PAIRS]
     label = [layout.label(int(c)) for c in columns[chosen]]
     return tuple(
-        Correlation(label[a], label[b], float(rho[a, b]))
+        CorrelationRow(label[a], label[b], float(rho[a, b]))
         for a, b in zip(i[order], j[order], strict=True)
     )

@@ -18,7 +18,7 @@ from tribrach.report.figures import new_figure
 from tribrach.report.numbers import number
 from tribrach.report.page import page, picture
 from tribrach.report.scan_content import Picture
-from tribrach.report.tables import Column, Table, build_table, number_cell, text_cell
+from tribrach.report.tables import ColumnHead, ReportTable, build_table, number_cell, text_cell
 from tribrach.report.text import table_text, wrapped
 from tribrach.units import SEC
 
@@ -54,24 +54,24 @@ def check_page(found: FieldCheck) -> str:
     )
 
 
-def _tables(found: FieldCheck) -> list[Table]:
+def _tables(found: FieldCheck) -> list[ReportTable]:
     out = [] if found.two_face is None else [_components(found.two_face), _found(found.two_face)]
     return [*out, *(_distances(one) for one in found.distances)]
 
 
-def _components(test: TwoFaceTest) -> Table:
+def _components(test: TwoFaceTest) -> ReportTable:
     columns = [
-        (Column("Reading", numeric=False), lambda c: text_cell(c.name)),
-        (Column("rms", "mm"), lambda c: number_cell(c.rms_metres, f"{c.rms_metres * 1e3:.2f}")),
+        (ColumnHead("Reading", numeric=False), lambda c: text_cell(c.name)),
+        (ColumnHead("rms", "mm"), lambda c: number_cell(c.rms_metres, f"{c.rms_metres * 1e3:.2f}")),
         (
-            Column("rms", "″"),
+            ColumnHead("rms", "″"),
             lambda c: number_cell(c.rms, "" if c.name == "range" else f"{c.rms / SEC:.1f}"),
         ),
-        (Column("test value"), lambda c: number_cell(c.statistic, f"{c.statistic:.1f}")),
-        (Column("limit"), lambda c: number_cell(c.limit, f"{c.limit:.1f}")),
-        (Column("p"), lambda c: number_cell(c.p, f"{c.p:.2g}")),
+        (ColumnHead("test value"), lambda c: number_cell(c.statistic, f"{c.statistic:.1f}")),
+        (ColumnHead("limit"), lambda c: number_cell(c.limit, f"{c.limit:.1f}")),
+        (ColumnHead("p"), lambda c: number_cell(c.p, f"{c.p:.2g}")),
         (
-            Column("", numeric=False),
+            ColumnHead("", numeric=False),
             lambda c: text_cell("passed" if c.passed else "failed", "good" if c.passed else "bad"),
         ),
     ]
@@ -79,13 +79,13 @@ def _components(test: TwoFaceTest) -> Table:
     return build_table("faces", "Both faces", note, test.components, columns)
 
 
-def _found(test: TwoFaceTest) -> Table:
+def _found(test: TwoFaceTest) -> ReportTable:
     """The smallest misalignment of each kind that these readings show."""
     rows = list(zip(SIGNATURES, test.detectable, strict=True))
     columns = [
-        (Column("Parameter", numeric=False), lambda r: text_cell(r[0])),
+        (ColumnHead("Parameter", numeric=False), lambda r: text_cell(r[0])),
         (
-            Column("is found from"),
+            ColumnHead("is found from"),
             lambda r: number_cell(
                 number(r[1]), amount(r[0], r[1]) if math.isfinite(r[1]) else "never"
             ),
@@ -95,7 +95,7 @@ def _found(test: TwoFaceTest) -> Table:
     return build_table("signatures", "What these faces show", note, rows, columns)
 
 
-def _distances(test: DistanceCheck) -> Table:
+def _distances(test: DistanceCheck) -> ReportTable:
     rows = [int(k) for k in np.argsort(-np.abs(test.difference) / test.limit, kind="stable")]
     series = f", series {test.series}" if test.series else ""
 
@@ -104,17 +104,17 @@ def _distances(test: DistanceCheck) -> Table:
 
     beyond = np.abs(test.difference) > test.limit
     columns = [
-        (Column("From", numeric=False), lambda k: text_cell(test.pairs[k][0])),
-        (Column("to", numeric=False), lambda k: text_cell(test.pairs[k][1])),
+        (ColumnHead("From", numeric=False), lambda k: text_cell(test.pairs[k][0])),
+        (ColumnHead("to", numeric=False), lambda k: text_cell(test.pairs[k][1])),
         (
-            Column("distance", "m"),
+            ColumnHead("distance", "m"),
             lambda k: number_cell(float(test.lengths[k, 0]), f"{test.lengths[k, 0]:.4f}"),
         ),
-        (Column("difference", "mm"), mm(test.difference)),
-        (Column("σ", "mm"), mm(test.sigma)),
-        (Column("limit", "mm"), mm(test.limit)),
+        (ColumnHead("difference", "mm"), mm(test.difference)),
+        (ColumnHead("σ", "mm"), mm(test.sigma)),
+        (ColumnHead("limit", "mm"), mm(test.limit)),
         (
-            Column("", numeric=False),
+            ColumnHead("", numeric=False),
             lambda k: text_cell("beyond" if beyond[k] else "", "bad" if beyond[k] else ""),
         ),
     ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tribrach.report.content import InstrumentFigure
-from tribrach.report.tables import Column, Table, build_table, number_cell, text_cell
+from tribrach.report.tables import ColumnHead, ReportTable, build_table, number_cell, text_cell
 
 __all__ = ["instrument_table"]
 
@@ -17,13 +17,13 @@ _NOTE = (
 )
 
 
-def instrument_table(figures: Sequence[InstrumentFigure]) -> Table:
+def instrument_table(figures: Sequence[InstrumentFigure]) -> ReportTable:
     """One row per figure; without rows if no instrument is given."""
     columns = [
-        (Column("Instrument", numeric=False), lambda f: text_cell(f.instrument)),
-        (Column("Sheet", numeric=False), lambda f: text_cell(f.sheet)),
-        (Column("Figure", numeric=False), lambda f: text_cell(f.key)),
-        (Column("value"), lambda f: number_cell(f.value, f"{f.value:g}")),
-        (Column("Source", numeric=False), lambda f: text_cell(f.source)),
+        (ColumnHead("Instrument", numeric=False), lambda f: text_cell(f.instrument)),
+        (ColumnHead("Sheet", numeric=False), lambda f: text_cell(f.sheet)),
+        (ColumnHead("Figure", numeric=False), lambda f: text_cell(f.key)),
+        (ColumnHead("value"), lambda f: number_cell(f.value, f"{f.value:g}")),
+        (ColumnHead("Source", numeric=False), lambda f: text_cell(f.source)),
     ]
     return build_table("instruments", "Instruments", _NOTE, figures, columns)

@@ -11,7 +11,7 @@ import json
 from dataclasses import asdict
 from typing import Any
 
-from tribrach.report.content import Content, Observation, Point, Station, Unknown
+from tribrach.report.content import Content, Observation, Point, StationRow, Unknown
 from tribrach.report.scan_content import ScanChapter
 
 __all__ = ["SCHEMA", "dumps", "result"]
@@ -116,7 +116,7 @@ def _stations(content: Content) -> dict[str, Any]:
     return out
 
 
-def _station(station: Station) -> dict[str, Any]:
+def _station(station: StationRow) -> dict[str, Any]:
     return {"world_from_scanner": station.world_from_scanner, "covariance": station.covariance}
 
 

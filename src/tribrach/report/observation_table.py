@@ -4,9 +4,16 @@ from __future__ import annotations
 
 from operator import attrgetter
 
-from tribrach.report.columns import Columns, Spec
+from tribrach.report.columns import ColumnSet, Spec
 from tribrach.report.content import Content, Observation
-from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
+from tribrach.report.tables import (
+    Cell,
+    ColumnHead,
+    ReportTable,
+    build_table,
+    number_cell,
+    text_cell,
+)
 
 __all__ = ["kind_name", "observation_table", "worst_first"]
 
@@ -20,7 +27,7 @@ def worst_first(observations: tuple[Observation, ...]) -> list[Observation]:
     return sorted(observations, key=rank)
 
 
-def observation_table(content: Content, columns: Columns, most: int | None = None) -> Table:
+def observation_table(content: Content, columns: ColumnSet, most: int | None = None) -> ReportTable:
     """The first ``most`` observed values (all if None), worst first."""
     note = (
         "Residual v = adjusted - observed. r: redundancy number. w: test value (for check values "
@@ -31,20 +38,20 @@ def observation_table(content: Content, columns: Columns, most: int | None = Non
     )
     specs: list[Spec] = [
         columns.plain("#", "number", 0, wide=True),
-        (Column("Kind", numeric=False), lambda o: text_cell(_kind(o))),
+        (ColumnHead("Kind", numeric=False), lambda o: text_cell(_kind(o))),
         columns.word("From", "start"),
         columns.word("To", "end"),
-        (Column("value"), lambda o: number_cell(o.value, _with_unit(o, columns))),
+        (ColumnHead("value"), lambda o: number_cell(o.value, _with_unit(o, columns))),
         _small("σ", "sigma", columns),
         _small("v", "residual", columns),
         columns.plain("r", "redundancy"),
-        (Column("w"), lambda o: _w(o, columns)),
+        (ColumnHead("w"), lambda o: _w(o, columns)),
         columns.plain("τ", "tau", wide=True),
         _small("MDB", "mdb", columns),
         columns.mm("effect", attrgetter("external"), 1),
         columns.word("at", "external_at"),
-        (Column("block", wide=True), _block),
-        (Column("state", numeric=False), lambda o: text_cell(_state(o))),
+        (ColumnHead("block", wide=True), _block),
+        (ColumnHead("state", numeric=False), lambda o: text_cell(_state(o))),
         columns.source(),
     ]
     rows = worst_first(content.observations)
@@ -61,13 +68,13 @@ def _kind(o: Observation) -> str:
     return f"{kind_name(o.kind)} {o.component}".strip()
 
 
-def _with_unit(o: Observation, columns: Columns) -> str:
+def _with_unit(o: Observation, columns: ColumnSet) -> str:
     text = columns.style.value(o.value, o.unit, o.kind)
     unit = columns.style.value_unit(o.unit)
     return f"{text} {unit}" if unit in ("m", "gon") else text
 
 
-def _small(head: str, path: str, columns: Columns) -> Spec:
+def _small(head: str, path: str, columns: ColumnSet) -> Spec:
     """A small quantity in the unit of its observation, which the cell names."""
     get, style = attrgetter(path), columns.style
 
@@ -75,10 +82,10 @@ def _small(head: str, path: str, columns: Columns) -> Spec:
         text = f"{style.small(get(o), o.unit)} {style.small_unit(o.unit)}"
         return number_cell(get(o), text)
 
-    return Column(head), cell
+    return ColumnHead(head), cell
 
 
-def _w(o: Observation, columns: Columns) -> Cell:
+def _w(o: Observation, columns: ColumnSet) -> Cell:
     """The test value, sorted by its size; a value that no other controls says so."""
     if o.w is None:
         return Cell("not controlled" if o.state == "active" else "")

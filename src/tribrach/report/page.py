@@ -12,7 +12,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from tribrach.report.figures import png
 from tribrach.report.scan_content import Picture
-from tribrach.report.tables import Table
+from tribrach.report.tables import ReportTable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -25,7 +25,7 @@ def page(
     title: str,
     sentences: Sequence[str],
     pictures: Sequence[Picture],
-    tables: Sequence[Table],
+    tables: Sequence[ReportTable],
     footer: str = "",
 ) -> str:
     """HTML text that needs nothing but a browser; everything put into it is escaped."""

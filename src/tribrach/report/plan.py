@@ -17,7 +17,7 @@ from tribrach._types import Array
 from tribrach.report.content import Content, Ellipse
 from tribrach.report.labels import Label, place_labels
 
-__all__ = ["Arrow", "Drawn", "Plan", "Symbol", "plan", "round_down"]
+__all__ = ["Arrow", "Drawn", "MapDrawing", "Symbol", "plan", "round_down"]
 
 WIDTH, MARGIN = 960.0, 56.0
 LOWEST, HIGHEST = 320.0, 860.0
@@ -59,7 +59,7 @@ class Arrow:
 
 
 @dataclass(frozen=True)
-class Plan:
+class MapDrawing:
     """Everything to draw: sizes in pixels, one path of sight lines, scale bars in metres and mm."""
 
     width: float
@@ -107,7 +107,7 @@ def _length(metres: float) -> str:
     return f"{metres * 1e6:g} µm"
 
 
-def plan(content: Content) -> Plan | None:
+def plan(content: Content) -> MapDrawing | None:
     """The plan; None if fewer than two positions have plan coordinates."""
     symbols, ellipses = _positions(content)
     if len(symbols) < 2:
@@ -125,7 +125,7 @@ def plan(content: Content) -> Plan | None:
     labels = place_labels(items, frame.width, frame.height)
     bar = round_down(0.22 * frame.width / frame.scale)
     small = round_down(60.0 / size) if exaggeration else 0.0
-    return Plan(
+    return MapDrawing(
         width=frame.width,
         height=frame.height,
         sights=_sights(content, where),

@@ -19,8 +19,8 @@ from tribrach.report.content import (
     Ellipse,
     Ellipsoid,
     Point,
+    ReportSettings,
     Role,
-    Settings,
 )
 from tribrach.report.numbers import matrix, sigmas, triple
 from tribrach.report.summary import (
@@ -48,7 +48,9 @@ class Uncertainty:
     covariances : (n, 3, 3) [m^2], scaled.
     """
 
-    def __init__(self, covariances: Array, adjustment: Adjustment, settings: Settings) -> None:
+    def __init__(
+        self, covariances: Array, adjustment: Adjustment, settings: ReportSettings
+    ) -> None:
         posterior = settings.posterior and adjustment.dof > 0
         self._factor = [
             confidence_factor(k, settings.confidence, adjustment.dof if posterior else None)
@@ -85,14 +87,16 @@ class Uncertainty:
         )
 
 
-def position_uncertainty(adjustment: Adjustment, settings: Settings) -> tuple[Array, Uncertainty]:
+def position_uncertainty(
+    adjustment: Adjustment, settings: ReportSettings
+) -> tuple[Array, Uncertainty]:
     """Scaled covariances (P + S, 3, 3) of all positions and their ellipses."""
     covariances = adjustment.position_covariances() * variance_factor(adjustment, settings)
     return covariances, Uncertainty(covariances, adjustment, settings)
 
 
 def points(
-    adjustment: Adjustment, settings: Settings, covariances: Array, uncertainty: Uncertainty
+    adjustment: Adjustment, settings: ReportSettings, covariances: Array, uncertainty: Uncertainty
 ) -> tuple[Point, ...]:
     """All points; coordinates that the network does not have are None."""
     names = adjustment.layout.names["point"]
@@ -151,7 +155,7 @@ def _roles(adjustment: Adjustment) -> dict[str, Role]:
     return roles
 
 
-def control(adjustment: Adjustment, settings: Settings) -> tuple[Control, ...]:
+def control(adjustment: Adjustment, settings: ReportSettings) -> tuple[Control, ...]:
     """Held coordinates, then coordinates given with a covariance, weighted, check or off."""
     out = [_held(adjustment, name) for name in held_names(adjustment)]
     for o in given_coordinates(adjustment):
@@ -178,7 +182,9 @@ def _axes_of(o: Observations) -> Index | None:
     return np.full((len(o), 1), 2) if isinstance(o, Heights) else None
 
 
-def _coordinates(adjustment: Adjustment, o: Observations, settings: Settings) -> list[Control]:
+def _coordinates(
+    adjustment: Adjustment, o: Observations, settings: ReportSettings
+) -> list[Control]:
     """Given coordinates against the adjusted ones, with the sigma that difference should have.
 
     The covariance of adjusted - given is ``C - Q`` for coordinates that took part and ``C + Q``
@@ -226,7 +232,7 @@ def _block(adjustment: Adjustment, name: str) -> Array:
     return adjustment.covariance_columns(columns, columns)
 
 
-def _verdict(difference: Array, predicted: Array, settings: Settings) -> CheckVerdict | None:
+def _verdict(difference: Array, predicted: Array, settings: ReportSettings) -> CheckVerdict | None:
     """Chi-square test of a difference; None where nothing controls it."""
     used = np.isfinite(difference)
     variance = np.where(used, np.diag(predicted), np.nan)

@@ -9,17 +9,17 @@ from typing import Any
 import numpy as np
 
 from tribrach.io.survey.totalstation import ReducedFile
-from tribrach.report.columns import Columns, Spec
+from tribrach.report.columns import ColumnSet, Spec
 from tribrach.report.numbers import number
-from tribrach.report.tables import Column, Table, build_table, text_cell
+from tribrach.report.tables import ColumnHead, ReportTable, build_table, text_cell
 
-__all__ = ["Closure", "Day", "ReductionChapter", "Round", "SetRow", "reduction_chapter"]
+__all__ = ["Closure", "ReductionChapter", "ReductionDay", "Round", "SetRow", "reduction_chapter"]
 
 Number = float | None
 
 
 @dataclass(frozen=True)
-class Day:
+class ReductionDay:
     """A file: what was read, axis errors with their sigmas, sigmas of one face [rad]."""
 
     file: str
@@ -86,12 +86,12 @@ class Closure:
 class ReductionChapter:
     """All that the report says of the reduction of raw files."""
 
-    days: tuple[Day, ...]
+    days: tuple[ReductionDay, ...]
     rounds: tuple[Round, ...]
     sets: tuple[SetRow, ...]
     closures: tuple[Closure, ...]
 
-    def tables(self, columns: Columns, most: int | None) -> list[Table]:
+    def tables(self, columns: ColumnSet, most: int | None) -> list[ReportTable]:
         """The tables of the chapter, empty ones as well."""
         return [
             _day_table(self, columns, most),
@@ -114,9 +114,9 @@ def reduction_chapter(info: Mapping[str, Any]) -> ReductionChapter | None:
     )
 
 
-def _day(file: ReducedFile) -> Day:
+def _day(file: ReducedFile) -> ReductionDay:
     raw, axes = file.raw, file.reduction.axes
-    return Day(
+    return ReductionDay(
         raw.path.name,
         raw.format,
         raw.instrument,
@@ -203,7 +203,7 @@ def _closures(file: ReducedFile) -> list[Closure]:
     ]
 
 
-def _day_table(chapter: ReductionChapter, columns: Columns, most: int | None) -> Table:
+def _day_table(chapter: ReductionChapter, columns: ColumnSet, most: int | None) -> ReportTable:
     note = (
         "From half the differences of the faces. The mean of both faces is free of these errors; "
         "sigmas are of one reading in one face."
@@ -228,7 +228,7 @@ def _day_table(chapter: ReductionChapter, columns: Columns, most: int | None) ->
     return build_table("axes", "Axis errors of the day", note, chapter.days, specs, most=most)
 
 
-def _round_table(chapter: ReductionChapter, columns: Columns, most: int | None) -> Table:
+def _round_table(chapter: ReductionChapter, columns: ColumnSet, most: int | None) -> ReportTable:
     note = "Sigmas are of the mean of the faces in one set, from the residuals of the sets."
     specs: list[Spec] = [
         columns.word("Station", "station"),
@@ -245,7 +245,7 @@ def _round_table(chapter: ReductionChapter, columns: Columns, most: int | None) 
     return build_table("rounds", "Rounds of angles", note, chapter.rounds, specs, most=most)
 
 
-def _set_table(chapter: ReductionChapter, columns: Columns, most: int | None) -> Table:
+def _set_table(chapter: ReductionChapter, columns: ColumnSet, most: int | None) -> ReportTable:
     note = "Half differences of the faces, and residuals of each set against the adjusted rounds."
     specs: list[Spec] = [
         columns.word("Station", "station"),
@@ -257,7 +257,7 @@ def _set_table(chapter: ReductionChapter, columns: Columns, most: int | None) ->
         columns.small_angle("v zenith", lambda r: r.zenith),
         columns.mm("v distance", lambda r: r.distance),
         (
-            Column("faces", numeric=False),
+            ColumnHead("faces", numeric=False),
             lambda r: text_cell("too far apart", "bad") if r.far else text_cell(""),
         ),
         columns.source(),
@@ -265,7 +265,7 @@ def _set_table(chapter: ReductionChapter, columns: Columns, most: int | None) ->
     return build_table("sets", "Faces and sets", note, chapter.sets, specs, most=most)
 
 
-def _closure_table(chapter: ReductionChapter, columns: Columns, most: int | None) -> Table:
+def _closure_table(chapter: ReductionChapter, columns: ColumnSet, most: int | None) -> ReportTable:
     note = "Last less first reading of the target that a half-set began with."
     specs: list[Spec] = [
         columns.word("Station", "station"),

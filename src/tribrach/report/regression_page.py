@@ -8,11 +8,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tribrach._types import Array
-from tribrach.comparison.regression import Fit, Regression, Relation, Term
+from tribrach.comparison.regression import Regression, RegressionFit, Relation, Term
 from tribrach.report.figures import new_figure
 from tribrach.report.page import page, picture
 from tribrach.report.scan_content import Picture
-from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
+from tribrach.report.tables import (
+    Cell,
+    ColumnHead,
+    ReportTable,
+    build_table,
+    number_cell,
+    text_cell,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -60,7 +67,7 @@ def regression_pictures(
     return [_curves(values, units, found), *_physical(values, units, found)]
 
 
-def regression_tables(found: Regression, units: Mapping[str, str]) -> list[Table]:
+def regression_tables(found: Regression, units: Mapping[str, str]) -> list[ReportTable]:
     """Fits, coefficients, causes that go together."""
     return [_fits(found), _terms(found, _units(found, units)), _correlations(found)]
 
@@ -75,7 +82,7 @@ def _units(found: Regression, units: Mapping[str, str]) -> str:
     return ", ".join(known)
 
 
-def _formula(fit: Fit) -> str:
+def _formula(fit: RegressionFit) -> str:
     """The fitted equation."""
     first, *others = fit.terms
     parts = [f"{term.value:+.5g} {term.name}".replace("+", "+ ").replace("-", "- ", 1)
@@ -131,51 +138,51 @@ def _titled(name: str, units: Mapping[str, str]) -> str:
     return f"{name} [{unit}]" if unit else name
 
 
-def _fits(found: Regression) -> Table:
+def _fits(found: Regression) -> ReportTable:
     """All fits, the physical ones last."""
     rows = [(fit, fit is r.chosen) for r in found.relations for fit in (r.quadratic, r.line)]
     rows += [(fit, False) for fit in found.physical]
     columns = [
-        (Column("Quantity", numeric=False), lambda row: text_cell(row[0].y)),
-        (Column("Against", numeric=False), lambda row: text_cell(", ".join(row[0].x))),
-        (Column("Model", numeric=False), lambda row: text_cell(row[0].model)),
-        (Column("R²"), lambda row: _number(row[0].r2, 4)),
-        (Column("adjusted R²"), lambda row: _number(row[0].adjusted_r2, 4)),
-        (Column("scatter"), lambda row: _number(row[0].scatter, 3)),
-        (Column("redundancy"), lambda row: _number(row[0].dof, 0)),
-        (Column("Taken", numeric=False), lambda row: text_cell("taken" if row[1] else "")),
+        (ColumnHead("Quantity", numeric=False), lambda row: text_cell(row[0].y)),
+        (ColumnHead("Against", numeric=False), lambda row: text_cell(", ".join(row[0].x))),
+        (ColumnHead("Model", numeric=False), lambda row: text_cell(row[0].model)),
+        (ColumnHead("R²"), lambda row: _number(row[0].r2, 4)),
+        (ColumnHead("adjusted R²"), lambda row: _number(row[0].adjusted_r2, 4)),
+        (ColumnHead("scatter"), lambda row: _number(row[0].scatter, 3)),
+        (ColumnHead("redundancy"), lambda row: _number(row[0].dof, 0)),
+        (ColumnHead("Taken", numeric=False), lambda row: text_cell("taken" if row[1] else "")),
     ]
     return build_table("fits", "Fits", _NOTE, rows, columns)
 
 
-def _terms(found: Regression, units: str) -> Table:
+def _terms(found: Regression, units: str) -> ReportTable:
     """Every coefficient."""
-    fits: list[Fit] = [f for r in found.relations for f in (r.quadratic, r.line)]
+    fits: list[RegressionFit] = [f for r in found.relations for f in (r.quadratic, r.line)]
     rows = [(fit, term) for fit in (*fits, *found.physical) for term in fit.terms]
     level = 1 - found.confidence
 
-    def t_cell(row: tuple[Fit, Term]) -> Cell:
+    def t_cell(row: tuple[RegressionFit, Term]) -> Cell:
         return _number(row[1].t, 2, "good" if row[1].p < level else "")
 
     columns = [
-        (Column("Quantity", numeric=False), lambda row: text_cell(row[0].y)),
-        (Column("Model", numeric=False), lambda row: text_cell(row[0].model)),
-        (Column("Term", numeric=False), lambda row: text_cell(row[1].name)),
-        (Column("coefficient"), lambda row: number_cell(row[1].value, f"{row[1].value:.6g}")),
-        (Column("σ"), lambda row: number_cell(row[1].sigma, f"{row[1].sigma:.3g}")),
-        (Column("t"), t_cell),
-        (Column("p"), lambda row: number_cell(row[1].p, f"{row[1].p:.3g}")),
+        (ColumnHead("Quantity", numeric=False), lambda row: text_cell(row[0].y)),
+        (ColumnHead("Model", numeric=False), lambda row: text_cell(row[0].model)),
+        (ColumnHead("Term", numeric=False), lambda row: text_cell(row[1].name)),
+        (ColumnHead("coefficient"), lambda row: number_cell(row[1].value, f"{row[1].value:.6g}")),
+        (ColumnHead("σ"), lambda row: number_cell(row[1].sigma, f"{row[1].sigma:.3g}")),
+        (ColumnHead("t"), t_cell),
+        (ColumnHead("p"), lambda row: number_cell(row[1].p, f"{row[1].p:.3g}")),
     ]
     note = f"Units: {units}. Coefficients significant at {found.confidence:.0%} are green."
     return build_table("terms", "Coefficients", note, rows, columns)
 
 
-def _correlations(found: Regression) -> Table:
+def _correlations(found: Regression) -> ReportTable:
     columns = [
-        (Column("Cause", numeric=False), lambda c: text_cell(c.a)),
-        (Column("and", numeric=False), lambda c: text_cell(c.b)),
-        (Column("correlation"), lambda c: _number(c.value, 3)),
-        (Column("variance inflation"), lambda c: _number(c.inflation, 1)),
+        (ColumnHead("Cause", numeric=False), lambda c: text_cell(c.a)),
+        (ColumnHead("and", numeric=False), lambda c: text_cell(c.b)),
+        (ColumnHead("correlation"), lambda c: _number(c.value, 3)),
+        (ColumnHead("variance inflation"), lambda c: _number(c.inflation, 1)),
     ]
     note = "Causes that go together cannot be told apart by any fit to these rows."
     return build_table("causes", "Causes that go together", note, found.correlations, columns)

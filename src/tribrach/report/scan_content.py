@@ -10,14 +10,14 @@ from typing import Literal
 
 from tribrach.report.budget_content import BudgetRow
 
-__all__ = ["Cloud", "Picture", "Rejection", "ScanChapter", "Side", "Target", "TruthRow"]
+__all__ = ["FoundTarget", "Picture", "Rejection", "ScanChapter", "Side", "TruthRow", "WrittenCloud"]
 
 Triple = tuple[float, float, float]
 Side = Literal["within", "above", "below", "wrong"]
 
 
 @dataclass(frozen=True)
-class Target:
+class FoundTarget:
     """A target found in a scan: its number in the picture, the name it got, its numbers.
 
     center and sigma along x, y, z of the scanner frame; name "" if nothing else saw it; range and
@@ -59,7 +59,7 @@ class Picture:
 
 
 @dataclass(frozen=True)
-class Cloud:
+class WrittenCloud:
     """A cloud that was written.
 
     sigma : root mean square along the axes of its frame; median, p95, largest : of the
@@ -121,10 +121,10 @@ class ScanChapter:
     warnings : what clouds do not carry and why, for the head of the report.
     """
 
-    targets: tuple[Target, ...]
+    targets: tuple[FoundTarget, ...]
     rejections: tuple[Rejection, ...]
     pictures: tuple[Picture, ...]
-    clouds: tuple[Cloud, ...]
+    clouds: tuple[WrittenCloud, ...]
     placement: tuple[str, ...]
     budget: tuple[str, ...]
     truth: tuple[TruthRow, ...] = ()

@@ -6,14 +6,21 @@ from collections.abc import Callable
 from typing import Any
 
 from tribrach.report.budget_tables import budget_table
-from tribrach.report.columns import Columns, Spec
-from tribrach.report.scan_content import Cloud, ScanChapter
-from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
+from tribrach.report.columns import ColumnSet, Spec
+from tribrach.report.scan_content import ScanChapter, WrittenCloud
+from tribrach.report.tables import (
+    Cell,
+    ColumnHead,
+    ReportTable,
+    build_table,
+    number_cell,
+    text_cell,
+)
 
 __all__ = ["scan_tables"]
 
 
-def scan_tables(chapter: ScanChapter, columns: Columns, most: int | None) -> list[Table]:
+def scan_tables(chapter: ScanChapter, columns: ColumnSet, most: int | None) -> list[ReportTable]:
     """Every table about scans, empty ones as well."""
     return [
         _truth(chapter, columns, most),
@@ -25,7 +32,7 @@ def scan_tables(chapter: ScanChapter, columns: Columns, most: int | None) -> lis
     ]
 
 
-def _truth(chapter: ScanChapter, columns: Columns, most: int | None) -> Table:
+def _truth(chapter: ScanChapter, columns: ColumnSet, most: int | None) -> ReportTable:
     note = (
         "The job is simulated and its truth is known. Squared errors in the metric of their stated "
         "covariances against chi-square: single ones at a level at which all of one kind pass in "
@@ -40,14 +47,14 @@ def _truth(chapter: ScanChapter, columns: Columns, most: int | None) -> Table:
         columns.plain("least", "least"),
         columns.plain("most", "limit"),
         (
-            Column("verdict", numeric=False),
+            ColumnHead("verdict", numeric=False),
             lambda r: text_cell(r.verdict, "good" if r.agrees else "bad"),
         ),
     ]
     return build_table("truth", "Against the truth", note, chapter.truth, specs, most=most)
 
 
-def _targets(chapter: ScanChapter, columns: Columns, most: int | None) -> Table:
+def _targets(chapter: ScanChapter, columns: ColumnSet, most: int | None) -> ReportTable:
     specs: list[Spec] = [
         columns.word("Scan", "scan"),
         columns.plain("No.", "number", 0),
@@ -70,7 +77,7 @@ def _targets(chapter: ScanChapter, columns: Columns, most: int | None) -> Table:
     return build_table("targets", "Targets found", note, chapter.targets, specs, most=most)
 
 
-def _rejections(chapter: ScanChapter, columns: Columns, most: int | None) -> Table:
+def _rejections(chapter: ScanChapter, columns: ColumnSet, most: int | None) -> ReportTable:
     specs: list[Spec] = [
         columns.word("Scan", "scan"),
         columns.word("Kind", "kind"),
@@ -82,7 +89,7 @@ def _rejections(chapter: ScanChapter, columns: Columns, most: int | None) -> Tab
     )
 
 
-def _clouds(chapter: ScanChapter, columns: Columns, most: int | None) -> Table:
+def _clouds(chapter: ScanChapter, columns: ColumnSet, most: int | None) -> ReportTable:
     specs: list[Spec] = [
         columns.word("Cloud", "name"),
         columns.word("File", "file"),
@@ -105,10 +112,10 @@ def _clouds(chapter: ScanChapter, columns: Columns, most: int | None) -> Table:
     return build_table("clouds", "Clouds", note, chapter.clouds, specs, most=most)
 
 
-def _classes(chapter: ScanChapter, columns: Columns) -> Table:
+def _classes(chapter: ScanChapter, columns: ColumnSet) -> ReportTable:
     names = [name for name, _ in chapter.clouds[0].shares] if chapter.clouds else []
     specs: list[Spec] = [columns.word("Cloud", "name")]
-    specs += [(Column(name, "%"), _share(k)) for k, name in enumerate(names)]
+    specs += [(ColumnHead(name, "%"), _share(k)) for k, name in enumerate(names)]
     note = (
         "Share of the points whose predicted 95 % uncertainty (twice the 3D σ) is within the "
         "class: USIBD LOA 10 to 50 are 150, 50, 15, 5 and 1 mm, GSA levels 1 to 4 are 51, 13, 6 "
@@ -118,8 +125,8 @@ def _classes(chapter: ScanChapter, columns: Columns) -> Table:
     return build_table("classes", "Tolerance classes", note, rows, specs)
 
 
-def _share(k: int) -> Callable[[Cloud], Cell]:
-    def cell(cloud: Cloud) -> Cell:
+def _share(k: int) -> Callable[[WrittenCloud], Cell]:
+    def cell(cloud: WrittenCloud) -> Cell:
         share = 100 * cloud.shares[k][1]
         return number_cell(share, f"{share:.1f}", "good" if share >= 95 else "")
 

@@ -5,13 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable
 from operator import attrgetter
 
-from tribrach.report.columns import AXES, Columns, Spec
+from tribrach.report.columns import AXES, ColumnSet, Spec
 from tribrach.report.content import Content, Control, KindCount, Point, Unknown
 from tribrach.report.instruments import instrument_table
 from tribrach.report.observation_table import kind_name, observation_table
 from tribrach.report.scan_tables import scan_tables
 from tribrach.report.style import Style
-from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
+from tribrach.report.tables import (
+    Cell,
+    ColumnHead,
+    ReportTable,
+    build_table,
+    number_cell,
+    text_cell,
+)
 from tribrach.units import format_angle
 
 __all__ = ["Chapters"]
@@ -26,12 +33,12 @@ class Chapters:
     def __init__(self, content: Content, most: int | None = None) -> None:
         self.content, self.most = content, most
         self.style = Style(content.settings.angle)
-        self.columns = Columns(self.style)
+        self.columns = ColumnSet(self.style)
         self.percent = f"{100 * content.settings.confidence:g} %"
         posterior = content.settings.posterior and content.summary.dof > 0
         self.origin = "a posteriori" if posterior else "a priori"
 
-    def all(self) -> list[Table]:
+    def all(self) -> list[ReportTable]:
         """Every table that has rows, in the order of the report."""
         tables = [
             *self.scans(),
@@ -53,26 +60,26 @@ class Chapters:
         ]
         return [table for table in tables if table.rows]
 
-    def scans(self) -> list[Table]:
+    def scans(self) -> list[ReportTable]:
         """Targets, clouds and classes, where there are scans."""
         chapter = self.content.scans
         return [] if chapter is None else scan_tables(chapter, self.columns, self.most)
 
-    def comparisons(self) -> list[Table]:
+    def comparisons(self) -> list[ReportTable]:
         """Sites, predictions and regressions, where stations were compared."""
         angle = self.content.settings.angle
         return [table for one in self.content.comparisons for table in one.tables(angle)]
 
-    def reductions(self) -> list[Table]:
+    def reductions(self) -> list[ReportTable]:
         """Axis errors and rounds, where there are raw files of total stations."""
         chapter = self.content.reductions
         return [] if chapter is None else chapter.tables(self.columns, self.most)
 
-    def observations(self) -> Table:
+    def observations(self) -> ReportTable:
         """Every observed value, worst first."""
         return observation_table(self.content, self.columns, self.most)
 
-    def kinds(self) -> Table:
+    def kinds(self) -> ReportTable:
         """What was observed, how often, and whether each group deserves its sigmas."""
         note = (
             "Counts are observed values. The ratio of sigma0 a posteriori to a priori is that of "
@@ -80,8 +87,8 @@ class Chapters:
             "should be."
         )
         columns: list[Spec] = [
-            (Column("Kind", numeric=False), lambda k: text_cell(kind_name(k.kind))),
-            (Column("Group", numeric=False), lambda k: text_cell(_group(k))),
+            (ColumnHead("Kind", numeric=False), lambda k: text_cell(kind_name(k.kind))),
+            (ColumnHead("Group", numeric=False), lambda k: text_cell(_group(k))),
             *(self.columns.plain(head, head, 0) for head in ("active", "check", "off")),
             self.columns.plain("redundancy", "redundancy"),
             self.columns.plain("ratio of sigma0", "sigma0", 3),
@@ -95,7 +102,7 @@ class Chapters:
             most=self.most,
         )
 
-    def control(self) -> Table:
+    def control(self) -> ReportTable:
         """Control and check points against the network."""
         limit = 100 * (1 - self.content.settings.alpha)
         note = (
@@ -110,9 +117,9 @@ class Chapters:
             *self.columns.axes("σ given ", "sigma", self.columns.mm, wide=True),
             *self.columns.axes("Δ", "difference", self.columns.mm),
             *self.columns.axes("σ Δ", "difference_sigma", self.columns.mm, wide=True),
-            (Column("test"), _test),
-            (Column("limit"), _limit),
-            (Column("verdict", numeric=False), _verdict),
+            (ColumnHead("test"), _test),
+            (ColumnHead("limit"), _limit),
+            (ColumnHead("verdict", numeric=False), _verdict),
             self.columns.source(),
         ]
         rows = sorted(
@@ -128,7 +135,7 @@ class Chapters:
             most=self.most,
         )
 
-    def points(self) -> Table:
+    def points(self) -> ReportTable:
         """Adjusted points with sigmas and ellipses."""
         note = (
             f"Sigmas are {self.origin}. Ellipse in plan and height interval hold with "
@@ -145,7 +152,7 @@ class Chapters:
             "points", "Adjusted points", note, self.content.points, columns, most=self.most
         )
 
-    def ellipsoids(self) -> Table:
+    def ellipsoids(self) -> ReportTable:
         """Covariance matrices of the points and their ellipsoids."""
         note = (
             f"Covariances are {self.origin}. The ellipsoid holds with {self.percent}; azimuth "
@@ -171,14 +178,14 @@ class Chapters:
             shown = None if value is None or held else value * 1e6
             return number_cell(shown, self.style.plain(shown, 3))
 
-        return Column(head, "mm²"), cell
+        return ColumnHead(head, "mm²"), cell
 
-    def geodetic(self) -> Table:
+    def geodetic(self) -> ReportTable:
         """Latitude, longitude and height, geocentric and projected coordinates of known sites."""
         columns: list[Spec] = [
             self.columns.word("Point", "name"),
-            (Column("latitude", "° ′ ″"), lambda p: _dms(p.geodetic[0])),
-            (Column("longitude", "° ′ ″"), lambda p: _dms(p.geodetic[1])),
+            (ColumnHead("latitude", "° ′ ″"), lambda p: _dms(p.geodetic[0])),
+            (ColumnHead("longitude", "° ′ ″"), lambda p: _dms(p.geodetic[1])),
             self.columns.metres("ellipsoidal height", lambda p: p.geodetic[2]),
             *(self.columns.metres(name, _part("ecef", k)) for k, name in enumerate("XYZ")),
             *(
@@ -193,7 +200,7 @@ class Chapters:
         rows = [p for p in self.content.points if p.geodetic]
         return build_table("geodetic", "Geodetic coordinates", note, rows, columns, most=self.most)
 
-    def stations(self) -> Table:
+    def stations(self) -> ReportTable:
         """Scanner stations with attitude."""
         note = (
             f"Sigmas are {self.origin}. Heading is the azimuth of the scanner's x axis; the tilts "
@@ -217,7 +224,7 @@ class Chapters:
             "stations", "Stations", note, self.content.stations, columns, most=self.most
         )
 
-    def unknowns(self) -> Table:
+    def unknowns(self) -> ReportTable:
         """Orientations, calibration parameters, lever arms and planes."""
         note = (
             f"Sigmas are {self.origin}. Sigmas of a plane are those of two turns of its normal "
@@ -227,8 +234,8 @@ class Chapters:
             self.columns.word("Name", "name"),
             self.columns.word("What", "role"),
             self.columns.word("At", "at"),
-            (Column("value", numeric=False), self._values),
-            (Column("σ", numeric=False), self._sigmas),
+            (ColumnHead("value", numeric=False), self._values),
+            (ColumnHead("σ", numeric=False), self._sigmas),
         ]
         return build_table(
             "unknowns", "Other unknowns", note, self.content.unknowns, columns, most=self.most
@@ -249,7 +256,7 @@ class Chapters:
         ]
         return Cell("; ".join(parts), unknown.sigma[0])
 
-    def components(self) -> Table:
+    def components(self) -> ReportTable:
         """Variance components."""
         columns: list[Spec] = [
             self.columns.word("Group", "group"),
@@ -268,7 +275,7 @@ class Chapters:
             most=self.most,
         )
 
-    def snooping(self) -> Table:
+    def snooping(self) -> ReportTable:
         """What iterative snooping did."""
         columns: list[Spec] = [
             self.columns.plain("Step", "number", 0),
@@ -276,7 +283,7 @@ class Chapters:
             self.columns.plain("test", "test"),
             self.columns.plain("limit", "limit"),
             (
-                Column("estimated error"),
+                ColumnHead("estimated error"),
                 lambda s: number_cell(
                     s.error,
                     f"{self.style.small(s.error, s.unit)} {self.style.small_unit(s.unit)}",
@@ -289,7 +296,7 @@ class Chapters:
             "snooping", "Snooping", note, self.content.snooping, columns, most=self.most
         )
 
-    def correlations(self) -> Table:
+    def correlations(self) -> ReportTable:
         """Unknowns that are hard to tell apart."""
         columns: list[Spec] = [
             self.columns.word("Unknown", "a"),

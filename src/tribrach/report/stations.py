@@ -9,7 +9,7 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.geometry.rotation import skew
 from tribrach.network.adjustment import Adjustment
-from tribrach.report.content import Settings, Station
+from tribrach.report.content import ReportSettings, StationRow
 from tribrach.report.numbers import matrix, number, sigmas, triple
 from tribrach.report.points import Uncertainty
 from tribrach.report.summary import variance_factor
@@ -80,8 +80,8 @@ def _turn(y: Array, x: Array, by_y: Array, by_x: Array) -> Array:
 
 
 def stations(
-    adjustment: Adjustment, settings: Settings, uncertainty: Uncertainty
-) -> tuple[Station, ...]:
+    adjustment: Adjustment, settings: ReportSettings, uncertainty: Uncertainty
+) -> tuple[StationRow, ...]:
     """All scanner stations; ``uncertainty`` lists positions, stations after the points."""
     names = adjustment.layout.names["pose"]
     if not names:
@@ -93,7 +93,7 @@ def stations(
     pose = np.tile(np.eye(4), (len(names), 1, 1))
     pose[:, :3, :3], pose[:, :3, 3] = state.pose_r, state.pose_t
     return tuple(
-        Station(
+        StationRow(
             name=name,
             world_from_scanner=matrix(pose[i]),
             covariance=matrix(covariance[i]),

@@ -9,7 +9,13 @@ from tribrach.network.adjustment import Adjustment
 from tribrach.network.quality import Quality
 from tribrach.observations.base import Observations, Use
 from tribrach.observations.control import Coordinate, Coordinates, Heights
-from tribrach.report.content import DatumStatement, GlobalVerdict, KindCount, Settings, Summary
+from tribrach.report.content import (
+    DatumStatement,
+    GlobalVerdict,
+    KindCount,
+    ReportSettings,
+    Summary,
+)
 from tribrach.report.numbers import number
 
 __all__ = [
@@ -23,13 +29,13 @@ __all__ = [
 ]
 
 
-def variance_factor(adjustment: Adjustment, settings: Settings) -> float:
+def variance_factor(adjustment: Adjustment, settings: ReportSettings) -> float:
     """What multiplies the a-priori covariances: 1, or ``v^T P v / r`` with ``posterior``."""
     factor = adjustment.posterior_factor
     return factor if settings.posterior and factor > 0 else 1.0
 
 
-def sigma_origin(adjustment: Adjustment, settings: Settings) -> str:
+def sigma_origin(adjustment: Adjustment, settings: ReportSettings) -> str:
     """Where the standard deviations come from, one sentence."""
     if settings.posterior and adjustment.dof > 0:
         scale = float(np.sqrt(adjustment.posterior_factor))

@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 from itertools import compress
 from typing import TypeVar
 
-__all__ = ["Cell", "Column", "Row", "Table", "build_table", "number_cell", "text_cell"]
+__all__ = ["Cell", "ColumnHead", "ReportTable", "Row", "build_table", "number_cell", "text_cell"]
 
 Item = TypeVar("Item")
 
 
 @dataclass(frozen=True)
-class Column:
+class ColumnHead:
     """Head of a column with its unit; ``wide`` columns are left out of narrow prints."""
 
     head: str
@@ -40,33 +40,33 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Table:
+class ReportTable:
     """A table with its title, a note in words and how many rows were left out."""
 
     name: str
     title: str
     note: str
-    columns: tuple[Column, ...]
+    columns: tuple[ColumnHead, ...]
     rows: tuple[Row, ...]
     left_out: int = 0
 
-    def narrow(self) -> Table:
+    def narrow(self) -> ReportTable:
         """Without the wide columns."""
         return self._keep([not column.wide for column in self.columns])
 
-    def filled(self) -> Table:
+    def filled(self) -> ReportTable:
         """Without columns that have no text in any row."""
         used = [any(r.cells[k].text for r in self.rows) for k in range(len(self.columns))]
         return self._keep(used) if self.rows else self
 
-    def first(self, most: int | None) -> Table:
+    def first(self, most: int | None) -> ReportTable:
         """The first ``most`` rows (all if None), the others counted as left out."""
         if most is None or len(self.rows) <= most:
             return self
         left_out = self.left_out + len(self.rows) - most
         return replace(self, rows=self.rows[:most], left_out=left_out)
 
-    def _keep(self, chosen: Sequence[bool]) -> Table:
+    def _keep(self, chosen: Sequence[bool]) -> ReportTable:
         rows = tuple(replace(r, cells=tuple(compress(r.cells, chosen))) for r in self.rows)
         return replace(self, columns=tuple(compress(self.columns, chosen)), rows=rows)
 
@@ -86,10 +86,10 @@ def build_table(
     title: str,
     note: str,
     items: Sequence[Item],
-    columns: Sequence[tuple[Column, Callable[[Item], Cell]]],
+    columns: Sequence[tuple[ColumnHead, Callable[[Item], Cell]]],
     state: Callable[[Item], str] = lambda item: "",
     most: int | None = None,
-) -> Table:
+) -> ReportTable:
     """A table with one row for each of the first ``most`` items (all if None).
 
     columns : each says how it makes a cell of an item; those without any text are left out.
@@ -97,4 +97,4 @@ def build_table(
     shown = items[:most]
     rows = tuple(Row(tuple(make(item) for _, make in columns), state(item)) for item in shown)
     heads = tuple(column for column, _ in columns)
-    return Table(name, title, note, heads, rows, len(items) - len(shown)).filled()
+    return ReportTable(name, title, note, heads, rows, len(items) - len(shown)).filled()

@@ -6,7 +6,7 @@ import textwrap
 
 from tribrach.report.content import Content
 from tribrach.report.sections import Chapters
-from tribrach.report.tables import Column, Row, Table
+from tribrach.report.tables import ColumnHead, ReportTable, Row
 
 __all__ = ["WIDTH", "brief", "render", "table_text", "wrapped"]
 
@@ -94,7 +94,7 @@ def wrapped(line: str) -> str:
     return textwrap.fill(line, WIDTH, subsequent_indent="  ", break_on_hyphens=False)
 
 
-def table_text(table: Table) -> str:
+def table_text(table: ReportTable) -> str:
     """Title, note and grid of a table."""
     title = [table.title, "-" * len(table.title)]
     legend = [_LEGEND[state] for state in _LEGEND if any(r.state == state for r in table.rows)]
@@ -102,7 +102,7 @@ def table_text(table: Table) -> str:
     return "\n".join([*title, *([wrapped(note)] if note else []), _grid(table)])
 
 
-def _grid(table: Table) -> str:
+def _grid(table: ReportTable) -> str:
     """Aligned columns: numbers to the right, words to the left; units under the heads."""
     table = table.narrow()
     grid = [
@@ -121,7 +121,7 @@ def _grid(table: Table) -> str:
     return "\n".join(line.rstrip() for line in lines)
 
 
-def _aligned(text: str, column: Column, width: int) -> str:
+def _aligned(text: str, column: ColumnHead, width: int) -> str:
     return text.rjust(width) if column.numeric else text.ljust(width)
 
 

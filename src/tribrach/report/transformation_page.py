@@ -13,7 +13,14 @@ import numpy as np
 
 from tribrach.geometry import euler
 from tribrach.report.style import Style
-from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
+from tribrach.report.tables import (
+    Cell,
+    ColumnHead,
+    ReportTable,
+    build_table,
+    number_cell,
+    text_cell,
+)
 from tribrach.transformation.model_choice import Rung
 from tribrach.transformation.outcome import CHECK, Outcome
 
@@ -42,7 +49,7 @@ class _Point:
 
 def transformation_tables(
     outcome: Outcome, angle: Literal["gon", "deg"] = "gon", most: int = 200
-) -> list[Table]:
+) -> list[ReportTable]:
     """Parameters, points, models; of more points than ``most`` those that fit worst."""
     style = Style(angle)
     return [
@@ -52,7 +59,7 @@ def transformation_tables(
     ]
 
 
-def _parameter_table(outcome: Outcome, style: Style) -> Table:
+def _parameter_table(outcome: Outcome, style: Style) -> ReportTable:
     fit = outcome.fit
     known = bool(np.isfinite(fit.covariance).all())
     origin = "a priori" if fit.points.weighted else "a posteriori"
@@ -64,9 +71,9 @@ def _parameter_table(outcome: Outcome, style: Style) -> Table:
         else "b = shift + M (a - centre). There are no sigmas: there is no redundancy."
     )
     columns = [
-        (Column("Parameter", numeric=False), lambda p: text_cell(p.name)),
-        (Column("value", numeric=False), lambda p: _written(style, p)),
-        (Column("σ", numeric=False), lambda p: _small(style, p)),
+        (ColumnHead("Parameter", numeric=False), lambda p: text_cell(p.name)),
+        (ColumnHead("value", numeric=False), lambda p: _written(style, p)),
+        (ColumnHead("σ", numeric=False), lambda p: _small(style, p)),
     ]
     title = fit.model.words.capitalize()
     return build_table("parameters", title, note, _parameters(outcome), columns)
@@ -152,26 +159,26 @@ def _points(outcome: Outcome) -> list[_Point]:
     return out
 
 
-def _point_table(outcome: Outcome, style: Style, most: int) -> Table:
+def _point_table(outcome: Outcome, style: Style, most: int) -> ReportTable:
     note = (
         "Differences b - T(a). The test of a point is against 0.1 %, that of a check point "
         "against 1 %; it cannot tell whether A or B is wrong."
     )
 
-    def axis(k: int) -> tuple[Column, Any]:
-        return Column(f"Δ{'xyz'[k]}", "mm"), lambda p: number_cell(
+    def axis(k: int) -> tuple[ColumnHead, Any]:
+        return ColumnHead(f"Δ{'xyz'[k]}", "mm"), lambda p: number_cell(
             p.difference[k], style.small(p.difference[k], "m")
         )
 
     columns = [
-        (Column("Point", numeric=False), lambda p: text_cell(p.name)),
-        (Column("use", numeric=False), lambda p: text_cell(p.state)),
+        (ColumnHead("Point", numeric=False), lambda p: text_cell(p.name)),
+        (ColumnHead("use", numeric=False), lambda p: text_cell(p.state)),
         *(axis(k) for k in range(outcome.fit.points.dimension)),
-        (Column("redundancy"), lambda p: _plain(p.redundancy)),
-        (Column("test"), lambda p: _plain(p.statistic)),
-        (Column("limit"), lambda p: _plain(p.limit)),
-        (Column("verdict", numeric=False), lambda p: text_cell(p.verdict)),
-        (Column("reason", numeric=False, wide=True), lambda p: text_cell(p.reason)),
+        (ColumnHead("redundancy"), lambda p: _plain(p.redundancy)),
+        (ColumnHead("test"), lambda p: _plain(p.statistic)),
+        (ColumnHead("limit"), lambda p: _plain(p.limit)),
+        (ColumnHead("verdict", numeric=False), lambda p: text_cell(p.verdict)),
+        (ColumnHead("reason", numeric=False, wide=True), lambda p: text_cell(p.reason)),
     ]
     points = _points(outcome)
     if len(points) > most:
@@ -183,19 +190,19 @@ def _plain(value: float | None) -> Cell:
     return number_cell(value, "" if value is None else f"{value:.2f}")
 
 
-def _model_table(outcome: Outcome, style: Style) -> Table:
+def _model_table(outcome: Outcome, style: Style) -> ReportTable:
     note = (
         "What each model gains over the one above it: a test beyond its limit at 95 % says that "
         "the further parameters are real. RMS is that of the fit, no accuracy."
     )
-    columns: list[tuple[Column, Any]] = [
-        (Column("parameters"), lambda r: number_cell(r.count, str(r.count))),
-        (Column("Model", numeric=False), lambda r: text_cell(r.words)),
-        (Column("RMS", "mm"), lambda r: number_cell(r.rms, style.small(r.rms, "m"))),
-        (Column("redundancy"), lambda r: number_cell(r.dof, str(r.dof))),
-        (Column("test"), lambda r: _plain(r.statistic)),
-        (Column("limit"), lambda r: _plain(r.limit)),
-        (Column("needed", numeric=False), lambda r: text_cell(_needed(r))),
+    columns: list[tuple[ColumnHead, Any]] = [
+        (ColumnHead("parameters"), lambda r: number_cell(r.count, str(r.count))),
+        (ColumnHead("Model", numeric=False), lambda r: text_cell(r.words)),
+        (ColumnHead("RMS", "mm"), lambda r: number_cell(r.rms, style.small(r.rms, "m"))),
+        (ColumnHead("redundancy"), lambda r: number_cell(r.dof, str(r.dof))),
+        (ColumnHead("test"), lambda r: _plain(r.statistic)),
+        (ColumnHead("limit"), lambda r: _plain(r.limit)),
+        (ColumnHead("needed", numeric=False), lambda r: text_cell(_needed(r))),
     ]
     return build_table("models", "Which model is enough", note, outcome.rungs, columns)
 

@@ -10,7 +10,7 @@ import numpy as np
 from tribrach.instruments.calibration import unit_of
 from tribrach.network.adjustment import Adjustment
 from tribrach.observations.base import Observations
-from tribrach.report.content import Settings, Unknown
+from tribrach.report.content import ReportSettings, Unknown
 from tribrach.report.numbers import matrix, numbers, sigmas
 from tribrach.report.summary import variance_factor
 
@@ -38,7 +38,7 @@ _ROLES = {
 _VECTORS = {"lever_arm": "lever arm", "common": "common shift"}
 
 
-def other_unknowns(adjustment: Adjustment, settings: Settings) -> tuple[Unknown, ...]:
+def other_unknowns(adjustment: Adjustment, settings: ReportSettings) -> tuple[Unknown, ...]:
     """Scalars, vectors and planes, in this order."""
     factor = variance_factor(adjustment, settings)
     return (

@@ -41,7 +41,7 @@ _STRAIGHT = 0.75
 
 
 @dataclass(frozen=True, eq=False)
-class Layout:
+class PixelNumbers:
     """Pixel number (n,) int32 of every point (-1: none) in an image of H and V that increase."""
 
     pixel: NDArray[np.int32]
@@ -54,7 +54,7 @@ class Layout:
     wraps: bool
 
 
-def lay_out(xyz: Array, row: Index, column: Index) -> Layout | None:
+def lay_out(xyz: Array, row: Index, column: Index) -> PixelNumbers | None:
     """The layout of points (n, 3) with grid numbers (n,); None if these do not follow H and V."""
     some = slice(None, None, max(1, len(xyz) // _SAMPLE))
     part, r, c = xyz[some], row[some].astype(np.int64), column[some].astype(np.int64)
@@ -148,7 +148,7 @@ def _front_rows(low: int, high: int, fit: _Fit) -> tuple[int, int]:
     return max(low, int(np.ceil(ends[0]))), min(high, int(np.floor(ends[1])))
 
 
-def _place(xyz: Array, row: Index, column: Index, fit: _Fit) -> Layout:
+def _place(xyz: Array, row: Index, column: Index, fit: _Fit) -> PixelNumbers:
     """Pixels of all points, both faces on one grid."""
     step_h, step_v = abs(fit.h1), abs(fit.front[1])
     r_low, r_high = _front_rows(int(row.min()), int(row.max()), fit)
@@ -164,7 +164,7 @@ def _place(xyz: Array, row: Index, column: Index, fit: _Fit) -> Layout:
     columns = period if wraps else wide
     frame = np.array([fit.h0, fit.h1, *fit.front, *back, first_h, float(first_v)])
     pixel = _numbers(xyz, row, column, frame, (rows, columns, period), wraps, fit.back is not None)
-    return Layout(pixel, rows, columns, first_h, float(first_v), step_h, step_v, wraps)
+    return PixelNumbers(pixel, rows, columns, first_h, float(first_v), step_h, step_v, wraps)
 
 
 @njit(cache=True, nogil=True)

@@ -10,10 +10,10 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geometry.polar import polar_from_xyz, xyz_from_polar
 from tribrach.geometry.pose import Pose
-from tribrach.simulate.ray_casting import View
-from tribrach.simulate.scanner import Grid
+from tribrach.simulate.ray_casting import SceneView
+from tribrach.simulate.scanner import ScanGrid
 from tribrach.simulate.scene import Scene
-from tribrach.simulate.twin import Target, TwinScan
+from tribrach.simulate.twin import TwinScan, TwinTarget
 
 __all__ = ["fine_scan", "overview"]
 
@@ -35,7 +35,7 @@ def overview(
     h: tuple[float, float] | None = None,
 ) -> TwinScan:
     """A scan of about so many points of the scene: a panorama, or a window of H and V [rad]."""
-    view = View(scene, pose.translation)
+    view = SceneView(scene, pose.translation)
     low, high = (0.0, 2 * np.pi) if h is None else h
     rng = np.random.default_rng(1)
     angles = rng.uniform([low, v[0]], [high, v[1]], (_PROBES, 2))
@@ -43,13 +43,13 @@ def overview(
     share = max(float((view.cast(rays).primitive >= 0).mean()), 0.02)
     beams = points / share
     if h is None:
-        return TwinScan(name, name, Grid.panorama(v, int(beams)))
+        return TwinScan(name, name, ScanGrid.panorama(v, int(beams)))
     step = float(np.sqrt((high - low) * (v[1] - v[0]) / beams))
-    return TwinScan(name, name, Grid.window(h, v, step))
+    return TwinScan(name, name, ScanGrid.window(h, v, step))
 
 
 def fine_scan(
-    station: str, pose: Pose, targets: Sequence[Target], step: float, name: str = ""
+    station: str, pose: Pose, targets: Sequence[TwinTarget], step: float, name: str = ""
 ) -> TwinScan:
     """One scan of windows around targets, all on one grid of this step [rad].
 
@@ -68,7 +68,7 @@ def fine_scan(
     low, high = float((polar[:, 2] - half).min()), float((polar[:, 2] + half).max())
     columns = round(2 * np.pi / step) if span > 1.9 * np.pi else int(span / step) + 2
     step = 2 * np.pi / columns if span > 1.9 * np.pi else step
-    grid = Grid(first_h, low, step, int((high - low) / step) + 2, columns)
+    grid = ScanGrid(first_h, low, step, int((high - low) / step) + 2, columns)
     if len(grid) > _PIXELS:
         raise InputError(f"fine scan of {station} on {len(grid)} pixels", cure="widen its step")
     mask = np.zeros((grid.rows, grid.columns), dtype=bool)

@@ -9,7 +9,7 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from tribrach._types import Array
-from tribrach.simulate.ray_casting import View
+from tribrach.simulate.ray_casting import SceneView
 
 __all__ = ["Blend", "average", "border", "offset_rays", "uniform_disc", "unit_vectors"]
 
@@ -90,7 +90,7 @@ def _offset_rays(rays, offset, length, moved):  # type: ignore[no-untyped-def]
 
 
 def average(
-    view: View,
+    view: SceneView,
     rays: Array,
     length: Array,
     diameter: Array,

@@ -17,11 +17,11 @@ from tribrach.instruments.precision import Precision
 from tribrach.simulate.surveying import true_sights
 from tribrach.units import GON, SEC
 
-__all__ = ["Day", "gsi"]
+__all__ = ["InstrumentDay", "gsi"]
 
 
 @dataclass(frozen=True)
-class Day:
+class InstrumentDay:
     """How the instrument was on that day: collimation and index error [rad], sets measured."""
 
     collimation: float = 6 * SEC
@@ -36,14 +36,14 @@ def gsi(
     height_target: Mapping[str, float],
     precision: Precision,
     rng: np.random.Generator,
-    day: Day | None = None,
+    day: InstrumentDay | None = None,
 ) -> str:
     """The raw file of sights (from, to); one set-up for each name that sights start from.
 
     places : true coordinates (3,); heights [m], zero for names that are not there. In each set the
     targets are read in face 1 and backwards in face 2.
     """
-    day = day or Day()
+    day = day or InstrumentDay()
     direction, zenith, distance = true_sights(
         places, lines, height_instrument, height_target, precision.refraction
     )
@@ -81,7 +81,7 @@ def _readings(
     distance: Array,
     precision: Precision,
     rng: np.random.Generator,
-    day: Day,
+    day: InstrumentDay,
 ) -> Array:
     """Directions, zenith angles and distances (3, sets, faces, n) as the instrument reads them."""
     n = len(distance)

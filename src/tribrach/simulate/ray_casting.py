@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from tribrach._types import Array
 from tribrach.simulate.scene import BOX, CHECKERBOARD, CYLINDER, DISC, SPHERE, Scene
 
-__all__ = ["Hits", "View"]
+__all__ = ["Hits", "SceneView"]
 
 # Where does a ray meet one primitive? Compiled, one ray at a time, in the primitive's own frame.
 #
@@ -157,7 +157,7 @@ class Hits:
     primitive: NDArray[np.int64]
 
 
-class View:
+class SceneView:
     """A scene as seen from one place (3,) of the world."""
 
     def __init__(self, scene: Scene, origin: Array) -> None:

@@ -32,10 +32,10 @@ from tribrach.simulate.footprint import (
     uniform_disc,
     unit_vectors,
 )
-from tribrach.simulate.ray_casting import Hits, View
+from tribrach.simulate.ray_casting import Hits, SceneView
 from tribrach.simulate.scene import Scene
 
-__all__ = ["Block", "Grid", "Scanner", "scan"]
+__all__ = ["ScanGrid", "Scanner", "SimulatedPoints", "scan"]
 
 
 #: beams of a block; a scan of any size needs the memory of one block
@@ -51,7 +51,7 @@ _CLOSE = 1.0
 
 
 @dataclass(frozen=True)
-class Grid:
+class ScanGrid:
     """Directions of a scan: H = first_h + column step, V = first_v + row step [rad]."""
 
     first_h: float
@@ -61,13 +61,13 @@ class Grid:
     columns: int
 
     @classmethod
-    def window(cls, h: tuple[float, float], v: tuple[float, float], step: float) -> Grid:
+    def window(cls, h: tuple[float, float], v: tuple[float, float], step: float) -> ScanGrid:
         """A window from H and V to H and V [rad], H counter-clockwise, with this step."""
         rows, columns = int((v[1] - v[0]) / step) + 1, int((h[1] - h[0]) / step) + 1
         return cls(h[0], v[0], step, rows, columns)
 
     @classmethod
-    def panorama(cls, v: tuple[float, float], points: int) -> Grid:
+    def panorama(cls, v: tuple[float, float], points: int) -> ScanGrid:
         """A full circle of H and this range of V [rad] with about so many directions."""
         step = float(np.sqrt(2 * np.pi * (v[1] - v[0]) / points))
         columns = max(round(2 * np.pi / step), 4)
@@ -122,7 +122,7 @@ class Scanner:
 
 
 @dataclass(frozen=True, eq=False)
-class Block:
+class SimulatedPoints:
     """Consecutive points of a simulated scan.
 
     xyz (n, 3) : as measured, scanner frame [m]; intensity (n,) float32, 0 to 1; row, column (n,)
@@ -148,16 +148,16 @@ def scan(
     scene: Scene,
     pose: Pose,
     scanner: Scanner,
-    grid: Grid,
+    grid: ScanGrid,
     seed: int | tuple[int, ...],
     mask: NDArray[np.bool_] | None = None,
-) -> Iterator[Block]:
+) -> Iterator[SimulatedPoints]:
     """Scan a grid column by column, block by block.
 
     pose : world from scanner, the true one; seed : the same numbers give the same scan, whatever
     is scanned before or after; mask (rows, columns) : directions that are looked along.
     """
-    view = View(scene, pose.translation)
+    view = SceneView(scene, pose.translation)
     width = max(1, _BLOCK // grid.rows)
     entropy = (seed,) if isinstance(seed, int) else seed
     for number, first in enumerate(range(0, grid.columns, width)):
@@ -173,10 +173,10 @@ class _Beams:
 
     def __init__(
         self,
-        view: View,
+        view: SceneView,
         pose: Pose,
         scanner: Scanner,
-        grid: Grid,
+        grid: ScanGrid,
         columns: Index,
         mask: NDArray[np.bool_] | None,
         rng: np.random.Generator,
@@ -185,7 +185,7 @@ class _Beams:
         self._columns, self._mask, self._rng = columns, mask, rng
         self._halo = int(self._reach(np.array([_CLOSE]), _WIDEST)[0])
 
-    def block(self) -> Block:
+    def block(self) -> SimulatedPoints:
         """Cast all beams and measure."""
         s, noise = self._scanner, self._scanner.noise
         pixels = self._pixels()
@@ -203,7 +203,7 @@ class _Beams:
         strength = echo.intensity + errors[:, 3] * s.intensity
         keep = echo.kept & (strength > s.weakest)
         keep &= (measured > s.nearest) & (measured < s.farthest)
-        return Block(
+        return SimulatedPoints(
             xyz_from_polar(np.column_stack([measured, reported])[keep]),
             np.clip(strength[keep], 0, 1).astype(np.float32),
             pixels.row[keep].astype(np.int32),
@@ -343,7 +343,7 @@ class _Pixels:
 
 @dataclass(frozen=True, eq=False)
 class _Echoes:
-    """Echoes (n,) before noise of range and intensity; fields as those of :class:`Block`."""
+    """Echoes (n,) before noise of range and intensity; fields as in :class:`SimulatedPoints`."""
 
     range: Array
     cosine: Array

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array
 from tribrach.geometry.polar import NEAREST, POLE
-from tribrach.simulate.ray_casting import View
+from tribrach.simulate.ray_casting import SceneView
 from tribrach.simulate.scene import Scene
 
 __all__ = ["SightLines", "sight_lines", "surface_places"]
@@ -59,7 +59,7 @@ def sight_lines(
     hidden = np.zeros(length.shape, dtype=bool)
     if scene is not None:
         for k, origin in enumerate(origins):
-            hits = View(scene, origin).cast(unit[k])
+            hits = SceneView(scene, origin).cast(unit[k])
             hidden[k] = hits.range < length[k] - ON_SURFACE
             on = np.abs(hits.range - length[k]) <= ON_SURFACE
             steep[k, on] = np.arccos(np.clip(hits.cosine[on], 0.0, 1.0))
@@ -82,7 +82,7 @@ def surface_places(
     rays = np.stack([np.sin(vv) * np.cos(hh), np.sin(vv) * np.sin(hh), np.cos(vv)], axis=1)
     found = [np.zeros((0, 3))]
     for origin in origins:
-        ranges = View(scene, origin).cast(rays).range
+        ranges = SceneView(scene, origin).cast(rays).range
         met = np.isfinite(ranges) & (ranges <= longest)
         found.append(origin + ranges[met, None] * rays[met])
     hits = np.concatenate(found)

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
-from tribrach.simulate.ray_casting import View
-from tribrach.simulate.scanner import Block, Grid, Scanner, scan
+from tribrach.simulate.ray_casting import SceneView
+from tribrach.simulate.scanner import ScanGrid, Scanner, SimulatedPoints, scan
 from tribrach.simulate.scene import Primitive, Scene, checkerboard, disc, sphere
 
-__all__ = ["Sight", "Target", "Twin", "TwinScan", "TwinStation", "child_rng", "steps_for"]
+__all__ = ["TargetSight", "Twin", "TwinScan", "TwinStation", "TwinTarget", "child_rng", "steps_for"]
 
 TargetKind = Literal["sphere", "checkerboard", "disc"]
 
@@ -35,7 +35,7 @@ def child_rng(seed: int, purpose: str) -> np.random.Generator:
 
 
 @dataclass(frozen=True, eq=False)
-class Target:
+class TwinTarget:
     """A target in the world.
 
     center (3,) [m]; size : side of a checkerboard, radius of a sphere or of a disc [m]; normal
@@ -78,7 +78,7 @@ class TwinScan:
 
     name: str
     station: str
-    grid: Grid
+    grid: ScanGrid
     mask: NDArray[np.bool_] | None = None
 
     @property
@@ -88,7 +88,7 @@ class TwinScan:
 
 
 @dataclass(frozen=True)
-class Sight:
+class TargetSight:
     """How a station sees a target.
 
     range [m], incidence [rad], clear : share of it that nothing hides; points : expected in the
@@ -117,7 +117,7 @@ class Twin:
     scanner: Scanner
     stations: Sequence[TwinStation]
     scans: Sequence[TwinScan]
-    targets: Sequence[Target]
+    targets: Sequence[TwinTarget]
     files: Mapping[str, str] = field(default_factory=dict)
     project: str = ""
     marks: Mapping[str, Array] = field(default_factory=dict)
@@ -137,7 +137,7 @@ class Twin:
         known = ", ".join(s.name for s in self.stations)
         raise InputError(f"the twin has no station {name}", cure=f"its stations are {known}")
 
-    def measure(self, number: int) -> Iterator[Block]:
+    def measure(self, number: int) -> Iterator[SimulatedPoints]:
         """The points of the scan of this number, block by block."""
         one = self.scans[number]
         seed = (self.seed, _PURPOSES.index("scans"), number)
@@ -145,7 +145,7 @@ class Twin:
         return scan(self.scene, pose, self.scanner, one.grid, seed, one.mask)
 
     @cached_property
-    def sights(self) -> dict[str, dict[str, Sight]]:
+    def sights(self) -> dict[str, dict[str, TargetSight]]:
         """How each station sees each target."""
         return {s.name: self._sights_from(s) for s in self.stations}
 
@@ -153,8 +153,8 @@ class Twin:
         """Names of the targets that can be found in the scans of a station."""
         return [name for name, sight in self.sights[station].items() if sight.visible]
 
-    def _sights_from(self, station: TwinStation) -> dict[str, Sight]:
-        view = View(self.scene, station.pose.translation)
+    def _sights_from(self, station: TwinStation) -> dict[str, TargetSight]:
+        view = SceneView(self.scene, station.pose.translation)
         scans = [s for s in self.scans if s.station == station.name]
         return {t.name: sight_of(view, station.pose, scans, t) for t in self.targets}
 
@@ -164,7 +164,9 @@ class Twin:
 _STEEPEST, _ACROSS, _SPHERE_POINTS = float(np.radians(60)), 12.0, 80.0
 
 
-def sight_of(view: View, pose: Pose, scans: Sequence[TwinScan], target: Target) -> Sight:
+def sight_of(
+    view: SceneView, pose: Pose, scans: Sequence[TwinScan], target: TwinTarget
+) -> TargetSight:
     """How a target is seen from a station with these scans."""
     line = target.center - view.origin
     length = float(np.linalg.norm(line))
@@ -180,10 +182,10 @@ def sight_of(view: View, pose: Pose, scans: Sequence[TwinScan], target: Target) 
         enough = across * (2 if target.kind == "disc" else 1) * cosine >= _ACROSS
     steep = float(np.arccos(min(cosine, 1.0)))
     visible = clear > 0.97 and steep < _STEEPEST and bool(enough)
-    return Sight(length, steep, clear, points, visible)
+    return TargetSight(length, steep, clear, points, visible)
 
 
-def _clear(view: View, target: Target, length: float) -> float:
+def _clear(view: SceneView, target: TwinTarget, length: float) -> float:
     """Share of rays to places of a target that nothing nearer stops."""
     number = np.arange(60)
     turn, radius = number * 2.39996, np.sqrt((number + 0.5) / 60) * 0.95 * target.size
@@ -204,7 +206,7 @@ def _clear(view: View, target: Target, length: float) -> float:
     return float((np.abs(found - far) < target.reach + 1e-3).mean())
 
 
-def _covers(one: TwinScan, pose: Pose, target: Target) -> bool:
+def _covers(one: TwinScan, pose: Pose, target: TwinTarget) -> bool:
     """Does a scan look all over a target?"""
     local = pose.inverse @ target.center
     h, v = np.arctan2(local[1], local[0]), np.arctan2(np.hypot(local[0], local[1]), local[2])

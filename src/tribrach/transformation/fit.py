@@ -20,7 +20,7 @@ from tribrach.geometry import rotation as turns
 from tribrach.transformation.models import Model, Transformation, find_model, start
 from tribrach.transformation.weights import Metric, Spread, given_spread
 
-__all__ = ["CommonPoints", "Fit", "fit_points", "fit_transformation"]
+__all__ = ["CommonPoints", "TransformationFit", "fit_points", "fit_transformation"]
 
 
 _STEPS = 100
@@ -58,7 +58,7 @@ class CommonPoints:
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class TransformationFit:
     """A fitted transformation.
 
     cofactor (k, k) of the parameters in the order of ``transformation.model.parameters``, from the
@@ -133,7 +133,7 @@ def fit_transformation(
     covariance_a: Array | None = None,
     covariance_b: Array | None = None,
     check: Mask | None = None,
-) -> Fit:
+) -> TransformationFit:
     """The transformation of points a (n, d) to b (n, d).
 
     model : its number of parameters; covariance_a, covariance_b : (n, d, d) or (n d, n d) [m^2];
@@ -165,7 +165,7 @@ def fit_transformation(
     return fit_points(points, model if isinstance(model, Model) else find_model(model, d))
 
 
-def fit_points(points: CommonPoints, model: Model) -> Fit:
+def fit_points(points: CommonPoints, model: Model) -> TransformationFit:
     """The transformation of the used common points.
 
     Raises
@@ -234,7 +234,7 @@ def _inverse(model: Model, design: Array, solved: Array) -> Array:
 
 def _finished(
     points: CommonPoints, found: Transformation, spreads: tuple[Spread, Spread], iterations: int
-) -> Fit:
+) -> TransformationFit:
     """Residuals and cofactors at the solution."""
     used, a, b = points.used, points.a[points.used], points.b[points.used]
     metric = Metric(*spreads, found.matrix, len(a))
@@ -245,7 +245,7 @@ def _finished(
     vb[used] = -spreads[1].times(force) if points.weighted else -w
     design = found.jacobian(points.a[used] + va[used])
     solved = metric.solve(design)
-    return Fit(
+    return TransformationFit(
         points=points,
         transformation=found,
         cofactor=_inverse(found.model, design, solved),
@@ -261,7 +261,7 @@ def _finished(
     )
 
 
-def rotation_angles(fit: Fit) -> tuple[Array, Array]:
+def rotation_angles(fit: TransformationFit) -> tuple[Array, Array]:
     """Rotation vector (3,) or angle (1,) [rad] and its standard deviations."""
     t = fit.transformation
     d = t.model.dimension

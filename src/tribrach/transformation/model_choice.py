@@ -12,7 +12,7 @@ import numpy as np
 
 from tribrach.errors import AdjustmentError, InputError
 from tribrach.statistics import chi2, f, norm, t
-from tribrach.transformation.fit import CommonPoints, Fit, fit_points
+from tribrach.transformation.fit import CommonPoints, TransformationFit, fit_points
 from tribrach.transformation.models import MODELS
 from tribrach.transformation.testing import trusted
 
@@ -98,7 +98,7 @@ def ladder(points: CommonPoints) -> list[Rung]:
 
     The noise that gains are measured with is that of the richest model with redundancy.
     """
-    fits: list[Fit] = []
+    fits: list[TransformationFit] = []
     for model in (m for m in MODELS if m.dimension == points.dimension):
         try:
             fits.append(fit_points(points, model))

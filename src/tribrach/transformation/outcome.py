@@ -10,7 +10,7 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.statistics import chi2
-from tribrach.transformation.fit import CommonPoints, Fit, fit_points
+from tribrach.transformation.fit import CommonPoints, TransformationFit, fit_points
 from tribrach.transformation.model_choice import Rung, ScaleTest, ladder, scale_test
 from tribrach.transformation.models import Model, Transformation, start
 from tribrach.transformation.testing import (
@@ -165,7 +165,7 @@ class Outcome:
     odd : what looks wrong with the columns; steps : what snooping did; removed : the names.
     """
 
-    fit: Fit
+    fit: TransformationFit
     tests: PointTests
     checks: CheckResult | None
     scale: ScaleTest | None

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from tribrach._types import Array
 from tribrach.errors import AdjustmentError, InputError
 from tribrach.statistics import chi2, f
-from tribrach.transformation.fit import Fit, fit_points
+from tribrach.transformation.fit import TransformationFit, fit_points
 
 __all__ = ["CheckResult", "PointTests", "check_points", "point_tests", "snoop_points", "trusted"]
 
@@ -44,14 +44,16 @@ class PointTests:
         return np.nan_to_num(self.statistic) > np.where(np.isnan(self.limit), np.inf, self.limit)
 
 
-def trusted(fit: Fit) -> bool:
+def trusted(fit: TransformationFit) -> bool:
     """True if the given covariances may judge single points: there are some and they hold."""
     if not fit.points.weighted or fit.dof <= 0:
         return fit.points.weighted
     return fit.vtpv <= float(chi2.ppf(0.95, fit.dof))
 
 
-def point_tests(fit: Fit, alpha0: float = ALPHA0, *, prior: bool | None = None) -> PointTests:
+def point_tests(
+    fit: TransformationFit, alpha0: float = ALPHA0, *, prior: bool | None = None
+) -> PointTests:
     """Tests of all used points.
 
     prior : judge by the given covariances; if None, where there are some.
@@ -115,13 +117,13 @@ class CheckResult:
         return out
 
 
-def check_points(fit: Fit) -> CheckResult | None:
+def check_points(fit: TransformationFit) -> CheckResult | None:
     """Check points against the fit; None if there are none."""
     place = np.flatnonzero(fit.points.check)
     return compare_points(fit, place) if len(place) else None
 
 
-def compare_points(fit: Fit, place: NDArray[np.int64]) -> CheckResult:
+def compare_points(fit: TransformationFit, place: NDArray[np.int64]) -> CheckResult:
     """Points (c,) that take no part in a fit, by their numbers, against it."""
     points = fit.points
     n, d = points.a.shape
@@ -148,12 +150,12 @@ _FEW, _DEEPEST = 100, 6
 class Snooped:
     """A fit without what does not fit; steps say what was done, in words."""
 
-    fit: Fit
+    fit: TransformationFit
     steps: tuple[str, ...]
     removed: tuple[str, ...]
 
 
-def snoop_points(fit: Fit, alpha0: float = ALPHA0) -> Snooped:
+def snoop_points(fit: TransformationFit, alpha0: float = ALPHA0) -> Snooped:
     """Switch the worst point off, fit again, and so on; those that fit after all come back.
 
     The redundancy never falls below one.
@@ -177,8 +179,8 @@ def snoop_points(fit: Fit, alpha0: float = ALPHA0) -> Snooped:
 
 
 def _one_less(
-    fit: Fit, tests: PointTests, steps: list[str], removed: list[int], *, hidden: bool
-) -> Fit | None:
+    fit: TransformationFit, tests: PointTests, steps: list[str], removed: list[int], *, hidden: bool
+) -> TransformationFit | None:
     """The fit without its worst point; None if that cannot be spared. Steps and removed grow."""
     places = np.flatnonzero(fit.points.used)
     worst = int(np.argmax(np.nan_to_num(tests.statistic / tests.limit)))
@@ -199,7 +201,7 @@ def _one_less(
     return trial
 
 
-def _hidden(fit: Fit, alpha0: float) -> int:
+def _hidden(fit: TransformationFit, alpha0: float) -> int:
     """How many points must go before all of them are seen to be wrong; 0 if none are.
 
     Only for fits of few points without sigmas (among many, some cannot hide each other), at most a
@@ -222,7 +224,7 @@ def _hidden(fit: Fit, alpha0: float) -> int:
     return 0
 
 
-def _words(fit: Fit, tests: PointTests, row: int, k: int) -> str:
+def _words(fit: TransformationFit, tests: PointTests, row: int, k: int) -> str:
     size = 1e3 * tests.error[row]
     parts = ", ".join(f"{axis} {value:+.1f}" for axis, value in zip("xyz", size, strict=False))
     return (
@@ -231,13 +233,15 @@ def _words(fit: Fit, tests: PointTests, row: int, k: int) -> str:
     )
 
 
-def _without(fit: Fit, k: int, reason: str) -> Fit:
+def _without(fit: TransformationFit, k: int, reason: str) -> TransformationFit:
     used, reasons = fit.points.used.copy(), list(fit.points.reasons)
     used[k], reasons[k] = False, reason
     return fit_points(replace(fit.points, used=used, reasons=tuple(reasons)), fit.model)
 
 
-def _alternatives(fit: Fit, tests: PointTests, worst: int, places: NDArray[np.int64]) -> list[str]:
+def _alternatives(
+    fit: TransformationFit, tests: PointTests, worst: int, places: NDArray[np.int64]
+) -> list[str]:
     """Other points whose removal would leave about as good a fit."""
     best = max(float(tests.left[worst]), 1e-12 * fit.vtpv)
     d = fit.points.dimension
@@ -249,8 +253,8 @@ def _alternatives(fit: Fit, tests: PointTests, worst: int, places: NDArray[np.in
 
 
 def _recalled(
-    fit: Fit, removed: list[int], steps: list[str], alpha0: float
-) -> tuple[Fit, list[int]]:
+    fit: TransformationFit, removed: list[int], steps: list[str], alpha0: float
+) -> tuple[TransformationFit, list[int]]:
     """Removed points that agree with the final fit take part again."""
     kept: list[int] = []
     for k in removed:

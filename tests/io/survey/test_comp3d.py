@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tribrach.errors import InputError
-from tribrach.geodesy.projection import Grid
+from tribrach.geodesy.projection import ProjectedGrid
 from tribrach.geometry.rotation import exp
 from tribrach.io.survey.comp3d import reader as comp3d
 from tribrach.network.adjustment import Adjustment, adjust
@@ -37,8 +37,8 @@ def write(folder: Path, observations: str, points: str = CONTROL, **files: str) 
     return folder / "net.comp"
 
 
-def grid_of(survey: Survey) -> Grid:
-    return Grid(survey.info["grid"], *survey.info["grid_origin"])
+def grid_of(survey: Survey) -> ProjectedGrid:
+    return ProjectedGrid(survey.info["grid"], *survey.info["grid_origin"])
 
 
 def place(survey: Survey, name: str) -> np.ndarray:

@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 
 from tribrach.cli import app
 from tribrach.errors import AdjustmentError, InputError, NoStartValues, RankDefect
-from tribrach.geodesy.projection import Grid
+from tribrach.geodesy.projection import ProjectedGrid
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.io.survey.comp3d import reader as comp3d
 from tribrach.io.survey.comp3d.assembly import grid_axes
@@ -129,8 +129,8 @@ class Reference:
         return found
 
 
-def grid_of(survey: Survey) -> Grid:
-    return Grid(survey.info["grid"], *survey.info["grid_origin"])
+def grid_of(survey: Survey) -> ProjectedGrid:
+    return ProjectedGrid(survey.info["grid"], *survey.info["grid_origin"])
 
 
 def positions(adjustment: Adjustment) -> dict[str, np.ndarray]:
@@ -147,7 +147,7 @@ def worst_coordinate(survey: Survey, adjustment: Adjustment, reference: Referenc
     worst = 0.0
     place = positions(adjustment)
     projection = reference.computation["projection"]
-    local = Grid(projection["stereo_def"] + " +ellps=GRS80 +type=crs", 0.0, 0.0)
+    local = ProjectedGrid(projection["stereo_def"] + " +ellps=GRS80 +type=crs", 0.0, 0.0)
     radius = projection["earth_model_radius"]
     for name, point in reference.points.items():
         mine = local.from_work(place[name][None])[0]

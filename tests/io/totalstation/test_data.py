@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tribrach.errors import InputError
-from tribrach.instruments.reduction import Readings, reduce
+from tribrach.instruments.reduction import TelescopeReadings, reduce
 from tribrach.io.survey.totalstation import reduce_file
 from tribrach.io.totalstation import formats
 from tribrach.units import SEC
@@ -128,7 +128,7 @@ def test_means_of_sets_agree_with_those_of_the_field_program(shared_data):
     names, target = np.unique(shots.target[rows].astype(str), return_inverse=True)
     assert names.tolist() == ["103", "105"]
     found = reduce(
-        Readings(
+        TelescopeReadings(
             np.zeros(len(rows), dtype=np.int64), target, shots.face[rows], shots.direction[rows],
             shots.zenith[rows], shots.distance[rows], np.zeros(len(rows), dtype=np.int64),
         )

@@ -9,7 +9,7 @@ from tribrach._types import Array
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.registration.clouds.prepared import PreparedScan, prepare
-from tribrach.simulate.scanner import Grid, Scanner, scan
+from tribrach.simulate.scanner import ScanGrid, Scanner, scan
 from tribrach.simulate.scene import Primitive, Scene, box, cylinder, ground, rectangle
 from tribrach.simulate.setups import levelled, tilted
 from tribrach.units import SEC
@@ -74,7 +74,7 @@ def rooms() -> Scene:
 def points_of(scene: Scene, pose: Pose, points: int, seed: int, farthest: float = 60.0) -> Array:
     """A scan (n, 3) in its scanner's frame [m]."""
     scanner = Scanner(NOISE, farthest=farthest)
-    blocks = scan(scene, pose, scanner, Grid.panorama(_V, points), seed)
+    blocks = scan(scene, pose, scanner, ScanGrid.panorama(_V, points), seed)
     return np.concatenate([block.xyz for block in blocks])
 
 

@@ -6,18 +6,18 @@ import pytest
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import exp
-from tribrach.registration.clouds.prepared import BEHIND, SEEN_THROUGH, UNSEEN, View, prepare
-from tribrach.registration.clouds.surfels import Cells, CellSum, coarser, surfels_of
+from tribrach.registration.clouds.prepared import BEHIND, SEEN_THROUGH, UNSEEN, RangeView, prepare
+from tribrach.registration.clouds.surfels import CellSum, CubeSums, coarser, surfels_of
 
 
-def summed(xyz: np.ndarray, size: float, chunk: int = 700) -> Cells:
+def summed(xyz: np.ndarray, size: float, chunk: int = 700) -> CubeSums:
     cubes = CellSum(size)
     for first in range(0, len(xyz), chunk):
         cubes.add(xyz[first : first + chunk])
     return cubes.cells
 
 
-def sorted_moments(cells: Cells) -> np.ndarray:
+def sorted_moments(cells: CubeSums) -> np.ndarray:
     return cells.moments[np.argsort(cells.keys)]
 
 
@@ -90,7 +90,7 @@ def test_a_view_knows_what_it_looked_through() -> None:
     rng = np.random.default_rng(4)
     direction = rng.normal(0, 1, (400_000, 3))
     direction = direction[direction[:, 0] > 0.3 * np.linalg.norm(direction, axis=1)]
-    view = View()
+    view = RangeView()
     view.add(10 * direction / np.linalg.norm(direction, axis=1, keepdims=True))
     view.settle()
     places = np.array([[6.0, 1, 0], [14.0, 0, 1], [-5.0, 0, 0], [10.0, 0, 0]])

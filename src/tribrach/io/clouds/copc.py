@@ -114,7 +114,7 @@ class Nodes:
     ends: Index
 
 
-class Plan:
+class OctreePlan:
     """How a cloud is divided: upper nodes that are filled in passing, and tiles below them.
 
     counts (128, 128, 128) : points in each cell of the root's grid, x first; tile : points that a
@@ -466,10 +466,10 @@ class CopcWriter(LasRecords):
 
     def _write_nodes(self, cube: Cube, laz: Any) -> NDArray[np.int32]:
         """Compress all nodes; their keys (m, 4) in the order of the chunks."""
-        counts = Plan.no_counts()
+        counts = OctreePlan.no_counts()
         for records in self._spool.blocks():
-            Plan.count(_places(cube, records), counts)
-        plan = Plan(counts, _TILE, cube.deepest)
+            OctreePlan.count(_places(cube, records), counts)
+        plan = OctreePlan(counts, _TILE, cube.deepest)
         self._spool.divide(lambda block: plan.buckets(_places(cube, block)), len(plan.keys))
         compressor = lazrs.ParLasZipCompressor(self._staged.file, laz)
         compressor.reserve_offset_to_chunk_table()

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from tribrach.errors import InputError
 from tribrach.io.gnss.rinex_file import read_rinex
 
-__all__ = ["ObservationFile", "header_of", "header_text", "read_observations", "seconds_of"]
+__all__ = ["RinexObservations", "header_of", "header_text", "read_observations", "seconds_of"]
 
 _CLOCK = rb" ([ \d]\d) ([ \d]\d) ([ \d]\d) ([ \d]\d)((?: {2}| \d|\d\d)\d\.\d{7})"
 
@@ -45,7 +45,7 @@ _FIRST_DAY = np.datetime64("1980-01-06T00:00:00", "us")
 
 
 @dataclass(frozen=True)
-class ObservationFile:
+class RinexObservations:
     """One receiver's file.
 
     text : plain RINEX; marker : name of the station, "" if none; approximate : ECEF (3,) [m] of
@@ -114,7 +114,7 @@ def header_of(path: Path, lines: list[tuple[str, str]]) -> tuple[float, str]:
     return version, first[20:60]
 
 
-def read_observations(path: Path) -> ObservationFile:
+def read_observations(path: Path) -> RinexObservations:
     """Header, epochs and satellites of an observation file.
 
     Raises
@@ -142,7 +142,7 @@ def read_observations(path: Path) -> ObservationFile:
             file=path,
             cure="splice files in the order of their measurement",
         )
-    return ObservationFile(
+    return RinexObservations(
         path,
         data,
         version,

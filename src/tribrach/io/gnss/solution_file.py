@@ -21,7 +21,7 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geodesy.site import ecef_from_geodetic, enu_rotation
 
-__all__ = ["FIXED", "Solution", "Use", "read_solution", "read_status"]
+__all__ = ["FIXED", "SatelliteUse", "Solution", "read_solution", "read_status"]
 
 # Which satellites did a run of RTKLIB really use, and how large were their phase residuals?
 #
@@ -35,7 +35,7 @@ _LINE = re.compile(rb"^\$SAT,\d+,[\d.]+,([A-Z]\d\d),\d,[-\d.]+,[-\d.]+,[-\d.]+,(
 
 
 @dataclass(frozen=True)
-class Use:
+class SatelliteUse:
     """Satellites by name, and the root mean square of their phase residuals [m], None if none."""
 
     satellites: tuple[str, ...]
@@ -47,7 +47,7 @@ class Use:
         return "".join(dict.fromkeys(name[0] for name in self.satellites))
 
 
-def read_status(path: Path) -> Use | None:
+def read_status(path: Path) -> SatelliteUse | None:
     """What a status file says; None where the engine wrote none."""
     if not path.is_file():
         return None
@@ -58,7 +58,7 @@ def read_status(path: Path) -> Use | None:
     # the reference satellite of the double differences has none
     others = residuals[residuals != 0]
     rms = float(np.sqrt((others**2).mean())) if len(others) else None
-    return Use(tuple(sorted({name.decode() for name, _ in found})), rms)
+    return SatelliteUse(tuple(sorted({name.decode() for name, _ in found})), rms)
 
 
 Kind = Literal["ecef", "geodetic", "baseline"]

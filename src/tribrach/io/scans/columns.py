@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from tribrach.errors import InputError
 from tribrach.scan.scan import Chunk, Field
 
-__all__ = ["Columns", "arranged", "cast", "known_name"]
+__all__ = ["ColumnRoles", "arranged", "cast", "known_name"]
 
 _RGB = ("red", "green", "blue")
 _NAMES: dict[str, str] = {
@@ -62,7 +62,7 @@ def known_name(name: str) -> str | None:
 
 
 @dataclass(frozen=True)
-class Columns:
+class ColumnRoles:
     """Which columns are coordinates and which are fields.
 
     xyz : names in the file; fields : as the scan has them; sources : their names in the file;
@@ -115,7 +115,7 @@ def arranged(
     sample: Mapping[str, NDArray[Any]],
     path: Path,
     intensity: tuple[float | None, float | None] = (None, None),
-) -> Columns:
+) -> ColumnRoles:
     """The columns of a file by their names.
 
     types : numpy types by name, in the file's order; sample : some values of each, which tell
@@ -151,7 +151,9 @@ def arranged(
         fields.append(Field(name, _TYPES.get(name, dtype), *limits))
         sources.append(source)
         factors.append(scale if name in _RGB else 1.0)
-    return Columns((ours["x"], ours["y"], ours["z"]), tuple(fields), tuple(sources), tuple(factors))
+    return ColumnRoles(
+        (ours["x"], ours["y"], ours["z"]), tuple(fields), tuple(sources), tuple(factors)
+    )
 
 
 def _colour_factor(channels: Sequence[NDArray[Any]]) -> float:

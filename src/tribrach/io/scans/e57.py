@@ -77,7 +77,7 @@ _INTEGERS = ("uint8", "int8", "uint16", "int16", "int32", "uint32", "int64")
 
 
 @dataclass(frozen=True)
-class Column:
+class FieldColumn:
     """A column on its way from the file into a field.
 
     path : its name in the file; field : what it becomes; buffer : type character of the buffer;
@@ -137,12 +137,12 @@ def integer_type(low: float | None, high: float | None) -> str:
 
 def columns(
     scan: etree._Element, prototype: etree._Element, taken: Sequence[str], notes: dict[str, str]
-) -> tuple[tuple[Column, ...], tuple[str, ...]]:
+) -> tuple[tuple[FieldColumn, ...], tuple[str, ...]]:
     """Columns besides those that coordinates are made of, and sentences about the odd ones.
 
     taken : columns that are coordinates; notes : descriptions by name of a column.
     """
-    found: list[Column] = []
+    found: list[FieldColumn] = []
     odd: list[str] = []
     for element in prototype:
         if not isinstance(element.tag, str):
@@ -166,7 +166,7 @@ def columns(
 
 def _column(
     scan: etree._Element, element: etree._Element, local: str, path: str, note: str
-) -> Column:
+) -> FieldColumn:
     """One column by its element of the prototype."""
     low, high = _limits(element)
     kind = _type(element, low, high)
@@ -176,15 +176,15 @@ def _column(
         low, high = _stated(scan, "colorLimits", local, low, high)
         low, high = (0.0, 255.0) if low is None or high is None else (low, high)
         buffer = {"uint8": "B", "uint16": "H"}.get(kind, "d")
-        return Column(path, Field(name, own, 0.0, 65535.0), buffer, low, high)
+        return FieldColumn(path, Field(name, own, 0.0, 65535.0), buffer, low, high)
     if name == "intensity":
         low, high = _stated(scan, "intensityLimits", "intensity", low, high)
-        return Column(path, Field(name, own, low, high), "f")
+        return FieldColumn(path, Field(name, own, low, high), "f")
     if name == "return_number":  # its limits count from zero
         low = high = None
     buffer = _BUFFERS.get(own if np.dtype(own).kind == "f" else kind, "q")
     buffer = "d" if kind == "float64" else buffer
-    return Column(path, Field(name, own, low, high, note), buffer)
+    return FieldColumn(path, Field(name, own, low, high, note), buffer)
 
 
 def _type(element: etree._Element, low: float | None, high: float | None) -> str:
@@ -254,7 +254,7 @@ class ScanHeader:
     pose: Pose | None
     coordinates: tuple[str, ...]
     state: str | None
-    columns: tuple[Column, ...]
+    columns: tuple[FieldColumn, ...]
     grid: tuple[int, int] | None
     bounds: Array | None
     origin: Origin
@@ -282,7 +282,7 @@ def scan_header(scan: etree._Element, path: Path, index: int) -> ScanHeader:
     state = axes[0][: len("cartesian")] + "InvalidState" if axes else None
     state = state if state in local else None
     taken = (*axes, state) if state else axes
-    found: tuple[Column, ...] = ()
+    found: tuple[FieldColumn, ...] = ()
     if prototype is not None:
         found, odd = columns(scan, prototype, taken, _notes(scan))
         warnings += odd
@@ -449,7 +449,7 @@ class E57Scan(Scan):
 
     coordinates: tuple[str, ...] = CARTESIAN
     state: str | None = None
-    columns: tuple[Column, ...] = ()
+    columns: tuple[FieldColumn, ...] = ()
 
     def chunks(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
         """The points in the file's order, a little under ``size`` if that is many blocks.

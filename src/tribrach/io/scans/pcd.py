@@ -20,10 +20,10 @@ from scipy.spatial.transform import Rotation
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
-from tribrach.io.scans.columns import Columns, arranged, cast
+from tribrach.io.scans.columns import ColumnRoles, arranged, cast
 from tribrach.io.scans.origin import assumed_origin, bounds_of, scan_name
 from tribrach.io.scans.records import RecordScan, native, sampled
-from tribrach.io.scans.text import Block, Lines, Mark, TextScan, opened, rows, short, table
+from tribrach.io.scans.text import LineBlock, Lines, Mark, TextScan, opened, rows, short, table
 from tribrach.scan.scan import CHUNK, Chunk, Field, Scan
 
 __all__ = ["PcdCompressedScan", "PcdScan", "PcdTextScan", "read"]
@@ -70,7 +70,7 @@ class PcdTextScan(TextScan):
 
     layout: np.dtype[Any] = np.dtype(np.uint8)
 
-    def _values(self, lines: Lines, block: Block) -> dict[str, NDArray[Any]]:
+    def _values(self, lines: Lines, block: LineBlock) -> dict[str, NDArray[Any]]:
         width = _width(self.layout)
         numbers = np.stack(table(lines, block, width), axis=1)
         return _typed(numbers, self.layout, self.columns.xyz, self.path)
@@ -250,7 +250,7 @@ def _coloured(values: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
 
 
 def _place(
-    grid: tuple[int, int] | None, columns: Columns, n: int, done: int
+    grid: tuple[int, int] | None, columns: ColumnRoles, n: int, done: int
 ) -> dict[str, NDArray[Any]]:
     """Row and column of n records after others, if the file is a grid that does not say them."""
     if grid is None or not _GRID.isdisjoint(f.name for f in columns.fields):

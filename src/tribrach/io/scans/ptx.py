@@ -20,7 +20,7 @@ from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.io.scans.columns import arranged
 from tribrach.io.scans.origin import scan_name
-from tribrach.io.scans.text import Block, Lines, TextScan, opened, rows, short, table
+from tribrach.io.scans.text import LineBlock, Lines, TextScan, opened, rows, short, table
 from tribrach.scan.scan import Chunk, Field, Origin, Scan
 
 __all__ = ["HEADER", "PtxScan", "read"]
@@ -42,7 +42,7 @@ _CURE = "export the scan again"
 class PtxScan(TextScan):
     """One scan of a PTX file; row and column are counted along it."""
 
-    def _numbers(self, lines: Lines, block: Block, columns: int) -> list[Array]:
+    def _numbers(self, lines: Lines, block: LineBlock, columns: int) -> list[Array]:
         """The table of a block, where lines without a return may be shorter."""
         try:
             return table(lines, block, columns)
@@ -51,7 +51,7 @@ class PtxScan(TextScan):
             text, changes = _NOTHING.subn(full, block.text)
             if not changes:
                 raise
-            return table(lines, Block(text, block.count, block.first, block.mark), columns)
+            return table(lines, LineBlock(text, block.count, block.first, block.mark), columns)
 
     def _chunk(self, values: dict[str, NDArray[Any]], done: int) -> Chunk:
         height = 1 if self.grid is None else self.grid[0]

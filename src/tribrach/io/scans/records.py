@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tribrach.io.scans.columns import Columns
+from tribrach.io.scans.columns import ColumnRoles
 from tribrach.io.scans.text import short
 from tribrach.scan.scan import CHUNK, Chunk, Scan
 
@@ -26,7 +26,7 @@ class RecordScan(Scan):
 
     offset: int = 0
     dtype: np.dtype[Any] = np.dtype(np.uint8)
-    columns: Columns = Columns(("x", "y", "z"), (), (), ())
+    columns: ColumnRoles = ColumnRoles(("x", "y", "z"), (), (), ())
 
     def chunks(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
         """The points in the file's order.

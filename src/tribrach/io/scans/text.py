@@ -25,13 +25,13 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array
 from tribrach.errors import InputError
-from tribrach.io.scans.columns import Columns
+from tribrach.io.scans.columns import ColumnRoles
 from tribrach.io.scans.columns import cast as cast_column
 from tribrach.scan.scan import CHUNK, Chunk, Scan
 
 __all__ = [
     "BLANKS",
-    "Block",
+    "LineBlock",
     "Lines",
     "Mark",
     "TextScan",
@@ -49,7 +49,7 @@ __all__ = [
 _ODD = re.compile(rb"(?i)(?<![^ \n])[-+]?(?:1\.#\w+|nan\(\w*\)|n/a|null)(?![^ \n])")
 
 
-def table(lines: Lines, block: Block, columns: int) -> list[Array]:
+def table(lines: Lines, block: LineBlock, columns: int) -> list[Array]:
     """The numbers of a block: one array (n,) for each column.
 
     Raises
@@ -84,7 +84,7 @@ def _parsed(text: bytes, columns: int) -> list[Array] | None:
     return [series.to_numpy() for series in frame]
 
 
-def _malformed(lines: Lines, block: Block, columns: int) -> InputError:
+def _malformed(lines: Lines, block: LineBlock, columns: int) -> InputError:
     """Which line of the block, and what about it?"""
     k, what = 0, "a line cannot be read"
     for k, line in enumerate(_ODD.sub(b"nan", block.text).split(b"\n")[:-1]):  # noqa: B007
@@ -196,7 +196,7 @@ class Mark:
 
 
 @dataclass(frozen=True)
-class Block:
+class LineBlock:
     """Consecutive lines, each with its newline, after ``first`` others; ``mark`` lies before."""
 
     text: bytes
@@ -235,7 +235,7 @@ class Lines:
             pass
         return self._lines(self._at, min(self._at + n, len(self._ends))).split(b"\n")[:-1]
 
-    def take(self, n: int) -> Block:
+    def take(self, n: int) -> LineBlock:
         """The next lines, fewer than n only at the end of the file."""
         first, mark, left = self.ordinal, self._mark, n
         parts: list[bytes] = []
@@ -245,7 +245,7 @@ class Lines:
             k = min(left, len(self._ends) - self._at)
             parts.append(self._lines(self._at, self._at + k))
             self._at, self.ordinal, left = self._at + k, self.ordinal + k, left - k
-        return Block(b"".join(parts), n - left, first, mark)
+        return LineBlock(b"".join(parts), n - left, first, mark)
 
     def skip(self, n: int) -> int:
         """Pass over n lines; returns how many there were."""
@@ -306,7 +306,7 @@ class Lines:
             raise InputError("the text is UTF-16", file=self.path, cure="save it as UTF-8")
         return b"   " + raw[3:] if raw[:3] == b"\xef\xbb\xbf" else raw
 
-    def number(self, block: Block, k: int) -> int:
+    def number(self, block: LineBlock, k: int) -> int:
         """The number in the file, from 1, of line k of a block, counted from 0."""
         with opened(self.path) as file:
             file.seek(block.mark.offset)
@@ -364,7 +364,7 @@ class TextScan(Scan):
     first: int = 0
     blanks: bytes = BLANKS
     types: Mapping[str, str] | None = None
-    columns: Columns = Columns(("x", "y", "z"), (), (), ())
+    columns: ColumnRoles = ColumnRoles(("x", "y", "z"), (), (), ())
 
     def chunks(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
         """The points in the file's order.
@@ -385,7 +385,7 @@ class TextScan(Scan):
                 yield self._chunk(values, done)
                 done += block.count
 
-    def _values(self, lines: Lines, block: Block) -> dict[str, NDArray[Any]]:
+    def _values(self, lines: Lines, block: LineBlock) -> dict[str, NDArray[Any]]:
         """The columns of a block in the types that the file declares; coordinates in float64."""
         types = self.types or {}
         numbers = self._numbers(lines, block, len(types))
@@ -396,7 +396,7 @@ class TextScan(Scan):
             for (name, dtype), column in zip(types.items(), numbers, strict=True)
         }
 
-    def _numbers(self, lines: Lines, block: Block, columns: int) -> list[Array]:
+    def _numbers(self, lines: Lines, block: LineBlock, columns: int) -> list[Array]:
         return table(lines, block, columns)
 
     def _chunk(self, values: dict[str, NDArray[Any]], done: int) -> Chunk:

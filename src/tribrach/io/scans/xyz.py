@@ -18,7 +18,7 @@ from tribrach.io.scans.columns import arranged, known_name
 from tribrach.io.scans.origin import assumed_origin, bounds_of, scan_name
 from tribrach.io.scans.text import (
     BLANKS,
-    Block,
+    LineBlock,
     Lines,
     Mark,
     TextScan,
@@ -142,7 +142,7 @@ def _head(lines: Lines) -> _Head:
                 head.names = bare.split()
             elif not comment:
                 what = f"{bare[:40]!r} names no columns x, y and z, and is no point"
-                number = lines.number(Block(b"", 0, 0, Mark()), k)
+                number = lines.number(LineBlock(b"", 0, 0, Mark()), k)
                 raise InputError(what, file=lines.path, line=number, cure="name the columns")
         elif line.isdigit() and head.count is None and _several(following[k + 1 : k + 2]):
             head.count = int(line[:30])

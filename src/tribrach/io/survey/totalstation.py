@@ -22,7 +22,7 @@ from tribrach.errors import InputError
 from tribrach.geodesy.site import FlatSite, Site
 from tribrach.instruments.atmosphere import first_velocity_ppm
 from tribrach.instruments.precision import Precision
-from tribrach.instruments.reduction import LIMIT, Means, Readings, Reduction, reduce
+from tribrach.instruments.reduction import LIMIT, Means, Reduction, TelescopeReadings, reduce
 from tribrach.io.totalstation import formats
 from tribrach.io.totalstation.records import RawFile
 from tribrach.network.network import Datum
@@ -270,7 +270,7 @@ def reduce_file(raw: RawFile) -> ReducedFile:
     known = {key: k for k, key in enumerate(dict.fromkeys(keys))}
     names = np.empty(len(known), dtype=object)
     names[:] = [name for name, _ in known]
-    readings = Readings(
+    readings = TelescopeReadings(
         shots.setup[rows],
         np.array([known[key] for key in keys], dtype=np.int64),
         shots.face[rows],

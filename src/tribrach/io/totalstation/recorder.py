@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from tribrach.errors import InputError
-from tribrach.io.totalstation.records import Points, Problem, RawFile, Setups, Shots
+from tribrach.io.totalstation.records import Problem, RawFile, RawSights, Setups, StoredPoints
 
 __all__ = ["Recorder"]
 
@@ -240,9 +240,9 @@ class Recorder:
             _floats(circle), np.array(line, dtype=np.int64),
         )  # fmt: skip
 
-    def _shot_columns(self) -> Shots:
+    def _shot_columns(self) -> RawSights:
         c = _columns(self._shots, 17)
-        return Shots(
+        return RawSights(
             np.array(c[0], dtype=np.int64), _words(c[1]), _words(c[2]), _floats(c[3]),
             _floats(c[4]), _floats(c[5]), np.array(c[6], dtype=np.int8), _floats(c[7]),
             _floats(c[8]), _floats(c[9]), np.array(c[10], dtype=bool), _floats(c[11]),
@@ -250,9 +250,9 @@ class Recorder:
             np.array(c[16], dtype=np.int64),
         )  # fmt: skip
 
-    def _point_columns(self) -> Points:
+    def _point_columns(self) -> StoredPoints:
         name, xyz, given, line = _columns(self._points, 4)
-        return Points(
+        return StoredPoints(
             _words(name),
             np.array(xyz, dtype=float).reshape(-1, 3),
             np.array(given, dtype=bool),

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
 
-__all__ = ["Points", "Problem", "RawFile", "Setups", "Shots"]
+__all__ = ["Problem", "RawFile", "RawSights", "Setups", "StoredPoints"]
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Setups:
 
 
 @dataclass(frozen=True)
-class Shots:
+class RawSights:
     """n sights in the order of the file.
 
     setup (n,) index of the set-up; target, code : names; direction (n,) circle reading and zenith
@@ -75,7 +75,7 @@ class Shots:
 
 
 @dataclass(frozen=True)
-class Points:
+class StoredPoints:
     """n coordinates that stand in the file.
 
     xyz (n, 3) E, N, U [m], NaN where not given; given (n,) True if they were keyed in or uploaded,
@@ -112,8 +112,8 @@ class RawFile:
     format: str
     instrument: str
     setups: Setups
-    shots: Shots
-    points: Points
+    shots: RawSights
+    points: StoredPoints
     understood: Mapping[str, int]
     unknown: Mapping[str, int]
     problems: tuple[Problem, ...]

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array
 from tribrach.job.lever_arms import known_lever_arm
-from tribrach.job.plan.scans import Place, precision_of
+from tribrach.job.plan.scans import ScannerPlace, precision_of
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Use
@@ -126,7 +126,7 @@ class PlannedLeverArm:
                 group=PLANNED,
             )
 
-    def measure_antennas(self, survey: Survey, stations: Mapping[str, Place]) -> None:
+    def measure_antennas(self, survey: Survey, stations: Mapping[str, ScannerPlace]) -> None:
         """Add the positions of the antennas on stations that carry one."""
         carrying = [name for name in stations if name in self.stations]
         if carrying:

@@ -25,7 +25,7 @@ from tribrach.simulate.sight_lines import SightLines, sight_lines
 if TYPE_CHECKING:
     from tribrach.project import Project
 
-__all__ = ["Place", "PlannedScans", "instrument_of", "precision_of"]
+__all__ = ["PlannedScans", "ScannerPlace", "instrument_of", "precision_of"]
 
 
 #: what scans of a plan are called as sources
@@ -33,7 +33,7 @@ _SOURCE = "planned scan"
 
 
 @dataclass(frozen=True)
-class Place:
+class ScannerPlace:
     """Where a scanner stands: position (3,) [m] and rotation (3, 3) world from scanner."""
 
     position: Array
@@ -79,7 +79,7 @@ class PlannedScans:
         bodies = [body.primitive() for body in project.plan.scene]
         self.scene = Scene.of(bodies) if bodies else None
 
-    def lines(self, stations: Mapping[str, Place], places: Array) -> SightLines:
+    def lines(self, stations: Mapping[str, ScannerPlace], places: Array) -> SightLines:
         """Lines of sight from stations (s,) to places (n, 3)."""
         origins = np.array([s.position for s in stations.values()]).reshape(-1, 3)
         return sight_lines(
@@ -91,7 +91,7 @@ class PlannedScans:
         )
 
     def seen(
-        self, stations: Mapping[str, Place], targets: Mapping[str, Array]
+        self, stations: Mapping[str, ScannerPlace], targets: Mapping[str, Array]
     ) -> NDArray[np.bool_]:
         """Which targets (n,) the stations (s,) see, (s, n), with the scans named in tables."""
         if not targets or not stations:
@@ -106,7 +106,7 @@ class PlannedScans:
     def add(
         self,
         survey: Survey,
-        stations: Mapping[str, Place],
+        stations: Mapping[str, ScannerPlace],
         targets: Mapping[str, Array],
         seen: NDArray[np.bool_],
     ) -> None:

@@ -9,11 +9,11 @@ import numpy as np
 from tribrach.network.adjustment import Adjustment
 from tribrach.report.content import Content, Observation
 
-__all__ = ["Sight", "sights_of"]
+__all__ = ["PlannedSight", "sights_of"]
 
 
 @dataclass(frozen=True)
-class Sight:
+class PlannedSight:
     """Everything observed from one place to another.
 
     length [m], azimuth and zenith [rad] between the positions; values : how many are observed;
@@ -32,7 +32,7 @@ class Sight:
     undetected: float | None
 
 
-def sights_of(content: Content, adjustment: Adjustment) -> tuple[Sight, ...]:
+def sights_of(content: Content, adjustment: Adjustment) -> tuple[PlannedSight, ...]:
     """Sights between positions of a predicted network, in the order of its observations."""
     layout, positions = adjustment.layout, adjustment.state.positions
     known = set(layout.names["point"]) | set(layout.names["pose"])
@@ -47,7 +47,7 @@ def sights_of(content: Content, adjustment: Adjustment) -> tuple[Sight, ...]:
         redundancies = [row.redundancy for row in rows if row.redundancy is not None]
         effects = [row.external for row in rows if row.external is not None]
         out.append(
-            Sight(
+            PlannedSight(
                 start,
                 end,
                 ", ".join(dict.fromkeys(row.kind.replace("_", " ") for row in rows)),

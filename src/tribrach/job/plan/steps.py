@@ -13,20 +13,20 @@ from dataclasses import dataclass, field
 from tribrach._types import Array, Progress
 from tribrach.job.plan.lever_arm import LeverArmForecast, forecast
 from tribrach.job.plan.survey import PlanSurvey, plan_of
-from tribrach.job.plan.work import PlanWork, Proposal, Relocation, Spare
+from tribrach.job.plan.work import DesignProposal, PlanWork, Relocation, Spare
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.network import Network
 from tribrach.network.survey import Survey
 from tribrach.planning.datum_choices import DatumChoice, compare_datums
 from tribrach.planning.prediction import Criterion, Figures, figures
-from tribrach.planning.weights import Precision, Sets
+from tribrach.planning.weights import RequiredPrecision, SetsByStation
 from tribrach.project import Project
 
-__all__ = ["Plan", "plan_project"]
+__all__ = ["DesignResult", "plan_project"]
 
 
 @dataclass(frozen=True)
-class Plan:
+class DesignResult:
     """Everything that planning found.
 
     network, adjustment : of the plan with its proposals; before, after : figures without and with
@@ -42,12 +42,12 @@ class Plan:
     adjustment: Adjustment
     before: Figures | None
     after: Figures
-    proposals: tuple[Proposal, ...] = ()
+    proposals: tuple[DesignProposal, ...] = ()
     relocations: tuple[Relocation, ...] = ()
     spares: tuple[Spare, ...] = ()
     datums: tuple[DatumChoice, ...] = ()
-    sets: Sets | None = None
-    precisions: tuple[Precision, ...] = ()
+    sets: SetsByStation | None = None
+    precisions: tuple[RequiredPrecision, ...] = ()
     single: Mapping[str, float] = field(default_factory=dict)
     places: Mapping[str, Array] = field(default_factory=dict)
     judged_at: tuple[str, ...] = ()
@@ -70,7 +70,7 @@ def plan_project(
     project: Project,
     further: Survey | None = None,
     progress: Progress = lambda what, done, total: None,
-) -> Plan:
+) -> DesignResult:
     """Plan a project; further : what scans of the project brought.
 
     Raises
@@ -100,7 +100,7 @@ def plan_project(
     # a lever arm is no place: it has no datum
     datums = [] if survey.arm is not None else compare_datums(work.network(), criterion)
     sets, precisions = work.weights(section.required)
-    return Plan(
+    return DesignResult(
         project.title,
         criterion,
         section.required,

@@ -20,7 +20,7 @@ from tribrach.io.survey.csv.planned import read_planned
 from tribrach.io.survey.csv.reader import Context
 from tribrach.job.calibrations import Calibrations
 from tribrach.job.plan.lever_arm import PlannedLeverArm
-from tribrach.job.plan.scans import Place, PlannedScans, instrument_of, precision_of
+from tribrach.job.plan.scans import PlannedScans, ScannerPlace, instrument_of, precision_of
 from tribrach.network.adjustment import adjust
 from tribrach.network.network import Network
 from tribrach.network.survey import Survey
@@ -83,7 +83,7 @@ class PlanSurvey:
         given = surveyed.points.items()
         self.known = {n for n, p in given if p.covariance is not None or not p.free.all()}
         self.known |= surveyed.named(GnssPositions, "position")
-        self.measured: dict[str, Place] = {}
+        self.measured: dict[str, ScannerPlace] = {}
         self._start = self._adjusted(surveyed)
         planned = self._planned_stations()
         self.stations = planned or dict(self.measured)
@@ -129,17 +129,17 @@ class PlanSurvey:
         layout, state = found.layout, found.state
         self.points |= dict(zip(layout.names["point"], state.points, strict=True))
         poses = zip(layout.names["pose"], state.pose_t, state.pose_r, strict=True)
-        self.measured = {name: Place(t, r) for name, t, r in poses}
+        self.measured = {name: ScannerPlace(t, r) for name, t, r in poses}
         return dict(zip(layout.names["scalar"], state.scalars, strict=True))
 
-    def _planned_stations(self) -> dict[str, Place]:
+    def _planned_stations(self) -> dict[str, ScannerPlace]:
         if self.plan.stations is None:
             if self.arm is None or self.measured:
                 return {}
             # the calibration of a lever arm needs one scanner, and nobody cares where
-            return {self.arm.stations[0]: Place(np.zeros(3), np.eye(3))}
+            return {self.arm.stations[0]: ScannerPlace(np.zeros(3), np.eye(3))}
         given = read_places(self.project.folder / self.plan.stations, self.context)
-        return {name: Place(xyz, np.eye(3)) for name, xyz in given.items()}
+        return {name: ScannerPlace(xyz, np.eye(3)) for name, xyz in given.items()}
 
     def _check_names(self) -> None:
         """Names are there, and mean one thing."""
@@ -175,7 +175,7 @@ class PlanSurvey:
     def survey(
         self,
         targets: Mapping[str, Array] | None = None,
-        stations: Mapping[str, Place] | None = None,
+        stations: Mapping[str, ScannerPlace] | None = None,
     ) -> Survey:
         """What is planned, with further targets and further stations."""
         out = Survey(site=self.context.frame.site)
@@ -201,7 +201,7 @@ class PlanSurvey:
             self.scans.add(out, further, targets, self.scans.seen(further, targets))
         return out
 
-    def _stand(self, survey: Survey, stations: Mapping[str, Place]) -> None:
+    def _stand(self, survey: Survey, stations: Mapping[str, ScannerPlace]) -> None:
         """Scanner stations with their places, levelled ones with their compensators."""
         for name, place in stations.items():
             survey.station(name, translation=place.position, rotation=place.rotation)
@@ -219,7 +219,7 @@ class PlanSurvey:
     def network(
         self,
         targets: Mapping[str, Array] | None = None,
-        stations: Mapping[str, Place] | None = None,
+        stations: Mapping[str, ScannerPlace] | None = None,
     ) -> Network:
         """The whole planned network, with further targets and stations.
 
@@ -255,7 +255,7 @@ class PlanSurvey:
         return self.project.model_copy(update={"stations": stations})
 
     def candidates(
-        self, targets: Mapping[str, Array], stations: Mapping[str, Place], base: Network
+        self, targets: Mapping[str, Array], stations: Mapping[str, ScannerPlace], base: Network
     ) -> Network | None:
         """Observations of targets or of stations that could come, with what they touch.
 
@@ -264,7 +264,9 @@ class PlanSurvey:
         out = Survey(site=self.context.frame.site)
         layout, start = base.start.layout, base.start
         present = {
-            n: Place(start.pose_t[layout.index("pose", n)], start.pose_r[layout.index("pose", n)])
+            n: ScannerPlace(
+                start.pose_t[layout.index("pose", n)], start.pose_r[layout.index("pose", n)]
+            )
             for n in layout.names["pose"]
         }
         for name, xyz in zip(layout.names["point"], start.points, strict=True):

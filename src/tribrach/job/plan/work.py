@@ -13,7 +13,7 @@ import numpy as np
 from tribrach._types import Array, Progress
 from tribrach.errors import InputError, NoStartValues, RankDefect
 from tribrach.job.plan.lever_arm import PLANNED
-from tribrach.job.plan.scans import Place
+from tribrach.job.plan.scans import ScannerPlace
 from tribrach.job.plan.survey import PlanSurvey, named, read_places
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.assembly import Assembly
@@ -22,14 +22,19 @@ from tribrach.planning.blocks import join
 from tribrach.planning.groups import coming, going, prospect_for
 from tribrach.planning.prediction import Criterion, fixed_datum, predict, with_parameters
 from tribrach.planning.search import Search, best_moves, propose
-from tribrach.planning.weights import Precision, Sets, needed_precision, needed_sets
+from tribrach.planning.weights import (
+    RequiredPrecision,
+    SetsByStation,
+    needed_precision,
+    needed_sets,
+)
 from tribrach.simulate.sight_lines import surface_places
 
-__all__ = ["PlanWork", "Proposal", "Relocation", "Spare"]
+__all__ = ["DesignProposal", "PlanWork", "Relocation", "Spare"]
 
 
 @dataclass(frozen=True)
-class Proposal:
+class DesignProposal:
     """A target or station that the plan should have, with the criterion before and after it."""
 
     sort: str
@@ -67,8 +72,8 @@ class PlanWork:
         self.survey, self.plan, self.progress = survey, survey.plan, progress
         self.criterion, self.named = criterion, criterion.names
         self.targets: dict[str, Array] = {}
-        self.stations: dict[str, Place] = {}
-        self.proposals: list[Proposal] = []
+        self.stations: dict[str, ScannerPlace] = {}
+        self.proposals: list[DesignProposal] = []
         self.single: dict[str, float] = {}
         self.judged_at: tuple[str, ...] = ()
         self.looked_at: dict[str, Array] = {}
@@ -119,9 +124,11 @@ class PlanWork:
             name = list(places)[int(np.argmax(seen))]
             self.stations[name] = places[name]
             place = places[name].position
-            self.proposals.append(Proposal("station", name, place, float("nan"), float("nan")))
+            self.proposals.append(
+                DesignProposal("station", name, place, float("nan"), float("nan"))
+            )
 
-    def _station_places(self) -> dict[str, Place]:
+    def _station_places(self) -> dict[str, ScannerPlace]:
         """Places where stations could be and are not."""
         if self.plan.station_places is None:
             return {}
@@ -135,7 +142,9 @@ class PlanWork:
                     cure="give the place another name",
                 )
         return {
-            name: Place(xyz, np.eye(3)) for name, xyz in places.items() if name not in self.stations
+            name: ScannerPlace(xyz, np.eye(3))
+            for name, xyz in places.items()
+            if name not in self.stations
         }
 
     def _target_places(self) -> dict[str, Array]:
@@ -181,7 +190,7 @@ class PlanWork:
         for pick, name in self._picked(search, list(places)):
             self.stations[name] = places[name]
             place = places[name].position
-            self.proposals.append(Proposal("station", name, place, pick[0], pick[1]))
+            self.proposals.append(DesignProposal("station", name, place, pick[0], pick[1]))
 
     def add_targets(self, count: int) -> None:
         """Propose up to so many targets."""
@@ -189,10 +198,10 @@ class PlanWork:
         search = self._search(places, {}, count, "targets")
         for pick, name in self._picked(search, list(places)):
             self.targets[name] = places[name]
-            self.proposals.append(Proposal("target", name, places[name], pick[0], pick[1]))
+            self.proposals.append(DesignProposal("target", name, places[name], pick[0], pick[1]))
 
     def _search(
-        self, targets: dict[str, Array], stations: dict[str, Place], count: int, what: str
+        self, targets: dict[str, Array], stations: dict[str, ScannerPlace], count: int, what: str
     ) -> Search | None:
         names = [*targets, *stations]
         if not names:
@@ -295,7 +304,9 @@ class PlanWork:
             for k, value in zip(blocks.number, scores.value, strict=True)
         )
 
-    def weights(self, required: float | None) -> tuple[Sets | None, tuple[Precision, ...]]:
+    def weights(
+        self, required: float | None
+    ) -> tuple[SetsByStation | None, tuple[RequiredPrecision, ...]]:
         """Sets and sigmas that the requirement takes."""
         if required is None:
             return None, ()

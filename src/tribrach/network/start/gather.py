@@ -21,9 +21,9 @@ from tribrach.network.start.ties import (
     Links,
     Rays,
     Rises,
-    Shots,
-    Table,
+    ScannerShots,
     Ties,
+    TieTable,
     Vectors,
     Zeniths,
 )
@@ -53,19 +53,19 @@ class Collector:
         self.levelling = np.full((self.n_poses, 3, 3), np.nan)
         self.north: list[tuple[Index, Index, Array]] = []
         index, number, triple = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((0, 3))
-        self.parts: dict[type[Table], list[Any]] = {
+        self.parts: dict[type[TieTable], list[Any]] = {
             Rays: [Rays(index, index, index, number)],
             Lengths: [Lengths(index, index, number, number, number)],
             Rises: [Rises(index, index, number)],
             Zeniths: [Zeniths(index, index, number, number)],
             Vectors: [Vectors(index, index, triple)],
-            Shots: [Shots(index, index, triple)],
+            ScannerShots: [ScannerShots(index, index, triple)],
             Links: [Links(index, index, triple, np.zeros((0, 3, 3)))],
             Faces: [Faces(index, index, triple, number)],
             Fixes: [Fixes(index, triple)],
         }
 
-    def add(self, part: Table) -> None:
+    def add(self, part: TieTable) -> None:
         """One more part of a table."""
         self.parts[type(part)].append(part)
 
@@ -214,16 +214,16 @@ def _antennas(c: Collector, o: Any, rows: Index) -> None:
     nodes = c.n_nodes + np.arange(len(rows))
     c.n_nodes += len(rows)
     c.add(Fixes(nodes, o.values[rows]))
-    c.add(Shots(o.station[rows], nodes, c.vectors[o.lever_arm[rows]]))
+    c.add(ScannerShots(o.station[rows], nodes, c.vectors[o.lever_arm[rows]]))
 
 
 def _mounted(c: Collector, o: Any, rows: Index) -> None:
     """What is mounted on a scanner is a target of it."""
-    c.add(Shots(o.station[rows], o.point[rows], c.vectors[o.lever_arm[rows]]))
+    c.add(ScannerShots(o.station[rows], o.point[rows], c.vectors[o.lever_arm[rows]]))
 
 
 def _target_centres(c: Collector, o: Any, rows: Index) -> None:
-    c.add(Shots(o.station[rows], o.target[rows], o.values[rows]))
+    c.add(ScannerShots(o.station[rows], o.target[rows], o.values[rows]))
 
 
 def _xyz(r: Array, around: Array, elevation: Array) -> Array:
@@ -233,7 +233,7 @@ def _xyz(r: Array, around: Array, elevation: Array) -> Array:
 
 def _scanner_polar(c: Collector, o: Any, rows: Index) -> None:
     r, around, zenith = o.values[rows].T
-    c.add(Shots(o.station[rows], o.target[rows], _xyz(r, around, np.pi / 2 - zenith)))
+    c.add(ScannerShots(o.station[rows], o.target[rows], _xyz(r, around, np.pi / 2 - zenith)))
 
 
 def _inclinations(c: Collector, o: Any, rows: Index) -> None:
@@ -302,7 +302,7 @@ class _FrameSights:
         u[:, 2] -= sheet[:, cls.columns]
         good = np.isfinite(u).all(axis=1)
         station, target = np.divmod(pairs[good], c.n_nodes)
-        c.add(Shots(station, target, u[good]))
+        c.add(ScannerShots(station, target, u[good]))
 
     @staticmethod
     def _cell(o: Any, rows: Index) -> Index:
@@ -376,7 +376,7 @@ def _ties(c: Collector) -> Ties:
         rises=Rises.joined([c.table(Rises), rises]),
         zeniths=zeniths,
         vectors=c.table(Vectors),
-        shots=c.table(Shots),
+        shots=c.table(ScannerShots),
         links=c.table(Links),
         faces=c.table(Faces),
         fixes=c.table(Fixes),
@@ -419,7 +419,7 @@ def _reduce(lengths: Lengths, zeniths: Zeniths, curvature: float) -> tuple[Lengt
 
 def _levelled_shots(c: Collector) -> None:
     """Shots of levelled scanners are also rays, lengths and rises."""
-    shots = c.table(Shots)
+    shots = c.table(ScannerShots)
     shots = shots[np.isfinite(c.levelling[shots.pose, 0, 0])]
     if len(shots) == 0:
         return

@@ -14,7 +14,7 @@ from tribrach.errors import InputError
 from tribrach.geometry.alignment import kabsch
 from tribrach.network.start.frame import Frame
 from tribrach.network.start.space import placed_poses
-from tribrach.network.start.ties import Table
+from tribrach.network.start.ties import TieTable
 from tribrach.observations.unknowns import Layout, State
 
 __all__ = ["missing_ties"]
@@ -65,7 +65,7 @@ def _tables(f: Frame) -> list[tuple[str, Index, Index]]:
     # rays, lengths and rises of levelled scanners are their shots once more
     of_pose = (t.lengths.start >= t.n_points) & np.isin(t.lengths.start, shot)
     length, rise = t.lengths[~of_pose], t.rises[~np.isin(t.rises.start, shot)]
-    parts: list[tuple[str, Table]] = [
+    parts: list[tuple[str, TieTable]] = [
         ("direction", t.rays[free]),
         ("angle", t.rays[angles]),
         ("azimuth", t.rays[north]),

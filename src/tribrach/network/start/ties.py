@@ -35,8 +35,8 @@ __all__ = [
     "Links",
     "Rays",
     "Rises",
-    "Shots",
-    "Table",
+    "ScannerShots",
+    "TieTable",
     "Ties",
     "Vectors",
     "Zeniths",
@@ -44,7 +44,7 @@ __all__ = [
 
 
 @dataclass(frozen=True)
-class Table:
+class TieTable:
     """Columns of equal length."""
 
     def __len__(self) -> int:
@@ -62,7 +62,7 @@ class Table:
 
 
 @dataclass(frozen=True)
-class Rays(Table):
+class Rays(TieTable):
     """``azimuth(start, end) = orientation[set] + reading`` clockwise from north."""
 
     set: Index
@@ -72,7 +72,7 @@ class Rays(Table):
 
 
 @dataclass(frozen=True)
-class Lengths(Table):
+class Lengths(TieTable):
     """Distances with ``value^2 = plan^2 + (up_end - up_start + lift)^2``.
 
     flat : the horizontal distance where it is known by itself, NaN elsewhere; lift: height of
@@ -87,7 +87,7 @@ class Lengths(Table):
 
 
 @dataclass(frozen=True)
-class Rises(Table):
+class Rises(TieTable):
     """``up_end - up_start = value``."""
 
     start: Index
@@ -96,7 +96,7 @@ class Rises(Table):
 
 
 @dataclass(frozen=True)
-class Zeniths(Table):
+class Zeniths(TieTable):
     """``up_end - up_start = plan distance * slope - lift``, slope the cotangent of the zenith."""
 
     start: Index
@@ -106,7 +106,7 @@ class Zeniths(Table):
 
 
 @dataclass(frozen=True)
-class Vectors(Table):
+class Vectors(TieTable):
     """``x_end - x_start = value`` (n, 3) in the work frame."""
 
     start: Index
@@ -115,7 +115,7 @@ class Vectors(Table):
 
 
 @dataclass(frozen=True)
-class Shots(Table):
+class ScannerShots(TieTable):
     """``x_target = R_pose u + t_pose`` with u (n, 3) in the scanner frame."""
 
     pose: Index
@@ -124,7 +124,7 @@ class Shots(Table):
 
 
 @dataclass(frozen=True)
-class Links(Table):
+class Links(TieTable):
     """``R_second = R_first turn``, ``t_second = t_first + R_first shift``."""
 
     first: Index
@@ -134,7 +134,7 @@ class Links(Table):
 
 
 @dataclass(frozen=True)
-class Faces(Table):
+class Faces(TieTable):
     """Plane ``normal . u = offset`` in a scanner frame."""
 
     pose: Index
@@ -144,7 +144,7 @@ class Faces(Table):
 
 
 @dataclass(frozen=True)
-class Fixes(Table):
+class Fixes(TieTable):
     """Coordinates (n, 3) of nodes in the work frame, NaN where not observed."""
 
     node: Index
@@ -171,7 +171,7 @@ class Ties:
     rises: Rises
     zeniths: Zeniths
     vectors: Vectors
-    shots: Shots
+    shots: ScannerShots
     links: Links
     faces: Faces
     fixes: Fixes

@@ -22,7 +22,7 @@ from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import exp
 from tribrach.registration.clouds.surfels import Surfels
 
-__all__ = ["GATES", "Alignment", "Indexed", "Matches", "align", "matched"]
+__all__ = ["GATES", "FineAlignment", "Indexed", "Matches", "align", "matched"]
 
 
 #: limits of the residuals, one after the other [m]
@@ -86,7 +86,7 @@ class Matches:
 
 
 @dataclass(frozen=True, eq=False)
-class Alignment:
+class FineAlignment:
     """The pose of b in a, its matches within the last gate [m], and whether it settled."""
 
     pose: Pose
@@ -103,7 +103,7 @@ class Alignment:
 
 def align(
     a: Indexed, b: Indexed, start: Pose, gates: Sequence[float] = GATES, steps: int = _STEPS
-) -> Alignment:
+) -> FineAlignment:
     """Move b onto a from a pose within the first gate or so of the true one."""
     pose, settled = start, False
     pairs = _Pairs(a, b)
@@ -123,7 +123,7 @@ def align(
     pairs.most = None
     pairs.look_up(pose, gate, anew=True)
     found = pairs.matches(pose)
-    return Alignment(pose, found.subset(np.abs(found.residual) < gate), gate, settled)
+    return FineAlignment(pose, found.subset(np.abs(found.residual) < gate), gate, settled)
 
 
 def matched(a: Indexed, b: Indexed, pose: Pose, gate: float) -> Matches:

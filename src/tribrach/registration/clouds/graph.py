@@ -26,7 +26,7 @@ from tribrach.statistics import chi2
 __all__ = [
     "CloudEdge",
     "Consistency",
-    "Loop",
+    "StationLoop",
     "consistent",
     "groups",
     "loops",
@@ -64,7 +64,7 @@ class CloudEdge:
 
 
 @dataclass(frozen=True, eq=False)
-class Loop:
+class StationLoop:
     """What is left around a loop of stations: shift [m], turn [rad], their test.
 
     shift_sigma, turn_sigma : predicted for them (of the length of three components).
@@ -101,7 +101,7 @@ class Consistency:
 
     used: tuple[CloudEdge, ...]
     dropped: tuple[CloudEdge, ...]
-    loops: tuple[Loop, ...]
+    loops: tuple[StationLoop, ...]
     sentences: tuple[str, ...]
 
 
@@ -131,14 +131,14 @@ def consistent(edges: Sequence[CloudEdge]) -> Consistency:
         dropped += doubtful
 
 
-def _standing(edge: CloudEdge, among: Sequence[Loop]) -> tuple[int, int]:
+def _standing(edge: CloudEdge, among: Sequence[StationLoop]) -> tuple[int, int]:
     """Closed loops, less open ones: the less, the more doubtful."""
     mine = [loop for loop in among if any(edge is e for e in loop.edges)]
     closed = sum(loop.closes for loop in mine)
     return closed - (len(mine) - closed), closed
 
 
-def loops(edges: Sequence[CloudEdge]) -> list[Loop]:
+def loops(edges: Sequence[CloudEdge]) -> list[StationLoop]:
     """All triangles, and of edges in none of them the shortest loops."""
     by_ends = {e.ends: e for e in edges}
     out, covered = [], set()
@@ -179,7 +179,7 @@ def _shortest(edges: Sequence[CloudEdge], start: str, end: str) -> list[str]:
     return path[::-1]
 
 
-def _closed(stations: tuple[str, ...], edges: Sequence[CloudEdge]) -> Loop:
+def _closed(stations: tuple[str, ...], edges: Sequence[CloudEdge]) -> StationLoop:
     """The loop over edges that follow each other; errors are carried to the first station.
 
     An edge's error moves points X of its first frame by dt + w x (X - t), with w = R w_right.
@@ -200,7 +200,7 @@ def _closed(stations: tuple[str, ...], edges: Sequence[CloudEdge]) -> Loop:
         move[3:, 3:] = turn
         covariance += move @ edge.covariance @ move.T
     closure = np.concatenate([pose.translation, log(pose.rotation)])
-    return Loop(
+    return StationLoop(
         stations,
         tuple(edges),
         float(np.linalg.norm(closure[:3])),

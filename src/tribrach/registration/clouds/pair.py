@@ -15,7 +15,7 @@ import numpy as np
 
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import log
-from tribrach.registration.clouds.fine import GATES, Alignment, Indexed, align
+from tribrach.registration.clouds.fine import GATES, FineAlignment, Indexed, align
 from tribrach.registration.clouds.prepared import PreparedScan
 from tribrach.registration.clouds.relative_covariance import (
     FLOOR,
@@ -26,7 +26,7 @@ from tribrach.registration.clouds.starts import kiss_pose, plan_poses
 from tribrach.registration.clouds.surfels import Surfels
 from tribrach.registration.clouds.verdict import Verdict, judge
 
-__all__ = ["CloudPair", "Fit", "register_pair"]
+__all__ = ["CloudPair", "PairFit", "register_pair"]
 
 # Poses that may be right: moved to where they fit best, judged, doubles put together.
 
@@ -204,10 +204,10 @@ _FITTED, _FITTED_ALIKE = 5, 2
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class PairFit:
     """A candidate with all surfels: alignment, its covariance, its verdict; origin : proposer."""
 
-    alignment: Alignment
+    alignment: FineAlignment
     precision: RelativeCovariance
     verdict: Verdict
     origin: str
@@ -228,8 +228,8 @@ class CloudPair:
 
     a: str
     b: str
-    fit: Fit | None
-    rivals: tuple[Fit, ...]
+    fit: PairFit | None
+    rivals: tuple[PairFit, ...]
     sentences: tuple[str, ...]
 
 
@@ -283,9 +283,9 @@ def _fits(
     b: PreparedScan,
     proposed: Sequence[tuple[Pose, str]],
     floor: tuple[float, float],
-) -> list[Fit]:
+) -> list[PairFit]:
     """Proposals with all surfels, those with enough overlap, the best first."""
-    fits: list[Fit] = []
+    fits: list[PairFit] = []
     for c in judged(a, b, proposed):
         alike = sum(_alike(f, c.pose) for f in fits)
         wanted = len(fits) < _FITTED and alike < _FITTED_ALIKE
@@ -297,7 +297,7 @@ def _fits(
 
 def _fitted(
     a: PreparedScan, b: PreparedScan, c: Candidate, floor: tuple[float, float]
-) -> Fit | None:
+) -> PairFit | None:
     """A candidate with some of the fine surfels; None if hardly any match."""
     found = align(a.some, b.some, c.pose)
     if len(found.matches) < 50:
@@ -305,10 +305,12 @@ def _fitted(
     precision = relative_covariance(a.some, b.some, found, floor)
     tolerance = max(_LEAST_TIGHT, _TIGHT * found.rms)
     verdict = judge(a.some, b.some, (a.view, b.view), found.pose, tolerance)
-    return Fit(found, precision, verdict, c.origin)
+    return PairFit(found, precision, verdict, c.origin)
 
 
-def _with_all(a: PreparedScan, b: PreparedScan, fit: Fit, floor: tuple[float, float]) -> Fit:
+def _with_all(
+    a: PreparedScan, b: PreparedScan, fit: PairFit, floor: tuple[float, float]
+) -> PairFit:
     """The chosen one with all surfels."""
     if a.some is a.fine and b.some is b.fine:
         return fit
@@ -331,12 +333,12 @@ def _consistent(v: Verdict) -> bool:
     return v.consistency >= _CONSISTENT and v.surely_through <= allowed
 
 
-def _rivals(best: Fit, others: Sequence[Fit]) -> list[Fit]:
+def _rivals(best: PairFit, others: Sequence[PairFit]) -> list[PairFit]:
     """Fits at other places that the evidence does not exclude."""
     return [f for f in others if not _alike(best, f.pose) and not _excluded(best, f)]
 
 
-def _excluded(best: Fit, other: Fit) -> bool:
+def _excluded(best: PairFit, other: PairFit) -> bool:
     """Is clearly less seen, or clearly more seen through?"""
     clean = _clearly_more(best.verdict.through, other.verdict.through)
     if other.verdict.agree < (_CLEAN_RIVAL if clean else _RIVAL) * best.verdict.agree:
@@ -350,13 +352,13 @@ def _clearly_more(one: float, two: float) -> bool:
     return more - less > _SIGMAS * float(np.sqrt(more + less + 1.0))
 
 
-def _nearest(fits: Sequence[Fit], prior: Pose) -> Fit:
+def _nearest(fits: Sequence[PairFit], prior: Pose) -> PairFit:
     """Of the best fit and those that differ from it only where nothing holds, the nearest."""
     alike = [f for f in fits if f is fits[0] or _alike(fits[0], f.pose)]
     return min(alike, key=lambda f: apart(f.pose, prior)[0])
 
 
-def _alike(one: Fit, pose: Pose) -> bool:
+def _alike(one: PairFit, pose: Pose) -> bool:
     """Does a pose differ from a fit only along directions that nothing holds?"""
     middle, lever = one.precision.middle, one.precision.lever
     moved = pose @ (one.pose.inverse @ middle) - middle
@@ -380,7 +382,7 @@ def _no_overlap(a: str, b: str) -> str:
     )
 
 
-def _contradicted(a: str, b: str, best: Fit) -> str:
+def _contradicted(a: str, b: str, best: PairFit) -> str:
     v = best.verdict
     share = v.through / max(v.agree, 1e-9)
     return (
@@ -390,7 +392,7 @@ def _contradicted(a: str, b: str, best: Fit) -> str:
     )
 
 
-def _ambiguous(a: str, b: str, best: Fit, rivals: Sequence[Fit]) -> str:
+def _ambiguous(a: str, b: str, best: PairFit, rivals: Sequence[PairFit]) -> str:
     shift, turn = apart(best.pose, rivals[0].pose)
     count = len(rivals) + 1
     return (

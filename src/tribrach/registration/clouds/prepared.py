@@ -17,9 +17,9 @@ from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import exp
 from tribrach.registration.clouds.fine import Indexed
-from tribrach.registration.clouds.surfels import Cells, CellSum, Surfels, coarser, surfels_of
+from tribrach.registration.clouds.surfels import CellSum, CubeSums, Surfels, coarser, surfels_of
 
-__all__ = ["AT_SURFACE", "BEHIND", "SEEN_THROUGH", "UNSEEN", "PreparedScan", "View", "prepare"]
+__all__ = ["AT_SURFACE", "BEHIND", "SEEN_THROUGH", "UNSEEN", "PreparedScan", "RangeView", "prepare"]
 
 # How far did a scanner see in every direction? What lies nearer there was not in its way.
 #
@@ -42,7 +42,7 @@ _ENOUGH = 6.0
 UNSEEN, BEHIND, AT_SURFACE, SEEN_THROUGH = 0, 1, 2, 3
 
 
-class View:
+class RangeView:
     """Ranges that are filled with chunks of points: ``nearest`` and ``farthest`` (r, 2 r) [m]."""
 
     def __init__(self) -> None:
@@ -151,7 +151,7 @@ class PreparedScan:
     fine: Indexed
     some: Indexed
     coarse: Indexed
-    view: View
+    view: RangeView
 
     @property
     def radius(self) -> float:
@@ -166,7 +166,7 @@ def prepare(name: str, chunks: Iterable[Array], size: float = FINE) -> PreparedS
     ------
     InputError : too few points, or no surfaces among them.
     """
-    total, view, cubes = 0, View(), CellSum(size)
+    total, view, cubes = 0, RangeView(), CellSum(size)
     for xyz in chunks:
         cubes.add(_ASKEW @ xyz)
         view.add(xyz)
@@ -195,6 +195,6 @@ def prepare(name: str, chunks: Iterable[Array], size: float = FINE) -> PreparedS
     return PreparedScan(name, total, whole, some, Indexed.of(coarse), view)
 
 
-def _upright(cells: Cells, merges: int) -> Surfels:
+def _upright(cells: CubeSums, merges: int) -> Surfels:
     """Surfels of cubes that stand askew, in the scanner's frame."""
     return surfels_of(cells, merges).placed(_ASKEW.inverse)

@@ -25,7 +25,7 @@ from scipy.linalg import eigh
 from tribrach._types import Array
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import skew
-from tribrach.registration.clouds.fine import Alignment, Indexed, Matches
+from tribrach.registration.clouds.fine import FineAlignment, Indexed, Matches
 from tribrach.units import SEC
 
 __all__ = ["FLOOR", "RelativeCovariance", "relative_covariance"]
@@ -92,7 +92,7 @@ class RelativeCovariance:
 
 
 def relative_covariance(
-    a: Indexed, b: Indexed, found: Alignment, floor: tuple[float, float] = FLOOR
+    a: Indexed, b: Indexed, found: FineAlignment, floor: tuple[float, float] = FLOOR
 ) -> RelativeCovariance:
     """Covariance of an alignment with at least ten matches.
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from tribrach._types import Array, Index
 from tribrach.geometry.pose import Pose
 
-__all__ = ["CellSum", "Cells", "Surfels", "coarser", "surfels_of"]
+__all__ = ["CellSum", "CubeSums", "Surfels", "coarser", "surfels_of"]
 
 # Points of a scan summed up in cubes, chunk by chunk: counts, first and second moments.
 #
@@ -47,7 +47,7 @@ _ROOM = 1 << 14
 
 
 @dataclass(frozen=True, eq=False)
-class Cells:
+class CubeSums:
     """Cubes of ``size`` [m]: keys (m,) that hold their three numbers, moments (m, 10)."""
 
     size: float
@@ -63,9 +63,9 @@ class Cells:
         numbers = np.stack([self.keys >> (2 * _BITS), self.keys >> _BITS, self.keys], axis=1)
         return np.asarray(((numbers & _MASK) - _HALF + 0.5) * self.size, dtype=np.float64)
 
-    def subset(self, chosen: NDArray[np.bool_] | Index) -> Cells:
+    def subset(self, chosen: NDArray[np.bool_] | Index) -> CubeSums:
         """Some of the cubes, by a mask (m,) or indices."""
-        return Cells(self.size, self.keys[chosen], self.moments[chosen])
+        return CubeSums(self.size, self.keys[chosen], self.moments[chosen])
 
 
 class CellSum:
@@ -79,7 +79,7 @@ class CellSum:
         self._keys: Index = np.empty(0, dtype=np.int64)
         self._moments: Array = np.zeros((0, MOMENTS))
         self._table: Index = np.empty(0, dtype=np.int64)
-        self._restart(Cells(size, np.empty(0, dtype=np.int64), np.zeros((0, MOMENTS))))
+        self._restart(CubeSums(size, np.empty(0, dtype=np.int64), np.zeros((0, MOMENTS))))
 
     def add(self, xyz: Array) -> None:
         """Add points (n, 3) [m]; not finite or beyond 500,000 cubes they are left out."""
@@ -95,12 +95,12 @@ class CellSum:
                 self._restart(coarser(self.cells))
 
     @property
-    def cells(self) -> Cells:
+    def cells(self) -> CubeSums:
         """The cubes so far."""
         n = self._count
-        return Cells(self.size, self._keys[:n].copy(), self._moments[:n].copy())
+        return CubeSums(self.size, self._keys[:n].copy(), self._moments[:n].copy())
 
-    def _restart(self, cells: Cells) -> None:
+    def _restart(self, cells: CubeSums) -> None:
         """Go on from cubes with room for as many again."""
         self.size, self._count = cells.size, len(cells)
         room = max(_ROOM, 2 * len(cells))
@@ -110,9 +110,9 @@ class CellSum:
         _enter(self._keys, self._count, self._table)
 
 
-def coarser(cells: Cells) -> Cells:
+def coarser(cells: CubeSums) -> CubeSums:
     """Cubes of twice the size with the same points."""
-    return Cells(2 * cells.size, *_merged(cells.keys, cells.moments, cells.size))
+    return CubeSums(2 * cells.size, *_merged(cells.keys, cells.moments, cells.size))
 
 
 @njit(cache=True, nogil=True)
@@ -291,7 +291,7 @@ class Surfels:
         return replace(some, stands_for=self.stands_for * len(self) / most)
 
 
-def surfels_of(cells: Cells, merges: int = _MERGES, viewpoint: Array | None = None) -> Surfels:
+def surfels_of(cells: CubeSums, merges: int = _MERGES, viewpoint: Array | None = None) -> Surfels:
     """Surfels of the cubes of a scan.
 
     viewpoint (3,) : where the normals look, the origin if None.
@@ -312,7 +312,7 @@ def surfels_of(cells: Cells, merges: int = _MERGES, viewpoint: Array | None = No
     return Surfels(center, normal, count, thickness, width, size)
 
 
-def _planes(cells: Cells, eye: Array) -> tuple[tuple[Array, ...], NDArray[np.bool_]]:
+def _planes(cells: CubeSums, eye: Array) -> tuple[tuple[Array, ...], NDArray[np.bool_]]:
     """Columns of the surfels of cubes with enough points, and which of them are flat."""
     table = _fitted(cells.moments)
     center = cells.middles + table[:, :3]

@@ -13,7 +13,7 @@ import numpy as np
 
 from tribrach.geometry.pose import Pose
 from tribrach.registration.clouds.fine import Indexed
-from tribrach.registration.clouds.prepared import AT_SURFACE, SEEN_THROUGH, View
+from tribrach.registration.clouds.prepared import AT_SURFACE, SEEN_THROUGH, RangeView
 
 __all__ = ["Verdict", "judge"]
 
@@ -66,7 +66,7 @@ class Verdict:
 
 
 def judge(
-    a: Indexed, b: Indexed, views: tuple[View, View], pose: Pose, tolerance: float
+    a: Indexed, b: Indexed, views: tuple[RangeView, RangeView], pose: Pose, tolerance: float
 ) -> Verdict:
     """The verdict on a pose of b in a; tolerance : of the distance along normals [m]."""
     one = _direction(a, b, views[0], pose, tolerance)
@@ -78,7 +78,7 @@ def judge(
 
 
 def _direction(
-    there: Indexed, here: Indexed, view: View, pose: Pose, tolerance: float
+    there: Indexed, here: Indexed, view: RangeView, pose: Pose, tolerance: float
 ) -> tuple[float, ...]:
     """Areas of ``here`` that agree, stand and agree, are seen through, are missed; pieces."""
     s, t = here.surfels, there.surfels

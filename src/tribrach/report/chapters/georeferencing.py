@@ -9,12 +9,19 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.network.adjustment import Adjustment
-from tribrach.network.site_accuracy import Session, SiteAccuracy, sessions, site_accuracy
+from tribrach.network.site_accuracy import CommonShift, SiteAccuracy, sessions, site_accuracy
 from tribrach.observations.base import Use
 from tribrach.report.chapter import Chapter
 from tribrach.report.content import Content
 from tribrach.report.style import Style
-from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
+from tribrach.report.tables import (
+    Cell,
+    ColumnHead,
+    ReportTable,
+    build_table,
+    number_cell,
+    text_cell,
+)
 from tribrach.units import SEC
 
 if TYPE_CHECKING:
@@ -68,7 +75,7 @@ def _check_rmse(content: Content) -> tuple[int, Array] | None:
 
 
 def _rests_on(
-    content: Content, project: Project, adjustment: Adjustment, common: list[Session]
+    content: Content, project: Project, adjustment: Adjustment, common: list[CommonShift]
 ) -> list[str]:
     """What fixes the site, and in which system."""
     gnss = _active(adjustment, "gnss_position", "antenna")
@@ -121,7 +128,7 @@ def _mm(values: Array) -> str:
     )
 
 
-def _words(found: SiteAccuracy, common: list[Session], free: bool) -> list[str]:
+def _words(found: SiteAccuracy, common: list[CommonShift], free: bool) -> list[str]:
     """Absolute and relative in words."""
     a, b = found.worst_names
     relative = (
@@ -161,7 +168,7 @@ def _checked(check: tuple[int, Array] | None) -> str:
     return f"independent of that, {points} by {_mm(rmse)} (root mean square)"
 
 
-def _rows(found: SiteAccuracy, common: list[Session], free: bool) -> list[_Row]:
+def _rows(found: SiteAccuracy, common: list[CommonShift], free: bool) -> list[_Row]:
     def row(what: str, sigma: Array, remark: str) -> _Row:
         return _Row(what, (float(sigma[0]), float(sigma[1]), float(sigma[2])), remark)
 
@@ -180,12 +187,12 @@ def _rows(found: SiteAccuracy, common: list[Session], free: bool) -> list[_Row]:
     ]
 
 
-def _table(rows: list[_Row], style: Style, posterior: bool) -> Table:
-    def axis(k: int, name: str) -> tuple[Column, Any]:
+def _table(rows: list[_Row], style: Style, posterior: bool) -> ReportTable:
+    def axis(k: int, name: str) -> tuple[ColumnHead, Any]:
         def cell(row: _Row) -> Cell:
             return number_cell(row.sigma[k], style.small(row.sigma[k], "m"))
 
-        return Column(f"σ {name}", "mm"), cell
+        return ColumnHead(f"σ {name}", "mm"), cell
 
     origin = "a posteriori" if posterior else "a priori"
     note = (
@@ -193,15 +200,15 @@ def _table(rows: list[_Row], style: Style, posterior: bool) -> Table:
         "to all places and shows in no residual; what is relative is what matters within the site."
     )
     columns = [
-        (Column("Accuracy", numeric=False), lambda row: text_cell(row.what)),
+        (ColumnHead("Accuracy", numeric=False), lambda row: text_cell(row.what)),
         *(axis(k, name) for k, name in enumerate(("E", "N", "U"))),
-        (Column("of", numeric=False), lambda row: text_cell(row.remark)),
+        (ColumnHead("of", numeric=False), lambda row: text_cell(row.remark)),
     ]
     return build_table("georeferencing", "Absolute and relative accuracy", note, rows, columns)
 
 
 def _data(
-    found: SiteAccuracy, common: list[Session], check: tuple[int, Array] | None, free: bool
+    found: SiteAccuracy, common: list[CommonShift], check: tuple[int, Array] | None, free: bool
 ) -> dict[str, Any]:
     absolute = {
         "shift": found.shift.tolist(),

@@ -10,7 +10,7 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.gnss.baseline import Baseline
-from tribrach.gnss.loops import Loop
+from tribrach.gnss.loops import BaselineLoop
 from tribrach.gnss.orbits import calendar
 from tribrach.gnss.sessions import SessionResult
 from tribrach.job.gnss_loops import BaselineSet, baselines_of, epoch_sentences, loops_of
@@ -21,7 +21,14 @@ from tribrach.report.figures import new_figure
 from tribrach.report.gnss_result import baseline_facts
 from tribrach.report.page import picture
 from tribrach.report.scan_content import Picture
-from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
+from tribrach.report.tables import (
+    Cell,
+    ColumnHead,
+    ReportTable,
+    build_table,
+    number_cell,
+    text_cell,
+)
 
 __all__ = ["gnss_chapter"]
 
@@ -152,7 +159,7 @@ def _session_sentences(sessions: Sequence[SessionResult]) -> list[str]:
     return out
 
 
-def _loop_sentences(found: BaselineSet, loops: Sequence[Loop]) -> list[str]:
+def _loop_sentences(found: BaselineSet, loops: Sequence[BaselineLoop]) -> list[str]:
     if not loops:
         return ["The baselines close no loop: nothing checks them."]
     basis = [loop for loop in loops if loop.independent]
@@ -183,7 +190,7 @@ def _loop_sentences(found: BaselineSet, loops: Sequence[Loop]) -> list[str]:
     return out
 
 
-def _loop_warnings(found: BaselineSet, loops: Sequence[Loop]) -> list[str]:
+def _loop_warnings(found: BaselineSet, loops: Sequence[BaselineLoop]) -> list[str]:
     bad = sorted((loop for loop in loops if not loop.passes), key=lambda loop: -loop.statistic)
     # a share of the tests fails by chance: only closures far beyond are worth a warning
     far = [loop for loop in bad if loop.statistic > 2 * loop.limit]
@@ -197,7 +204,7 @@ def _loop_warnings(found: BaselineSet, loops: Sequence[Loop]) -> list[str]:
     return words
 
 
-def _path(found: BaselineSet, loop: Loop) -> str:
+def _path(found: BaselineSet, loop: BaselineLoop) -> str:
     return "-".join(found.names[k] for k in (*loop.points, loop.points[0]))
 
 
@@ -213,15 +220,15 @@ def _number(value: float, digits: int) -> Cell:
     return number_cell(value, f"{value:.{digits}f}")
 
 
-def _session_table(sessions: Sequence[SessionResult]) -> Table:
-    columns: list[tuple[Column, Callable[[SessionResult], Cell]]] = [
-        (Column("Session", numeric=False), lambda s: text_cell(s.name)),
-        (Column("Points", numeric=False), lambda s: text_cell(", ".join(_points(s)))),
-        (Column("start", numeric=False), lambda s: text_cell(calendar(_span(s)[0]))),
-        (Column("end", numeric=False), lambda s: text_cell(calendar(_span(s)[1]))),
-        (Column("interval", "s"), lambda s: _number(s.baselines[0].interval, 0)),
-        (Column("baselines"), lambda s: _number(len(s.baselines), 0)),
-        (Column("systems", numeric=False), lambda s: text_cell(s.baselines[0].systems)),
+def _session_table(sessions: Sequence[SessionResult]) -> ReportTable:
+    columns: list[tuple[ColumnHead, Callable[[SessionResult], Cell]]] = [
+        (ColumnHead("Session", numeric=False), lambda s: text_cell(s.name)),
+        (ColumnHead("Points", numeric=False), lambda s: text_cell(", ".join(_points(s)))),
+        (ColumnHead("start", numeric=False), lambda s: text_cell(calendar(_span(s)[0]))),
+        (ColumnHead("end", numeric=False), lambda s: text_cell(calendar(_span(s)[1]))),
+        (ColumnHead("interval", "s"), lambda s: _number(s.baselines[0].interval, 0)),
+        (ColumnHead("baselines"), lambda s: _number(len(s.baselines), 0)),
+        (ColumnHead("systems", numeric=False), lambda s: text_cell(s.baselines[0].systems)),
     ]
     note = "Times are those of the files, GPS time unless they say otherwise."
     return build_table("gnss-sessions", "GNSS sessions", note, sessions, columns)
@@ -235,27 +242,30 @@ def _span(session: SessionResult) -> tuple[float, float]:
     return min(b.start for b in session.baselines), max(b.end for b in session.baselines)
 
 
-def _baseline_table(sessions: Sequence[SessionResult]) -> Table:
+def _baseline_table(sessions: Sequence[SessionResult]) -> ReportTable:
     Row = tuple[SessionResult, Baseline]  # noqa: N806  a local name of a type
-    columns: list[tuple[Column, Callable[[Row], Cell]]] = [
-        (Column("From", numeric=False), lambda r: text_cell(r[1].names[0])),
-        (Column("To", numeric=False), lambda r: text_cell(r[1].names[1])),
-        (Column("Session", numeric=False), lambda r: text_cell(r[0].name)),
-        (Column("antenna from", "m"), lambda r: _number(r[1].heights[0], 4)),
-        (Column("antenna to", "m"), lambda r: _number(r[1].heights[1], 4)),
-        (Column("length", "m"), lambda r: _number(r[1].length, 4)),
+    columns: list[tuple[ColumnHead, Callable[[Row], Cell]]] = [
+        (ColumnHead("From", numeric=False), lambda r: text_cell(r[1].names[0])),
+        (ColumnHead("To", numeric=False), lambda r: text_cell(r[1].names[1])),
+        (ColumnHead("Session", numeric=False), lambda r: text_cell(r[0].name)),
+        (ColumnHead("antenna from", "m"), lambda r: _number(r[1].heights[0], 4)),
+        (ColumnHead("antenna to", "m"), lambda r: _number(r[1].heights[1], 4)),
+        (ColumnHead("length", "m"), lambda r: _number(r[1].length, 4)),
         *(
-            (Column(f"σ {axis}", "mm"), lambda r, k=k: _mm(float(np.sqrt(r[1].covariance[k, k]))))
+            (
+                ColumnHead(f"σ {axis}", "mm"),
+                lambda r, k=k: _mm(float(np.sqrt(r[1].covariance[k, k]))),
+            )
             for k, axis in enumerate("XYZ")
         ),
-        (Column("ambiguities", numeric=False), lambda r: _ambiguities(r[1])),
-        (Column("fixed", "%"), lambda r: _number(100 * r[1].fixed_share, 1)),
-        (Column("epochs"), lambda r: _number(r[1].epochs, 0)),
-        (Column("of"), lambda r: _number(r[1].epochs_common, 0)),
-        (Column("ratio"), lambda r: _number(r[1].ratio, 1)),
-        (Column("satellites"), lambda r: _number(r[1].satellites, 1)),
-        (Column("phases", "mm"), lambda r: _residual(r[1])),
-        (Column("σ factor"), lambda r: _number(r[1].factor, 2)),
+        (ColumnHead("ambiguities", numeric=False), lambda r: _ambiguities(r[1])),
+        (ColumnHead("fixed", "%"), lambda r: _number(100 * r[1].fixed_share, 1)),
+        (ColumnHead("epochs"), lambda r: _number(r[1].epochs, 0)),
+        (ColumnHead("of"), lambda r: _number(r[1].epochs_common, 0)),
+        (ColumnHead("ratio"), lambda r: _number(r[1].ratio, 1)),
+        (ColumnHead("satellites"), lambda r: _number(r[1].satellites, 1)),
+        (ColumnHead("phases", "mm"), lambda r: _residual(r[1])),
+        (ColumnHead("σ factor"), lambda r: _number(r[1].factor, 2)),
     ]
     note = (
         "Antennas: heights of their reference points over the marks, between which baselines are. "
@@ -275,20 +285,20 @@ def _ambiguities(baseline: Baseline) -> Cell:
     return text_cell(baseline.ambiguities, "" if baseline.ambiguities == "fixed" else "bad")
 
 
-def _loop_table(found: BaselineSet, loops: Sequence[Loop]) -> Table:
-    columns: list[tuple[Column, Callable[[Loop], Cell]]] = [
-        (Column("Loop", numeric=False), lambda loop: text_cell(_path(found, loop))),
-        (Column("minimal", numeric=False), lambda loop: text_cell(_yes(loop.independent))),
-        (Column("length", "m"), lambda loop: _number(loop.length, 1)),
+def _loop_table(found: BaselineSet, loops: Sequence[BaselineLoop]) -> ReportTable:
+    columns: list[tuple[ColumnHead, Callable[[BaselineLoop], Cell]]] = [
+        (ColumnHead("Loop", numeric=False), lambda loop: text_cell(_path(found, loop))),
+        (ColumnHead("minimal", numeric=False), lambda loop: text_cell(_yes(loop.independent))),
+        (ColumnHead("length", "m"), lambda loop: _number(loop.length, 1)),
         *(
-            (Column(axis, "mm"), lambda loop, k=k: _mm(float(loop.closure[k])))
+            (ColumnHead(axis, "mm"), lambda loop, k=k: _mm(float(loop.closure[k])))
             for k, axis in enumerate("ENU")
         ),
-        (Column("closure", "mm"), lambda loop: _mm(loop.size)),
-        (Column("closure", "ppm"), lambda loop: _number(loop.ppm, 2)),
-        (Column("test"), lambda loop: _number(loop.statistic, 2)),
-        (Column("limit"), lambda loop: _number(loop.limit, 2)),
-        (Column("verdict", numeric=False), _verdict),
+        (ColumnHead("closure", "mm"), lambda loop: _mm(loop.size)),
+        (ColumnHead("closure", "ppm"), lambda loop: _number(loop.ppm, 2)),
+        (ColumnHead("test"), lambda loop: _number(loop.statistic, 2)),
+        (ColumnHead("limit"), lambda loop: _number(loop.limit, 2)),
+        (ColumnHead("verdict", numeric=False), _verdict),
     ]
     note = (
         "Closure: sum of the baselines around the loop, along E, N, U; test: its square in the "
@@ -302,7 +312,7 @@ def _yes(value: bool) -> str:
     return "yes" if value else "no"
 
 
-def _verdict(loop: Loop) -> Cell:
+def _verdict(loop: BaselineLoop) -> Cell:
     if loop.dof == 0:
         return text_cell("tells nothing")
     return text_cell("closes", "good") if loop.passes else text_cell("fails", "bad")
@@ -311,7 +321,7 @@ def _verdict(loop: Loop) -> Cell:
 def _map(
     adjustment: Adjustment,
     found: BaselineSet,
-    loops: Sequence[Loop],
+    loops: Sequence[BaselineLoop],
     sessions: Sequence[SessionResult],
 ) -> Any:
     of_ends = {frozenset(b.names): (s.name, b.ambiguities) for s, b in _all(sessions)}
@@ -325,7 +335,7 @@ def _map(
 
 def _data(
     found: BaselineSet,
-    loops: Sequence[Loop],
+    loops: Sequence[BaselineLoop],
     sessions: Sequence[SessionResult],
     info: Mapping[str, Any],
 ) -> dict[str, Any]:

@@ -15,13 +15,20 @@ from tribrach.network.adjustment import Adjustment
 from tribrach.registration.edges import ALPHA, MOST, Edge, edges
 from tribrach.registration.views import Agreement, seen
 from tribrach.report.chapter import Chapter
-from tribrach.report.columns import Columns, Spec
+from tribrach.report.columns import ColumnSet, Spec
 from tribrach.report.content import Content
 from tribrach.report.figures import colour_scale, colours, new_figure
 from tribrach.report.page import picture
 from tribrach.report.scan_content import Picture
 from tribrach.report.style import Style
-from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
+from tribrach.report.tables import (
+    Cell,
+    ColumnHead,
+    ReportTable,
+    build_table,
+    number_cell,
+    text_cell,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -73,7 +80,7 @@ def add_registration(
         return content
     seen = _views(registered, adjustment)
     pairs = [_Pair(e, seen.get(frozenset((e.first, e.second)))) for e in found]
-    style = Columns(Style(project.output.angle))
+    style = ColumnSet(Style(project.output.angle))
     chapter = Chapter(
         "registration",
         "Registration",
@@ -148,14 +155,14 @@ def _contradictions(seen: dict[frozenset[str], Agreement]) -> list[str]:
     ]
 
 
-def _table(pairs: Sequence[_Pair], columns: Columns) -> Table:
+def _table(pairs: Sequence[_Pair], columns: ColumnSet) -> ReportTable:
     """Every pair, kind by kind, the most improbable first."""
     specs: list[Spec] = [
         columns.word("Stations", "stations"),
         columns.word("tied by", "kind"),
         columns.plain("in common", "edge.count", 0),
-        (Column("overlap", "%"), _share("overlap")),
-        (Column("see through", "%", wide=True), _share("conflict")),
+        (ColumnHead("overlap", "%"), _share("overlap")),
+        (ColumnHead("see through", "%", wide=True), _share("conflict")),
         columns.mm("residual RMS", lambda p: p.edge.rms, 3),
         columns.plain("held of 6", "edge.held", 0),
         columns.mm("observed shift", lambda p: p.edge.shift, 3),
@@ -164,7 +171,7 @@ def _table(pairs: Sequence[_Pair], columns: Columns) -> Table:
         columns.small_angle("predicted turn", lambda p: p.edge.turn_sigma),
         columns.plain("test", "edge.statistic"),
         columns.plain("limit", "edge.limit"),
-        (Column("verdict", numeric=False), _judged),
+        (ColumnHead("verdict", numeric=False), _judged),
     ]
     note = (
         "Each pair by its own observations against the network: the differences of the relative "

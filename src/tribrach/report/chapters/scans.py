@@ -16,7 +16,7 @@ from tribrach.job.find_targets import Findings
 from tribrach.job.name_targets import Named
 from tribrach.report.figures import new_figure
 from tribrach.report.page import picture
-from tribrach.report.scan_content import Cloud, Picture, Rejection, ScanChapter, Target
+from tribrach.report.scan_content import FoundTarget, Picture, Rejection, ScanChapter, WrittenCloud
 from tribrach.targets.detection import Detection
 
 __all__ = ["scan_chapter"]
@@ -72,8 +72,8 @@ def _name(named: Named | None, station: str, detection: Detection) -> str:
     return ""
 
 
-def _target(scan: str, number: int, d: Detection, name: str) -> Target:
-    return Target(
+def _target(scan: str, number: int, d: Detection, name: str) -> FoundTarget:
+    return FoundTarget(
         scan=scan,
         number=number,
         kind=d.kind,
@@ -100,14 +100,16 @@ def _triple(
     return float(x[0]), float(x[1]), float(x[2])
 
 
-def _cloud(product: Product, placements: Mapping[str, Placement], frame: OutputFrame) -> Cloud:
+def _cloud(
+    product: Product, placements: Mapping[str, Placement], frame: OutputFrame
+) -> WrittenCloud:
     """One line of the table of clouds."""
     summary, known = product.summary, len(product.summary.sample) > 0
     weakest = None
     if known and len(product.scans) == 1:
         found = _weakest(summary, placements[product.scans[0]], frame)
         weakest = found.sigma, found.azimuth, found.elevation
-    return Cloud(
+    return WrittenCloud(
         name=", ".join(product.scans[:4]) + ("" if len(product.scans) < 5 else ", ..."),
         file=product.path.name,
         points=summary.points,

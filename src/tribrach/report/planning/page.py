@@ -16,7 +16,7 @@ from tribrach.report.figures import new_figure
 from tribrach.report.page import picture
 from tribrach.report.plan import plan
 from tribrach.report.scan_content import Picture
-from tribrach.report.tables import Table
+from tribrach.report.tables import ReportTable
 from tribrach.report.text import WIDTH, table_text, wrapped
 
 __all__ = ["PlanPage", "gain_map", "plan_page", "plan_text"]
@@ -29,7 +29,7 @@ class PlanPage:
     title: str
     sentences: tuple[str, ...]
     warnings: tuple[str, ...]
-    tables: tuple[Table, ...]
+    tables: tuple[ReportTable, ...]
     network: Content
     pictures: tuple[Picture, ...] = ()
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from tribrach.job.plan.sights import sights_of
-from tribrach.job.plan.steps import Plan
+from tribrach.job.plan.steps import DesignResult
 from tribrach.network.quality import assess
 from tribrach.observations.scanner import ScannerPolar
 from tribrach.planning.prediction import Figures
@@ -36,7 +36,7 @@ _STEEP, _SPREAD = (45, 110), 3
 _SPARE = 0.01
 
 
-def plan_report(plan: Plan) -> PlanPage:
+def plan_report(plan: DesignResult) -> PlanPage:
     """Findings, tables and map of a plan."""
     quality = assess(plan.adjustment)
     content = build(plan.adjustment, quality, title=plan.title)
@@ -51,7 +51,7 @@ def plan_report(plan: Plan) -> PlanPage:
     )
 
 
-def _sentences(plan: Plan) -> list[str]:
+def _sentences(plan: DesignResult) -> list[str]:
     kind, after = plan.criterion.kind, plan.after
     value = after.value(kind)
     words = criterion_words(plan, kind)
@@ -96,7 +96,7 @@ def _sentences(plan: Plan) -> list[str]:
     return out + _of_proposals(plan) + _of_weights(plan) + _of_calibration(plan) + _of_datums(plan)
 
 
-def _of_proposals(plan: Plan) -> list[str]:
+def _of_proposals(plan: DesignResult) -> list[str]:
     kind = plan.criterion.kind
     out = []
     for p in plan.proposals:
@@ -123,12 +123,12 @@ def _of_proposals(plan: Plan) -> list[str]:
     return out
 
 
-def _spared(plan: Plan, before: float, after: float) -> bool:
+def _spared(plan: DesignResult, before: float, after: float) -> bool:
     change = before - after if plan.criterion.kind == "redundancy" else after - before
     return bool(change <= _SPARE * abs(before))
 
 
-def _of_weights(plan: Plan) -> list[str]:
+def _of_weights(plan: DesignResult) -> list[str]:
     kind = plan.criterion.kind
     out = []
     if plan.sets is not None:
@@ -156,7 +156,7 @@ def _of_weights(plan: Plan) -> list[str]:
     return out
 
 
-def _of_calibration(plan: Plan) -> list[str]:
+def _of_calibration(plan: DesignResult) -> list[str]:
     """What calibrations need and the scans of the plan lack (method section 3.7)."""
     scans = [
         o
@@ -186,7 +186,7 @@ def _of_calibration(plan: Plan) -> list[str]:
     return out
 
 
-def _of_datums(plan: Plan) -> list[str]:
+def _of_datums(plan: DesignResult) -> list[str]:
     valid = [d for d in plan.datums if not d.refused]
     if len(valid) < 2:
         return []
@@ -204,7 +204,7 @@ def _of_datums(plan: Plan) -> list[str]:
     ]
 
 
-def _pictures(plan: Plan) -> list[Picture]:
+def _pictures(plan: DesignResult) -> list[Picture]:
     if len(plan.single) < 3:
         return []
     kind = plan.criterion.kind
@@ -238,7 +238,7 @@ def _figures_json(found: Figures | None) -> Any:
     }
 
 
-def plan_json(plan: Plan, page: PlanPage) -> dict[str, Any]:
+def plan_json(plan: DesignResult, page: PlanPage) -> dict[str, Any]:
     """The plan as data: metres and radians, names as keys, None where there is no number."""
     found, content = plan.adjustment, page.network
     layout = found.layout
@@ -294,7 +294,7 @@ def plan_json(plan: Plan, page: PlanPage) -> dict[str, Any]:
     }
 
 
-def _proposals_json(plan: Plan) -> dict[str, Any]:
+def _proposals_json(plan: DesignResult) -> dict[str, Any]:
     """What is proposed, and what it would take."""
     sets = plan.sets
     return {

@@ -10,11 +10,18 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.job.plan.lever_arm import LeverArmForecast
-from tribrach.job.plan.sights import Sight
-from tribrach.job.plan.steps import Plan
+from tribrach.job.plan.sights import PlannedSight
+from tribrach.job.plan.steps import DesignResult
 from tribrach.planning.prediction import CRITERIA, CriterionKind, Figures, largest_sigma
 from tribrach.report.numbers import number, numbers
-from tribrach.report.tables import Cell, Column, Table, build_table, number_cell, text_cell
+from tribrach.report.tables import (
+    Cell,
+    ColumnHead,
+    ReportTable,
+    build_table,
+    number_cell,
+    text_cell,
+)
 
 __all__ = ["criterion_words", "lever_arm_json", "lever_arm_sentences", "plan_tables", "shown"]
 
@@ -38,7 +45,7 @@ def _rows(found: LeverArmForecast) -> list[_Row]:
     return rows
 
 
-def lever_arm_table(found: LeverArmForecast | None) -> Table:
+def lever_arm_table(found: LeverArmForecast | None) -> ReportTable:
     """Sigmas and correlations of each solution; no rows without a lever arm."""
     rows = [] if found is None else _rows(found)
 
@@ -50,15 +57,15 @@ def lever_arm_table(found: LeverArmForecast | None) -> Table:
         return float(row[1][a, b]) / both if both > 0 else 0.0
 
     columns = [
-        (Column("Lever arm", numeric=False), lambda row: text_cell(row[0])),
+        (ColumnHead("Lever arm", numeric=False), lambda row: text_cell(row[0])),
         *(
-            (Column(f"σ {name}", "mm"), lambda row, k=k: _mm(mm(row, k)))
+            (ColumnHead(f"σ {name}", "mm"), lambda row, k=k: _mm(mm(row, k)))
             for k, name in enumerate("xyz")
         ),
-        (Column("worst σ", "mm"), lambda row: _mm(float(largest_sigma(row[1])))),
+        (ColumnHead("worst σ", "mm"), lambda row: _mm(float(largest_sigma(row[1])))),
         *(
             (
-                Column(f"ρ {'xyz'[a]}{'xyz'[b]}"),
+                ColumnHead(f"ρ {'xyz'[a]}{'xyz'[b]}"),
                 lambda row, a=a, b=b: number_cell(
                     correlation(row, a, b), f"{correlation(row, a, b):.2f}"
                 ),
@@ -113,7 +120,7 @@ def lever_arm_json(found: LeverArmForecast | None) -> Any:
     }
 
 
-def plan_tables(plan: Plan, sights: tuple[Sight, ...]) -> tuple[Table, ...]:
+def plan_tables(plan: DesignResult, sights: tuple[PlannedSight, ...]) -> tuple[ReportTable, ...]:
     """All tables, what the crew needs first."""
     return (
         _stations(plan, sights),
@@ -130,7 +137,7 @@ def plan_tables(plan: Plan, sights: tuple[Sight, ...]) -> tuple[Table, ...]:
     )
 
 
-def criterion_words(plan: Plan, kind: CriterionKind) -> str:
+def criterion_words(plan: DesignResult, kind: CriterionKind) -> str:
     """A criterion, and what it is about."""
     words = CRITERIA[kind]
     if plan.lever_arm is not None:
@@ -158,7 +165,7 @@ def _shown_cell(kind: CriterionKind, value: float) -> Cell:
     return number_cell(value, shown(kind, value))
 
 
-def _places(get: Callable[[Any], Array]) -> list[tuple[Column, Callable[[Any], Cell]]]:
+def _places(get: Callable[[Any], Array]) -> list[tuple[ColumnHead, Callable[[Any], Cell]]]:
     """Columns E, N, U of a place (3,)."""
 
     def column(axis: int) -> Callable[[Any], Cell]:
@@ -166,7 +173,7 @@ def _places(get: Callable[[Any], Array]) -> list[tuple[Column, Callable[[Any], C
             float(get(item)[axis]), f"{round(float(get(item)[axis]), 3) + 0.0:.3f}"
         )
 
-    return [(Column(name, "m"), column(axis)) for axis, name in enumerate("ENU")]
+    return [(ColumnHead(name, "m"), column(axis)) for axis, name in enumerate("ENU")]
 
 
 def _few(names: tuple[str, ...]) -> str:
@@ -174,34 +181,34 @@ def _few(names: tuple[str, ...]) -> str:
     return ", ".join(names[:8]) + (f" and {len(names) - 8} others" if len(names) > 8 else "")
 
 
-def _stations(plan: Plan, sights: tuple[Sight, ...]) -> Table:
+def _stations(plan: DesignResult, sights: tuple[PlannedSight, ...]) -> ReportTable:
     layout, state = plan.adjustment.layout, plan.adjustment.state
     new = {p.name for p in plan.proposals}
-    scan: dict[str, list[Sight]] = {}
+    scan: dict[str, list[PlannedSight]] = {}
     for sight in sights:
         scan.setdefault(sight.start, []).append(sight)
     rows = list(scan)
     xyz = {n: state.positions[layout.position_index(n)] for n in rows}
     columns = [
-        (Column("Station", numeric=False), lambda n: text_cell(n)),
-        (Column("", numeric=False), lambda n: text_cell("new" if n in new else "")),
+        (ColumnHead("Station", numeric=False), lambda n: text_cell(n)),
+        (ColumnHead("", numeric=False), lambda n: text_cell("new" if n in new else "")),
         *_places(lambda n: xyz[n]),
-        (Column("sights"), lambda n: number_cell(len(scan[n]), str(len(scan[n])))),
+        (ColumnHead("sights"), lambda n: number_cell(len(scan[n]), str(len(scan[n])))),
         (
-            Column("longest", "m"),
+            ColumnHead("longest", "m"),
             lambda n: number_cell(
                 max(o.length for o in scan[n]), f"{max(o.length for o in scan[n]):.1f}"
             ),
         ),
         (
-            Column("sees", numeric=False, wide=True),
+            ColumnHead("sees", numeric=False, wide=True),
             lambda n: text_cell(", ".join(o.end for o in scan[n])),
         ),
     ]
     return build_table("stations", "Where to set up", "", rows, columns)
 
 
-def _targets(plan: Plan, sights: tuple[Sight, ...]) -> Table:
+def _targets(plan: DesignResult, sights: tuple[PlannedSight, ...]) -> ReportTable:
     found = plan.adjustment
     layout = found.layout
     names = layout.names["point"]
@@ -214,15 +221,15 @@ def _targets(plan: Plan, sights: tuple[Sight, ...]) -> Table:
     rows = list(range(len(names)))
     xyz = found.state.points
     columns = [
-        (Column("Target or point", numeric=False), lambda i: text_cell(names[i])),
-        (Column("", numeric=False), lambda i: text_cell("new" if names[i] in new else "")),
+        (ColumnHead("Target or point", numeric=False), lambda i: text_cell(names[i])),
+        (ColumnHead("", numeric=False), lambda i: text_cell("new" if names[i] in new else "")),
         *_places(lambda i: xyz[i]),
         (
-            Column("worst σ", "mm"),
+            ColumnHead("worst σ", "mm"),
             lambda i: number_cell(float(sigma[i]), f"{sigma[i] * 1e3:.2f}"),
         ),
         (
-            Column("seen from", numeric=False),
+            ColumnHead("seen from", numeric=False),
             lambda i: text_cell(", ".join(dict.fromkeys(seen[names[i]]))),
         ),
     ]
@@ -230,20 +237,20 @@ def _targets(plan: Plan, sights: tuple[Sight, ...]) -> Table:
     return build_table("targets", "Where targets and points are", note, rows, columns)
 
 
-def _proposals(plan: Plan) -> Table:
+def _proposals(plan: DesignResult) -> ReportTable:
     kind = plan.criterion.kind
     columns = [
-        (Column("Add", numeric=False), lambda p: text_cell(p.sort)),
-        (Column("at", numeric=False), lambda p: text_cell(p.name)),
+        (ColumnHead("Add", numeric=False), lambda p: text_cell(p.sort)),
+        (ColumnHead("at", numeric=False), lambda p: text_cell(p.name)),
         *_places(lambda p: p.place),
-        (Column("before"), lambda p: _shown_cell(kind, p.before)),
-        (Column("after"), lambda p: _shown_cell(kind, p.after)),
+        (ColumnHead("before"), lambda p: _shown_cell(kind, p.before)),
+        (ColumnHead("after"), lambda p: _shown_cell(kind, p.after)),
     ]
     note = f"In the order of their gain; judged by the {criterion_words(plan, kind)}."
     return build_table("proposals", "Proposals", note, plan.proposals, columns)
 
 
-def _criteria(plan: Plan) -> Table:
+def _criteria(plan: DesignResult) -> ReportTable:
     kinds = list(CRITERIA)
 
     def cell(found: Figures | None, kind: CriterionKind) -> Cell:
@@ -258,22 +265,22 @@ def _criteria(plan: Plan) -> Table:
         "correlation": plan.after.correlation_at,
     }
     columns = [
-        (Column("Criterion", numeric=False), lambda k: text_cell(criterion_words(plan, k))),
-        (Column("before"), lambda k: cell(plan.before, k)),
-        (Column("plan"), lambda k: cell(plan.after, k)),
-        (Column("where", numeric=False, wide=True), lambda k: text_cell(at[k])),
+        (ColumnHead("Criterion", numeric=False), lambda k: text_cell(criterion_words(plan, k))),
+        (ColumnHead("before"), lambda k: cell(plan.before, k)),
+        (ColumnHead("plan"), lambda k: cell(plan.after, k)),
+        (ColumnHead("where", numeric=False, wide=True), lambda k: text_cell(at[k])),
     ]
     return build_table("criteria", "Criteria", "", kinds, columns)
 
 
-def _relocations(plan: Plan) -> Table:
+def _relocations(plan: DesignResult) -> ReportTable:
     kind = plan.criterion.kind
     columns = [
-        (Column("Move", numeric=False), lambda r: text_cell(r.name)),
-        (Column("to", numeric=False), lambda r: text_cell(r.to)),
+        (ColumnHead("Move", numeric=False), lambda r: text_cell(r.name)),
+        (ColumnHead("to", numeric=False), lambda r: text_cell(r.to)),
         *_places(lambda r: r.place),
-        (Column("before"), lambda r: number_cell(r.before, shown(kind, r.before))),
-        (Column("after"), lambda r: number_cell(r.after, shown(kind, r.after))),
+        (ColumnHead("before"), lambda r: number_cell(r.before, shown(kind, r.before))),
+        (ColumnHead("after"), lambda r: number_cell(r.after, shown(kind, r.after))),
     ]
     note = f"Each move by itself; judged at {_few(plan.judged_at)}, which do not move."
     if plan.lever_arm is not None:
@@ -281,14 +288,14 @@ def _relocations(plan: Plan) -> Table:
     return build_table("moves", "Moves", note, plan.relocations, columns)
 
 
-def _spares(plan: Plan) -> Table:
+def _spares(plan: DesignResult) -> ReportTable:
     kind = plan.criterion.kind
     rows = sorted(plan.spares, key=lambda s: (math.isnan(s.after), s.after))
     columns = [
-        (Column("Without", numeric=False), lambda s: text_cell(f"{s.sort} {s.name}")),
-        (Column("before"), lambda s: number_cell(s.before, shown(kind, s.before))),
+        (ColumnHead("Without", numeric=False), lambda s: text_cell(f"{s.sort} {s.name}")),
+        (ColumnHead("before"), lambda s: number_cell(s.before, shown(kind, s.before))),
         (
-            Column("after"),
+            ColumnHead("after"),
             lambda s: text_cell("needed") if math.isnan(s.after) else _shown_cell(kind, s.after),
         ),
     ]
@@ -301,17 +308,17 @@ def _spares(plan: Plan) -> Table:
     return build_table("spares", "What could be left out", note, rows, columns)
 
 
-def _sets(plan: Plan) -> Table:
+def _sets(plan: DesignResult) -> ReportTable:
     rows = [] if plan.sets is None or not plan.sets.steps else list(plan.sets.sets.items())
     columns = [
-        (Column("Station", numeric=False), lambda r: text_cell(r[0])),
-        (Column("sets"), lambda r: number_cell(r[1], str(r[1]))),
+        (ColumnHead("Station", numeric=False), lambda r: text_cell(r[0])),
+        (ColumnHead("sets"), lambda r: number_cell(r[1], str(r[1]))),
     ]
     note = "Repetitions of everything observed at a station that the requirement takes."
     return build_table("sets", "Sets", note, rows, columns)
 
 
-def _precisions(plan: Plan) -> Table:
+def _precisions(plan: DesignResult) -> ReportTable:
     unit = {"m": (1e3, "mm"), "rad": (206264.806, "″")}
 
     def sigma(p: Any) -> str:
@@ -325,55 +332,58 @@ def _precisions(plan: Plan) -> Table:
         return f"{p.sigma * p.factor * factor:.3g} {name}"
 
     columns = [
-        (Column("Readings", numeric=False), lambda p: text_cell(p.group.replace("_", " "))),
-        (Column("σ now"), lambda p: text_cell(sigma(p))),
-        (Column("σ that is enough"), lambda p: text_cell(needed(p))),
+        (ColumnHead("Readings", numeric=False), lambda p: text_cell(p.group.replace("_", " "))),
+        (ColumnHead("σ now"), lambda p: text_cell(sigma(p))),
+        (ColumnHead("σ that is enough"), lambda p: text_cell(needed(p))),
     ]
     note = "Of the first reading of each kind, the others as they are."
     return build_table("precision", "How precise", note, plan.precisions, columns)
 
 
-def _datums(plan: Plan) -> Table:
+def _datums(plan: DesignResult) -> ReportTable:
     def mm(value: float) -> Cell:
         return number_cell(number(value), "" if math.isnan(value) else f"{value * 1e3:.3f}")
 
     columns = [
-        (Column("Datum", numeric=False), lambda d: text_cell(d.words)),
-        (Column("largest σ of a point", "mm"), lambda d: mm(d.sigma)),
-        (Column("mean σ", "mm"), lambda d: mm(d.mean)),
-        (Column("largest σ of a distance", "mm"), lambda d: mm(d.distance)),
+        (ColumnHead("Datum", numeric=False), lambda d: text_cell(d.words)),
+        (ColumnHead("largest σ of a point", "mm"), lambda d: mm(d.sigma)),
+        (ColumnHead("mean σ", "mm"), lambda d: mm(d.mean)),
+        (ColumnHead("largest σ of a distance", "mm"), lambda d: mm(d.distance)),
         (
-            Column("smallest redundancy"),
+            ColumnHead("smallest redundancy"),
             lambda d: number_cell(
                 number(d.redundancy), "" if math.isnan(d.redundancy) else f"{d.redundancy:.3f}"
             ),
         ),
-        (Column("", numeric=False), lambda d: text_cell(d.refused)),
+        (ColumnHead("", numeric=False), lambda d: text_cell(d.refused)),
     ]
     note = "Sigmas of points belong to their datum; distances and redundancies can be compared."
     return build_table("datums", "Datums", note, plan.datums, columns)
 
 
-def _sights(sights: tuple[Sight, ...]) -> Table:
+def _sights(sights: tuple[PlannedSight, ...]) -> ReportTable:
     columns = [
-        (Column("From", numeric=False), lambda s: text_cell(s.start)),
-        (Column("to", numeric=False), lambda s: text_cell(s.end)),
-        (Column("observations", numeric=False), lambda s: text_cell(s.kinds)),
-        (Column("length", "m"), lambda s: number_cell(s.length, f"{s.length:.2f}")),
+        (ColumnHead("From", numeric=False), lambda s: text_cell(s.start)),
+        (ColumnHead("to", numeric=False), lambda s: text_cell(s.end)),
+        (ColumnHead("observations", numeric=False), lambda s: text_cell(s.kinds)),
+        (ColumnHead("length", "m"), lambda s: number_cell(s.length, f"{s.length:.2f}")),
         (
-            Column("azimuth", "gon"),
+            ColumnHead("azimuth", "gon"),
             lambda s: number_cell(s.azimuth, f"{s.azimuth * 200 / np.pi:.1f}"),
         ),
-        (Column("zenith", "gon"), lambda s: number_cell(s.zenith, f"{s.zenith * 200 / np.pi:.1f}")),
-        (Column("values"), lambda s: number_cell(s.values, str(s.values))),
         (
-            Column("least redundancy"),
+            ColumnHead("zenith", "gon"),
+            lambda s: number_cell(s.zenith, f"{s.zenith * 200 / np.pi:.1f}"),
+        ),
+        (ColumnHead("values"), lambda s: number_cell(s.values, str(s.values))),
+        (
+            ColumnHead("least redundancy"),
             lambda s: number_cell(
                 s.redundancy, "" if s.redundancy is None else f"{s.redundancy:.2f}"
             ),
         ),
         (
-            Column("undetected", "mm"),
+            ColumnHead("undetected", "mm"),
             lambda s: number_cell(
                 s.undetected, "" if s.undetected is None else f"{s.undetected * 1e3:.2f}"
             ),

@@ -16,11 +16,11 @@ from tribrach.instruments.precision import Precision
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.simulate import raw_readings, surveying
 from tribrach.simulate.aiming import fine_scan, overview
-from tribrach.simulate.ray_casting import View
+from tribrach.simulate.ray_casting import SceneView
 from tribrach.simulate.scanner import Scanner
 from tribrach.simulate.scene import Primitive, Scene, box, cylinder, ground, rectangle, sphere
 from tribrach.simulate.setups import levelled
-from tribrach.simulate.twin import Target, Twin, TwinScan, TwinStation, child_rng, steps_for
+from tribrach.simulate.twin import Twin, TwinScan, TwinStation, TwinTarget, child_rng, steps_for
 from tribrach.simulate.twins import campus
 from tribrach.units import SEC
 
@@ -165,10 +165,10 @@ def build(points: int = 1_000_000, seed: int = 1) -> Twin:
     )
 
 
-def _windows() -> list[Target]:
+def _windows() -> list[TwinTarget]:
     """The test sites as things to scan windows around."""
     return [
-        Target(str(k), "sphere", np.array([EAST, y, z]), SITE_RADIUS / 1.5)
+        TwinTarget(str(k), "sphere", np.array([EAST, y, z]), SITE_RADIUS / 1.5)
         for k, (y, z) in enumerate(SITES, start=1)
     ]
 
@@ -179,14 +179,17 @@ def sites_table() -> str:
     return "\n".join(["name,x,y,z,radius", *rows, ""])
 
 
-def _targets() -> list[Target]:
+def _targets() -> list[TwinTarget]:
     """Boards a centimetre in front of the facades."""
     south, west = np.array([0.0, -1.0, 0.0]), np.array([-1.0, 0.0, 0.0])
     north = [np.array([x, NORTH - 0.01, z]) for x, z in ON_NORTH]
     east = [np.array([EAST - 0.01, y, z]) for y, z in ON_EAST]
     return [
-        *(Target(f"N{k}", "checkerboard", c, SIDE, south) for k, c in enumerate(north, start=1)),
-        *(Target(f"E{k}", "checkerboard", c, SIDE, west) for k, c in enumerate(east, start=1)),
+        *(
+            TwinTarget(f"N{k}", "checkerboard", c, SIDE, south)
+            for k, c in enumerate(north, start=1)
+        ),
+        *(TwinTarget(f"E{k}", "checkerboard", c, SIDE, west) for k, c in enumerate(east, start=1)),
     ]
 
 
@@ -213,7 +216,7 @@ def _surroundings() -> list[Primitive]:
 
 
 def _survey(
-    scene: Scene, marks: dict[str, Array], targets: list[Target], rng: np.random.Generator
+    scene: Scene, marks: dict[str, Array], targets: list[TwinTarget], rng: np.random.Generator
 ) -> dict[str, str]:
     """Tables of control, check points, traverse and levelling."""
     measured = [t for t in targets if t.name not in CHECKS]
@@ -238,11 +241,11 @@ def _survey(
 
 
 def _lines_to_targets(
-    scene: Scene, marks: dict[str, Array], targets: list[Target]
+    scene: Scene, marks: dict[str, Array], targets: list[TwinTarget]
 ) -> list[tuple[str, str]]:
     """Sights to each target from the two nearest marks that see it at less than 65 degrees."""
     eyes = {n: x + np.array([0, 0, campus.HEIGHT_INSTRUMENT[n]]) for n, x in marks.items()}
-    views = {name: View(scene, eye) for name, eye in eyes.items()}
+    views = {name: SceneView(scene, eye) for name, eye in eyes.items()}
     lines = []
     for target in targets:
         seen = []

@@ -16,7 +16,7 @@ from tribrach.simulate.aiming import fine_scan, overview
 from tribrach.simulate.scanner import Scanner
 from tribrach.simulate.scene import Primitive, Scene, box, cylinder, ground, rectangle
 from tribrach.simulate.setups import tilted
-from tribrach.simulate.twin import Target, Twin, TwinScan, TwinStation, child_rng, steps_for
+from tribrach.simulate.twin import Twin, TwinScan, TwinStation, TwinTarget, child_rng, steps_for
 from tribrach.units import SEC
 
 __all__ = ["build"]
@@ -141,7 +141,7 @@ def _stations(rng: np.random.Generator) -> list[TwinStation]:
     return out
 
 
-def _boards(station: Array) -> list[Target]:
+def _boards(station: Array) -> list[TwinTarget]:
     """Boards around a station, 9 to 24 m away, facing it."""
     out = []
     for k in range(BOARDS):
@@ -150,17 +150,17 @@ def _boards(station: Array) -> list[Target]:
         place[2] = ORIGIN[2] + 1.2 + 0.21 * (5 * k % 11)
         normal = (station - place) * [1, 1, 0]
         out.append(
-            Target(f"C{k + 1}", "checkerboard", place, SIDE, normal / np.linalg.norm(normal))
+            TwinTarget(f"C{k + 1}", "checkerboard", place, SIDE, normal / np.linalg.norm(normal))
         )
     return out
 
 
-def _spheres() -> list[Target]:
+def _spheres() -> list[TwinTarget]:
     """Spheres scattered along the loop, the same ones whatever the seed."""
     rng = np.random.default_rng(2017)
     corners = np.array([(-45, -30), (45, -30), (45, 30), (-45, 30), (-45, -30)], dtype=float)
     reached = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
-    out: list[Target] = []
+    out: list[TwinTarget] = []
     for along in np.arange(3.0, reached[-1], SPACING):
         x, y = (np.interp(along, reached, corners[:, k]) for k in (0, 1))
         while True:
@@ -169,7 +169,7 @@ def _spheres() -> list[Target]:
             far = min(np.hypot(place[0] - a, place[1] - b) for a, b in LOOP) > 3.0
             if far and not (abs(place[0]) < 31 and abs(place[1]) < 19):
                 break
-        out.append(Target(f"T{len(out) + 1}", "sphere", ORIGIN + place, RADIUS))
+        out.append(TwinTarget(f"T{len(out) + 1}", "sphere", ORIGIN + place, RADIUS))
     return out
 
 
@@ -194,7 +194,7 @@ def _surroundings() -> list[Primitive]:
     return out
 
 
-def _stands(targets: list[Target]) -> list[Primitive]:
+def _stands(targets: list[TwinTarget]) -> list[Primitive]:
     """Rods below the targets."""
     rods = []
     for target in targets:
@@ -206,7 +206,7 @@ def _stands(targets: list[Target]) -> list[Primitive]:
 
 
 def _survey(
-    antennas: dict[str, Array], targets: list[Target], rng: np.random.Generator
+    antennas: dict[str, Array], targets: list[TwinTarget], rng: np.random.Generator
 ) -> dict[str, str]:
     """GNSS positions of the antennas and of the boards; three spheres as check points."""
     checks = {t.name: t.center for t in targets if t.name in ("T5", "T17", "T29")}

@@ -21,7 +21,7 @@ from tribrach.simulate.aiming import fine_scan, overview
 from tribrach.simulate.scanner import Scanner
 from tribrach.simulate.scene import Primitive, Scene, box, rectangle
 from tribrach.simulate.setups import tilted
-from tribrach.simulate.twin import Target, Twin, TwinScan, TwinStation, child_rng, steps_for
+from tribrach.simulate.twin import Twin, TwinScan, TwinStation, TwinTarget, child_rng, steps_for
 from tribrach.units import SEC
 
 __all__ = ["MISALIGNMENTS", "build", "places", "with_ceiling"]
@@ -142,7 +142,7 @@ def build(
     """
     centers, normals = places(ceiling)
     targets = [
-        Target(f"T{k:02d}", "checkerboard", c, SIDE, n)
+        TwinTarget(f"T{k:02d}", "checkerboard", c, SIDE, n)
         for k, (c, n) in enumerate(zip(centers, normals, strict=True), start=1)
     ]
     scene = Scene.of([*_room(), *(t.primitive() for t in targets)])
@@ -171,7 +171,7 @@ def build(
 
 
 def _scans(
-    scene: Scene, station: TwinStation, targets: list[Target], points: int
+    scene: Scene, station: TwinStation, targets: list[TwinTarget], points: int
 ) -> list[TwinScan]:
     """Overview, fine scan of the walls, fine scan of the ceiling."""
     walls, above = targets[:52], targets[52:]
@@ -203,13 +203,13 @@ def _room() -> list[Primitive]:
     ]
 
 
-def _names(targets: list[Target], first: int) -> list[str]:
+def _names(targets: list[TwinTarget], first: int) -> list[str]:
     """Names of control (first 0) and check targets (first 3): every sixth one on the walls."""
     return [t.name for t in targets[first:52:6]]
 
 
 def _survey(
-    targets: list[Target], stations: list[TwinStation], rng: np.random.Generator
+    targets: list[TwinTarget], stations: list[TwinStation], rng: np.random.Generator
 ) -> dict[str, str]:
     """Control and check targets to half a millimetre; the list of polar observations."""
     known = {t.name: t.center for t in targets}
@@ -224,7 +224,7 @@ def _survey(
     }
 
 
-def _polar(targets: list[Target], stations: list[TwinStation], rng: np.random.Generator) -> str:
+def _polar(targets: list[TwinTarget], stations: list[TwinStation], rng: np.random.Generator) -> str:
     """Polar observations of all targets from all stations in two faces, as a table."""
     model = NIST.select(tuple(MISALIGNMENTS))
     values = np.tile(list(MISALIGNMENTS.values()), (len(targets), 1))

@@ -15,7 +15,7 @@ from tribrach.simulate.aiming import fine_scan, overview
 from tribrach.simulate.scanner import Scanner
 from tribrach.simulate.scene import Primitive, Scene, box, cylinder, ground, rectangle
 from tribrach.simulate.setups import levelled
-from tribrach.simulate.twin import Target, Twin, TwinScan, TwinStation, child_rng, steps_for
+from tribrach.simulate.twin import Twin, TwinScan, TwinStation, TwinTarget, child_rng, steps_for
 from tribrach.units import SEC
 
 __all__ = ["build"]
@@ -118,7 +118,8 @@ floor_mm = 0.0
 def build(points: int = 1_000_000, seed: int = 1) -> Twin:
     """The twin with about so many points at every station."""
     targets = [
-        Target(name, "sphere", ORIGIN + place, RADIUS) for name, place in (MARKS | CHECKS).items()
+        TwinTarget(name, "sphere", ORIGIN + place, RADIUS)
+        for name, place in (MARKS | CHECKS).items()
     ]
     scene = Scene.of([*_surroundings(), *_rods(targets), *(t.primitive() for t in targets)])
     rng = child_rng(seed, "poses")
@@ -148,7 +149,7 @@ def build(points: int = 1_000_000, seed: int = 1) -> Twin:
 
 
 def _scans(
-    scene: Scene, station: TwinStation, targets: list[Target], points: int
+    scene: Scene, station: TwinStation, targets: list[TwinTarget], points: int
 ) -> list[TwinScan]:
     """Overview and fine scan of a station; those of the partial one within its window."""
     if station.name != "S6":
@@ -190,7 +191,7 @@ def _surroundings() -> list[Primitive]:
     return out
 
 
-def _rods(targets: list[Target]) -> list[Primitive]:
+def _rods(targets: list[TwinTarget]) -> list[Primitive]:
     """Rods from the ground into the spheres."""
     rods = []
     for target in targets:
@@ -200,7 +201,7 @@ def _rods(targets: list[Target]) -> list[Primitive]:
     return rods
 
 
-def _marks(targets: list[Target], rng: np.random.Generator) -> dict[str, Array]:
+def _marks(targets: list[TwinTarget], rng: np.random.Generator) -> dict[str, Array]:
     """Marks under their spheres: rods lean by their bubbles, M1 under P1."""
     out = {}
     for target in targets:
@@ -212,7 +213,7 @@ def _marks(targets: list[Target], rng: np.random.Generator) -> dict[str, Array]:
 
 
 def _survey(
-    targets: list[Target], marks: dict[str, Array], rng: np.random.Generator
+    targets: list[TwinTarget], marks: dict[str, Array], rng: np.random.Generator
 ) -> dict[str, str]:
     """GNSS on poles over the marks, lengths of the rods; check points to 5 mm."""
     up = np.array([0.0, 0.0, ANTENNA])

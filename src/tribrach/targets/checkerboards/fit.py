@@ -18,7 +18,7 @@ from tribrach._types import Array
 from tribrach.targets.checkerboards.pattern import (
     ENOUGH,
     FEWEST,
-    Pattern,
+    BoardPattern,
     guess_pattern,
     inside_board,
     pattern_light,
@@ -124,8 +124,12 @@ _PLENTY = 400
 
 
 def refine_edges(
-    flat: Array, light: Array, solved: Pattern, scale: tuple[float, float, float], plane: BoardPlane
-) -> Pattern:
+    flat: Array,
+    light: Array,
+    solved: BoardPattern,
+    scale: tuple[float, float, float],
+    plane: BoardPlane,
+) -> BoardPattern:
     """Centre and turns from the posteriors of the two edges; ``solved`` if one has too few points.
 
     flat (n, 2) [m] in the plane, light (n,); scale : half the side, blur, error by the angles [m].
@@ -152,7 +156,7 @@ def refine_edges(
         p[2:4] += [moves[0][1], moves[1][1]]
         spread = np.diag([cofactors[0][0, 0], cofactors[1][0, 0]])
         covariance[:2, :2] = to_place @ spread @ to_place.T
-    return Pattern(p, covariance, solved.use, noise)
+    return BoardPattern(p, covariance, solved.use, noise)
 
 
 def _near_edge(
@@ -296,7 +300,7 @@ def _round(
     before: Array | None,
     scale: tuple[float, float, float],
     footprint: float,
-) -> tuple[BoardPlane, Pattern] | Refused:
+) -> tuple[BoardPlane, BoardPattern] | Refused:
     """Plane of the points ``use`` around a place (3,) and the pattern in it.
 
     before (7,) : the pattern in the plane of the first round, None in the first round.
@@ -354,7 +358,7 @@ def _judged(
     flat: Array,
     light: Array,
     plane: BoardPlane,
-    solved: Pattern,
+    solved: BoardPattern,
     scale: tuple[float, float, float],
     floor: float,
 ) -> CheckerboardFit | Refused:

@@ -20,7 +20,7 @@ from tribrach._types import Array
 __all__ = [
     "ENOUGH",
     "FEWEST",
-    "Pattern",
+    "BoardPattern",
     "guess_pattern",
     "inside_board",
     "pattern_light",
@@ -65,7 +65,7 @@ _WORSE = 1.2
 
 
 @dataclass(frozen=True)
-class Pattern:
+class BoardPattern:
     """Parameters (7,), their covariance (7, 7), points used, noise of light."""
 
     p: Array
@@ -151,7 +151,7 @@ def pattern_light(flat: Array, p: Array) -> tuple[Array, Array]:
 
 def solve_pattern(
     flat: Array, light: Array, guess: Array, scale: tuple[float, float, float], steps: int
-) -> Pattern | None:
+) -> BoardPattern | None:
     """The pattern with its blur going from wide to narrow, then with a free blur.
 
     Where points lie far apart the second may lead an edge over a row of points, which are then
@@ -185,7 +185,7 @@ def _descend(
     scale: tuple[float, float, float],
     narrow: float,
     steps: range,
-) -> Pattern | None:
+) -> BoardPattern | None:
     """Damped Gauss-Newton with trimming; steps : those of ``_WIDTHS`` have a blur given there.
 
     narrow : the blur that is foretold [m].
@@ -225,7 +225,7 @@ def _descend(
             break
     chi = float(np.mean(v[use] ** 2 * w))
     try:
-        return Pattern(p, np.asarray(np.linalg.inv(n)) * max(1.0, chi), use, noise)
+        return BoardPattern(p, np.asarray(np.linalg.inv(n)) * max(1.0, chi), use, noise)
     except np.linalg.LinAlgError:
         return None
 

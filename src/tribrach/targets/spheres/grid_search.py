@@ -48,7 +48,7 @@ _JUMP = 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class Components:
+class SphereSizedParts:
     """Components of about the sphere's size.
 
     center (n, 3) : [m], the radius behind the nearest points along the mean direction;
@@ -61,7 +61,7 @@ class Components:
     fits: NDArray[np.bool_]
 
 
-def find_components(image: RangeImage, radius: float) -> Components:
+def find_components(image: RangeImage, radius: float) -> SphereSizedParts:
     """Components of the image that may be spheres of ``radius`` [m], and those nearly so."""
     ranges = image.filled(2)
     frame = (image.first_h, image.first_v, image.step_h, image.step_v)
@@ -75,7 +75,7 @@ def find_components(image: RangeImage, radius: float) -> Components:
     boxes, width, height = boxes[near], width[near], height[near]
     fits = (width > _WIDTH[0]) & (width < _WIDTH[1])
     fits &= (height > _HEIGHT[0]) & (height < _HEIGHT[1])
-    return Components(boxes[:, :3], width, height, fits)
+    return SphereSizedParts(boxes[:, :3], width, height, fits)
 
 
 @njit(cache=True, nogil=True)

@@ -15,8 +15,8 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.geodesy.site import EllipsoidSite
-from tribrach.io.survey.comp3d.points import PointRecord, Points
-from tribrach.io.survey.comp3d.project import Project
+from tribrach.io.survey.comp3d.points import Comp3dPoint, Comp3dPoints
+from tribrach.io.survey.comp3d.project import Comp3dProject
 from tribrach.io.survey.comp3d.records import (
     AxisRecord,
     EqualRecord,
@@ -37,7 +37,7 @@ from tribrach.network.network import Datum, Network
 from tribrach.network.start.start_values import find_start
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Observations, Use
-from tribrach.observations.control import Components, Coordinates, Heights
+from tribrach.observations.control import Coordinates, DirectedComponents, Heights
 from tribrach.observations.gnss import GnssBaselines
 from tribrach.observations.instrument_frames import (
     AxisFeet,
@@ -152,7 +152,7 @@ def grid_axes(x: Array, site: EllipsoidSite) -> Array:
     return np.stack([east, np.cross(up, east), up])
 
 
-def free_axes(record: PointRecord) -> tuple[bool, ...]:
+def free_axes(record: Comp3dPoint) -> tuple[bool, ...]:
     """Which of E, N, U of W are unknown."""
     if all(record.used) and not all(record.held):
         return True, True, True
@@ -160,7 +160,7 @@ def free_axes(record: PointRecord) -> tuple[bool, ...]:
 
 
 def add_control(
-    tables: Tables, record: PointRecord, x: Array, site: EllipsoidSite, *, inner: bool
+    tables: Tables, record: Comp3dPoint, x: Array, site: EllipsoidSite, *, inner: bool
 ) -> None:
     """Add the constraints of a point at ``x`` (3,) in W; inner constraints switch them off."""
     axes = grid_axes(x, site)
@@ -183,7 +183,7 @@ def add_control(
 
 def _put(
     tables: Tables,
-    record: PointRecord,
+    record: Comp3dPoint,
     axis: int,
     x: Array,
     axes: Array,
@@ -199,7 +199,7 @@ def _put(
     value = float(site.height(x[None])[0])
     columns: dict[str, object] = {"position": record.name}
     if axis < 2:
-        kind, value = Components, float(axes[axis] @ x)
+        kind, value = DirectedComponents, float(axes[axis] @ x)
         columns["direction"] = axes[axis]
     source = record.line.source
     tables.put(kind, value, sigma, source, columns, off=off, group=group, hard=hard)
@@ -225,7 +225,7 @@ _KINDS: dict[int, type[Observations]] = {
 }
 
 
-class Distances:
+class PointDistances:
     """Distances [m] between points, for sigmas that depend on them: measured, else computed.
 
     A distance that is switched off is still closer than approximate coordinates.
@@ -247,7 +247,7 @@ class Distances:
         return max(float(np.linalg.norm(self._known[start] - self._known[end])), TOO_CLOSE)
 
 
-def coincident(sight: SightRecord, points: dict[str, PointRecord], known: dict[str, Array]) -> bool:
+def coincident(sight: SightRecord, points: dict[str, Comp3dPoint], known: dict[str, Array]) -> bool:
     """True if both ends are given at one place that the observation cannot be made between."""
     if sight.off or sight.code in (2, 4, 14, 15) or not set(sight.names) <= points.keys():
         return False
@@ -261,7 +261,7 @@ def add_sight(
     tables: Tables,
     sight: SightRecord,
     sigma: float,
-    project: Project,
+    project: Comp3dProject,
     site: EllipsoidSite,
     places: dict[str, Array],
 ) -> None:
@@ -419,7 +419,9 @@ def add_equal(
     survey.scalars[equal.name] = (float(np.mean(values)) if values else 0.0, True)
 
 
-def assemble(project: Project, points: Points, observed: Observed, problems: Problems) -> Survey:
+def assemble(
+    project: Comp3dProject, points: Comp3dPoints, observed: Observed, problems: Problems
+) -> Survey:
     """The survey of a project; the values of a simulation are computed ones.
 
     Raises
@@ -443,8 +445,8 @@ def assemble(project: Project, points: Points, observed: Observed, problems: Pro
 
 @dataclass
 class _Assembly:
-    project: Project
-    points: Points
+    project: Comp3dProject
+    points: Comp3dPoints
     observed: Observed
     problems: Problems
 
@@ -497,7 +499,7 @@ class _Assembly:
     def _complete(self) -> bool:
         """True if every distance, axis and equality has what it needs."""
         places = self.given | self.levels | self.known
-        distance = Distances(self.observed.sights, places)
+        distance = PointDistances(self.observed.sights, places)
         lengths = (
             distance(*s.names) is not None
             for s in self.observed.sights
@@ -515,7 +517,7 @@ class _Assembly:
         stations = self._stations(survey)
         present = self._points(survey, tables, stations)
         places = self.given | self.levels | self.known
-        distance = Distances(self.observed.sights, places)
+        distance = PointDistances(self.observed.sights, places)
         for sight in self.observed.sights:
             if not sight.off or set(sight.names) <= present:
                 sigma = sight.sigma(distance(*sight.names) or 100.0)

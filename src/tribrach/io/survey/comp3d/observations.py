@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from tribrach.errors import InputError
-from tribrach.io.survey.comp3d.points import SMALLEST_SIGMA, Points
+from tribrach.io.survey.comp3d.points import SMALLEST_SIGMA, Comp3dPoints
 from tribrach.io.survey.comp3d.records import (
     AxisRecord,
     CircleRecord,
@@ -26,7 +26,7 @@ from tribrach.io.survey.comp3d.records import (
     PairRecord,
     SightRecord,
 )
-from tribrach.io.survey.comp3d.text import Line, Problems, read_lines
+from tribrach.io.survey.comp3d.text import Problems, TextLine, read_lines
 
 __all__ = ["read_observations"]
 
@@ -43,7 +43,7 @@ _OFF = "its sigma is negative in the file"
 _CARTESIAN = {1: (0, 0, 0, -1), 2: (0, 0, 0, 1), 3: (0, 1, 2, -1), 4: (0, 1, 2, 3), 5: (0, 1, 2, 3)}
 
 
-def read_frame(line: Line, code: int, unit: float, problems: Problems) -> FrameRecord:
+def read_frame(line: TextLine, code: int, unit: float, problems: Problems) -> FrameRecord:
     """A subframe (11, 12) or baselines (19) with their file.
 
     Raises
@@ -54,7 +54,7 @@ def read_frame(line: Line, code: int, unit: float, problems: Problems) -> FrameR
     path, shown = line.subfile(2)
     extra = line.numbers(3, f"the subframe at {origin}")
     factor = extra[0] if code == 19 and extra else 1.0
-    parse: dict[int, Callable[[Line], FrameEntry]] = {
+    parse: dict[int, Callable[[TextLine], FrameEntry]] = {
         11: _cartesian,
         12: lambda entry: _polar(entry, unit),
         19: lambda entry: _baseline(entry, factor),
@@ -68,7 +68,7 @@ def read_frame(line: Line, code: int, unit: float, problems: Problems) -> FrameR
     return FrameRecord(code, origin, levelled, height, tuple(entries), line)
 
 
-def read_axis(line: Line, problems: Problems) -> AxisRecord:
+def read_axis(line: TextLine, problems: Problems) -> AxisRecord:
     """A rotation axis (18) with its file.
 
     Raises
@@ -78,13 +78,13 @@ def read_axis(line: Line, problems: Problems) -> AxisRecord:
     origin = _name(line)
     path, shown = line.subfile(2)
     circles: list[CircleRecord] = []
-    feet: list[tuple[str, Line]] = []
+    feet: list[tuple[str, TextLine]] = []
     for item in _items(path, shown, line, problems, _axis_item):
         if isinstance(item, CircleRecord):
             circles.append(item)
         else:
             feet.append(item)
-    seen: dict[str, Line] = {origin: line}
+    seen: dict[str, TextLine] = {origin: line}
     for circle in circles:
         if circle.point in seen:
             raise circle.line.error(
@@ -95,7 +95,7 @@ def read_axis(line: Line, problems: Problems) -> AxisRecord:
     return AxisRecord(origin, tuple(circles), tuple(feet), line)
 
 
-def read_equal(line: Line, code: int, problems: Problems) -> EqualRecord:
+def read_equal(line: TextLine, code: int, problems: Problems) -> EqualRecord:
     """An equality of height differences (21) or distances (22) with its file.
 
     Raises
@@ -108,14 +108,14 @@ def read_equal(line: Line, code: int, problems: Problems) -> EqualRecord:
     return EqualRecord(code, f"common {what} {shown} ({line.source})", tuple(pairs), line)
 
 
-def _name(line: Line) -> str:
+def _name(line: TextLine) -> str:
     if len(line.fields) < 2 or line.fields[1].startswith("@"):
         raise line.error("the point of the station is missing")
     return line.fields[1]
 
 
 def _items(
-    path: Path, shown: str, parent: Line, problems: Problems, parse: Callable[[Line], _Item]
+    path: Path, shown: str, parent: TextLine, problems: Problems, parse: Callable[[TextLine], _Item]
 ) -> list[_Item]:
     """What the lines of a named file say."""
     if not path.is_file():
@@ -131,7 +131,7 @@ def _items(
     return out
 
 
-def _numbers(line: Line, first: int, counts: tuple[int, ...], form: str) -> list[float]:
+def _numbers(line: TextLine, first: int, counts: tuple[int, ...], form: str) -> list[float]:
     """The numbers of a line, if their count is allowed."""
     values = line.numbers(first, f"the line of {line.fields[0]}")
     if len(values) not in counts:
@@ -140,7 +140,7 @@ def _numbers(line: Line, first: int, counts: tuple[int, ...], form: str) -> list
 
 
 def _entry(
-    line: Line, values: list[float], own: list[float], by_distance: list[float], height: float
+    line: TextLine, values: list[float], own: list[float], by_distance: list[float], height: float
 ) -> FrameEntry:
     """An entry with its sigmas checked."""
     if min(abs(s) for s in own) < SMALLEST_SIGMA:
@@ -160,7 +160,7 @@ def _entry(
     )
 
 
-def _cartesian(line: Line) -> FrameEntry:
+def _cartesian(line: TextLine) -> FrameEntry:
     """``target x y z`` with one to four sigmas and a target height."""
     form = "x y z, then sigma, sigma sigma_rel, or sx sy sz [sigma_rel [ht]]"
     values = _numbers(line, 1, (4, 5, 6, 7, 8), form)
@@ -171,7 +171,7 @@ def _cartesian(line: Line) -> FrameEntry:
     return _entry(line, values, [sigmas[x], sigmas[y], sigmas[z]], [by_distance] * 3, height)
 
 
-def _polar(line: Line, unit: float) -> FrameEntry:
+def _polar(line: TextLine, unit: float) -> FrameEntry:
     """``target alpha beta distance`` with sigmas of angles and distance and a target height."""
     form = "two angles, distance, sigma_angle [sigma_angle_rel] sigma_distance sigma_rel [ht]"
     values = _numbers(line, 1, (6, 7, 8), form)
@@ -186,7 +186,7 @@ def _polar(line: Line, unit: float) -> FrameEntry:
     return _entry(line, measured, own, [across, across, relative], height)
 
 
-def _baseline(line: Line, factor: float) -> FrameEntry:
+def _baseline(line: TextLine, factor: float) -> FrameEntry:
     """``target dX dY dZ xx xy xz yy yz zz [ht]`` in ECEF; sigmas scale by ``factor``."""
     values = _numbers(line, 1, (9, 10), "dX dY dZ xx xy xz yy yz zz [ht]")
     upper = values[3:9]
@@ -206,7 +206,7 @@ def _baseline(line: Line, factor: float) -> FrameEntry:
     )
 
 
-def _axis_item(line: Line) -> CircleRecord | tuple[str, Line]:
+def _axis_item(line: TextLine) -> CircleRecord | tuple[str, TextLine]:
     """``target position point sigma_radius sigma_perpendicular``, or ``L point``."""
     if line.fields[0] == "L" and len(line.fields) == 2:
         return line.fields[1], line
@@ -218,7 +218,7 @@ def _axis_item(line: Line) -> CircleRecord | tuple[str, Line]:
     return CircleRecord(line.fields[0], line.fields[2], radius, plane, line)
 
 
-def _pair(line: Line) -> PairRecord:
+def _pair(line: TextLine) -> PairRecord:
     """``point1 point2 sigma``."""
     if len(line.fields) < 2:
         raise line.error("the pair of points is missing")
@@ -238,7 +238,7 @@ _HEIGHT_CODES, _PLAN_CODES = {4, 21}, {2, 5, 7, 8, 9, 14, 15}
 
 
 def read_observations(
-    path: Path, shown: str, points: Points, unit: float, problems: Problems
+    path: Path, shown: str, points: Comp3dPoints, unit: float, problems: Problems
 ) -> Observed:
     """Observations of a file and all files it names.
 
@@ -259,13 +259,13 @@ def read_observations(
 
 @dataclass
 class _Reader:
-    points: Points
+    points: Comp3dPoints
     unit: float
     problems: Problems
     observed: Observed = field(default_factory=Observed)
     rounds: dict[str, list[str]] = field(default_factory=dict)
 
-    def take(self, line: Line) -> None:
+    def take(self, line: TextLine) -> None:
         """Add what a line says."""
         code = line.integer(0, "the observation code")
         if abs(code) in _SIMPLE:
@@ -287,13 +287,13 @@ class _Reader:
         else:
             raise line.error(f"unknown observation code {code}")
 
-    def _check(self, line: Line, name: str) -> None:
+    def _check(self, line: TextLine, name: str) -> None:
         """Refuse a point without three dimensions as an origin."""
         record = self.points.records.get(name)
         if record is not None and not all(record.used):
             raise line.error(f"point {name} is not three-dimensional", "give it code 0 to 3")
 
-    def _left_out(self, line: Line, *names: str) -> bool:
+    def _left_out(self, line: TextLine, *names: str) -> bool:
         """True, with a warning, if a line refers to a point that is left out."""
         for name in names:
             other = self.points.left_out.get(name)
@@ -304,7 +304,7 @@ class _Reader:
                 return True
         return False
 
-    def _sight(self, line: Line, signed: int) -> None:
+    def _sight(self, line: TextLine, signed: int) -> None:
         """Add a plain observation."""
         code = abs(signed)
         if len(line.fields) < 3:
@@ -339,7 +339,7 @@ class _Reader:
             self.observed.sights.append(SightRecord(kind, *ends, circle, reason, line))
 
     def _check_sight(
-        self, line: Line, code: int, value: float, own: float, relative: float
+        self, line: TextLine, code: int, value: float, own: float, relative: float
     ) -> None:
         """Refuse values and sigmas that cannot be meant."""
         if abs(own) < SMALLEST_SIGMA:
@@ -351,7 +351,7 @@ class _Reader:
         if code in (5, 6, 7, 8) and abs(value * self.unit) > 2 * pi:
             raise line.error(f"angle {value:g} is more than a full circle")
 
-    def _circle(self, code: int, start: str, line: Line) -> str:
+    def _circle(self, code: int, start: str, line: TextLine) -> str:
         """Name of the orientation unknown of a direction, "" for other codes."""
         if code not in (5, 7):
             return ""

@@ -12,9 +12,9 @@ from math import nan
 from pathlib import Path
 
 from tribrach.errors import InputError
-from tribrach.io.survey.comp3d.text import Line, Problems, read_lines
+from tribrach.io.survey.comp3d.text import Problems, TextLine, read_lines
 
-__all__ = ["SMALLEST_SIGMA", "PointRecord", "Points", "read_points"]
+__all__ = ["SMALLEST_SIGMA", "Comp3dPoint", "Comp3dPoints", "read_points"]
 
 #: sigmas closer to zero than this are a mistake [m or file unit]
 SMALLEST_SIGMA = 1e-8
@@ -36,7 +36,7 @@ _CODES: dict[int, tuple[str, str]] = {
 
 
 @dataclass(frozen=True)
-class PointRecord:
+class Comp3dPoint:
     """A point of a coordinate file.
 
     enh : grid coordinates and height [m]; sigmas : as written, NaN if not given; used and
@@ -51,14 +51,14 @@ class PointRecord:
     constrained: tuple[bool, bool, bool]
     deflection: tuple[float, float] | None
     far: bool
-    line: Line
+    line: TextLine
 
     @property
     def held(self) -> tuple[bool, ...]:
         """Which of E, N, h are fixed."""
         return tuple(c and s == 0 for c, s in zip(self.constrained, self.sigmas, strict=True))
 
-    def same(self, other: PointRecord) -> bool:
+    def same(self, other: Comp3dPoint) -> bool:
         """True if another record says the same."""
         mine = (self.enh, self.sigmas, self.used, self.constrained, self.deflection)
         return repr(mine) == repr(
@@ -67,14 +67,14 @@ class PointRecord:
 
 
 @dataclass(frozen=True)
-class Points:
+class Comp3dPoints:
     """All points of a project; left_out has the lines that leave points out, by name."""
 
-    records: dict[str, PointRecord]
-    left_out: dict[str, Line]
+    records: dict[str, Comp3dPoint]
+    left_out: dict[str, TextLine]
 
 
-def read_points(path: Path, shown: str, problems: Problems) -> Points:
+def read_points(path: Path, shown: str, problems: Problems) -> Comp3dPoints:
     """Points of a coordinate file and the files it includes.
 
     Raises
@@ -82,7 +82,7 @@ def read_points(path: Path, shown: str, problems: Problems) -> Points:
     InputError : a malformed line, an unknown code, a point defined twice with different values, a
         constrained point without sigmas, a sigma too close to zero.
     """
-    points = Points({}, {})
+    points = Comp3dPoints({}, {})
     coded = path.suffix.lower() != ".new"
     for line in read_lines(path, shown, problems):
         try:
@@ -92,12 +92,12 @@ def read_points(path: Path, shown: str, problems: Problems) -> Points:
     return points
 
 
-def _with_code(line: Line) -> Line:
+def _with_code(line: TextLine) -> TextLine:
     """A line of a result file, which has no codes, as a free point."""
-    return Line(line.file, line.number, ("0", *line.fields), line.folder)
+    return TextLine(line.file, line.number, ("0", *line.fields), line.folder)
 
 
-def _add(points: Points, line: Line, problems: Problems) -> None:
+def _add(points: Comp3dPoints, line: TextLine, problems: Problems) -> None:
     """Add the point of a line."""
     code = line.integer(0, "the point code")
     if len(line.fields) < 2:
@@ -123,7 +123,7 @@ def _add(points: Points, line: Line, problems: Problems) -> None:
         )
 
 
-def _record(line: Line, code: int, name: str, problems: Problems) -> PointRecord:
+def _record(line: TextLine, code: int, name: str, problems: Problems) -> Comp3dPoint:
     """The point of a line with coordinates."""
     if code not in _CODES:
         raise line.error(f"unknown point code {code}", "use 0 to 9, or -1 to leave a point out")
@@ -144,7 +144,7 @@ def _record(line: Line, code: int, name: str, problems: Problems) -> PointRecord
                 line.error(f"sigma {sigma:g} m of point {name} is too small", "use 0 to hold it")
             )
             wanted[axis] = False
-    return PointRecord(
+    return Comp3dPoint(
         name=name,
         enh=(values[0], values[1], values[2]),
         sigmas=(sigmas[0], sigmas[1], sigmas[2]),

@@ -14,11 +14,11 @@ from pathlib import Path
 from typing import Any
 
 from tribrach.errors import InputError
-from tribrach.geodesy.projection import Grid, stereographic
+from tribrach.geodesy.projection import ProjectedGrid, stereographic
 from tribrach.io.survey.comp3d.text import MAX_BYTES
 from tribrach.units import GON
 
-__all__ = ["Project", "read_project"]
+__all__ = ["Comp3dProject", "read_project"]
 
 #: latitude [degrees] of a local system that states none
 DEFAULT_LATITUDE = 45.0
@@ -32,7 +32,7 @@ _UNITS = {0: 1.0, 1: GON, 2: pi / 180}
 
 
 @dataclass(frozen=True)
-class Project:
+class Comp3dProject:
     """What a project says besides points and observations.
 
     grid is None where only the coordinates can tell where the project is. simulation : "" or
@@ -43,14 +43,14 @@ class Project:
     folder: Path
     points: str
     observations: str
-    grid: Grid | None
+    grid: ProjectedGrid | None
     unit: float
     refraction: float
     inner_constraints: bool
     simulation: str
 
 
-def read_project(paths: Sequence[Path]) -> Project:
+def read_project(paths: Sequence[Path]) -> Comp3dProject:
     """The project of a ``.comp`` file, or of an ``.obs`` and a ``.cor`` file.
 
     Raises
@@ -69,7 +69,7 @@ def read_project(paths: Sequence[Path]) -> Project:
         )
     if points.parent.resolve() != observations.parent.resolve():
         raise InputError("both files must be in one folder", file=points.name)
-    return Project(
+    return Comp3dProject(
         name=observations.stem,
         folder=observations.parent,
         points=points.name,
@@ -82,7 +82,7 @@ def read_project(paths: Sequence[Path]) -> Project:
     )
 
 
-def _from_json(path: Path) -> Project:
+def _from_json(path: Path) -> Comp3dProject:
     config = _config(path)
     names = [_entry(config, key, str, path) for key in ("root_COR_file", "root_OBS_file")]
     if config.get("coord_cov_file"):
@@ -95,7 +95,7 @@ def _from_json(path: Path) -> Project:
     unit = _entry(config, "files_unit", int, path)
     if kind not in (0, 1, 2) or unit not in _UNITS:
         raise InputError(f"unknown compute_type {kind} or files_unit {unit}", file=path.name)
-    return Project(
+    return Comp3dProject(
         name=str(config.get("name") or path.stem),
         folder=path.parent,
         points=names[0].replace("\\", "/"),
@@ -108,17 +108,17 @@ def _from_json(path: Path) -> Project:
     )
 
 
-def _grid(config: dict[str, Any], path: Path) -> Grid:
+def _grid(config: dict[str, Any], path: Path) -> ProjectedGrid:
     centre = _entry(config, "local_center", list, path)
     if len(centre) < 2 or not all(isinstance(c, int | float) and isfinite(c) for c in centre[:2]):
         raise InputError("local_center is not two numbers", file=path.name)
     easting, northing = float(centre[0]), float(centre[1])
     if config.get("use_proj"):
-        return Grid(_entry(config, "proj_def", str, path).strip(), easting, northing)
+        return ProjectedGrid(_entry(config, "proj_def", str, path).strip(), easting, northing)
     latitude = float(_entry(config, "center_latitude", (int, float), path))
     if not abs(latitude) < 89:
         raise InputError(f"center_latitude is {latitude:g} degrees", file=path.name)
-    return Grid(stereographic(latitude, easting, northing), easting, northing)
+    return ProjectedGrid(stereographic(latitude, easting, northing), easting, northing)
 
 
 def _entry(config: dict[str, Any], key: str, kind: type | tuple[type, ...], path: Path) -> Any:

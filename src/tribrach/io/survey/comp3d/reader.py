@@ -16,11 +16,11 @@ from pathlib import Path
 import numpy as np
 
 from tribrach.errors import InputError
-from tribrach.geodesy.projection import Grid, stereographic
+from tribrach.geodesy.projection import ProjectedGrid, stereographic
 from tribrach.io.survey.comp3d.assembly import assemble
 from tribrach.io.survey.comp3d.observations import read_observations
-from tribrach.io.survey.comp3d.points import Points, read_points
-from tribrach.io.survey.comp3d.project import DEFAULT_LATITUDE, Project, read_project
+from tribrach.io.survey.comp3d.points import Comp3dPoints, read_points
+from tribrach.io.survey.comp3d.project import DEFAULT_LATITUDE, Comp3dProject, read_project
 from tribrach.io.survey.comp3d.text import Problems
 from tribrach.network.survey import Survey
 
@@ -51,7 +51,7 @@ def read(paths: Path | Sequence[Path], *, tolerant: bool = False) -> Survey:
     return assemble(project, points, observed, problems)
 
 
-def _located(project: Project, points: Points, problems: Problems) -> Project:
+def _located(project: Comp3dProject, points: Comp3dPoints, problems: Problems) -> Comp3dProject:
     """The project with its grid, by default a local system around its points."""
     if project.grid is not None:
         return project
@@ -62,4 +62,4 @@ def _located(project: Project, points: Points, problems: Problems) -> Project:
         f"latitude {DEFAULT_LATITUDE:g} degrees and refraction {project.refraction:g} are assumed."
     )
     crs = stereographic(DEFAULT_LATITUDE, easting, northing)
-    return replace(project, grid=Grid(crs, easting, northing))
+    return replace(project, grid=ProjectedGrid(crs, easting, northing))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from tribrach.io.survey.comp3d.text import Line
+from tribrach.io.survey.comp3d.text import TextLine
 
 __all__ = [
     "AxisRecord",
@@ -43,7 +43,7 @@ class SightRecord:
     height_target: float
     circle: str
     off: str
-    line: Line
+    line: TextLine
 
     @property
     def angular(self) -> bool:
@@ -79,7 +79,7 @@ class FrameEntry:
     height: float
     off: tuple[str, str, str]
     covariance: tuple[float, ...]
-    line: Line
+    line: TextLine
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ class FrameRecord:
     levelled: bool
     height: float
     entries: tuple[FrameEntry, ...]
-    line: Line
+    line: TextLine
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ class CircleRecord:
     point: str
     sigma_radius: float
     sigma_plane: float
-    line: Line
+    line: TextLine
 
 
 @dataclass(frozen=True)
@@ -114,8 +114,8 @@ class AxisRecord:
 
     origin: str
     circles: tuple[CircleRecord, ...]
-    feet: tuple[tuple[str, Line], ...]
-    line: Line
+    feet: tuple[tuple[str, TextLine], ...]
+    line: TextLine
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ class PairRecord:
     start: str
     end: str
     sigma: float
-    line: Line
+    line: TextLine
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ class EqualRecord:
     code: int
     name: str
     pairs: tuple[PairRecord, ...]
-    line: Line
+    line: TextLine
 
 
 @dataclass

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from tribrach.errors import InputError
 
-__all__ = ["MAX_BYTES", "Line", "Problems", "read_lines"]
+__all__ = ["MAX_BYTES", "Problems", "TextLine", "read_lines"]
 
 #: largest file that is read, and how deep files may include each other
 MAX_BYTES = 200_000_000
@@ -37,7 +37,7 @@ class Problems:
 
 
 @dataclass(frozen=True)
-class Line:
+class TextLine:
     """One line with data.
 
     file : path as named by the project; number : 1-based; fields : without the comment;
@@ -101,7 +101,7 @@ class Line:
         return _resolve(self, name)
 
 
-def read_lines(path: Path, shown: str, problems: Problems, depth: int = 1) -> Iterator[Line]:
+def read_lines(path: Path, shown: str, problems: Problems, depth: int = 1) -> Iterator[TextLine]:
     """Lines with data of a file and of all files it includes, in order.
 
     Raises
@@ -112,7 +112,7 @@ def read_lines(path: Path, shown: str, problems: Problems, depth: int = 1) -> It
         fields = tuple(text.split("*", 1)[0].split())
         if len("".join(fields)) < 2:
             continue
-        line = Line(shown, number, fields, path.parent)
+        line = TextLine(shown, number, fields, path.parent)
         if not fields[0].startswith("@"):
             yield line
             continue
@@ -128,7 +128,7 @@ def read_lines(path: Path, shown: str, problems: Problems, depth: int = 1) -> It
         yield from read_lines(other, name, problems, depth + 1)
 
 
-def _resolve(line: Line, name: str) -> tuple[Path, str]:
+def _resolve(line: TextLine, name: str) -> tuple[Path, str]:
     relative = Path(name[1:].replace("\\", "/"))
     return line.folder / relative, (Path(line.file).parent / relative).as_posix()
 

@@ -29,11 +29,11 @@ from tribrach.io.survey.csv.columns import (
 from tribrach.network.survey import LARGEST
 from tribrach.units import UNITS, parse_angle
 
-__all__ = ["Table", "read_table"]
+__all__ = ["CsvTable", "read_table"]
 
 
 @dataclass(frozen=True)
-class Table:
+class CsvTable:
     """A CSV file by columns.
 
     words : names by column, "" where empty; numbers : values (n,) in metres, radians and square
@@ -101,7 +101,7 @@ class Table:
         return [cells[row] for row in rows]
 
 
-def read_table(path: Path) -> Table:
+def read_table(path: Path) -> CsvTable:
     """Read a CSV file whose header names columns and units.
 
     Raises
@@ -126,7 +126,7 @@ def read_table(path: Path) -> Table:
             words[name] = column
         else:
             numbers[name] = _numbers(path, lines[1:], title, column, unit)
-    return Table(path, kind, words, numbers, lines[1:], lines[0], titles)
+    return CsvTable(path, kind, words, numbers, lines[1:], lines[0], titles)
 
 
 def _column(path: Path, line: int, name: str) -> tuple[str, str | None]:

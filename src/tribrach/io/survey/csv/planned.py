@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from tribrach._types import Array, Index
-from tribrach.io.survey.csv.file import Table, read_table
+from tribrach.io.survey.csv.file import CsvTable, read_table
 from tribrach.io.survey.csv.reader import Context
 from tribrach.io.survey.csv.sights import KINDS, SightReader
 from tribrach.network.survey import Survey
@@ -55,7 +55,7 @@ def read_planned(
 class _PlannedReader(SightReader):
     """Planned observations with the sigmas of the instrument along lines that are not measured."""
 
-    def __init__(self, table: Table, context: Context, places: Mapping[str, Array]) -> None:
+    def __init__(self, table: CsvTable, context: Context, places: Mapping[str, Array]) -> None:
         super().__init__(table, context)
         self.places = places
         self.scans: list[tuple[str, str]] = []

@@ -16,7 +16,7 @@ from tribrach._types import Array, Index
 from tribrach.errors import InputError
 from tribrach.geodesy.work_frame import WorkFrame
 from tribrach.instruments.precision import Precision
-from tribrach.io.survey.csv.file import Table
+from tribrach.io.survey.csv.file import CsvTable
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Observations, Use
 
@@ -45,7 +45,7 @@ class Context:
 class Reader(ABC):
     """A table on its way into a survey."""
 
-    def __init__(self, table: Table, context: Context) -> None:
+    def __init__(self, table: CsvTable, context: Context) -> None:
         self.table = table
         self.precision, self.frame = context.precision, context.frame
         self.role, self.lever_arms = context.role, context.lever_arms

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from tribrach.io.survey.csv.file import Table, read_table
+from tribrach.io.survey.csv.file import CsvTable, read_table
 from tribrach.io.survey.csv.places import CoordinateReader, PositionReader, RodReader, VectorReader
 from tribrach.io.survey.csv.reader import Context, Reader
 from tribrach.io.survey.csv.readings import ReadingsReader
@@ -24,7 +24,7 @@ from tribrach.network.survey import Survey
 
 __all__ = ["Context", "read"]
 
-_READERS: dict[str, Callable[[Table, Context], Reader]] = {
+_READERS: dict[str, Callable[[CsvTable, Context], Reader]] = {
     "scanner polar observations": PolarReader,
     "scanner targets": TargetReader,
     "readings of a total station": ReadingsReader,

@@ -19,10 +19,10 @@ from tribrach.geodesy import frames
 from tribrach.geodesy.site import ecef_from_geodetic
 from tribrach.io.survey.dynadjust.records import (
     IGNORED,
-    Cluster,
     Entry,
+    GnssCluster,
     Records,
-    Sight,
+    TerrestrialRecord,
     number,
     packed_dms,
 )
@@ -52,7 +52,7 @@ SAME_EPOCH = 1e-3
 ACCURATE = 0.1
 
 
-def add_clusters(survey: Survey, stations: Stations, clusters: Sequence[Cluster]) -> None:
+def add_clusters(survey: Survey, stations: Stations, clusters: Sequence[GnssCluster]) -> None:
     """Add all GNSS measurements.
 
     Raises
@@ -70,7 +70,7 @@ def add_clusters(survey: Survey, stations: Stations, clusters: Sequence[Cluster]
     _add_points(survey, stations, [c for c in clusters if c.type == "Y"])
 
 
-def _add_baselines(survey: Survey, stations: Stations, clusters: Sequence[Cluster]) -> None:
+def _add_baselines(survey: Survey, stations: Stations, clusters: Sequence[GnssCluster]) -> None:
     entries = [entry for cluster in clusters for entry in cluster.entries]
     if not entries:
         return
@@ -92,7 +92,7 @@ def _add_baselines(survey: Survey, stations: Stations, clusters: Sequence[Cluste
     )
 
 
-def _add_points(survey: Survey, stations: Stations, clusters: Sequence[Cluster]) -> None:
+def _add_points(survey: Survey, stations: Stations, clusters: Sequence[GnssCluster]) -> None:
     entries = [entry for cluster in clusters for entry in cluster.entries]
     if not entries:
         return
@@ -125,7 +125,7 @@ def _add_points(survey: Survey, stations: Stations, clusters: Sequence[Cluster])
 def _add(
     survey: Survey,
     kind: type[Observations],
-    clusters: Sequence[Cluster],
+    clusters: Sequence[GnssCluster],
     values: Array,
     maps: Array,
     **columns: Any,
@@ -164,7 +164,7 @@ def _add(
         first += n
 
 
-def _scaling(stations: Stations, owner: Sequence[Cluster], xyz: Array) -> Array:
+def _scaling(stations: Stations, owner: Sequence[GnssCluster], xyz: Array) -> Array:
     """Matrices (N, 3, 3) that stretch ECEF errors at ``xyz`` by the roots of L, P and H."""
     roots = np.sqrt(np.array([(c.scales[2], c.scales[1], c.scales[3]) for c in owner]))
     axes = stations.axes(xyz)
@@ -188,7 +188,7 @@ def _ecef_by_geodetic(stations: Stations, xyz: Array) -> Array:
 def _in_network_frame(
     survey: Survey,
     stations: Stations,
-    owner: Sequence[Cluster],
+    owner: Sequence[GnssCluster],
     xyz: Array,
     *,
     positions: bool,
@@ -218,7 +218,7 @@ def _other_epoch(
     survey: Survey,
     stations: Stations,
     name: str,
-    owner: Sequence[Cluster],
+    owner: Sequence[GnssCluster],
     positions: bool,
 ) -> None:
     """Velocities are not known: positions of another epoch are refused, baselines warned about."""
@@ -236,12 +236,12 @@ def _other_epoch(
         survey.warnings.append(f"{cluster.place}: {text}")
 
 
-def _year(cluster: Cluster) -> float:
+def _year(cluster: GnssCluster) -> float:
     with cluster.place.named():
         return frames.decimal_year(cluster.epoch)
 
 
-def _is_geographic(cluster: Cluster) -> bool:
+def _is_geographic(cluster: GnssCluster) -> bool:
     if cluster.coordinates in ("LLH", "LLh"):
         return True
     if cluster.coordinates != "XYZ":
@@ -288,7 +288,7 @@ _KINDS: dict[str, type[Observations]] = {
 }
 
 
-def add_sights(survey: Survey, sights: Sequence[Sight]) -> None:
+def add_sights(survey: Survey, sights: Sequence[TerrestrialRecord]) -> None:
     """Add all terrestrial measurements.
 
     Raises
@@ -304,7 +304,7 @@ def add_sights(survey: Survey, sights: Sequence[Sight]) -> None:
         )
 
 
-def _add_sights(survey: Survey, kind: str, sights: Sequence[Sight]) -> None:
+def _add_sights(survey: Survey, kind: str, sights: Sequence[TerrestrialRecord]) -> None:
     ignored = np.array([sight.ignored for sight in sights])
     values = np.array([sight.value for sight in sights])
     survey.add(
@@ -319,7 +319,7 @@ def _add_sights(survey: Survey, kind: str, sights: Sequence[Sight]) -> None:
     )
 
 
-def _fields(kind: str, sights: Sequence[Sight]) -> dict[str, Any]:
+def _fields(kind: str, sights: Sequence[TerrestrialRecord]) -> dict[str, Any]:
     """The fields of the kind that name stations and heights."""
     first = [sight.names[0] for sight in sights]
     if kind in "HR":

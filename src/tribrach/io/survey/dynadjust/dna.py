@@ -18,12 +18,12 @@ from tribrach.io.survey.dynadjust.assembly import assemble
 from tribrach.io.survey.dynadjust.records import (
     ARCSEC,
     SIGHTS,
-    Cluster,
     Entry,
-    Place,
+    GnssCluster,
+    RecordPlace,
     Records,
-    Sight,
     StationRecord,
+    TerrestrialRecord,
     number,
 )
 from tribrach.io.xml_file import read_bytes
@@ -116,7 +116,7 @@ class _Reader:
     def __init__(self, records: Records, layout: _Layout, lines: Sequence[str]) -> None:
         self.records, self.layout = records, layout
         self.lines = [
-            (Place(records.file, number), line)
+            (RecordPlace(records.file, number), line)
             for number, line in enumerate(lines, start=1)
             if number > 1 and line.strip() and not line.startswith("*")
         ]
@@ -147,14 +147,16 @@ class _Reader:
             else:
                 self.records.refuse(kind, ignored, place)
 
-    def take(self, what: str) -> tuple[Place, str]:
+    def take(self, what: str) -> tuple[RecordPlace, str]:
         """The next line; an error if the file has ended."""
         if self.next == len(self.lines):
-            raise Place(self.records.file, None).error(f"the file ends where {what} should follow")
+            raise RecordPlace(self.records.file, None).error(
+                f"the file ends where {what} should follow"
+            )
         self.next += 1
         return self.lines[self.next - 1]
 
-    def cluster(self, kind: str, ignored: bool, place: Place, line: str) -> None:
+    def cluster(self, kind: str, ignored: bool, place: RecordPlace, line: str) -> None:
         """Header and entries of a G, X or Y measurement."""
         n = 1 if kind == "G" else _count(line, place)
         *scales, frame, epoch = (line[c].strip() for c in self.layout.header)
@@ -168,7 +170,7 @@ class _Reader:
                 )
             entries.append(self.entry(where, entry, n - 1 - k, ignored))
         self.records.clusters.append(
-            Cluster(
+            GnssCluster(
                 kind,
                 (line[_SECOND].strip() or "XYZ") if kind == "Y" else "XYZ",
                 entries,
@@ -179,7 +181,7 @@ class _Reader:
             )
         )
 
-    def entry(self, place: Place, line: str, following: int, ignored: bool) -> Entry:
+    def entry(self, place: RecordPlace, line: str, following: int, ignored: bool) -> Entry:
         """Three lines of values and variances, then three per covariance block."""
         rows = [self.take("the components of a GNSS measurement") for _ in range(3)]
         value, *columns = self.layout.gnss
@@ -210,7 +212,7 @@ class _Reader:
             ]
         )
 
-    def directions(self, ignored: bool, place: Place, line: str) -> None:
+    def directions(self, ignored: bool, place: RecordPlace, line: str) -> None:
         """A set: the first line names instrument, first target and how many follow."""
         name = f"orientation of {line[_FIRST].strip()} ({place})"
         first = line[_FIRST].strip()
@@ -222,7 +224,7 @@ class _Reader:
             off = ignored or entry[1:2] == "*"
             self.add("D", (first, entry[_THIRD].strip()), off, where, entry, name)
 
-    def sight(self, kind: str, ignored: bool, place: Place, line: str) -> None:
+    def sight(self, kind: str, ignored: bool, place: RecordPlace, line: str) -> None:
         """A measurement on one line."""
         names = tuple(line[c].strip() for c in (_FIRST, _SECOND, _THIRD)[: SIGHTS[kind][0]])
         self.add(kind, names, ignored, place, line, "")
@@ -232,7 +234,7 @@ class _Reader:
         kind: str,
         names: tuple[str, ...],
         ignored: bool,
-        place: Place,
+        place: RecordPlace,
         line: str,
         set_name: str,
     ) -> None:
@@ -247,11 +249,13 @@ class _Reader:
         )
         sigma *= ARCSEC if angular else 1.0
         self.records.sights.append(
-            Sight(kind, names, value, sigma, instrument, target, ignored, place, set_name)
+            TerrestrialRecord(
+                kind, names, value, sigma, instrument, target, ignored, place, set_name
+            )
         )
 
 
-def _count(line: str, place: Place) -> int:
+def _count(line: str, place: RecordPlace) -> int:
     """Number of entries in a cluster or of further directions in a set."""
     text = line[_THIRD].strip()
     if not text.isdigit() or int(text) < 1:
@@ -259,7 +263,7 @@ def _count(line: str, place: Place) -> int:
     return int(text)
 
 
-def _angle(line: str, place: Place) -> float:
+def _angle(line: str, place: RecordPlace) -> float:
     """Degrees, minutes and seconds in their columns [rad]."""
     degrees, minutes, seconds = (line[c].strip() for c in (_DEGREES, _MINUTES, _SECONDS))
     d, m, s = (number(text, "an angle", place) for text in (degrees, minutes, seconds))

@@ -16,12 +16,12 @@ from tribrach.io.survey.dynadjust.assembly import assemble
 from tribrach.io.survey.dynadjust.records import (
     ARCSEC,
     SIGHTS,
-    Cluster,
     Entry,
-    Place,
+    GnssCluster,
+    RecordPlace,
     Records,
-    Sight,
     StationRecord,
+    TerrestrialRecord,
     number,
     packed_dms,
 )
@@ -58,7 +58,7 @@ def parse(path: Path) -> Records:
     frame = root.get("referenceframe", "GDA2020")
     records = Records(str(path), str(frame), str(root.get("epoch", "01.01.2020")))
     for element in _children(root):
-        node = _Node(element, Place(records.file, line_of(element)))
+        node = _Node(element, RecordPlace(records.file, line_of(element)))
         if element.tag == "DnaStation":
             records.stations.append(node.station())
         elif element.tag == "DnaMeasurement":
@@ -76,13 +76,13 @@ def _children(element: Any) -> Iterator[Any]:
 class _Node:
     """An element with its place."""
 
-    def __init__(self, element: Any, place: Place) -> None:
+    def __init__(self, element: Any, place: RecordPlace) -> None:
         self.element, self.place = element, place
 
     def nodes(self) -> Iterator[_Node]:
         """Children with their places."""
         for child in _children(self.element):
-            yield _Node(child, Place(self.place.file, line_of(child)))
+            yield _Node(child, RecordPlace(self.place.file, line_of(child)))
 
     def text(self, tag: str, default: str | None = None) -> str:
         """Text of a child; an error if there is none and no default."""
@@ -105,7 +105,7 @@ class _Node:
         coordinates = self.element.find("StationCoord")
         if coordinates is None:
             raise self.place.error("<DnaStation> has no <StationCoord>")
-        node = _Node(coordinates, Place(self.place.file, line_of(coordinates)))
+        node = _Node(coordinates, RecordPlace(self.place.file, line_of(coordinates)))
         return StationRecord(
             self.text("Name"),
             self.text("Constraints"),
@@ -145,7 +145,7 @@ def _measurement(records: Records, node: _Node) -> None:
         records.refuse(kind, node.ignored, node.place)
 
 
-def _cluster(records: Records, node: _Node, kind: str) -> Cluster:
+def _cluster(records: Records, node: _Node, kind: str) -> GnssCluster:
     """A GNSS measurement; station names stand before the element they belong to."""
     tag, covariance = (
         ("Clusterpoint", "PointCovariance") if kind == "Y" else ("GPSBaseline", "GPSCovariance")
@@ -164,7 +164,7 @@ def _cluster(records: Records, node: _Node, kind: str) -> Cluster:
     if not entries or (total and total != str(len(entries))):
         raise node.place.error(f"the measurement has {len(entries)} of {total or 'its'} <{tag}>")
     v, p, lam, h = (node.number(f"{axis}scale", "1") for axis in "VPLH")
-    return Cluster(
+    return GnssCluster(
         kind,
         node.text("Coords", "XYZ") if kind == "Y" else "XYZ",
         entries,
@@ -175,9 +175,9 @@ def _cluster(records: Records, node: _Node, kind: str) -> Cluster:
     )
 
 
-def _sight(node: _Node, kind: str) -> Sight:
+def _sight(node: _Node, kind: str) -> TerrestrialRecord:
     count, angular = SIGHTS[kind]
-    return Sight(
+    return TerrestrialRecord(
         kind,
         tuple(node.text(tag) for tag in ("First", "Second", "Third")[:count]),
         _value(node, angular),
@@ -189,14 +189,14 @@ def _sight(node: _Node, kind: str) -> Sight:
     )
 
 
-def _directions(node: _Node) -> list[Sight]:
+def _directions(node: _Node) -> list[TerrestrialRecord]:
     """A set: its first direction stands in the measurement, the others in ``Directions``."""
     name = f"orientation of {node.text('First')} ({node.place})"
     sights = []
     for k, item in enumerate([node, *(n for n in node.nodes() if n.element.tag == "Directions")]):
         names = (node.text("First"), item.text("Second" if k == 0 else "Target"))
         sights.append(
-            Sight(
+            TerrestrialRecord(
                 "D",
                 names,
                 _value(item, True),

@@ -21,12 +21,12 @@ __all__ = [
     "IGNORED",
     "SIGHTS",
     "TYPES",
-    "Cluster",
     "Entry",
-    "Place",
+    "GnssCluster",
+    "RecordPlace",
     "Records",
-    "Sight",
     "StationRecord",
+    "TerrestrialRecord",
     "number",
     "packed_dms",
 ]
@@ -79,7 +79,7 @@ IGNORED = "ignored in the file"
 
 
 @dataclass(frozen=True)
-class Place:
+class RecordPlace:
     """Where a record stands, for sources and error messages."""
 
     file: str
@@ -110,7 +110,7 @@ class StationRecord:
     type: str
     values: tuple[str, str, str]
     zone: str
-    place: Place
+    place: RecordPlace
 
 
 @dataclass(frozen=True)
@@ -127,11 +127,11 @@ class Entry:
     variance: tuple[float, ...]
     blocks: Sequence[Array]
     ignored: bool
-    place: Place
+    place: RecordPlace
 
 
 @dataclass(frozen=True)
-class Cluster:
+class GnssCluster:
     """A GNSS measurement of type G, X (baselines) or Y (points) with its covariance scales."""
 
     type: str
@@ -140,7 +140,7 @@ class Cluster:
     scales: tuple[float, float, float, float]
     frame: str
     epoch: str
-    place: Place
+    place: RecordPlace
 
     def covariance(self) -> Array:
         """Covariance (3n, 3n) as given, before scaling.
@@ -167,7 +167,7 @@ class Cluster:
 
 
 @dataclass(frozen=True)
-class Sight:
+class TerrestrialRecord:
     """A terrestrial measurement: value and sigma in metres or radians, heights in metres."""
 
     type: str
@@ -177,7 +177,7 @@ class Sight:
     height_instrument: float
     height_target: float
     ignored: bool
-    place: Place
+    place: RecordPlace
     set_name: str = ""
 
 
@@ -189,11 +189,11 @@ class Records:
     frame: str
     epoch: str
     stations: list[StationRecord] = field(default_factory=list)
-    clusters: list[Cluster] = field(default_factory=list)
-    sights: list[Sight] = field(default_factory=list)
+    clusters: list[GnssCluster] = field(default_factory=list)
+    sights: list[TerrestrialRecord] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 
-    def refuse(self, kind: str, ignored: bool, place: Place) -> None:
+    def refuse(self, kind: str, ignored: bool, place: RecordPlace) -> None:
         """Meet a measurement of a type that is not read: an error, a warning if it is ignored.
 
         Raises
@@ -209,7 +209,7 @@ class Records:
         self.warnings.append(f"{place}: ignored measurement of type {kind} ({name}) is not read")
 
 
-def number(text: str, what: str, place: Place) -> float:
+def number(text: str, what: str, place: RecordPlace) -> float:
     """A finite number.
 
     Raises
@@ -225,7 +225,7 @@ def number(text: str, what: str, place: Place) -> float:
     return value
 
 
-def packed_dms(text: str, what: str, place: Place) -> float:
+def packed_dms(text: str, what: str, place: RecordPlace) -> float:
     """Angle [rad] of a text ``ddd.mmsssss``: degrees, two digits of minutes, then seconds.
 
     Raises

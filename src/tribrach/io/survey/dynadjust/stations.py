@@ -13,14 +13,14 @@ from tribrach.errors import InputError
 from tribrach.geodesy import frames
 from tribrach.geodesy.site import EllipsoidSite, ecef_from_geodetic, enu_rotation
 from tribrach.io.survey.dynadjust.records import (
-    Place,
+    RecordPlace,
     Records,
     StationRecord,
     number,
     packed_dms,
 )
 from tribrach.network.survey import Survey
-from tribrach.observations.control import Components
+from tribrach.observations.control import DirectedComponents
 
 __all__ = ["Stations", "ecef_of"]
 
@@ -59,7 +59,7 @@ class Stations:
         self.site = EllipsoidSite.centred(xyz, self.ellipsoid)
         self.constrained = {r.name for r in self.records if "C" in r.constraints}
 
-    def known(self, names: Sequence[str], place: Place) -> set[str]:
+    def known(self, names: Sequence[str], place: RecordPlace) -> set[str]:
         """The names, all of which are stations.
 
         Raises
@@ -122,7 +122,7 @@ class Stations:
         )
         held = axes[[letter == "C" for letter in letters]] @ self.site.w_from_ecef.T
         survey.add(
-            Components,
+            DirectedComponents,
             values=held @ x,
             position=[record.name] * len(held),
             direction=held,

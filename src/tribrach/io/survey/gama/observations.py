@@ -79,7 +79,7 @@ def observation_sigma(element: Element, section: Element) -> float:
 
 
 @dataclass
-class Cluster:
+class GamaCluster:
     """Observations of one ``<obs>`` or list, which share a covariance matrix if there is one.
 
     table, row: of each value as :meth:`Survey.correlate` takes them; unit: of its standard
@@ -193,7 +193,7 @@ class ObservationReader:
         ------
         InputError : with file and line.
         """
-        readers: dict[str, Callable[[Element, Cluster], None]] = {
+        readers: dict[str, Callable[[Element, GamaCluster], None]] = {
             "obs": lambda child, cluster: self._obs(child, cluster, section),
             "height-differences": self._height_differences,
             "coordinates": self._coordinates,
@@ -201,11 +201,11 @@ class ObservationReader:
         }
         for child in section.children(("point", *readers)):
             if child.tag != "point":
-                cluster = Cluster(child)
+                cluster = GamaCluster(child)
                 readers[child.tag](child, cluster)
                 self._correlate(cluster)
 
-    def _obs(self, element: Element, cluster: Cluster, section: Element) -> None:
+    def _obs(self, element: Element, cluster: GamaCluster, section: Element) -> None:
         """One set-up: its directions share an orientation unknown."""
         station = element.text("from", "")
         height = element.number("from_dh", 0.0)
@@ -229,7 +229,7 @@ class ObservationReader:
         start: str,
         height: float,
         circle: str,
-        cluster: Cluster,
+        cluster: GamaCluster,
         section: Element,
     ) -> None:
         """One observation of a set-up."""
@@ -275,12 +275,12 @@ class ObservationReader:
                 f"<{element.tag}> names point {name}, which is not defined", "define the point"
             )
 
-    def _height_differences(self, element: Element, cluster: Cluster) -> None:
+    def _height_differences(self, element: Element, cluster: GamaCluster) -> None:
         for child in element.children(("dh", "cov-mat")):
             if child.tag == "dh":
                 self._dh(child, child.text("from"), cluster, by_length=True)
 
-    def _dh(self, element: Element, start: str, cluster: Cluster, *, by_length: bool) -> None:
+    def _dh(self, element: Element, start: str, cluster: GamaCluster, *, by_length: bool) -> None:
         """A height difference; its sigma may be ``sigma-apr sqrt(km)`` outside of set-ups."""
         sigma = MM
         if cluster.matrix_element is None:
@@ -295,7 +295,7 @@ class ObservationReader:
         ends = self._ends(element, start)
         self._add(HeightDifferences, element, values, sigma, cluster, MM, needs, ends)
 
-    def _coordinates(self, element: Element, cluster: Cluster) -> None:
+    def _coordinates(self, element: Element, cluster: GamaCluster) -> None:
         """Observed coordinates, which have a covariance matrix."""
         for child in element.children(("point", "cov-mat")):
             if child.tag == "cov-mat":
@@ -313,7 +313,7 @@ class ObservationReader:
                     unit = float(column[to]) * MM
                     self._add(Coordinate, child, values, 1.0, cluster, unit, needs, columns)
 
-    def _vectors(self, element: Element, cluster: Cluster) -> None:
+    def _vectors(self, element: Element, cluster: GamaCluster) -> None:
         """Coordinate differences, which have a covariance matrix."""
         for child in element.children(("vec", "cov-mat")):
             if child.tag == "cov-mat":
@@ -332,7 +332,7 @@ class ObservationReader:
         element: Element,
         values: list[Any],
         sigma: float,
-        cluster: Cluster,
+        cluster: GamaCluster,
         unit: float,
         needs: Needs,
         columns: dict[str, Any],
@@ -362,7 +362,7 @@ class ObservationReader:
                     return f"{what} of {name} is neither fixed nor adjusted"
         return ""
 
-    def _correlate(self, cluster: Cluster) -> None:
+    def _correlate(self, cluster: GamaCluster) -> None:
         """Give the cluster its covariance matrix."""
         element = cluster.matrix_element
         if element is None:

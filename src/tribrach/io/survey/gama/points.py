@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from tribrach.io.survey.gama.axes import Axes
 from tribrach.io.survey.gama.element import Element
 
-__all__ = ["PointRecord", "read_points"]
+__all__ = ["GamaPoint", "read_points"]
 
 _ROLES = ("", "xy", "XY", "z", "Z", "xyz", "XYZ", "xyZ", "XYz")
 
 
 @dataclass(frozen=True)
-class PointRecord:
+class GamaPoint:
     """A point as the file has it.
 
     xyz (3,) [m] in the file's axes, NaN where not given; fixed, adjusted: coordinate letters.
@@ -53,7 +53,7 @@ class PointRecord:
         return axes.world_from_file(np.where(self.used, self.xyz, 0.0))
 
 
-def read_points(sections: list[Element]) -> dict[str, PointRecord]:
+def read_points(sections: list[Element]) -> dict[str, GamaPoint]:
     """Points by name, of ``<point>`` elements that define one and of observed coordinates.
 
     The role may stand with the point's definition or with its observed coordinates, whose values
@@ -63,7 +63,7 @@ def read_points(sections: list[Element]) -> dict[str, PointRecord]:
     ------
     InputError : a name twice, a role that does not exist, coordinates missing or not numbers.
     """
-    points: dict[str, PointRecord] = {}
+    points: dict[str, GamaPoint] = {}
     for section in sections:
         for element in section.children():
             if element.tag == "point":
@@ -86,16 +86,16 @@ def read_points(sections: list[Element]) -> dict[str, PointRecord]:
     return points
 
 
-def _record(element: Element) -> PointRecord:
+def _record(element: Element) -> GamaPoint:
     xyz = np.array([element.number(axis, np.nan) for axis in "xyz"])
     if element.has("x") != element.has("y"):
         raise element.error("x and y must be given together", "give both or none")
     fixed = element.choice("fix", _ROLES, "")
     adjusted = element.choice("adj", _ROLES, "")
-    return PointRecord(element, element.text("id"), xyz, fixed, adjusted)
+    return GamaPoint(element, element.text("id"), xyz, fixed, adjusted)
 
 
-def _with_observed(points: dict[str, PointRecord], observed: PointRecord) -> None:
+def _with_observed(points: dict[str, GamaPoint], observed: GamaPoint) -> None:
     """Add to the points what their observed coordinates tell."""
     known = points.get(observed.name)
     if known is None:
@@ -111,7 +111,7 @@ def _with_observed(points: dict[str, PointRecord], observed: PointRecord) -> Non
     )
 
 
-def _complete(record: PointRecord) -> None:
+def _complete(record: GamaPoint) -> None:
     for axis, value in zip("xyz", record.xyz, strict=True):
         if axis in record.fixed.lower() and np.isnan(value):
             raise record.element.error(

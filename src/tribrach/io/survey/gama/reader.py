@@ -17,7 +17,7 @@ from tribrach.io import xml_file
 from tribrach.io.survey.gama.axes import AXES, HANDS, Axes
 from tribrach.io.survey.gama.element import Element, checked
 from tribrach.io.survey.gama.observations import ObservationReader
-from tribrach.io.survey.gama.points import PointRecord, read_points
+from tribrach.io.survey.gama.points import GamaPoint, read_points
 from tribrach.network.network import Datum
 from tribrach.network.survey import Survey
 
@@ -104,7 +104,7 @@ class _Reader:
             elif name not in ("sigma-apr", "sigma-act", "conf-pr", *INDIFFERENT):
                 self.survey.warnings.append(f"{element.source}: {name} has no effect.")
 
-    def _point(self, record: PointRecord) -> NDArray[np.bool_]:
+    def _point(self, record: GamaPoint) -> NDArray[np.bool_]:
         """Add a point; (3,) E, N, U that are part of the network."""
         swap = np.abs(self.axes.matrix()) > 0.5
         constrained = swap @ record.constrained

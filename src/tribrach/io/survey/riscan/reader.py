@@ -24,7 +24,7 @@ from tribrach._types import Array
 from tribrach.geodesy.site import EllipsoidSite, FlatSite
 from tribrach.io.survey.riscan.records import (
     Position,
-    Project,
+    RiscanProject,
     ScanPosition,
     TiePoint,
     parse,
@@ -120,7 +120,7 @@ class Frames:
     site : W; upright : the project's z axis is known to be vertical.
     """
 
-    def __init__(self, project: Project) -> None:
+    def __init__(self, project: RiscanProject) -> None:
         self.project = project
         pop = np.eye(4) if project.pop is None else project.pop
         places = [
@@ -252,7 +252,7 @@ def read(path: Path) -> Survey:
     return survey
 
 
-def _stations(survey: Survey, project: Project, frames: Frames) -> list[ScanPosition]:
+def _stations(survey: Survey, project: RiscanProject, frames: Frames) -> list[ScanPosition]:
     """Scan positions with reflectors become stations; the others are named in a warning."""
     used = [station for station in project.stations if station.targets]
     for station in project.stations:
@@ -396,7 +396,7 @@ def _without_yaw(station: ScanPosition) -> bool:
     return r[1, 0] == 0.0 and r[0, 0] > 0 and not np.array_equal(r, np.eye(3))
 
 
-def _control(survey: Survey, project: Project, frames: Frames) -> int:
+def _control(survey: Survey, project: RiscanProject, frames: Frames) -> int:
     """Global tie points as weighted control; returns their number."""
     for point in project.glcs:
         sigma = point.accuracy if point.accuracy is not None else np.full(3, CONTROL_SIGMA)

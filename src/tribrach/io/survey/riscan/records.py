@@ -17,7 +17,7 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.io.xml_file import line_of, load
 
-__all__ = ["Position", "Project", "ScanPosition", "TiePoint", "parse"]
+__all__ = ["Position", "RiscanProject", "ScanPosition", "TiePoint", "parse"]
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class ScanPosition:
 
 
 @dataclass(frozen=True)
-class Project:
+class RiscanProject:
     """A project: POP (4, 4) or None, scan positions, tie points in PRCS and in GLCS."""
 
     name: str
@@ -74,7 +74,7 @@ class Project:
     glcs: tuple[TiePoint, ...]
 
 
-def parse(path: Path) -> Project:
+def parse(path: Path) -> RiscanProject:
     """The records of a project file.
 
     Raises
@@ -89,7 +89,7 @@ def parse(path: Path) -> Project:
             file=path,
             cure="give the project.rsp of a RiSCAN PRO project",
         )
-    return Project(
+    return RiscanProject(
         root.text("name") or root.element.get("name", ""),
         root.matrix("pop"),
         tuple(_station(node) for node in positions.children("scanposition")),
