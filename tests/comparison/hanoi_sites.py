@@ -9,7 +9,7 @@ import numpy as np
 from tests.network.hanoi import survey
 from tribrach.cloud.placement import Placement
 from tribrach.comparison.results import SiteResult
-from tribrach.comparison.sites import TestSite
+from tribrach.comparison.sites import ComparisonSite
 from tribrach.comparison.station_pair import StationPair
 from tribrach.geometry.pose import Pose
 from tribrach.job.compare import compare_clouds
@@ -54,9 +54,9 @@ class Placed:
         yield self.placement.pose @ self.xyz
 
 
-def sites() -> list[TestSite]:
+def sites() -> list[ComparisonSite]:
     return [
-        TestSite.ball(str(k), (hanoi_facade.EAST, y, z), hanoi_facade.SITE_RADIUS)
+        ComparisonSite.ball(str(k), (hanoi_facade.EAST, y, z), hanoi_facade.SITE_RADIUS)
         for k, (y, z) in enumerate(hanoi_facade.SITES, start=1)
     ]
 
@@ -82,7 +82,7 @@ def compared(
     clouds: list[Placed],
     pair: StationPair,
     incidence: bool = True,
-    chosen: list[TestSite] | None = None,
+    chosen: list[ComparisonSite] | None = None,
 ) -> list[SiteResult]:
     a, b = clouds
     return compare_clouds(a, b, chosen or sites(), stations=pair, incidence=incidence)  # type: ignore[arg-type]

@@ -5,15 +5,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tribrach.comparison.sites import Geometry, TestSite, cut, seen_from
+from tribrach.comparison.sites import ComparisonSite, Geometry, cut, seen_from
 from tribrach.comparison.streams import in_memory
 from tribrach.errors import InputError
 from tribrach.io.site_table import read_sites
 
 RNG = np.random.default_rng(1)
 POINTS = RNG.uniform(0, 10, (5000, 3))
-BALL = TestSite.ball("ball", (5.0, 5.0, 5.0), 2.0)
-BOX = TestSite("box", (1.0, 2.0, 3.0), (2.0, 4.0, 6.0))
+BALL = ComparisonSite.ball("ball", (5.0, 5.0, 5.0), 2.0)
+BOX = ComparisonSite("box", (1.0, 2.0, 3.0), (2.0, 4.0, 6.0))
 
 
 @pytest.mark.parametrize("margin", [0.0, 0.5])
@@ -27,7 +27,7 @@ def test_points_inside(margin: float) -> None:
 
 
 def test_a_stream_is_cut_in_one_pass(tmp_path: Path) -> None:
-    far = TestSite.ball("far", (500.0, 0.0, 0.0), 1.0)
+    far = ComparisonSite.ball("far", (500.0, 0.0, 0.0), 1.0)
     heard: list[int] = []
     spool = cut(in_memory(POINTS), [BALL, far, BOX], tmp_path, 0.25, heard.append)
     assert (spool.points(0) == POINTS[BALL.inside(POINTS, 0.25)]).all()
@@ -53,10 +53,10 @@ def test_tables(tmp_path: Path) -> None:
     path = tmp_path / "sites.csv"
     path.write_text("# façade\nName,x,y,z,radius,note\nW1,1,2,3.5,0.5,left\n\nW 2,-4,5,6,1,right\n")
     one, two = read_sites(path)
-    assert one == TestSite.ball("W1", (1.0, 2.0, 3.5), 0.5)
+    assert one == ComparisonSite.ball("W1", (1.0, 2.0, 3.5), 0.5)
     assert (two.name, two.radius, two.center.tolist()) == ("W 2", 1.0, [-4.0, 5.0, 6.0])
     path.write_text("\ufeffname;xmin;ymin;zmin;xmax;ymax;zmax\nA;1;2;3;2;4;6\n", encoding="utf-8")
-    assert read_sites(path) == [TestSite("A", BOX.low, BOX.high)]
+    assert read_sites(path) == [ComparisonSite("A", BOX.low, BOX.high)]
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 
-import tribrach.network.observations as package
+import tribrach.observations as package
 from tests.observations.examples import BUILDERS, LAYOUT, SITES, build, draw_state
 from tribrach.errors import InputError
 from tribrach.geometry import rotation

@@ -16,11 +16,11 @@ import numpy as np
 from tribrach._types import Array, Index, Mask
 from tribrach.comparison.streams import Spool, Stream
 
-__all__ = ["Geometry", "TestSite", "choose_sites", "cut", "seen_from"]
+__all__ = ["ComparisonSite", "Geometry", "choose_sites", "cut", "seen_from"]
 
 
 @dataclass(frozen=True)
-class TestSite:
+class ComparisonSite:
     """A ball about a center (3,) [m], or a box between two corners (3,) [m]."""
 
     name: str
@@ -29,7 +29,7 @@ class TestSite:
     radius: float | None = None
 
     @classmethod
-    def ball(cls, name: str, center: tuple[float, float, float], radius: float) -> TestSite:
+    def ball(cls, name: str, center: tuple[float, float, float], radius: float) -> ComparisonSite:
         """All points within a radius [m] of a center [m]."""
         x, y, z = center
         low = (x - radius, y - radius, z - radius)
@@ -54,7 +54,7 @@ class TestSite:
 
 def cut(
     cloud: Stream,
-    sites: Sequence[TestSite],
+    sites: Sequence[ComparisonSite],
     folder: Path,
     margin: float = 0.0,
     progress: Callable[[int], None] = lambda points: None,
@@ -119,7 +119,7 @@ def choose_sites(
     scanners: Sequence[Array],
     count: int = 16,
     size: float = _SIZE,
-) -> list[TestSite]:
+) -> list[ComparisonSite]:
     """Up to ``count`` balls on surfaces in both clouds, numbered from 1.
 
     clouds : points (n, 3) and unit normals (n, 3), NaN where unknown, of either, in one frame;
@@ -151,7 +151,7 @@ def choose_sites(
             figures.append((max(length), incidence))
     chosen = _spread(np.array(figures).reshape(-1, 2), count)
     return [
-        TestSite.ball(f"{number}", (float(x), float(y), float(z)), size / 2)
+        ComparisonSite.ball(f"{number}", (float(x), float(y), float(z)), size / 2)
         for number, (x, y, z) in enumerate((places[k] for k in chosen), start=1)
     ]
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from tribrach.comparison.sites import TestSite
+from tribrach.comparison.sites import ComparisonSite
 from tribrach.errors import InputError
 from tribrach.io.csv_rows import read_rows
 
@@ -19,7 +19,7 @@ _BALL = ("x", "y", "z", "radius")
 _BOX = ("xmin", "ymin", "zmin", "xmax", "ymax", "zmax")
 
 
-def read_sites(path: Path) -> list[TestSite]:
+def read_sites(path: Path) -> list[ComparisonSite]:
     """The sites of a file, in its order.
 
     Raises
@@ -31,7 +31,7 @@ def read_sites(path: Path) -> list[TestSite]:
     rows, lines = read_rows(path)
     titles = [" ".join(title.split()).lower() for title in rows[0]]
     wanted = _wanted(path, lines[0], titles)
-    sites: dict[str, TestSite] = {}
+    sites: dict[str, ComparisonSite] = {}
     for cells, line in zip(rows[1:], lines[1:], strict=True):
         name = cells[titles.index("name")].strip()
         if not name or name in sites:
@@ -75,7 +75,7 @@ def _number(path: Path, line: int, column: str, cell: str) -> float:
     return value
 
 
-def _site(path: Path, line: int, name: str, numbers: list[float]) -> TestSite:
+def _site(path: Path, line: int, name: str, numbers: list[float]) -> ComparisonSite:
     """A ball of four numbers, a box of six."""
     if len(numbers) == len(_BALL):
         x, y, z, radius = numbers
@@ -83,10 +83,10 @@ def _site(path: Path, line: int, name: str, numbers: list[float]) -> TestSite:
             raise InputError(
                 f"the radius is {radius:g}", file=path, line=line, cure="give metres above zero"
             )
-        return TestSite.ball(name, (x, y, z), radius)
+        return ComparisonSite.ball(name, (x, y, z), radius)
     low, high = (numbers[0], numbers[1], numbers[2]), (numbers[3], numbers[4], numbers[5])
     for axis, start, end in zip("xyz", low, high, strict=True):
         if not start < end:
             what = f"{axis}min is not below {axis}max"
             raise InputError(what, file=path, line=line, cure="exchange them")
-    return TestSite(name, low, high)
+    return ComparisonSite(name, low, high)

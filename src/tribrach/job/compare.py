@@ -26,7 +26,7 @@ from tribrach.comparison.predicted import (
     with_random,
 )
 from tribrach.comparison.results import M3C2Figures, SiteResult
-from tribrach.comparison.sites import TestSite, cut, seen_from
+from tribrach.comparison.sites import ComparisonSite, cut, seen_from
 from tribrach.comparison.station_pair import StationPair
 from tribrach.comparison.streams import Stream
 from tribrach.errors import InputError
@@ -67,7 +67,7 @@ class _Pair:
 def compare_clouds(
     a: CloudFile,
     b: CloudFile,
-    sites: Sequence[TestSite] = (),
+    sites: Sequence[ComparisonSite] = (),
     *,
     method: Method = "both",
     limit: float = LIMIT,
@@ -108,7 +108,7 @@ def offset_test(found: Sequence[SiteResult], stations: StationPair | None) -> Of
 def _pairs(
     a: CloudFile,
     b: CloudFile,
-    sites: Sequence[TestSite],
+    sites: Sequence[ComparisonSite],
     limit: float,
     progress: Callable[[str, int, int | None], None],
 ) -> Iterator[_Pair]:
@@ -135,7 +135,7 @@ def _tell(
     progress(what, done, total)
 
 
-def _within(stream: Stream, site: TestSite) -> Stream:
+def _within(stream: Stream, site: ComparisonSite) -> Stream:
     """Only the points inside of a site."""
     return lambda: (chunk[site.inside(chunk)] for chunk in stream())
 

@@ -20,7 +20,7 @@ from tribrach.comparison.c2c import C2C, Pitch, Signed, Tally
 from tribrach.comparison.predicted import OffsetTest, Prediction
 from tribrach.comparison.results import M3C2Figures, SiteResult
 from tribrach.comparison.sampling_floor import Floor
-from tribrach.comparison.sites import Geometry, TestSite, choose_sites
+from tribrach.comparison.sites import ComparisonSite, Geometry, choose_sites
 from tribrach.comparison.station_pair import StationPair
 from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.io.site_table import read_sites
@@ -143,7 +143,7 @@ class Wish:
     section: ComparisonSection
     a: tuple[StationScan, ...]
     b: tuple[StationScan, ...]
-    sites: tuple[TestSite, ...] | None
+    sites: tuple[ComparisonSite, ...] | None
 
     def of(self, scans: Mapping[str, StationScan]) -> Wish:
         """The same with the scans of these names, corrected for instance."""
@@ -311,7 +311,7 @@ def _cloud(
     )
 
 
-def _chosen(clouds: Sequence[CloudFile]) -> tuple[tuple[TestSite, ...], list[str]]:
+def _chosen(clouds: Sequence[CloudFile]) -> tuple[tuple[ComparisonSite, ...], list[str]]:
     """Sites on surfaces that both stations saw; without any the whole clouds are compared."""
     scanners = [cloud.scanner for cloud in clouds if cloud.scanner is not None]
     sites = choose_sites([_sample(cloud) for cloud in clouds], scanners)

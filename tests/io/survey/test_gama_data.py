@@ -102,4 +102,7 @@ def test_network_reproduces_its_answer(name: str) -> None:
 
 @pytest.mark.data
 def test_the_collection_is_complete(shared_data: Path) -> None:
-    assert len(NETWORKS) == len(list((shared_data / "networks" / "gama").glob("*/*.xml")))
+    folder = shared_data / "networks" / "gama"
+    # the two epochs of a deformation are answers without the networks that they belong to
+    answers = [p for p in folder.glob("*/*.xml") if p.parent.name != "deformation"]
+    assert len(NETWORKS) == len(answers)

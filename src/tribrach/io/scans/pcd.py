@@ -23,7 +23,8 @@ from tribrach.geometry.pose import Pose
 from tribrach.io.scans.columns import ColumnRoles, arranged, cast
 from tribrach.io.scans.origin import assumed_origin, bounds_of, scan_name
 from tribrach.io.scans.records import RecordScan, native, sampled
-from tribrach.io.scans.text import LineBlock, Lines, Mark, TextScan, opened, rows, short, table
+from tribrach.io.scans.text import LineBlock, Lines, Mark, opened
+from tribrach.io.scans.text_scan import TextScan, rows, short, table
 from tribrach.scan.scan import CHUNK, Chunk, Field, Scan
 
 __all__ = ["PcdCompressedScan", "PcdScan", "PcdTextScan", "read"]

@@ -17,7 +17,8 @@ from tribrach.errors import InputError
 from tribrach.io.scans.columns import arranged
 from tribrach.io.scans.origin import assumed_origin, bounds_of, scan_name
 from tribrach.io.scans.records import RecordScan, sampled
-from tribrach.io.scans.text import Lines, Mark, TextScan, opened, rows, short
+from tribrach.io.scans.text import Lines, Mark, opened
+from tribrach.io.scans.text_scan import TextScan, rows, short
 from tribrach.scan.scan import Scan
 
 __all__ = ["PlyScan", "PlyTextScan", "read"]

@@ -10,7 +10,8 @@ from pathlib import Path
 from tribrach.errors import InputError
 from tribrach.io.scans.columns import arranged
 from tribrach.io.scans.origin import assumed_origin, bounds_of, scan_name
-from tribrach.io.scans.text import Lines, TextScan, opened, rows, short
+from tribrach.io.scans.text import Lines, opened
+from tribrach.io.scans.text_scan import TextScan, rows, short
 from tribrach.scan.scan import Scan
 
 __all__ = ["PtsScan", "read"]

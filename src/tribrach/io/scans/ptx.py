@@ -20,7 +20,8 @@ from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.io.scans.columns import arranged
 from tribrach.io.scans.origin import scan_name
-from tribrach.io.scans.text import LineBlock, Lines, TextScan, opened, rows, short, table
+from tribrach.io.scans.text import LineBlock, Lines, opened
+from tribrach.io.scans.text_scan import TextScan, rows, short, table
 from tribrach.scan.scan import Chunk, Field, Origin, Scan
 
 __all__ = ["HEADER", "PtxScan", "read"]

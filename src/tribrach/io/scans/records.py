@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach.io.scans.columns import ColumnRoles
-from tribrach.io.scans.text import short
+from tribrach.io.scans.text_scan import short
 from tribrach.scan.scan import CHUNK, Chunk, Scan
 
 __all__ = ["RecordScan", "native", "sampled"]

@@ -16,17 +16,8 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.io.scans.columns import arranged, known_name
 from tribrach.io.scans.origin import assumed_origin, bounds_of, scan_name
-from tribrach.io.scans.text import (
-    BLANKS,
-    LineBlock,
-    Lines,
-    Mark,
-    TextScan,
-    delimiters,
-    opened,
-    rows,
-    short,
-)
+from tribrach.io.scans.text import BLANKS, LineBlock, Lines, Mark, delimiters, opened
+from tribrach.io.scans.text_scan import TextScan, rows, short
 from tribrach.scan.scan import Scan
 
 __all__ = ["XyzScan", "numeric", "read"]

@@ -1,0 +1,163 @@
+"""Scans whose points are lines of text; each format adds its header and what its columns mean."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+from numpy.typing import NDArray
+
+from tribrach._types import Array
+from tribrach.errors import InputError
+from tribrach.io.scans.columns import ColumnRoles, cast
+from tribrach.io.scans.text import BLANKS, LineBlock, Lines, Mark, opened
+from tribrach.scan.scan import CHUNK, Chunk, Scan
+
+__all__ = ["TextScan", "rows", "short", "table"]
+
+# Lines of numbers become columns, all at once; one that is none is then looked for by itself.
+
+
+#: what programs write for a number that is none; polars knows nan and inf
+_ODD = re.compile(rb"(?i)(?<![^ \n])[-+]?(?:1\.#\w+|nan\(\w*\)|n/a|null)(?![^ \n])")
+
+
+def table(lines: Lines, block: LineBlock, columns: int) -> list[Array]:
+    """The numbers of a block: one array (n,) for each column.
+
+    Raises
+    ------
+    InputError : a line with more or fewer values or with something that is no number.
+    """
+    parsed = _parsed(block.text, columns)
+    if parsed is None:
+        replaced, changes = _ODD.subn(b"nan", block.text)
+        parsed = _parsed(replaced, columns) if changes else None
+    if parsed is None or (columns and len(parsed[0]) != block.count):
+        raise _malformed(lines, block, columns)
+    return parsed
+
+
+def _parsed(text: bytes, columns: int) -> list[Array] | None:
+    """The columns, None if any line is not as it should be."""
+    if not text:
+        return [np.zeros(0) for _ in range(columns)]
+    try:
+        frame = pl.read_csv(
+            text,
+            has_header=False,
+            separator=" ",
+            quote_char=None,
+            schema={str(k): pl.Float64 for k in range(columns)},
+        )
+    except pl.exceptions.PolarsError:
+        return None
+    if any(series.null_count() for series in frame):
+        return None
+    return [series.to_numpy() for series in frame]
+
+
+def _malformed(lines: Lines, block: LineBlock, columns: int) -> InputError:
+    """Which line of the block, and what about it?"""
+    k, what = 0, "a line cannot be read"
+    for k, line in enumerate(_ODD.sub(b"nan", block.text).split(b"\n")[:-1]):  # noqa: B007
+        values = line.split(b" ")
+        if len(values) != columns:
+            what = f"the line has {len(values)} values where {columns} are expected"
+            break
+        wrong = [value for value in values if not _number(value)]
+        if wrong:
+            what = f"{wrong[0][:40].decode(errors='replace')!r} is no number"
+            break
+    cure = "correct the line or copy the file again"
+    return InputError(what, file=lines.path, line=lines.number(block, k), cure=cure)
+
+
+def _number(value: bytes) -> bool:
+    try:
+        float(value)
+    except ValueError:
+        return False
+    return b"_" not in value
+
+
+def rows(sample: list[bytes], columns: int) -> Array:
+    """Those lines, as rows (k, columns), that have so many values and nothing but numbers."""
+    text = b"".join(line + b"\n" for line in sample if line.count(b" ") == columns - 1)
+    frame: Any = pl.read_csv(
+        text or b"\n",
+        has_header=False,
+        separator=" ",
+        quote_char=None,
+        ignore_errors=True,
+        schema={str(k): pl.Float64 for k in range(columns)},
+        missing_columns="insert",
+    )
+    return np.asarray(frame.drop_nulls().to_numpy(), dtype=float).reshape(-1, columns)
+
+
+@dataclass(frozen=True)
+class TextScan(Scan):
+    """Points in lines.
+
+    mark : shortly before the first point; first : lines, not counting blank ones, before it;
+    blanks : what separates values; types : numpy types by name, of every column in order.
+    """
+
+    mark: Mark = Mark()
+    first: int = 0
+    blanks: bytes = BLANKS
+    types: Mapping[str, str] | None = None
+    columns: ColumnRoles = ColumnRoles(("x", "y", "z"), (), (), ())
+
+    def chunks(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
+        """The points in the file's order.
+
+        Raises
+        ------
+        InputError : a malformed line, or the file has become shorter.
+        """
+        records, done = self.records or 0, start
+        with opened(self.path) as file:
+            lines = Lines(file, self.path, self.blanks, self.mark)
+            lines.skip(self.first + start - lines.ordinal)
+            while done < records:
+                block = lines.take(min(size, records - done))
+                if block.count == 0:
+                    raise short(self.path, records, done, self.name)
+                values = self._values(lines, block)
+                yield self._chunk(values, done)
+                done += block.count
+
+    def _values(self, lines: Lines, block: LineBlock) -> dict[str, NDArray[Any]]:
+        """The columns of a block in the types that the file declares; coordinates in float64."""
+        types = self.types or {}
+        numbers = self._numbers(lines, block, len(types))
+        return {
+            name: column
+            if dtype == "float64" or name in self.columns.xyz
+            else cast(column, np.dtype(dtype), name, self.path)
+            for (name, dtype), column in zip(types.items(), numbers, strict=True)
+        }
+
+    def _numbers(self, lines: Lines, block: LineBlock, columns: int) -> list[Array]:
+        return table(lines, block, columns)
+
+    def _chunk(self, values: dict[str, NDArray[Any]], done: int) -> Chunk:
+        """The points of columns, before which there are ``done`` records."""
+        return self.columns.chunk(values, self.path)
+
+
+def short(path: Path, stated: int, found: int, record: str | None = None) -> InputError:
+    """The sentence about a header that does not count right."""
+    return InputError(
+        f"the header states {stated} points and the file holds {found}",
+        file=path,
+        record=record,
+        cure="copy the file again from its source",
+    )
