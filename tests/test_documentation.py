@@ -175,7 +175,9 @@ def test_json_keys_are_listed(folder: Path) -> None:
 
 def test_pages_are_in_the_contents() -> None:
     contents = (ROOT / "mkdocs.yml").read_text()
-    assert {f"{name}.md" for name in DOCS} == set(re.findall(r"\w+\.md", contents))
+    docs = ROOT / "docs"
+    pages = {path.relative_to(docs).as_posix() for path in docs.rglob("*.md")}
+    assert pages == set(re.findall(r"[\w/]+\.md", contents))
 
 
 def test_files_named_in_the_readme_exist() -> None:
