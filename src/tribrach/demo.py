@@ -28,11 +28,12 @@ def write_project(
 ) -> Path:
     """Simulate the survey into a folder; the path of the project file.
 
-    Scans that are there and whole are kept. The project file is written last: a folder without
-    one is of a simulation that was interrupted, and another call goes on with it.
+    Scans that are there and whole are kept. The project file is written last: a folder without one
+    is of a simulation that was interrupted, and another call goes on with it.
 
     Raises
     ------
-    InputError : the number of points makes no sense, or a file cannot be written.
+    InputError
+        The number of points makes no sense, or a file cannot be written.
     """
     return write_twin(build(TWIN, points, _SEED), folder, progress)

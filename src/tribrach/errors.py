@@ -34,10 +34,14 @@ class InputError(TribrachError):
 
     Parameters
     ----------
-    what : what is wrong, one sentence without the final stop.
-    file : the file it was found in, if any.
-    line : its 1-based line, if any; ``record`` names anything else (an element, a column, a point).
-    cure : what to do about it, one sentence without the final stop.
+    what
+        What is wrong, one sentence without the final stop.
+    file
+        The file it was found in, if any.
+    line
+        Its 1-based line, if any; ``record`` names anything else (an element, a column, a point).
+    cure
+        What to do about it, one sentence without the final stop.
     """
 
     def __init__(

@@ -49,7 +49,8 @@ def parse_angle(text: str, unit: str) -> float:
 
     Raises
     ------
-    ValueError : not a number, or minutes or seconds of 60 and more.
+    ValueError
+        Not a number, or minutes or seconds of 60 and more.
     """
     text = text.strip()
     if unit != "dms":

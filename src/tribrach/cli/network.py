@@ -81,7 +81,8 @@ def _project(files: list[Path]) -> Project | None:
 
     Raises
     ------
-    InputError : it has scans, which only run looks at.
+    InputError
+        It has scans, which only run looks at.
     """
     if len(files) != 1 or files[0].suffix.lower() != ".toml":
         return None

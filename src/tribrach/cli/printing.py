@@ -16,8 +16,11 @@ _WORD, _CELL = 10, 14
 def printed(table: ReportTable, width: int) -> Printed:
     """Heads with their units, numbers to the right; what stands in brackets is no markup.
 
-    width : characters in a line of the terminal. Where a table needs more, heads are folded and
-    then blanks left out; numbers are never cut, since a cut number is another number.
+    Parameters
+    ----------
+    width
+        Characters in a line of the terminal. Where a table needs more, heads are folded and then
+        blanks left out; numbers are never cut, since a cut number is another number.
     """
     widths = [_natural(table, k) for k in range(len(table.columns))]
     if _total(widths, 1) > width:

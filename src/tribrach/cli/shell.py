@@ -52,7 +52,8 @@ def refuse_outputs(inputs: Iterable[Path], outputs: Iterable[Path | None]) -> No
 
     Raises
     ------
-    InputError : a result has the name of an input, of another result or of a folder.
+    InputError
+        A result has the name of an input, of another result or of a folder.
     """
     taken = {path.resolve(): "it is read by the same command" for path in inputs}
     for path in outputs:

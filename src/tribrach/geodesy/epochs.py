@@ -38,7 +38,8 @@ class Realisation:
 
     Raises
     ------
-    InputError : the frame is not known, or it is a dynamic one without an epoch.
+    InputError
+        The frame is not known, or it is a dynamic one without an epoch.
     """
 
     frame: str
@@ -77,7 +78,8 @@ def carry(
 
     Raises
     ------
-    InputError : other epochs without a motion, an unknown plate, no known transformation.
+    InputError
+        Other epochs without a motion, an unknown plate, no known transformation.
     """
     if not source.dynamic:
         # plate-fixed coordinates hold at any time: the frames meet at the epoch of the target

@@ -62,7 +62,8 @@ def frame(name: str) -> CRS:
 
     Raises
     ------
-    InputError : the name is not known.
+    InputError
+        The name is not known.
     """
     code = _geocentric().get(_plain(name))
     if code is None:
@@ -78,7 +79,8 @@ def code(name: str) -> str:
 
     Raises
     ------
-    InputError : the name is not known.
+    InputError
+        The name is not known.
     """
     return f"EPSG:{frame(name).to_epsg()}"
 
@@ -102,7 +104,8 @@ def decimal_year(text: str) -> float:
 
     Raises
     ------
-    InputError : neither of both.
+    InputError
+        Neither of both.
     """
     parts = text.strip().split(".")
     try:
@@ -135,13 +138,14 @@ def _transformer(source: str, target: str) -> Transformer:
 def transform(xyz: Array, source: str, target: str, epoch: Array | float) -> tuple[Array, float]:
     """ECEF (n, 3) [m] of frame ``source`` in frame ``target``, and the accuracy [m] of it.
 
-    epoch (n,) or one for all, decimal years of the observations. Between two dynamic frames
-    the result keeps the epoch of the observation. The accuracy is that which the EPSG dataset
-    states for the transformation, NaN if it states none.
+    epoch (n,) or one for all, decimal years of the observations. Between two dynamic frames the
+    result keeps the epoch of the observation. The accuracy is that which the EPSG dataset states
+    for the transformation, NaN if it states none.
 
     Raises
     ------
-    InputError : no transformation between the two frames is known.
+    InputError
+        No transformation between the two frames is known.
     """
     if frame(source) == frame(target):
         return xyz, 0.0

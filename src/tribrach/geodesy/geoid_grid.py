@@ -62,7 +62,8 @@ class GeoidGrid:
 
         Raises
         ------
-        InputError : the grid cannot be read or does not reach there.
+        InputError
+            The grid cannot be read or does not reach there.
         """
         zero = np.zeros(np.shape(latitude))
         up = self._transformer.transform(longitude, latitude, zero, radians=True)[2]
@@ -86,7 +87,8 @@ class GeoidGrid:
 
         Raises
         ------
-        InputError : the grid cannot be read or does not reach there.
+        InputError
+            The grid cannot be read or does not reach there.
         """
         lat = latitude + np.array([_STEP, -_STEP, 0.0, 0.0])
         lon = longitude + np.array([0.0, 0.0, _STEP, -_STEP])

@@ -26,12 +26,21 @@ FrameKind = Literal["work", "projected", "ecef"]
 class OutputFrame:
     """The frame of delivered coordinates.
 
-    work : the work frame of the network; kind : as above; crs : name of the reference system of
-    the coordinates, None for a local frame; epoch : decimal year of a dynamic one.
+    Attributes
+    ----------
+    work
+        The work frame of the network.
+    kind
+        As above.
+    crs
+        Name of the reference system of the coordinates, None for a local frame.
+    epoch
+        Decimal year of a dynamic one.
 
     Raises
     ------
-    InputError : a projected frame without a projected site, geocentric from a flat one.
+    InputError
+        A projected frame without a projected site, geocentric from a flat one.
     """
 
     work: WorkFrame

@@ -29,7 +29,8 @@ def missing_grid_sentences(crs: str) -> list[str]:
 
     Raises
     ------
-    InputError : PROJ does not know the system.
+    InputError
+        PROJ does not know the system.
     """
     offline()
     try:
@@ -60,7 +61,8 @@ def vertical_name(crs: str) -> str | None:
 
     Raises
     ------
-    InputError : PROJ does not know the system.
+    InputError
+        PROJ does not know the system.
     """
     try:
         definition = CRS.from_user_input(crs)

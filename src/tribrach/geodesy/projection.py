@@ -50,11 +50,15 @@ def stereographic(latitude: float, easting: float, northing: float) -> str:
 class ProjectedGrid:
     """A projected grid around an origin ``(easting, northing)`` at an ellipsoidal height [m].
 
-    crs : anything PROJ understands, such as ``EPSG:2154`` or a ``+proj`` string.
+    Attributes
+    ----------
+    crs
+        Anything PROJ understands, such as ``EPSG:2154`` or a ``+proj`` string.
 
     Raises
     ------
-    InputError : PROJ does not know the grid, or the origin is outside of it.
+    InputError
+        PROJ does not know the grid, or the origin is outside of it.
     """
 
     crs: str
@@ -81,7 +85,8 @@ class ProjectedGrid:
 
         Raises
         ------
-        InputError : the origin is outside of the grid.
+        InputError
+            The origin is outside of the grid.
         """
         longitude, latitude = self._geographic_from_grid.transform(self.easting, self.northing)
         if not (np.isfinite(longitude) and np.isfinite(latitude)):
@@ -101,7 +106,8 @@ class ProjectedGrid:
 
         Raises
         ------
-        InputError : it is outside of the grid.
+        InputError
+            It is outside of the grid.
         """
         found: Array = self._plan(np.degrees([longitude]), np.degrees([latitude]))[0]
         if not np.isfinite(found).all():
@@ -145,7 +151,8 @@ def grid_scale(crs: str, xyz: Array) -> float:
 
     Raises
     ------
-    InputError : PROJ does not know the grid, or the place is outside of it.
+    InputError
+        PROJ does not know the grid, or the place is outside of it.
     """
     try:
         definition = CRS.from_user_input(crs)
@@ -164,8 +171,12 @@ def grid_scale(crs: str, xyz: Array) -> float:
 def flat_warnings(xyz: Array, crs: str | None, *, curved: bool) -> list[str]:
     """Sentences on what a flat site neglects over the extent of points (n, 3), E, N, U [m].
 
-    crs : the projection of the coordinates, if they are projected; curved : zenith angles are
-    corrected for the curvature of the Earth.
+    Parameters
+    ----------
+    crs
+        The projection of the coordinates, if they are projected.
+    curved
+        Zenith angles are corrected for the curvature of the Earth.
     """
     known = xyz[~np.isnan(xyz[:, :2]).any(axis=1)]
     if len(known) < 2:

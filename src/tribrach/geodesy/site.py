@@ -55,8 +55,11 @@ class Site(Protocol):
 class FlatSite:
     """W is (E, N, U) with parallel verticals.
 
-    curvature_radius : Earth radius [m] used to reduce zenith angles, or None for a purely
-        Cartesian site (industrial, or a textbook network).
+    Attributes
+    ----------
+    curvature_radius
+        Earth radius [m] used to reduce zenith angles, or None for a purely Cartesian site
+        (industrial, or a textbook network).
     """
 
     curvature_radius: float | None = None

@@ -25,8 +25,14 @@ __all__ = ["WorkFrame"]
 class WorkFrame:
     """The work frame and the system in which the site's own coordinates are given.
 
-    grid : the projection of E, N, if they are projected; geoid : geoid height [m] of the place,
-    added to given heights to make them ellipsoidal; geoid_grid : geoid heights point by point.
+    Attributes
+    ----------
+    grid
+        The projection of E, N, if they are projected.
+    geoid
+        Geoid height [m] of the place, added to given heights to make them ellipsoidal.
+    geoid_grid
+        Geoid heights point by point.
     """
 
     site: Site = field(default_factory=FlatSite)
@@ -39,7 +45,8 @@ class WorkFrame:
 
         Raises
         ------
-        InputError : the grid cannot be read or does not reach there.
+        InputError
+            The grid cannot be read or does not reach there.
         """
         constant = np.full(np.shape(latitude), self.geoid)
         if self.geoid_grid is None:
@@ -73,7 +80,8 @@ class WorkFrame:
 
         Raises
         ------
-        InputError : the site is flat.
+        InputError
+            The site is flat.
         """
         site = self._ellipsoid("latitude and longitude")
         height = geodetic[:, 2] + self.undulation(geodetic[:, 0], geodetic[:, 1])
@@ -89,7 +97,8 @@ class WorkFrame:
 
         Raises
         ------
-        InputError : the site is flat.
+        InputError
+            The site is flat.
         """
         site = self._ellipsoid("geocentric coordinates")
         turned = None if covariance is None else self.turned(covariance)
@@ -100,7 +109,8 @@ class WorkFrame:
 
         Raises
         ------
-        InputError : the site is flat.
+        InputError
+            The site is flat.
         """
         return difference @ self._ellipsoid("geocentric vectors").w_from_ecef.T
 

@@ -180,7 +180,8 @@ def kabsch(local: Array, world: Array, weights: Array | None = None) -> Alignmen
 
     Raises
     ------
-    InputError : fewer than three points, or all on one line.
+    InputError
+        Fewer than three points, or all on one line.
     """
     return _single(*_checked(local, world), weights, False)
 
@@ -190,7 +191,8 @@ def umeyama(local: Array, world: Array, weights: Array | None = None) -> Alignme
 
     Raises
     ------
-    InputError : too few points, or all on one line.
+    InputError
+        Too few points, or all on one line.
     """
     return _single(*_checked(local, world), weights, True)
 
@@ -200,6 +202,7 @@ def planar(local: Array, world: Array, weights: Array | None = None) -> Alignmen
 
     Raises
     ------
-    InputError : fewer than two different points.
+    InputError
+        Fewer than two different points.
     """
     return _single(*_checked(local, world), weights, False)

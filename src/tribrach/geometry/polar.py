@@ -75,13 +75,17 @@ def xyz_by_polar(polar: Array) -> Array:
 def require_defined(polar: Array, source: Sequence[str] | NDArray[np.object_] = ()) -> None:
     """Refuse measured r, H, V (n, 3) whose horizontal angle means nothing.
 
-    V may be a raw back-face reading, between pi and 2 pi. source : where each came from, for the
-    message; (n,) strings or empty.
+    V may be a raw back-face reading, between pi and 2 pi.
+
+    Parameters
+    ----------
+    source
+        Where each came from, for the message; (n,) strings or empty.
 
     Raises
     ------
-    InputError : a range below 0.3 m, or a zenith angle within 0.5 degrees of a pole or outside
-        the circle.
+    InputError
+        A range below 0.3 m, or a zenith angle within 0.5 degrees of a pole or outside the circle.
     """
     near = polar[:, 0] < NEAREST
     outside = (polar[:, 2] <= 0) | (polar[:, 2] >= 2 * np.pi)

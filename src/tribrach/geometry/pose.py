@@ -40,7 +40,8 @@ class Pose:
 
         Raises
         ------
-        InputError : not finite, not rigid (scaled, sheared, mirrored), last row not 0 0 0 1.
+        InputError
+            Not finite, not rigid (scaled, sheared, mirrored), last row not 0 0 0 1.
         """
         if not np.isfinite(matrix).all() or not np.allclose(matrix[3], [0, 0, 0, 1]):
             raise InputError("the 4x4 matrix is no rigid motion: its last row is not 0 0 0 1")

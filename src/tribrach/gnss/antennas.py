@@ -53,7 +53,8 @@ def antenna_options(
 
     Raises
     ------
-    InputError : the ANTEX file is none or lacks an antenna.
+    InputError
+        The ANTEX file is none or lacks an antenna.
     """
     options: dict[str, object] = {}
     for key, antenna in (("ant1", rover), ("ant2", base)):

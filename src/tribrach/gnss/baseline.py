@@ -102,7 +102,12 @@ def doubts_of_fixes(
 def doubts_of_length(name: str, length: float, *, precise: bool, satellites: bool) -> list[str]:
     """What a long baseline [m] suffers from and the covariance leaves out.
 
-    precise : orbits are precise ones; satellites : with their phase centres.
+    Parameters
+    ----------
+    precise
+        Orbits are precise ones.
+    satellites
+        With their phase centres.
     """
     if length <= LONG:
         return []
@@ -125,10 +130,23 @@ _SYSTEM_BITS = {"G": 1, "S": 2, "R": 4, "E": 8, "J": 16, "C": 32, "I": 64}
 class Processing:
     """How baselines are computed.
 
-    mask : elevation mask [deg]; frequencies : 1, 2 or 3; systems : letters, those that files have
-    in common are used; atmosphere False switches troposphere and ionosphere models off (simulated
-    data, or receivers side by side); ratio : threshold of the ambiguity test; factor : on formal
-    sigmas, None for the default; antex : file of antenna phase centres; seconds : time limit.
+    Attributes
+    ----------
+    mask
+        Elevation mask [deg].
+    frequencies
+        1, 2 or 3.
+    systems
+        Letters, those that files have in common are used; atmosphere False switches troposphere and
+        ionosphere models off (simulated data, or receivers side by side).
+    ratio
+        Threshold of the ambiguity test.
+    factor
+        On formal sigmas, None for the default.
+    antex
+        File of antenna phase centres.
+    seconds
+        Time limit.
     """
 
     mask: float = 15.0
@@ -146,12 +164,18 @@ class Processing:
 class Baseline:
     """A baseline from mark to mark.
 
-    base, rover : ECEF (3,) [m] of the marks; covariance (3, 3) [m^2], formal times ``factor``
-    squared; ambiguities of the chosen epoch; epochs with a solution and those both files have;
-    fixed_share of the solved epochs; ratio median of them; satellites mean; start, end [s] since
-    1980-01-06, interval [s]; formal (3, 3); systems that were used; residual : root mean square
-    of the phases' double differences [m], None if the engine does not give it; orbits : files of
-    precise ones, none if broadcast orbits were used; heights [m] of the antennas over the marks.
+    Attributes
+    ----------
+    base, rover
+        ECEF (3,) [m] of the marks; covariance (3, 3) [m^2], formal times ``factor`` squared;
+        ambiguities of the chosen epoch; epochs with a solution and those both files have;
+        fixed_share of the solved epochs; ratio median of them; satellites mean; start, end [s]
+        since 1980-01-06, interval [s]; formal (3, 3); systems that were used.
+    residual
+        Root mean square of the phases' double differences [m], None if the engine does not give it.
+    orbits
+        Files of precise ones, none if broadcast orbits were used; heights [m] of the antennas over
+        the marks.
     """
 
     base: Array
@@ -202,12 +226,16 @@ def compute_baseline(
 ) -> Baseline:
     """The baseline from base to rover.
 
-    base_xyz : ECEF (3,) [m] of the base mark; antennas : None takes height and type of the file.
+    Parameters
+    ----------
+    base_xyz
+        ECEF (3,) [m] of the base mark; antennas : None takes height and type of the file.
 
     Raises
     ------
-    InputError : files damaged, truncated, empty, of other days, without common satellites, no
-        solution, engine missing or too slow.
+    InputError
+        Files damaged, truncated, empty, of other days, without common satellites, no solution,
+        engine missing or too slow.
     """
     wish = processing or Processing()
     reference = np.asarray(base_xyz, dtype=float)

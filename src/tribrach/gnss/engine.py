@@ -45,11 +45,17 @@ def run_engine(
 ) -> tuple[Path, EngineName]:
     """Solution file of a run in a folder of the caller's, and the engine that made it.
 
-    files : observations of the rover, of the base, then navigation files; seconds : time limit.
+    Parameters
+    ----------
+    files
+        Observations of the rover, of the base, then navigation files.
+    seconds
+        Time limit.
 
     Raises
     ------
-    InputError : the engine is not installed, fails or does not end in time.
+    InputError
+        The engine is not installed, fails or does not end in time.
     """
     known = engines()
     if engine == "auto" and not known:

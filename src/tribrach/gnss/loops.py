@@ -33,10 +33,16 @@ MOST_TRIANGLES = 2_000
 class BaselineLoop:
     """A closed loop of baselines.
 
-    points : numbers of points in order; walk : baselines with their directions; closure
-    (3,) [m]; covariance (3, 3) [m^2]; length [m] of all sides; statistic against ``limit`` with
-    dof, which is less than three where the covariance is singular, zero where the loop tells
-    nothing; independent : part of the basis.
+    Attributes
+    ----------
+    points
+        Numbers of points in order.
+    walk
+        Baselines with their directions; closure (3,) [m]; covariance (3, 3) [m^2]; length [m] of
+        all sides; statistic against ``limit`` with dof, which is less than three where the
+        covariance is singular, zero where the loop tells nothing.
+    independent
+        Part of the basis.
     """
 
     points: tuple[int, ...]
@@ -118,8 +124,12 @@ def close_loops(
     """Closures of loops.
 
     vectors (n, 3) [m]; covariance (3n, 3n) of all vectors, dense or sparse rows, or (n, 3, 3) of
-    uncorrelated ones;
-    independent : how many of the walks, the first ones, are of the basis (all if None).
+    uncorrelated ones.
+
+    Parameters
+    ----------
+    independent
+        How many of the walks, the first ones, are of the basis (all if None).
     """
     many = len(walks) if independent is None else independent
     out = []

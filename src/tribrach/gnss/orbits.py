@@ -45,7 +45,8 @@ def check_together(
 
     Raises
     ------
-    InputError : no common time, fewer than four common satellites, no orbits for them.
+    InputError
+        No common time, fewer than four common satellites, no orbits for them.
     """
     if not orbits:
         raise InputError("there is no navigation file", cure="give the broadcast orbits of the day")
@@ -89,7 +90,8 @@ def usable_systems(
 
     Raises
     ------
-    InputError : none of them.
+    InputError
+        None of them.
     """
     of_orbits = {str(name)[0] for orbit in orbits for name in orbit.satellites}
     found = "".join(
@@ -132,7 +134,8 @@ def read_orbits(paths: Sequence[Path]) -> Orbits:
 
     Raises
     ------
-    InputError : what a file says wrong, a file of clocks, precise orbits alone.
+    InputError
+        What a file says wrong, a file of clocks, precise orbits alone.
     """
     broadcast: list[NavigationFile] = []
     precise: list[PreciseOrbits] = []
@@ -165,7 +168,8 @@ def check_precise(orbits: PreciseOrbits, base: RinexObservations, rover: RinexOb
 
     Raises
     ------
-    InputError : too few epochs or too far apart, another time, too few of the satellites.
+    InputError
+        Too few epochs or too far apart, another time, too few of the satellites.
     """
     start, end = max(base.times[0], rover.times[0]), min(base.times[-1], rover.times[-1])
     first, last = float(orbits.times[0]), float(orbits.times[-1])

@@ -41,8 +41,15 @@ def independent_baselines(
 ) -> list[tuple[int, int]]:
     """The n - 1 baselines (from, to) of n stations, each from a station reached before.
 
-    positions (n, 3) [m], approximate; known : stations with coordinates, the first one is where
-    the chain starts (the first station if none is known); star : take all from this one.
+    positions (n, 3) [m], approximate.
+
+    Parameters
+    ----------
+    known
+        Stations with coordinates, the first one is where the chain starts (the first station if
+        none is known).
+    star
+        Take all from this one.
     """
     n = len(positions)
     root = star if star is not None else (known[0] if len(known) else 0)
@@ -115,11 +122,17 @@ def run_sessions(
     processing: Processing,
     progress: Progress = lambda what, done, total: None,
 ) -> tuple[SessionResult, ...]:
-    """Baselines of all sessions; known : ECEF (3,) of points by name, the surest first.
+    """Baselines of all sessions.
+
+    Parameters
+    ----------
+    known
+        ECEF (3,) of points by name, the surest first.
 
     Raises
     ------
-    InputError : as :func:`~tribrach.gnss.baseline.compute_baseline`, with the session's name.
+    InputError
+        As :func:`~tribrach.gnss.baseline.compute_baseline`, with the session's name.
     """
     places = dict(known)
     total = sum(len(session.occupations) - 1 for session in sessions)

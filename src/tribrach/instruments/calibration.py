@@ -51,7 +51,8 @@ class CalibrationModel:
 
         Raises
         ------
-        InputError : a parameter that the model does not have.
+        InputError
+            A parameter that the model does not have.
         """
         unknown = [p for p in parameters if p not in self.parameters]
         if unknown:
@@ -289,12 +290,16 @@ def find_model(
 ) -> CalibrationModel:
     """A model by its name, with some of its parameters only if any are named.
 
-    unit_lengths : of the modulation of the range [m], for the terms A3 to A6 of ``lichti``.
+    Parameters
+    ----------
+    unit_lengths
+        Of the modulation of the range [m], for the terms A3 to A6 of ``lichti``.
 
     Raises
     ------
-    InputError : an unknown model or parameter, a parameter named twice, unit lengths that are
-        missing or that the model does not have.
+    InputError
+        An unknown model or parameter, a parameter named twice, unit lengths that are missing or
+        that the model does not have.
     """
     if name not in MODELS:
         raise InputError(

@@ -20,13 +20,23 @@ __all__ = ["Precision"]
 class Precision:
     """Standard deviations of an instrument.
 
-    direction, zenith : of one reading [rad]; distance [m] and scale [m/m], added linearly;
-    centring : of either end [m]; height : of the height of either end [m]; levelling [m] per
-    square root of a kilometre; range [m], range_scale [m/m], scan_angle [rad] : of a scanner;
-    target : floor of a target's centre in each coordinate [m]; tilt [rad] : of a levelled
-    scanner; gnss_plan, gnss_up [m]; gnss_common : share of their variance that a session has in
-    common; rod [m], bubble [rad], eccentricity [m] : of targets on rods over marks; refraction :
-    coefficient of the place, not a sigma.
+    Attributes
+    ----------
+    direction, zenith
+        Of one reading [rad]; distance [m] and scale [m/m], added linearly.
+    centring
+        Of either end [m].
+    height
+        Of the height of either end [m]; levelling [m] per square root of a kilometre; range [m],
+        range_scale [m/m], scan_angle [rad] : of a scanner.
+    target
+        Floor of a target's centre in each coordinate [m]; tilt [rad] : of a levelled scanner;
+        gnss_plan, gnss_up [m].
+    gnss_common
+        Share of their variance that a session has in common; rod [m], bubble [rad], eccentricity
+        [m] : of targets on rods over marks.
+    refraction
+        Coefficient of the place, not a sigma.
     """
 
     direction: float | None = None

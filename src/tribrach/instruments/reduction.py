@@ -93,8 +93,13 @@ class Rounds:
     """Directions of t targets from s sets [rad].
 
     direction (t,) within [0, 2 pi), in the orientation of the first set; orientation (s,) of the
-    sets against it; residual (s, t) observed less adjusted; sigma : of a direction in one set from
-    the residuals, NaN without redundancy; sigma_mean (t,) of the adjusted ones; dof.
+    sets against it; residual (s, t) observed less adjusted.
+
+    Attributes
+    ----------
+    sigma
+        Of a direction in one set from the residuals, NaN without redundancy; sigma_mean (t,) of the
+        adjusted ones; dof.
     """
 
     direction: Array
@@ -220,10 +225,16 @@ SPREAD = np.radians(30)
 class AxisErrors:
     """Axis errors of an instrument from n pairs of faces [rad].
 
-    collimation, index with their sigmas; trunnion and its sigma, NaN where sights are too level;
-    sigma_direction, sigma_zenith : of a reading in one face, from the scatter of the differences;
-    residual_direction, residual_zenith (n,) of half differences; far_direction, far_zenith (n,)
-    True where one is out of line, which is then left out of everything else; pairs : used.
+    collimation, index with their sigmas; trunnion and its sigma, NaN where sights are too level.
+
+    Attributes
+    ----------
+    sigma_direction, sigma_zenith
+        Of a reading in one face, from the scatter of the differences; residual_direction,
+        residual_zenith (n,) of half differences; far_direction, far_zenith (n,) True where one is
+        out of line, which is then left out of everything else.
+    pairs
+        Used.
     """
 
     collimation: float
@@ -429,7 +440,8 @@ def reduce(readings: TelescopeReadings) -> Reduction:
 
     Raises
     ------
-    InputError : a set-up with more sets and targets than a table holds.
+    InputError
+        A set-up with more sets and targets than a table holds.
     """
     number = np.zeros(len(readings.setup), dtype=np.int64)
     closing = np.zeros(len(readings.setup), dtype=bool)
@@ -460,7 +472,13 @@ def reduce(readings: TelescopeReadings) -> Reduction:
 
 
 def _mean(values: Array, group: Index, size: int, *, turn: bool = False) -> tuple[Array, Index]:
-    """Means (size,) and counts of values by group; turn : angles around the circle."""
+    """Means (size,) and counts of values by group.
+
+    Parameters
+    ----------
+    turn
+        Angles around the circle.
+    """
     known = np.isfinite(values)
     count = np.bincount(group[known], minlength=size)
     base = np.full(size, np.nan)

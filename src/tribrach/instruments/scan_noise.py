@@ -22,8 +22,13 @@ __all__ = ["ScanNoise"]
 class ScanNoise:
     """Standard deviations of single points of a scanner.
 
-    range [m] and range_scale [m/m] add linearly; horizontal, vertical : encoder readings [rad];
-    beam_exit [m] and beam_divergence [rad, full angle] : zero leaves the footprint out.
+    range [m] and range_scale [m/m] add linearly.
+
+    Attributes
+    ----------
+    horizontal, vertical
+        Encoder readings [rad]; beam_exit [m] and beam_divergence [rad, full angle] : zero leaves
+        the footprint out.
     """
 
     range: float

@@ -33,9 +33,17 @@ _MOST = 64
 class Calibration:
     """A calibration of one instrument.
 
-    model : name of the model; parameters (k,) names; values (k,), covariance (k, k) in metres and
-    radians; unit_lengths [m]; architecture : panoramic or hybrid; datum, sigma_origin : in words;
-    observations, redundancy : of the adjustment that it comes from.
+    Attributes
+    ----------
+    model
+        Name of the model; parameters (k,) names; values (k,), covariance (k, k) in metres and
+        radians; unit_lengths [m].
+    architecture
+        Panoramic or hybrid.
+    datum, sigma_origin
+        In words.
+    observations, redundancy
+        Of the adjustment that it comes from.
     """
 
     instrument: str
@@ -104,8 +112,9 @@ def read_calibration(path: Path) -> Calibration:
 
     Raises
     ------
-    InputError : unreadable, not TOML, a key that is missing, unknown or wrong, parameters that the
-        model does not have, a covariance that is none or that contradicts the sigmas.
+    InputError
+        Unreadable, not TOML, a key that is missing, unknown or wrong, parameters that the model
+        does not have, a covariance that is none or that contradicts the sigmas.
     """
     path = Path(path)
     file = read_model(path, _File, "write calibration files with tribrach calibrate --save")

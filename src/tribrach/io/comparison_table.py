@@ -34,7 +34,8 @@ def read_comparison(path: Path, names: Sequence[str]) -> NumberTable:
 
     Raises
     ------
-    InputError : unreadable, no comparison, no site that has all figures.
+    InputError
+        Unreadable, no comparison, no site that has all figures.
     """
     try:
         sites = json.loads(read_bytes(path))["sites"]

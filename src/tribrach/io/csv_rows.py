@@ -20,8 +20,9 @@ def read_rows(path: Path) -> tuple[list[list[str]], list[int]]:
 
     Raises
     ------
-    InputError : unreadable, not UTF-8 text, no row under the header, a quoted cell that goes over
-        several lines, a row of another length.
+    InputError
+        Unreadable, not UTF-8 text, no row under the header, a quoted cell that goes over several
+        lines, a row of another length.
     """
     data = read_bytes(path)
     try:

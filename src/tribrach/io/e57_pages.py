@@ -48,7 +48,14 @@ _POLYNOMIAL = 0x82F63B78  # Castagnoli, bits reversed
 class Header:
     """What the first 48 bytes say.
 
-    physical_length : of the file; xml_offset : physical; xml_length : logical, without checksums.
+    Attributes
+    ----------
+    physical_length
+        Of the file.
+    xml_offset
+        Physical.
+    xml_length
+        Logical, without checksums.
     """
 
     version: tuple[int, int]
@@ -84,7 +91,8 @@ def read_header(file: BinaryIO, path: Path) -> Header:
 
     Raises
     ------
-    InputError : no E57 file, truncated, or offsets beyond its end.
+    InputError
+        No E57 file, truncated, or offsets beyond its end.
     """
     size = file.seek(0, os.SEEK_END)
     file.seek(0)
@@ -112,7 +120,8 @@ def read_xml(file: BinaryIO, header: Header, path: Path) -> bytes:
 
     Raises
     ------
-    InputError : a checksum that is wrong, or more XML than is taken.
+    InputError
+        A checksum that is wrong, or more XML than is taken.
     """
     if header.xml_length > MAX_BYTES:
         raise InputError(
@@ -134,7 +143,8 @@ def parse(data: bytes, path: Path) -> etree._Element:
 
     Raises
     ------
-    InputError : not well-formed, declares a document type or entities, or another root.
+    InputError
+        Not well-formed, declares a document type or entities, or another root.
     """
     if re.search(rb"<!(ENTITY|DOCTYPE)", data):
         raise _entities(path)
@@ -205,7 +215,8 @@ def verify(pages: Bytes, first: int, path: Path) -> None:
 
     Raises
     ------
-    InputError : a checksum that is wrong.
+    InputError
+        A checksum that is wrong.
     """
     stated = np.ascontiguousarray(pages[:, PAYLOAD:]).view(">u4").ravel()
     wrong = np.flatnonzero(stated != _checksums(pages, _TABLE))

@@ -39,8 +39,13 @@ class Figure:
 class Sheet:
     """The sheet of an instrument.
 
-    status : ``read`` if its figures were compared with their sources, ``quoted`` if they should
-    be compared with the sheet of the instrument at hand; aliases : models with the same figures.
+    Attributes
+    ----------
+    status
+        ``read`` if its figures were compared with their sources, ``quoted`` if they should be
+        compared with the sheet of the instrument at hand.
+    aliases
+        Models with the same figures.
     """
 
     name: str
@@ -75,7 +80,8 @@ def find_sheet(name: str) -> Sheet:
 
     Raises
     ------
-    InputError : there is none; the nearest names are given.
+    InputError
+        There is none; the nearest names are given.
     """
     known = {_plain(word): sheet for sheet in sheets() for word in (sheet.name, *sheet.aliases)}
     found = known.get(_plain(name))

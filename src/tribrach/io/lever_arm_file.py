@@ -29,8 +29,14 @@ _Row = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
 class LeverArmResult:
     """A lever arm as it was found.
 
-    vector (3,) [m], covariance (3, 3) [m^2], zero where a component was held; stations : on whose
-    observations it rests; datum, sigma_origin : in words.
+    vector (3,) [m], covariance (3, 3) [m^2], zero where a component was held.
+
+    Attributes
+    ----------
+    stations
+        On whose observations it rests.
+    datum, sigma_origin
+        In words.
     """
 
     name: str
@@ -81,8 +87,9 @@ def read_lever_arm(path: Path) -> LeverArmResult:
 
     Raises
     ------
-    InputError : unreadable, not TOML, a key that is missing, unknown or wrong, a covariance that
-        is not symmetric or has a negative variance.
+    InputError
+        Unreadable, not TOML, a key that is missing, unknown or wrong, a covariance that is not
+        symmetric or has a negative variance.
     """
     path = Path(path)
     cure = "take a lever arm file as a run leaves it beside its report"

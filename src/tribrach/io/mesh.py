@@ -27,7 +27,8 @@ def read_mesh(path: Path) -> Array:
 
     Raises
     ------
-    InputError : unreadable, no STL or OBJ, without triangles, numbers that are none.
+    InputError
+        Unreadable, no STL or OBJ, without triangles, numbers that are none.
     """
     data = read_bytes(path)
     suffix = path.suffix.lower()

@@ -30,8 +30,14 @@ _UNIT = r"(?:_| ?[\[(])\s*([\w/°\"″%]+)\s*[\])]?$"
 class NumberTable:
     """Columns by name.
 
-    values : (n,) in the units of the file; units : "" where not given; remarks : sentences about
-    what was left out.
+    Attributes
+    ----------
+    values
+        (n,) in the units of the file.
+    units
+        "" where not given.
+    remarks
+        Sentences about what was left out.
     """
 
     path: Path
@@ -48,8 +54,9 @@ def read_numbers(path: Path, names: Sequence[str]) -> NumberTable:
 
     Raises
     ------
-    InputError : unreadable, not UTF-8 text, a column that is missing or there twice, a row of
-        another length, a cell that is no number.
+    InputError
+        Unreadable, not UTF-8 text, a column that is missing or there twice, a row of another
+        length, a cell that is no number.
     """
     rows, lines = read_rows(path)
     titles = [" ".join(title.split()) for title in rows[0]]

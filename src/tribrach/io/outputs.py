@@ -17,7 +17,8 @@ def write_text(path: Path, text: str) -> Path:
 
     Raises
     ------
-    InputError : the folder or file cannot be written.
+    InputError
+        The folder or file cannot be written.
     """
     return write_texts({path: text})[0]
 
@@ -27,7 +28,8 @@ def write_bytes(path: Path, data: bytes) -> Path:
 
     Raises
     ------
-    InputError : the folder or file cannot be written.
+    InputError
+        The folder or file cannot be written.
     """
     return write_texts({path: data})[0]
 
@@ -37,7 +39,8 @@ def write_texts(texts: Mapping[Path, str | bytes]) -> list[Path]:
 
     Raises
     ------
-    InputError : a folder or file cannot be written; then none of them has changed.
+    InputError
+        A folder or file cannot be written; then none of them has changed.
     """
     staged: dict[Path, str] = {}
     path = Path()
@@ -61,7 +64,8 @@ def destination(path: Path) -> Path:
 
     Raises
     ------
-    OSError : it is a folder, or its folder cannot be made.
+    OSError
+        It is a folder, or its folder cannot be made.
     """
     if path.is_dir():
         raise IsADirectoryError(21, "it is a folder")

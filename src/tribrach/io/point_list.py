@@ -29,7 +29,12 @@ _USES = ("", "on", "check", "off")
 class PointList:
     """Points by name: xyz (n, d) [m], covariance (n, d, d) [m^2] or None.
 
-    use : ``on``, ``check`` or ``off`` for each, with reasons; titles : of the coordinates.
+    Attributes
+    ----------
+    use
+        ``on``, ``check`` or ``off`` for each, with reasons.
+    titles
+        Of the coordinates.
     """
 
     path: Path
@@ -51,7 +56,8 @@ def read_point_list(path: Path) -> PointList:
 
     Raises
     ------
-    InputError : what the table says wrong, latitudes, a name that is there twice.
+    InputError
+        What the table says wrong, latitudes, a name that is there twice.
     """
     table = read_table(path)
     if table.kind.name != "coordinates":
@@ -158,7 +164,8 @@ def refuse_dimensions(a: PointList, b: PointList) -> None:
 
     Raises
     ------
-    InputError : one list has heights, the other has not.
+    InputError
+        One list has heights, the other has not.
     """
     if a.dimension != b.dimension:
         flat = a if a.dimension == 2 else b

@@ -24,9 +24,10 @@ def read_sites(path: Path) -> list[ComparisonSite]:
 
     Raises
     ------
-    InputError : unreadable, not UTF-8 text, columns of neither kind or of both, a row of another
-        length, a cell that is no finite number, a radius or side that is not above zero, a name
-        that is empty or there twice.
+    InputError
+        Unreadable, not UTF-8 text, columns of neither kind or of both, a row of another length, a
+        cell that is no finite number, a radius or side that is not above zero, a name that is empty
+        or there twice.
     """
     rows, lines = read_rows(path)
     titles = [" ".join(title.split()).lower() for title in rows[0]]

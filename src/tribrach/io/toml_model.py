@@ -17,11 +17,17 @@ Model = TypeVar("Model", bound=BaseModel)
 
 
 def read_model(path: Path, model: type[Model], cure: str) -> Model:
-    """The file as the model; cure : what to do about a key that is wrong.
+    """The file as the model.
+
+    Parameters
+    ----------
+    cure
+        What to do about a key that is wrong.
 
     Raises
     ------
-    InputError : unreadable, not UTF-8, not TOML, a key that is missing, unknown or wrong.
+    InputError
+        Unreadable, not UTF-8, not TOML, a key that is missing, unknown or wrong.
     """
     try:
         return model.model_validate(tomllib.loads(read_bytes(path).decode("utf-8-sig")))

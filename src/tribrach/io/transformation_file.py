@@ -75,7 +75,8 @@ def read_transformation(path: Path) -> StoredTransformation:
 
     Raises
     ------
-    InputError : unreadable, another kind of file, numbers that are none or do not go together.
+    InputError
+        Unreadable, another kind of file, numbers that are none or do not go together.
     """
     cure = "give the file that tribrach transform fit --json wrote"
     try:
@@ -122,7 +123,8 @@ def _array(value: Any, shape: tuple[int, ...]) -> Array:
 
     Raises
     ------
-    ValueError : anything else.
+    ValueError
+        Anything else.
     """
     array = np.array(value, dtype=np.float64)
     if array.shape != shape or not np.isfinite(array).all():

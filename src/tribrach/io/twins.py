@@ -50,16 +50,21 @@ def write_twin(
 ) -> Path:
     """Simulate all scans of a twin and write everything; the path of the project file.
 
-    Scans that are there and whole stay as they are, and if that is all of them so do the tables
-    and the project file. Otherwise the project file goes first and comes last: what is interrupted
+    Scans that are there and whole stay as they are, and if that is all of them so do the tables and
+    the project file. Otherwise the project file goes first and comes last: what is interrupted
     leaves no project, and another call goes on with it.
 
-    progress : told the scan's name, directions done and their number; truth : points of each scan
-    whose true place is kept.
+    Parameters
+    ----------
+    progress
+        Told the scan's name, directions done and their number.
+    truth
+        Points of each scan whose true place is kept.
 
     Raises
     ------
-    InputError : a file cannot be written.
+    InputError
+        A file cannot be written.
     """
     tell = progress or (lambda name, done, all_of_it: None)
     path = folder / f"{twin.name}.toml"

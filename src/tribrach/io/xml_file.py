@@ -25,7 +25,8 @@ def read_bytes(path: Path) -> bytes:
 
     Raises
     ------
-    InputError : it cannot be read, is empty or exceeds :data:`MAX_BYTES`.
+    InputError
+        It cannot be read, is empty or exceeds :data:`MAX_BYTES`.
     """
     try:
         size = path.stat().st_size
@@ -51,12 +52,14 @@ def load(path: Path, root: str, *others: str) -> etree._Element:
 
     Parameters
     ----------
-    root, others : names that the root element may have.
+    root, others
+        Names that the root element may have.
 
     Raises
     ------
-    InputError : unreadable, empty, not well-formed, wrong encoding, declares entities, or has
-        another root element.
+    InputError
+        Unreadable, empty, not well-formed, wrong encoding, declares entities, or has another root
+        element.
     """
     data = read_bytes(path)
     if re.search(rb"<!ENTITY", data):

@@ -53,11 +53,15 @@ def fine_scan(
 ) -> TwinScan:
     """One scan of windows around targets, all on one grid of this step [rad].
 
-    name : of the scan, that of the station and "-targets" if empty.
+    Parameters
+    ----------
+    name
+        Of the scan, that of the station and "-targets" if empty.
 
     Raises
     ------
-    InputError : no targets, or the grid around them has more than 4 million pixels.
+    InputError
+        No targets, or the grid around them has more than 4 million pixels.
     """
     if not targets:
         raise InputError(f"station {station} has no targets to scan")

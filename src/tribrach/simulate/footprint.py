@@ -24,10 +24,21 @@ _ONE = 1e-4
 class Blend:
     """Means over footprints (n,).
 
-    intensity : reflectance times cosine, nothing counting as zero; range : weighted by intensity
-    [m]; cosine : of the middle or the nearest; spread : of the ranges [m]; met : was anything met?;
-    several : was it more than one surface?; truth (n, 3) : where the middle of the beam hit, or, if
-    that missed, the nearest place hit.
+    Attributes
+    ----------
+    intensity
+        Reflectance times cosine, nothing counting as zero.
+    range
+        Weighted by intensity [m].
+    cosine
+        Of the middle or the nearest.
+    spread
+        Of the ranges [m].
+    met
+        Was anything met?
+    several
+        Was it more than one surface?; truth (n, 3) : where the middle of the beam hit, or, if that
+        missed, the nearest place hit.
     """
 
     intensity: Array

@@ -40,8 +40,11 @@ def gsi(
 ) -> str:
     """The raw file of sights (from, to); one set-up for each name that sights start from.
 
-    places : true coordinates (3,); heights [m], zero for names that are not there. In each set the
-    targets are read in face 1 and backwards in face 2.
+    Parameters
+    ----------
+    places
+        True coordinates (3,); heights [m], zero for names that are not there. In each set the
+        targets are read in face 1 and backwards in face 2.
     """
     day = day or InstrumentDay()
     direction, zenith, distance = true_sights(

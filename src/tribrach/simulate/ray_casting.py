@@ -147,8 +147,12 @@ _CELLS = 24
 class Hits:
     """What rays (n,) met.
 
-    range [m], infinite where nothing; cosine of the incidence angle; reflectance; primitive :
-    its number, -1 where nothing.
+    range [m], infinite where nothing; cosine of the incidence angle; reflectance.
+
+    Attributes
+    ----------
+    primitive
+        Its number, -1 where nothing.
     """
 
     range: Array

@@ -86,12 +86,25 @@ class ScanGrid:
 class Scanner:
     """What an instrument does to true ranges and angles.
 
-    noise : of single points; incidence : is the noise of ranges divided by the cosine of the
-    incidence angle?; intensity : noise of the intensity, which is reflectance times cosine and goes
-    from 0 to 1; weakest : echoes below this intensity are lost; nearest, farthest [m]; model,
-    parameters : calibration parameters by name [m and rad]; faces : a dome scanner sees with its
-    back face where H exceeds 180 degrees; beams : rays over the footprint at borders; separable :
-    mixed pixels whose ranges spread by more than this [m] are lost with the probability ``lost``.
+    Attributes
+    ----------
+    noise
+        Of single points.
+    incidence
+        Is the noise of ranges divided by the cosine of the incidence angle?
+    intensity
+        Noise of the intensity, which is reflectance times cosine and goes from 0 to 1.
+    weakest
+        Echoes below this intensity are lost; nearest, farthest [m].
+    model, parameters
+        Calibration parameters by name [m and rad].
+    faces
+        A dome scanner sees with its back face where H exceeds 180 degrees.
+    beams
+        Rays over the footprint at borders.
+    separable
+        Mixed pixels whose ranges spread by more than this [m] are lost with the probability
+        ``lost``.
     """
 
     noise: ScanNoise
@@ -128,7 +141,12 @@ class SimulatedPoints:
     xyz (n, 3) : as measured, scanner frame [m]; intensity (n,) float32, 0 to 1; row, column (n,)
     int32; truth (n, 3) : world place that the echo came from [m]; primitive (n,) : what it hit;
     mixed (n,) : is the range a mean over several surfaces? then the truth is where the middle of
-    the beam hit; rays : directions that the scanner looked along, hit or not.
+    the beam hit.
+
+    Attributes
+    ----------
+    rays
+        Directions that the scanner looked along, hit or not.
     """
 
     xyz: Array
@@ -154,8 +172,13 @@ def scan(
 ) -> Iterator[SimulatedPoints]:
     """Scan a grid column by column, block by block.
 
-    pose : world from scanner, the true one; seed : the same numbers give the same scan, whatever
-    is scanned before or after; mask (rows, columns) : directions that are looked along.
+    Parameters
+    ----------
+    pose
+        World from scanner, the true one.
+    seed
+        The same numbers give the same scan, whatever is scanned before or after; mask (rows,
+        columns) : directions that are looked along.
     """
     view = SceneView(scene, pose.translation)
     width = max(1, _BLOCK // grid.rows)
@@ -328,8 +351,14 @@ class _Beams:
 class _Pixels:
     """Pixels (n,) with what undisturbed beams met.
 
-    edge : is another surface within reach?; near : the shortest range within reach [m]; rays :
-    directions looked along, those that saw nothing included.
+    Attributes
+    ----------
+    edge
+        Is another surface within reach?
+    near
+        The shortest range within reach [m].
+    rays
+        Directions looked along, those that saw nothing included.
     """
 
     row: Index

@@ -46,9 +46,14 @@ _FLAT = (RECTANGLE, CHECKERBOARD, DISC)
 class Primitive:
     """One convex surface.
 
-    center (3,), axes (3, 3) rows local axes in the world, half (3,) extents; pattern : half the
-    side of the quadrants, or the radius of the disc; reflectance, second : of the surface and of
-    the bright quadrants or the disc (0 to 1).
+    center (3,), axes (3, 3) rows local axes in the world, half (3,) extents.
+
+    Attributes
+    ----------
+    pattern
+        Half the side of the quadrants, or the radius of the disc.
+    reflectance, second
+        Of the surface and of the bright quadrants or the disc (0 to 1).
     """
 
     kind: int

@@ -14,7 +14,12 @@ __all__ = ["levelled", "tilted"]
 def levelled(place: ArrayLike, heading: float, sigma: float, rng: np.random.Generator) -> Pose:
     """A levelled scanner: its axis misses the vertical by errors of ``sigma`` [rad] in x and y.
 
-    place (3,) : of the scanner's centre [m]; heading : of its x axis, counter-clockwise from east.
+    place (3,) : of the scanner's centre [m].
+
+    Parameters
+    ----------
+    heading
+        Of its x axis, counter-clockwise from east.
     """
     a, b = rng.normal(0, sigma, 2) if sigma > 0 else (0.0, 0.0)
     return _placed(place, heading, (a, b))

@@ -61,8 +61,11 @@ def sights(
 ) -> str:
     """Directions, zenith angles and slope distances along lines (from, to), as a table.
 
-    places : true coordinates (3,); heights [m], zero for names that are not there; the errors are
-    those of the precision. One orientation for each instrument.
+    Parameters
+    ----------
+    places
+        True coordinates (3,); heights [m], zero for names that are not there; the errors are those
+        of the precision. One orientation for each instrument.
     """
     survey = _survey(places)
     start, end = (list(side) for side in zip(*lines, strict=True))
@@ -162,8 +165,12 @@ def gnss_positions(
 ) -> str:
     """Antenna positions with errors of these sigmas (E, N, U) [m], as a table of one session.
 
-    common : share of the variance that all have in common, no session where it is zero;
-    antenna_height : of the antenna over the named point [m], where that is not in ``places``.
+    Parameters
+    ----------
+    common
+        Share of the variance that all have in common, no session where it is zero.
+    antenna_height
+        Of the antenna over the named point [m], where that is not in ``places``.
     """
     shift = np.sqrt(common) * rng.normal(size=3) * sigma
     rows = ["gnss,set,e_m,n_m,u_m,antenna_height_m,sigma_e_mm,sigma_n_mm,sigma_u_mm"]

@@ -38,8 +38,12 @@ def child_rng(seed: int, purpose: str) -> np.random.Generator:
 class TwinTarget:
     """A target in the world.
 
-    center (3,) [m]; size : side of a checkerboard, radius of a sphere or of a disc [m]; normal
-    (3,) : of flat targets.
+    center (3,) [m].
+
+    Attributes
+    ----------
+    size
+        Side of a checkerboard, radius of a sphere or of a disc [m]; normal (3,) : of flat targets.
     """
 
     name: str
@@ -65,7 +69,13 @@ class TwinTarget:
 
 @dataclass(frozen=True, eq=False)
 class TwinStation:
-    """A scanner station; pose : world from scanner, true."""
+    """A scanner station.
+
+    Attributes
+    ----------
+    pose
+        World from scanner, true.
+    """
 
     name: str
     pose: Pose
@@ -91,8 +101,14 @@ class TwinScan:
 class TargetSight:
     """How a station sees a target.
 
-    range [m], incidence [rad], clear : share of it that nothing hides; points : expected in the
-    finest scan; visible : can it be found there?
+    range [m], incidence [rad], clear : share of it that nothing hides.
+
+    Attributes
+    ----------
+    points
+        Expected in the finest scan.
+    visible
+        Can it be found there?
     """
 
     range: float
@@ -106,8 +122,18 @@ class TargetSight:
 class Twin:
     """Everything about a twin.
 
-    files : texts of tables by file name; project : the project's text; marks : true coordinates
-    (3,) of further points; facts : further truth for the record; suffix : of the files of scans.
+    Attributes
+    ----------
+    files
+        Texts of tables by file name.
+    project
+        The project's text.
+    marks
+        True coordinates (3,) of further points.
+    facts
+        Further truth for the record.
+    suffix
+        Of the files of scans.
     """
 
     name: str
@@ -129,7 +155,8 @@ class Twin:
 
         Raises
         ------
-        InputError : there is none.
+        InputError
+            There is none.
         """
         for station in self.stations:
             if station.name == name:
@@ -227,7 +254,8 @@ def steps_for(points: int) -> int:
 
     Raises
     ------
-    InputError : fewer than a thousand or more than a thousand million.
+    InputError
+        Fewer than a thousand or more than a thousand million.
     """
     if not 1_000 <= points <= 1_000_000_000:
         raise InputError(f"{points} points per station", cure="ask for 1000 to 1000000000")

@@ -314,7 +314,8 @@ class PointSpool:
 
     Raises
     ------
-    InputError : the file cannot be made.
+    InputError
+        The file cannot be made.
     """
 
     def __init__(self, path: Path, kind: np.dtype[Any]) -> None:
@@ -335,7 +336,10 @@ class PointSpool:
     def divide(self, bucket: Callable[[Records], NDArray[np.int32]], number: int) -> None:
         """Sort the points of each block by bucket, 0 to number - 1, keeping their order in each.
 
-        bucket : the bucket (n,) of each point of a block; blocks come in order.
+        Parameters
+        ----------
+        bucket
+            The bucket (n,) of each point of a block; blocks come in order.
         """
         runs = []
         for n, records in enumerate(self.blocks()):
@@ -390,7 +394,8 @@ class CopcWriter(LasRecords):
 
     Raises
     ------
-    InputError : the file cannot be written, or coordinates do not fit the integers of the step.
+    InputError
+        The file cannot be written, or coordinates do not fit the integers of the step.
     """
 
     def __init__(self, path: Path, header: CloudHeader) -> None:
@@ -489,7 +494,15 @@ class CopcWriter(LasRecords):
         return np.concatenate(keys)
 
     def _info(self, cube: Cube, end: int, size: int) -> bytes:
-        """The record ``copc`` 1; end : where the extended record begins; size : of its page."""
+        """The record ``copc`` 1.
+
+        Parameters
+        ----------
+        end
+            Where the extended record begins.
+        size
+            Of its page.
+        """
         step, offset = self._header.step, np.asarray(self._header.offset, dtype=float)
         half = cube.side * step / 2
         center = (cube.corner + cube.side / 2) * step + offset
@@ -512,7 +525,15 @@ def _parts(records: Records, ends: NDArray[np.int64]) -> list[memoryview]:
 
 
 def _hierarchy(keys: NDArray[np.int32], chunks: Sequence[tuple[int, int]], start: int) -> bytes:
-    """One page with all nodes; chunks : points and bytes of each; start : of the point data."""
+    """One page with all nodes.
+
+    Parameters
+    ----------
+    chunks
+        Points and bytes of each.
+    start
+        Of the point data.
+    """
     page = np.zeros(max(len(keys), 1), dtype=_ENTRY)  # a cloud without points has an empty root
     if len(keys):
         table = np.array(chunks, dtype=np.int64)

@@ -65,7 +65,8 @@ def replace_poses(root: etree._Element, poses: Mapping[int, Pose], source: Path)
 
     Raises
     ------
-    InputError : a scan that the file has not.
+    InputError
+        A scan that the file has not.
     """
     scans = _children(root, "data3D")
     moves: dict[int, tuple[Pose, Pose]] = {}
@@ -209,13 +210,17 @@ def copy_with_poses(
 ) -> tuple[str, ...]:
     """Write a copy of an E57 file with these poses, world from scanner, by index of the scan.
 
-    crs : WKT that replaces ``coordinateMetadata``; the old text stays if it is None. Pictures move
-    with the scan that they hang on; everything else passes through. Returns sentences about what
-    could not follow.
+    Parameters
+    ----------
+    crs
+        WKT that replaces ``coordinateMetadata``; the old text stays if it is None. Pictures move
+        with the scan that they hang on; everything else passes through. Returns sentences about
+        what could not follow.
 
     Raises
     ------
-    InputError : no E57 file, truncated, damaged, a scan that it has not, or nowhere to write.
+    InputError
+        No E57 file, truncated, damaged, a scan that it has not, or nowhere to write.
     """
     try:
         file = source.open("rb")
@@ -328,7 +333,8 @@ class E57Writer:
 
     Raises
     ------
-    InputError : the file cannot be written, or coordinates do not fit the integers of the step.
+    InputError
+        The file cannot be written, or coordinates do not fit the integers of the step.
     """
 
     def __init__(self, path: Path, header: CloudHeader) -> None:
@@ -414,7 +420,8 @@ class E57Writer:
 
         Raises
         ------
-        InputError : coordinates beyond the integers of the step, several values per point.
+        InputError
+            Coordinates beyond the integers of the step, several values per point.
         """
         for first in range(0, len(xyz), _BLOCK):
             part = slice(first, first + _BLOCK)

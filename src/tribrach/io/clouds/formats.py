@@ -25,7 +25,8 @@ def create(path: Path, header: CloudHeader) -> CloudWriter:
 
     Raises
     ------
-    InputError : no format has this suffix, or the file cannot be written.
+    InputError
+        No format has this suffix, or the file cannot be written.
     """
     for suffix, (module, name) in WRITERS.items():
         if path.name.lower().endswith(suffix):

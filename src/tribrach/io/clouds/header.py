@@ -29,10 +29,21 @@ def _zeros() -> Array:
 class CloudHeader:
     """Header of a cloud on its way out.
 
-    fields : what `write` will be given besides xyz; step : coordinate step on disk [m] of formats
-    that store integers; offset (3,) [m] : stored coordinates are relative to it; crs : WKT;
-    epoch : decimal year of a dynamic frame; pose : of formats that keep points in the scanner
-    frame; facts : further strings that the format has room for.
+    Attributes
+    ----------
+    fields
+        What `write` will be given besides xyz.
+    step
+        Coordinate step on disk [m] of formats that store integers; offset (3,) [m] : stored
+        coordinates are relative to it.
+    crs
+        WKT.
+    epoch
+        Decimal year of a dynamic frame.
+    pose
+        Of formats that keep points in the scanner frame.
+    facts
+        Further strings that the format has room for.
     """
 
     name: str

@@ -107,7 +107,8 @@ class LasRecords:
 
         Raises
         ------
-        InputError : coordinates beyond the integers of the step.
+        InputError
+            Coordinates beyond the integers of the step.
         """
         record = laspy.PackedPointRecord.zeros(len(xyz), self._las.point_format)
         whole = np.empty((3, len(xyz)), dtype=np.int32)
@@ -155,7 +156,8 @@ class LasWriter(LasRecords):
 
     Raises
     ------
-    InputError : the file cannot be written, or coordinates do not fit the integers of the step.
+    InputError
+        The file cannot be written, or coordinates do not fit the integers of the step.
     """
 
     def __init__(self, path: Path, header: CloudHeader) -> None:

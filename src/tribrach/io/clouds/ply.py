@@ -44,7 +44,8 @@ class PlyWriter:
 
     Raises
     ------
-    InputError : the file cannot be written, or coordinates are not finite.
+    InputError
+        The file cannot be written, or coordinates are not finite.
     """
 
     def __init__(self, path: Path, header: CloudHeader) -> None:
@@ -59,7 +60,8 @@ class PlyWriter:
 
         Raises
         ------
-        InputError : a coordinate is not finite, or a field has another width than before.
+        InputError
+            A coordinate is not finite, or a field has another width than before.
         """
         if len(xyz) == 0:
             return

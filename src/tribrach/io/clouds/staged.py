@@ -23,7 +23,8 @@ class Staged:
 
     Raises
     ------
-    InputError : the folder or file cannot be written.
+    InputError
+        The folder or file cannot be written.
     """
 
     def __init__(self, path: Path) -> None:

@@ -30,10 +30,17 @@ __all__ = ["GnssContext", "ellipsoid_of", "read", "survey_of"]
 class GnssContext:
     """What the project says about GNSS files.
 
-    site : the ellipsoidal work frame, None if the files bring it; job : frame and epoch of the
-    project; source : frame of the files where they say none, epoch before theirs; motion of marks;
-    point, base : names of a solution of RTKLIB; factor on its formal sigmas; known : points that
-    have coordinates already.
+    Attributes
+    ----------
+    site
+        The ellipsoidal work frame, None if the files bring it.
+    job
+        Frame and epoch of the project; source : frame of the files where they say none, epoch
+        before theirs; motion of marks.
+    point, base
+        Names of a solution of RTKLIB; factor on its formal sigmas.
+    known
+        Points that have coordinates already.
     """
 
     site: EllipsoidSite | None = None
@@ -52,7 +59,8 @@ def read(paths: Sequence[Path], context: GnssContext | None = None) -> Survey:
 
     Raises
     ------
-    InputError : of the readers; epochs that do not fit; a flat work frame.
+    InputError
+        Of the readers; epochs that do not fit; a flat work frame.
     """
     wish = context or GnssContext()
     readers: dict[str, Callable[[Path], GnssRecords]] = {
@@ -181,7 +189,8 @@ def ellipsoid_of(site: Site, path: Path) -> EllipsoidSite:
 
     Raises
     ------
-    InputError : it is flat.
+    InputError
+        It is flat.
     """
     if not isinstance(site, EllipsoidSite):
         raise InputError(

@@ -26,8 +26,9 @@ def read_gvx(path: Path) -> GnssRecords:
 
     Raises
     ------
-    InputError : no GVX, other units than metres, missing or malformed numbers, unknown points,
-        no covariance, no vectors.
+    InputError
+        No GVX, other units than metres, missing or malformed numbers, unknown points, no
+        covariance, no vectors.
     """
     root = load(path, "GVX")
     records = GnssRecords()

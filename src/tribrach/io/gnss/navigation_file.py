@@ -37,7 +37,13 @@ _SYSTEMS_2 = {"N": "G", "G": "R", "H": "S"}
 
 @dataclass(frozen=True)
 class NavigationFile:
-    """Broadcast orbits: text : plain RINEX; satellites (n,), times (n,) [s] of their clocks."""
+    """Broadcast orbits:
+
+    Attributes
+    ----------
+    text
+        Plain RINEX; satellites (n,), times (n,) [s] of their clocks.
+    """
 
     path: Path
     text: bytes
@@ -50,7 +56,8 @@ def read_navigation(path: Path) -> NavigationFile:
 
     Raises
     ------
-    InputError : no navigation file, damaged, or without orbits.
+    InputError
+        No navigation file, damaged, or without orbits.
     """
     data = read_rinex(path)
     lines, start = header_text(path, data)

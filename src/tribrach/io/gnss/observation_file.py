@@ -48,10 +48,22 @@ _FIRST_DAY = np.datetime64("1980-01-06T00:00:00", "us")
 class RinexObservations:
     """One receiver's file.
 
-    text : plain RINEX; marker : name of the station, "" if none; approximate : ECEF (3,) [m] of
-    the header, NaN if none; antenna : type with its dome; delta : height, east, north (3,) [m] of
-    the antenna reference point over the mark; times (n,) [s]; satellites : such as G07; recounted :
-    epochs whose number of satellites was wrong in the file and is right in ``text``.
+    Attributes
+    ----------
+    text
+        Plain RINEX.
+    marker
+        Name of the station, "" if none.
+    approximate
+        ECEF (3,) [m] of the header, NaN if none.
+    antenna
+        Type with its dome.
+    delta
+        Height, east, north (3,) [m] of the antenna reference point over the mark; times (n,) [s].
+    satellites
+        Such as G07.
+    recounted
+        Epochs whose number of satellites was wrong in the file and is right in ``text``.
     """
 
     path: Path
@@ -81,7 +93,8 @@ def header_text(path: Path, data: bytes) -> tuple[list[tuple[str, str]], int]:
 
     Raises
     ------
-    InputError : the header does not end.
+    InputError
+        The header does not end.
     """
     end = re.search(rb"END OF HEADER *\r?\n?", data[:1_000_000])
     if end is None:
@@ -97,7 +110,8 @@ def header_of(path: Path, lines: list[tuple[str, str]]) -> tuple[float, str]:
 
     Raises
     ------
-    InputError : no number, or a version that is not read.
+    InputError
+        No number, or a version that is not read.
     """
     first = next((text for label, text in lines if label == "RINEX VERSION / TYPE"), "")
     try:
@@ -119,7 +133,8 @@ def read_observations(path: Path) -> RinexObservations:
 
     Raises
     ------
-    InputError : no observation file, damaged, truncated, without epochs.
+    InputError
+        No observation file, damaged, truncated, without epochs.
     """
     data = read_rinex(path)
     lines, start = header_text(path, data)
@@ -178,7 +193,8 @@ def seconds_of(years: list[int], rest: list[tuple[int, int, int, int, float]]) -
 
     Raises
     ------
-    ValueError : a day or month that does not exist.
+    ValueError
+        A day or month that does not exist.
     """
     days = np.array(
         [f"{y:04d}-{m:02d}-{d:02d}" for y, (m, d, *_) in zip(years, rest, strict=True)],

@@ -70,7 +70,8 @@ def read_sp3(path: Path, data: bytes) -> PreciseOrbits:
 
     Raises
     ------
-    InputError : damaged, truncated, without orbits, in a time system that is not known.
+    InputError
+        Damaged, truncated, without orbits, in a time system that is not known.
     """
     again = "download or transfer it again"
     begin = re.search(rb"^\*", data, re.M)

@@ -16,11 +16,18 @@ __all__ = ["GnssRecords"]
 class GnssRecords:
     """Positions, vectors and approximate coordinates of one file; ECEF [m].
 
-    positions : names of the n points measured as such; xyz (n, 3), covariance (3n, 3n) [m^2],
-    velocity (n, 3) [m/year] or None. start, end : names of m vectors; vectors (m, 3), blocks
-    (m, 3, 3); group : of their variance component. approximate : further points by name.
-    frame, epoch : as the file states them, "" and None if it does not. sources of positions and
-    vectors ``file:line``.
+    Attributes
+    ----------
+    positions
+        Names of the n points measured as such; xyz (n, 3), covariance (3n, 3n) [m^2], velocity (n,
+        3) [m/year] or None.
+    start, end
+        Names of m vectors; vectors (m, 3), blocks (m, 3, 3); group : of their variance component.
+    approximate
+        Further points by name.
+    frame, epoch
+        As the file states them, "" and None if it does not. sources of positions and vectors
+        ``file:line``.
     """
 
     positions: list[str] = field(default_factory=list)

@@ -31,7 +31,8 @@ def read_rinex(path: Path) -> bytes:
 
     Raises
     ------
-    InputError : it cannot be read, is empty, too large, damaged or truncated, or not RINEX.
+    InputError
+        It cannot be read, is empty, too large, damaged or truncated, or not RINEX.
     """
     data = read_packed(path)
     if b"RINEX VERSION / TYPE" not in data[:400]:
@@ -48,7 +49,8 @@ def read_packed(path: Path) -> bytes:
 
     Raises
     ------
-    InputError : it cannot be read, is empty, too large, damaged or truncated.
+    InputError
+        It cannot be read, is empty, too large, damaged or truncated.
     """
     try:
         if path.stat().st_size > MAX_BYTES:

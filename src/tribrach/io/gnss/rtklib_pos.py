@@ -27,11 +27,15 @@ def read_rtklib(
 ) -> GnssRecords:
     """The mark ``point`` (the file's name if not given), or the vector from ``base`` to it.
 
-    factor : on formal sigmas, None for the default.
+    Parameters
+    ----------
+    factor
+        On formal sigmas, None for the default.
 
     Raises
     ------
-    InputError : as the reader of the solution; no epochs; a baseline without its base.
+    InputError
+        As the reader of the solution; no epochs; a baseline without its base.
     """
     solution = read_solution(path)
     if not len(solution):

@@ -48,8 +48,9 @@ def read_sinex(path: Path) -> GnssRecords:
 
     Raises
     ------
-    InputError : unreadable, no SINEX, no coordinates, malformed lines, several epochs, a matrix
-        that is none.
+    InputError
+        Unreadable, no SINEX, no coordinates, malformed lines, several epochs, a matrix that is
+        none.
     """
     lines = _lines(path)
     parameters = [_parameter(path, n, line) for n, line in _block(path, lines, "SOLUTION/ESTIMATE")]

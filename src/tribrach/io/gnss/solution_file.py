@@ -88,11 +88,14 @@ _GPS_START = np.datetime64("1980-01-06T00:00:00", "us")
 class Solution:
     """n epochs of a solution.
 
-    kind : what ``values`` (n, 3) are: ECEF positions [m], or E, N, U of the baseline [m];
-    covariance (n, 3, 3) [m^2] along the same axes; times (n,) seconds since 1980-01-06; quality
-    (n,) 1 fixed, 2 float, 4 code differences, 5 single; satellites (n,); ratio (n,) of the
-    ambiguity test; reference (3,) ECEF of the base, NaN if the header does not say; lines (n,)
-    of the file.
+    Attributes
+    ----------
+    kind
+        What ``values`` (n, 3) are: ECEF positions [m], or E, N, U of the baseline [m]; covariance
+        (n, 3, 3) [m^2] along the same axes; times (n,) seconds since 1980-01-06; quality (n,) 1
+        fixed, 2 float, 4 code differences, 5 single; satellites (n,); ratio (n,) of the ambiguity
+        test; reference (3,) ECEF of the base, NaN if the header does not say; lines (n,) of the
+        file.
     """
 
     kind: Kind
@@ -114,7 +117,8 @@ def read_solution(path: Path) -> Solution:
 
     Raises
     ------
-    InputError : unreadable, no solution file, malformed numbers, a covariance that is none.
+    InputError
+        Unreadable, no solution file, malformed numbers, a covariance that is none.
     """
     text = _text(path)
     kind = _kind(path, text)

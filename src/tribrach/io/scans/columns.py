@@ -65,8 +65,16 @@ def known_name(name: str) -> str | None:
 class ColumnRoles:
     """Which columns are coordinates and which are fields.
 
-    xyz : names in the file; fields : as the scan has them; sources : their names in the file;
-    factors : by which colours become 0 to 65535, 1 for everything else.
+    Attributes
+    ----------
+    xyz
+        Names in the file.
+    fields
+        As the scan has them.
+    sources
+        Their names in the file.
+    factors
+        By which colours become 0 to 65535, 1 for everything else.
     """
 
     xyz: tuple[str, str, str]
@@ -89,12 +97,19 @@ class ColumnRoles:
     ) -> Chunk:
         """Points whose coordinates are finite, with their fields.
 
-        columns : file name to (n,) or (n, k); extra : further fields by our names;
-        zero_is_nothing : 0, 0, 0 says that nothing came back.
+        Parameters
+        ----------
+        columns
+            File name to (n,) or (n, k).
+        extra
+            Further fields by our names.
+        zero_is_nothing
+            0, 0, 0 says that nothing came back.
 
         Raises
         ------
-        InputError : values that their field cannot hold.
+        InputError
+            Values that their field cannot hold.
         """
         xyz = self.coordinates(columns)
         valid = np.asarray(np.isfinite(xyz).all(axis=1))
@@ -118,12 +133,19 @@ def arranged(
 ) -> ColumnRoles:
     """The columns of a file by their names.
 
-    types : numpy types by name, in the file's order; sample : some values of each, which tell
-    whether colours are 0 to 1, 255 or 65535; intensity : its limits if the format states them.
+    Parameters
+    ----------
+    types
+        Numpy types by name, in the file's order.
+    sample
+        Some values of each, which tell whether colours are 0 to 1, 255 or 65535.
+    intensity
+        Its limits if the format states them.
 
     Raises
     ------
-    InputError : no columns for x, y and z.
+    InputError
+        No columns for x, y and z.
     """
     ours: dict[str, str] = {}
     for name in types:
@@ -176,7 +198,8 @@ def cast(column: NDArray[Any], kind: np.dtype[Any], name: str, path: Path) -> ND
 
     Raises
     ------
-    InputError : values that the type does not hold.
+    InputError
+        Values that the type does not hold.
     """
     if kind.kind in "iu" and column.dtype != kind and len(column):
         info = np.iinfo(kind)

@@ -80,8 +80,18 @@ _INTEGERS = ("uint8", "int8", "uint16", "int16", "int32", "uint32", "int64")
 class FieldColumn:
     """A column on its way from the file into a field.
 
-    path : its name in the file; field : what it becomes; buffer : type character of the buffer;
-    low, high : limits that colours are stretched from; flag : the column that invalidates it.
+    Attributes
+    ----------
+    path
+        Its name in the file.
+    field
+        What it becomes.
+    buffer
+        Type character of the buffer.
+    low, high
+        Limits that colours are stretched from.
+    flag
+        The column that invalidates it.
     """
 
     path: str
@@ -98,7 +108,8 @@ class FieldColumn:
 
         Raises
         ------
-        InputError : values beyond the field's type.
+        InputError
+            Values beyond the field's type.
         """
         out = self._converted(raw)
         if invalid is not None and invalid.any():
@@ -140,7 +151,12 @@ def columns(
 ) -> tuple[tuple[FieldColumn, ...], tuple[str, ...]]:
     """Columns besides those that coordinates are made of, and sentences about the odd ones.
 
-    taken : columns that are coordinates; notes : descriptions by name of a column.
+    Parameters
+    ----------
+    taken
+        Columns that are coordinates.
+    notes
+        Descriptions by name of a column.
     """
     found: list[FieldColumn] = []
     odd: list[str] = []
@@ -246,8 +262,12 @@ _NUMBERS = {
 class ScanHeader:
     """A scan's header.
 
-    coordinates : names of the three columns, empty if there are none; state : the column that
-    marks records without a point; bounds (2, 3) [m] as stated.
+    Attributes
+    ----------
+    coordinates
+        Names of the three columns, empty if there are none.
+    state
+        The column that marks records without a point; bounds (2, 3) [m] as stated.
     """
 
     records: int
@@ -267,7 +287,8 @@ def scan_header(scan: etree._Element, path: Path, index: int) -> ScanHeader:
 
     Raises
     ------
-    InputError : a count that is none, or points without coordinates.
+    InputError
+        A count that is none, or points without coordinates.
     """
     warnings: list[str] = []
     records = _records(scan, path, index)
@@ -456,7 +477,8 @@ class E57Scan(Scan):
 
         Raises
         ------
-        InputError : truncated or damaged, or fewer records than the header states.
+        InputError
+            Truncated or damaged, or fewer records than the header states.
         """
         records = self.records or 0
         if start >= records:
@@ -564,7 +586,13 @@ class _Buffers:
 
 @njit(cache=True, nogil=True)
 def _kept(xyz, state, zeros):  # type: ignore[no-untyped-def]
-    """Numbers of the records that hold a point; zeros : do coordinates of zero stand for none?"""
+    """Numbers of the records that hold a point.
+
+    Parameters
+    ----------
+    zeros
+        Do coordinates of zero stand for none?
+    """
     out = np.empty(len(xyz), dtype=np.intp)
     count = 0
     for n in range(len(xyz)):
@@ -594,7 +622,8 @@ def read(path: Path) -> tuple[Scan, ...]:
 
     Raises
     ------
-    InputError : no E57 file, truncated, damaged, or without scans.
+    InputError
+        No E57 file, truncated, damaged, or without scans.
     """
     root = xml_of(path)
     elements = scan_elements(root)
@@ -635,7 +664,8 @@ def xml_of(path: Path) -> etree._Element:
 
     Raises
     ------
-    InputError : it cannot be read, is no E57 file, is damaged.
+    InputError
+        It cannot be read, is no E57 file, is damaged.
     """
     try:
         with path.open("rb") as file:

@@ -48,7 +48,8 @@ def read_scans(path: Path) -> tuple[Scan, ...]:
 
     Raises
     ------
-    InputError : no such file, an unknown format, or what the reader has to say.
+    InputError
+        No such file, an unknown format, or what the reader has to say.
     """
     if not path.is_file():
         raise InputError("there is no such file", file=path, cure="check its name and folder")

@@ -57,9 +57,17 @@ class FieldRange:
 class Statistics:
     """Of the valid points of a scan.
 
-    bounds (2, 3) [m]; zeros : points at exactly 0, 0, 0; single : all coordinates are numbers of 32
-    bits; doubled : share of points that are there before; first (k, 3) : the first points; spread
-    (k, 3) : points from all over.
+    bounds (2, 3) [m].
+
+    Attributes
+    ----------
+    zeros
+        Points at exactly 0, 0, 0.
+    single
+        All coordinates are numbers of 32 bits.
+    doubled
+        Share of points that are there before; first (k, 3) : the first points; spread (k, 3) :
+        points from all over.
     """
 
     points: int = 0
@@ -78,7 +86,8 @@ def statistics(scan: Scan) -> Statistics:
 
     Raises
     ------
-    InputError : a damaged file.
+    InputError
+        A damaged file.
     """
     out, doubles = Statistics(), _Doubles()
     first: list[Array] = []
@@ -176,9 +185,18 @@ _ORIGIN = {
 class Description:
     """A scan in numbers and words.
 
-    found : of its points; among : scans in its file; step : between neighbouring directions
-    (H, V) [rad], None if not known; ranges : 0, 5, 50, 95 and 100 % quantiles [m]; coarse :
-    step [m] that all coordinates are multiples of, None if it is fine.
+    Attributes
+    ----------
+    found
+        Of its points.
+    among
+        Scans in its file.
+    step
+        Between neighbouring directions (H, V) [rad], None if not known.
+    ranges
+        0, 5, 50, 95 and 100 % quantiles [m].
+    coarse
+        Step [m] that all coordinates are multiples of, None if it is fine.
     """
 
     scan: Scan
@@ -323,11 +341,15 @@ class Description:
 def describe(scan: Scan, among: int = 1) -> Description:
     """Read a scan once and describe it.
 
-    among : number of scans in its file.
+    Parameters
+    ----------
+    among
+        Number of scans in its file.
 
     Raises
     ------
-    InputError : a damaged file.
+    InputError
+        A damaged file.
     """
     found = statistics(scan)
     step: tuple[float, float] | None = None

@@ -51,7 +51,8 @@ def check_header(path: Path) -> None:
 
     Raises
     ------
-    InputError : positions, numbers of records or of chunks lie outside of the file.
+    InputError
+        Positions, numbers of records or of chunks lie outside of the file.
     """
     size = path.stat().st_size
     with path.open("rb") as file:
@@ -136,7 +137,8 @@ class LasScan(Scan):
 
         Raises
         ------
-        InputError : truncated or damaged.
+        InputError
+            Truncated or damaged.
         """
         records = self.records or 0
         with _damage(self.path):
@@ -210,7 +212,8 @@ def read(path: Path) -> tuple[Scan, ...]:
 
     Raises
     ------
-    InputError : not a LAS file, truncated, or its header contradicts itself.
+    InputError
+        Not a LAS file, truncated, or its header contradicts itself.
     """
     with _damage(path):
         check_header(path)

@@ -40,7 +40,14 @@ _CURE = "export the file again"
 
 @dataclass
 class _Header:
-    """dtype : of a record, fields of several values as such; size, lines : of the header."""
+    """
+    Attributes
+    ----------
+    dtype
+        Of a record, fields of several values as such.
+    size, lines
+        Of the header.
+    """
 
     words: dict[str, list[str]]
     size: int
@@ -90,7 +97,8 @@ class PcdCompressedScan(PcdScan):
 
         Raises
         ------
-        InputError : the compressed data are damaged.
+        InputError
+            The compressed data are damaged.
         """
         records = self.records or 0
         with tempfile.TemporaryFile() as scratch:
@@ -105,7 +113,8 @@ def read(path: Path) -> tuple[Scan, ...]:
 
     Raises
     ------
-    InputError : a header that is none or contradicts itself, a count that the file does not hold.
+    InputError
+        A header that is none or contradicts itself, a count that the file does not hold.
     """
     header = _header(path)
     encoding = header.words["DATA"][0].lower()
@@ -270,7 +279,8 @@ def _unpacked(
 
     Raises
     ------
-    InputError : lengths that contradict the header, or damaged data.
+    InputError
+        Lengths that contradict the header, or damaged data.
     """
     if records == 0:
         return native(np.zeros(0, dtype=dtype))

@@ -88,8 +88,8 @@ def read(path: Path) -> tuple[Scan, ...]:
 
     Raises
     ------
-    InputError : a header that is none, no vertices with x, y and z, a count that the file does not
-        hold.
+    InputError
+        A header that is none, no vertices with x, y and z, a count that the file does not hold.
     """
     header = _header(path)
     before: list[_Element] = []

@@ -35,7 +35,8 @@ def read(path: Path) -> tuple[Scan, ...]:
 
     Raises
     ------
-    InputError : no count where one belongs, or points more or fewer than it states.
+    InputError
+        No count where one belongs, or points more or fewer than it states.
     """
     scans: list[PtsScan] = []
     with opened(path) as file:

@@ -69,8 +69,8 @@ def read(path: Path) -> tuple[Scan, ...]:
 
     Raises
     ------
-    InputError : a header that is none, points more or fewer than it states, a pose that is no
-        rigid motion.
+    InputError
+        A header that is none, points more or fewer than it states, a pose that is no rigid motion.
     """
     scans: list[PtxScan] = []
     with opened(path) as file:

@@ -33,7 +33,8 @@ class RecordScan(Scan):
 
         Raises
         ------
-        InputError : the file has become shorter, or values that their field cannot hold.
+        InputError
+            The file has become shorter, or values that their field cannot hold.
         """
         records, done = self.records or 0, start
         with self.path.open("rb") as file:

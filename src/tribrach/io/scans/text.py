@@ -75,7 +75,8 @@ def opened(path: Path) -> Iterator[BinaryIO]:
 
     Raises
     ------
-    InputError : it cannot be opened, or the compressed data are damaged or end too soon.
+    InputError
+        It cannot be opened, or the compressed data are damaged or end too soon.
     """
     try:
         with path.open("rb") as file:
@@ -120,7 +121,8 @@ class Lines:
 
     Raises
     ------
-    InputError : a line without end, or text in UTF-16.
+    InputError
+        A line without end, or text in UTF-16.
     """
 
     def __init__(

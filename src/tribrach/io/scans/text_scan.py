@@ -32,7 +32,8 @@ def table(lines: Lines, block: LineBlock, columns: int) -> list[Array]:
 
     Raises
     ------
-    InputError : a line with more or fewer values or with something that is no number.
+    InputError
+        A line with more or fewer values or with something that is no number.
     """
     parsed = _parsed(block.text, columns)
     if parsed is None:
@@ -105,8 +106,16 @@ def rows(sample: list[bytes], columns: int) -> Array:
 class TextScan(Scan):
     """Points in lines.
 
-    mark : shortly before the first point; first : lines, not counting blank ones, before it;
-    blanks : what separates values; types : numpy types by name, of every column in order.
+    Attributes
+    ----------
+    mark
+        Shortly before the first point.
+    first
+        Lines, not counting blank ones, before it.
+    blanks
+        What separates values.
+    types
+        Numpy types by name, of every column in order.
     """
 
     mark: Mark = Mark()
@@ -120,7 +129,8 @@ class TextScan(Scan):
 
         Raises
         ------
-        InputError : a malformed line, or the file has become shorter.
+        InputError
+            A malformed line, or the file has become shorter.
         """
         records, done = self.records or 0, start
         with opened(self.path) as file:

@@ -57,7 +57,8 @@ def read(path: Path) -> tuple[Scan, ...]:
 
     Raises
     ------
-    InputError : no points, or no columns for x, y and z.
+    InputError
+        No points, or no columns for x, y and z.
     """
     with opened(path) as file:
         lines = Lines(file, path)

@@ -47,7 +47,8 @@ def format_of(path: Path) -> str:
 
     Raises
     ------
-    InputError : no such file, or a suffix of no known format.
+    InputError
+        No such file, or a suffix of no known format.
     """
     if not path.is_file():
         raise InputError("there is no such file", file=path, cure="check the path")
@@ -76,7 +77,8 @@ def read_files(paths: Sequence[Path], format: str | None = None) -> Survey:
 
     Raises
     ------
-    InputError : of the readers, and for points defined twice or different work frames.
+    InputError
+        Of the readers, and for points defined twice or different work frames.
     """
     by_format: dict[str, list[Path]] = {}
     for path in paths:

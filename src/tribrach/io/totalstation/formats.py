@@ -57,7 +57,8 @@ def format_of(path: Path) -> str:
 
     Raises
     ------
-    InputError : a format that is known and not read, or none that is known.
+    InputError
+        A format that is known and not read, or none that is known.
     """
     text = head(path)
     name = _known(text)
@@ -75,7 +76,8 @@ def read(path: Path) -> RawFile:
 
     Raises
     ------
-    InputError : of :func:`format_of`, and of the readers.
+    InputError
+        Of :func:`format_of`, and of the readers.
     """
     path = Path(path)
     if not path.is_file():

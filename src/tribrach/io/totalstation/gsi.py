@@ -61,7 +61,8 @@ class Word:
 
         Raises
         ------
-        ValueError : not digits, or a unit that the word cannot have.
+        ValueError
+            Not digits, or a unit that the word cannot have.
         """
         digits, unit = self.data.strip(), self.information[3]
         if not digits.strip("-") or digits.endswith("-"):
@@ -109,7 +110,8 @@ def read(path: Path) -> RawFile:
 
     Raises
     ------
-    InputError : not text, nothing in it can be read, or it is a file of a level.
+    InputError
+        Not text, nothing in it can be read, or it is a file of a level.
     """
     lines = read_lines(path)
     recorder = Recorder(path, "Leica GSI")
@@ -179,7 +181,8 @@ class _Reader:
 
         Raises
         ------
-        ValueError : a word that cannot be right.
+        ValueError
+            A word that cannot be right.
         """
         if words[0].index == "41":
             self._code(line, words)

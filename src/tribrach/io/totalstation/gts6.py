@@ -40,7 +40,8 @@ def read(path: Path) -> RawFile:
 
     Raises
     ------
-    InputError : not text, or nothing in it can be read.
+    InputError
+        Not text, or nothing in it can be read.
     """
     stream, starts = _stream(read_lines(path))
     recorder = Recorder(path, "Topcon GTS-6")
@@ -73,7 +74,8 @@ def _record(recorder: Recorder, line: int, match: re.Match[str]) -> None:
 
     Raises
     ------
-    ValueError : readings that cannot be right.
+    ValueError
+        Readings that cannot be right.
     """
     field = match.groupdict()
     if field["other"] == " ":

@@ -40,7 +40,8 @@ def read(path: Path) -> RawFile:
 
     Raises
     ------
-    InputError : not well-formed, another root, or nothing in it can be read.
+    InputError
+        Not well-formed, another root, or nothing in it can be read.
     """
     root = xml_file.load(path, "JOBFile")
     reader = _Reader(Recorder(path, "Trimble JobXML"))
@@ -92,7 +93,8 @@ class _Reader:
 
         Raises
         ------
-        ValueError : a reading that cannot be right, or a station that the file does not have.
+        ValueError
+            A reading that cannot be right, or a station that the file does not have.
         """
         name, method = _text(record, "Name"), _text(record, "Method")
         deleted = _text(record, "Deleted").lower() == "true"

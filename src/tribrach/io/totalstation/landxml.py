@@ -49,7 +49,8 @@ def read(path: Path) -> RawFile:
 
     Raises
     ------
-    InputError : not well-formed, another root, unknown units, no survey, nothing can be read.
+    InputError
+        Not well-formed, another root, unknown units, no survey, nothing can be read.
     """
     root = xml_file.load(path, *(space + "LandXML" for space in _SPACES), "LandXML")
     reader = _Reader(Recorder(path, "LandXML"), root)

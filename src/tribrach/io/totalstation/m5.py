@@ -37,7 +37,8 @@ def read(path: Path) -> RawFile:
 
     Raises
     ------
-    InputError : not text, or nothing in it can be read.
+    InputError
+        Not text, or nothing in it can be read.
     """
     lines = read_lines(path)
     reader = _Reader(Recorder(path, "Trimble M5"), lines)
@@ -70,7 +71,8 @@ class _Reader:
 
         Raises
         ------
-        ValueError : a value or a unit that cannot be right, or no line of the format.
+        ValueError
+            A value or a unit that cannot be right, or no line of the format.
         """
         if not sniff(record):
             self.recorder.unknown["line of another format"] += 1

@@ -53,7 +53,8 @@ def read(path: Path) -> RawFile:
 
     Raises
     ------
-    InputError : not text, or nothing in it can be read.
+    InputError
+        Not text, or nothing in it can be read.
     """
     reader = _Reader(Recorder(path, "Nikon RAW"))
     for line, record in enumerate(read_lines(path), start=1):

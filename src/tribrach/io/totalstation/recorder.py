@@ -72,7 +72,13 @@ class Recorder:
         circle: float = NAN,
         merge: bool = False,
     ) -> int:
-        """Begin a set-up; its index. merge : go on with the current one if nothing differs."""
+        """Begin a set-up; its index.
+
+        Parameters
+        ----------
+        merge
+            Go on with the current one if nothing differs.
+        """
         new = _Setup(station, height, backsight, azimuth, circle, line)
         if not merge or not self._setups or not new.like(self._setups[-1]):
             self._setups.append(new)
@@ -129,7 +135,8 @@ class Recorder:
 
         Raises
         ------
-        ValueError : no target, nothing measured, or a reading that no instrument gives.
+        ValueError
+            No target, nothing measured, or a reading that no instrument gives.
         """
         if not target:
             raise ValueError("the sight has no target")
@@ -158,7 +165,8 @@ class Recorder:
 
         Raises
         ------
-        ValueError : no name.
+        ValueError
+            No name.
         """
         if not name:
             raise ValueError("the point has no name")
@@ -188,7 +196,8 @@ class Recorder:
 
         Raises
         ------
-        InputError : nothing in it could be read.
+        InputError
+            Nothing in it could be read.
         """
         self._add_backsights()
         if not self._shots and not self._points:

@@ -24,9 +24,13 @@ __all__ = ["Problem", "RawFile", "RawSights", "Setups", "StoredPoints"]
 class Setups:
     """n set-ups of the instrument in the order of the file.
 
-    station : names, "" where the file gives none; height (n,) of the instrument [m]; backsight :
-    names; azimuth (n,) of the backsight as it was set [rad]; circle (n,) reading at it [rad];
-    line (n,) 1-based.
+    Attributes
+    ----------
+    station
+        Names, "" where the file gives none; height (n,) of the instrument [m].
+    backsight
+        Names; azimuth (n,) of the backsight as it was set [rad]; circle (n,) reading at it [rad];
+        line (n,) 1-based.
     """
 
     station: NDArray[Any]
@@ -44,12 +48,17 @@ class Setups:
 class RawSights:
     """n sights in the order of the file.
 
-    setup (n,) index of the set-up; target, code : names; direction (n,) circle reading and zenith
-    (n,) as read in their face [rad]; distance (n,) along the slope as in the file [m]; face (n,)
-    1 or 2; height (n,) of the target [m]; prism (n,) prism constant [m] and ppm (n,) atmospheric
-    correction [1e-6], applied (n,) whether the distance contains both; temperature_c,
-    pressure_hpa, humidity_percent (n,) of the air; series (n,) number of the set if the file says
-    it, else 0; off (n,) why a sight is not used, ""; line (n,) 1-based.
+    setup (n,) index of the set-up.
+
+    Attributes
+    ----------
+    target, code
+        Names; direction (n,) circle reading and zenith (n,) as read in their face [rad]; distance
+        (n,) along the slope as in the file [m]; face (n,) 1 or 2; height (n,) of the target [m];
+        prism (n,) prism constant [m] and ppm (n,) atmospheric correction [1e-6], applied (n,)
+        whether the distance contains both; temperature_c, pressure_hpa, humidity_percent (n,) of
+        the air; series (n,) number of the set if the file says it, else 0; off (n,) why a sight is
+        not used, ""; line (n,) 1-based.
     """
 
     setup: Index
@@ -103,9 +112,18 @@ class Problem:
 class RawFile:
     """A raw file as it was understood.
 
-    format : its name in words; instrument : as the file names it; understood, unknown : records
-    or words by kind with their numbers; problems : records that are known but cannot be right;
-    notes : what had to be assumed, in sentences.
+    Attributes
+    ----------
+    format
+        Its name in words.
+    instrument
+        As the file names it.
+    understood, unknown
+        Records or words by kind with their numbers.
+    problems
+        Records that are known but cannot be right.
+    notes
+        What had to be assumed, in sentences.
     """
 
     path: Path

@@ -40,7 +40,8 @@ def read(path: Path) -> RawFile:
 
     Raises
     ------
-    InputError : not text, or nothing in it can be read.
+    InputError
+        Not text, or nothing in it can be read.
     """
     lines = read_lines(path)
     recorder = Recorder(path, "Carlson RW5")

@@ -62,7 +62,8 @@ def read(path: Path) -> RawFile:
 
     Raises
     ------
-    InputError : not text, no header, units that do not exist, nothing in it can be read.
+    InputError
+        Not text, no header, units that do not exist, nothing in it can be read.
     """
     lines = read_lines(path)
     recorder = Recorder(path, "Sokkia SDR")

@@ -23,7 +23,8 @@ def read_lines(path: Path) -> list[str]:
 
     Raises
     ------
-    InputError : it cannot be read, is empty, or is not text.
+    InputError
+        It cannot be read, is empty, or is not text.
     """
     data = read_bytes(path)
     if data.translate(None, _CONTROL) != data:
@@ -52,7 +53,8 @@ def number(text: str) -> float:
 
     Raises
     ------
-    ValueError : anything else.
+    ValueError
+        Anything else.
     """
     text = text.strip()
     if not text:
@@ -67,7 +69,8 @@ def packed_dms(text: str) -> float:
 
     Raises
     ------
-    ValueError : not a number, or 60 and more minutes or seconds.
+    ValueError
+        Not a number, or 60 and more minutes or seconds.
     """
     text = text.strip()
     if not text:
@@ -89,7 +92,8 @@ def angle(text: str, unit: str) -> float:
 
     Raises
     ------
-    ValueError : not a number, or not degrees, minutes and seconds.
+    ValueError
+        Not a number, or not degrees, minutes and seconds.
     """
     if unit == "dms":
         return packed_dms(text)

@@ -25,7 +25,8 @@ def build(name: str, points: int = 1_000_000, seed: int = 1) -> Twin:
 
     Raises
     ------
-    InputError : there is no twin of this name, or the number of points makes no sense.
+    InputError
+        There is no twin of this name, or the number of points makes no sense.
     """
     if name not in TWINS:
         raise InputError(f"there is no twin {name!r}", cure=f"choose from {', '.join(TWINS)}")

@@ -138,7 +138,12 @@ def build(
 ) -> Twin:
     """The twin with about so many points at every station.
 
-    ceiling : with targets on the ceiling; parameters : misalignments of the scanner in the scans.
+    Parameters
+    ----------
+    ceiling
+        With targets on the ceiling.
+    parameters
+        Misalignments of the scanner in the scans.
     """
     centers, normals = places(ceiling)
     targets = [

@@ -426,9 +426,11 @@ def assemble(
 
     Raises
     ------
-    InputError : a point is held in a project with inner constraints, or points that are sighted
-        have one and the same place.
-    NoStartValues : points whose approximate place is needed cannot be located.
+    InputError
+        A point is held in a project with inner constraints, or points that are sighted have one and
+        the same place.
+    NoStartValues
+        Points whose approximate place is needed cannot be located.
     """
     assembly = _Assembly(project, points, observed, problems)
     assembly.check()

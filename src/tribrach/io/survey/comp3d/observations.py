@@ -48,7 +48,8 @@ def read_frame(line: TextLine, code: int, unit: float, problems: Problems) -> Fr
 
     Raises
     ------
-    InputError : a malformed line, or no usable one.
+    InputError
+        A malformed line, or no usable one.
     """
     origin = _name(line)
     path, shown = line.subfile(2)
@@ -73,7 +74,8 @@ def read_axis(line: TextLine, problems: Problems) -> AxisRecord:
 
     Raises
     ------
-    InputError : a malformed line, or a point that is used twice.
+    InputError
+        A malformed line, or a point that is used twice.
     """
     origin = _name(line)
     path, shown = line.subfile(2)
@@ -100,7 +102,8 @@ def read_equal(line: TextLine, code: int, problems: Problems) -> EqualRecord:
 
     Raises
     ------
-    InputError : a malformed line, or no usable one.
+    InputError
+        A malformed line, or no usable one.
     """
     path, shown = line.subfile(1)
     pairs = _items(path, shown, line, problems, _pair)
@@ -242,11 +245,15 @@ def read_observations(
 ) -> Observed:
     """Observations of a file and all files it names.
 
-    unit : radians of the files' angular unit.
+    Parameters
+    ----------
+    unit
+        Radians of the files' angular unit.
 
     Raises
     ------
-    InputError : a malformed line, an unknown code, a sigma too close to zero, a missing file.
+    InputError
+        A malformed line, an unknown code, a sigma too close to zero, a missing file.
     """
     reader = _Reader(points, unit, problems)
     for line in read_lines(path, shown, problems):

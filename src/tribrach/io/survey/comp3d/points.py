@@ -39,9 +39,18 @@ _CODES: dict[int, tuple[str, str]] = {
 class Comp3dPoint:
     """A point of a coordinate file.
 
-    enh : grid coordinates and height [m]; sigmas : as written, NaN if not given; used and
-    constrained : which of E, N, h exist and which are constrained; deflection : eta, xi [arc
-    seconds] or None; far : carries no inner constraints.
+    Attributes
+    ----------
+    enh
+        Grid coordinates and height [m].
+    sigmas
+        As written, NaN if not given.
+    used, constrained
+        Which of E, N, h exist and which are constrained.
+    deflection
+        Eta, xi [arc seconds] or None.
+    far
+        Carries no inner constraints.
     """
 
     name: str
@@ -79,7 +88,8 @@ def read_points(path: Path, shown: str, problems: Problems) -> Comp3dPoints:
 
     Raises
     ------
-    InputError : a malformed line, an unknown code, a point defined twice with different values, a
+    InputError
+        A malformed line, an unknown code, a point defined twice with different values, a
         constrained point without sigmas, a sigma too close to zero.
     """
     points = Comp3dPoints({}, {})

@@ -35,8 +35,12 @@ _UNITS = {0: 1.0, 1: GON, 2: pi / 180}
 class Comp3dProject:
     """What a project says besides points and observations.
 
-    grid is None where only the coordinates can tell where the project is. simulation : "" or
-    the kind of simulation, for which measured values do not count.
+    grid is None where only the coordinates can tell where the project is.
+
+    Attributes
+    ----------
+    simulation
+        "" or the kind of simulation, for which measured values do not count.
     """
 
     name: str
@@ -55,7 +59,8 @@ def read_project(paths: Sequence[Path]) -> Comp3dProject:
 
     Raises
     ------
-    InputError : files missing or of other kinds, JSON broken, entries missing or not sensible.
+    InputError
+        Files missing or of other kinds, JSON broken, entries missing or not sensible.
     """
     if len(paths) == 1 and paths[0].suffix.lower() == ".comp":
         return _from_json(paths[0])

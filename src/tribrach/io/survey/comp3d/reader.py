@@ -30,14 +30,19 @@ __all__ = ["read"]
 def read(paths: Path | Sequence[Path], *, tolerant: bool = False) -> Survey:
     """Survey of a project file, or of an observation and a coordinate file.
 
-    tolerant : leave lines out that cannot be used, with a warning for each, as Comp3D does.
+    Parameters
+    ----------
+    tolerant
+        Leave lines out that cannot be used, with a warning for each, as Comp3D does.
 
     Raises
     ------
-    InputError : a file is missing or not readable; a line is malformed, has an unknown code or a
-        sigma too close to zero (not if tolerant); a point is held although the project uses inner
+    InputError
+        A file is missing or not readable; a line is malformed, has an unknown code or a sigma too
+        close to zero (not if tolerant); a point is held although the project uses inner
         constraints; points that are sighted have one and the same place.
-    NoStartValues : points whose distance a sigma depends on cannot be located.
+    NoStartValues
+        Points whose distance a sigma depends on cannot be located.
     """
     problems = Problems(tolerant)
     project = read_project([paths] if isinstance(paths, Path) else list(paths))

@@ -28,9 +28,15 @@ class SightRecord:
     """One plain observation from ``start`` to ``end``.
 
     code 1 and 3 slope distance, 2 distance at the ellipsoid, 4 height difference, 5 and 7
-    direction, 6 zenith angle, 8 azimuth, 14 and 15 offset in east and north. value [m, rad];
-    sigma = own [m, rad] and by_distance: times the distance [m] for lengths, over it for angles.
-    circle : name of the orientation unknown; off : why it is switched off, "" if it is not.
+    direction, 6 zenith angle, 8 azimuth, 14 and 15 offset in east and north. value [m, rad]; sigma
+    = own [m, rad] and by_distance: times the distance [m] for lengths, over it for angles.
+
+    Attributes
+    ----------
+    circle
+        Name of the orientation unknown.
+    off
+        Why it is switched off, "" if it is not.
     """
 
     code: int
@@ -67,9 +73,16 @@ class SightRecord:
 class FrameEntry:
     """One target of a subframe or baseline file.
 
-    values : x y z [m]; or horizontal angle, elevation [rad] and distance [m]; or ECEF components
-    [m]. own and by_distance : sigmas as for :class:`SightRecord`, one for each value. covariance :
-    upper half xx xy xz yy yz zz [m^2] of a baseline. off : one reason for each value.
+    Attributes
+    ----------
+    values
+        x y z [m]; or horizontal angle, elevation [rad] and distance [m]; or ECEF components [m].
+    own, by_distance
+        Sigmas as for :class:`SightRecord`, one for each value.
+    covariance
+        Upper half xx xy xz yy yz zz [m^2] of a baseline.
+    off
+        One reason for each value.
     """
 
     target: str
@@ -86,7 +99,10 @@ class FrameEntry:
 class FrameRecord:
     """A subframe (code 11 Cartesian, 12 polar) or a set of baselines (19) at ``origin``.
 
-    height : of the antenna at the origin [m], baselines only.
+    Attributes
+    ----------
+    height
+        Of the antenna at the origin [m], baselines only.
     """
 
     code: int

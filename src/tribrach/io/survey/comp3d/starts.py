@@ -36,8 +36,12 @@ def frame_poses(
 ) -> list[Pose | None]:
     """Poses (translation (3,), rotation world from frame (3, 3)) of subframes, None if not found.
 
-    known : coordinates (3,) by name; targets and origins that are found are added to it.
-    up : the vertical (3,), for levelled frames.
+    Parameters
+    ----------
+    known
+        Coordinates (3,) by name; targets and origins that are found are added to it.
+    up
+        The vertical (3,), for levelled frames.
     """
     poses: list[Pose | None] = [None] * len(frames)
     while True:

@@ -40,8 +40,16 @@ class Problems:
 class TextLine:
     """One line with data.
 
-    file : path as named by the project; number : 1-based; fields : without the comment;
-    folder : where files named on the line are looked for.
+    Attributes
+    ----------
+    file
+        Path as named by the project.
+    number
+        1-based.
+    fields
+        Without the comment.
+    folder
+        Where files named on the line are looked for.
     """
 
     file: str
@@ -63,7 +71,8 @@ class TextLine:
 
         Raises
         ------
-        InputError : it is not one.
+        InputError
+            It is not one.
         """
         try:
             return int(self.fields[index])
@@ -75,7 +84,8 @@ class TextLine:
 
         Raises
         ------
-        InputError : one is not a finite number.
+        InputError
+            One is not a finite number.
         """
         out = []
         for text in self.fields[first:]:
@@ -93,7 +103,8 @@ class TextLine:
 
         Raises
         ------
-        InputError : the field is missing or has no ``@``.
+        InputError
+            The field is missing or has no ``@``.
         """
         name = self.fields[index] if len(self.fields) > index else ""
         if len(name) < 2 or not name.startswith("@"):
@@ -106,7 +117,8 @@ def read_lines(path: Path, shown: str, problems: Problems, depth: int = 1) -> It
 
     Raises
     ------
-    InputError : a file is missing, too large, not text, or files include each other.
+    InputError
+        A file is missing, too large, not text, or files include each other.
     """
     for number, text in enumerate(_text(path, shown).splitlines(), start=1):
         fields = tuple(text.split("*", 1)[0].split())

@@ -57,8 +57,9 @@ def add_clusters(survey: Survey, stations: Stations, clusters: Sequence[GnssClus
 
     Raises
     ------
-    InputError : frame or coordinate type unknown, epochs that do not fit, malformed numbers,
-        a scale or covariance that is not positive.
+    InputError
+        Frame or coordinate type unknown, epochs that do not fit, malformed numbers, a scale or
+        covariance that is not positive.
     """
     for cluster in clusters:
         if min(cluster.scales) <= 0:
@@ -293,7 +294,8 @@ def add_sights(survey: Survey, sights: Sequence[TerrestrialRecord]) -> None:
 
     Raises
     ------
-    InputError : a standard deviation that is not positive.
+    InputError
+        A standard deviation that is not positive.
     """
     for kind in dict.fromkeys(sight.type for sight in sights):
         _add_sights(survey, kind, [sight for sight in sights if sight.type == kind])
@@ -341,8 +343,9 @@ def assemble(files: Sequence[Records]) -> Survey:
 
     Raises
     ------
-    InputError : no stations, an unknown station, frame or coordinate type, epochs that do not
-        fit, a covariance that is not positive definite, a measurement type that is not read.
+    InputError
+        No stations, an unknown station, frame or coordinate type, epochs that do not fit, a
+        covariance that is not positive definite, a measurement type that is not read.
     """
     stations = Stations(files)
     clusters = [cluster for file in files for cluster in file.clusters]
@@ -374,7 +377,8 @@ def _measured(stations: Stations, files: Sequence[Records]) -> tuple[set[str], s
 
     Raises
     ------
-    InputError : a station that is in no station file.
+    InputError
+        A station that is in no station file.
     """
     names: dict[bool, set[str]] = {False: set(), True: set()}
     for file in files:

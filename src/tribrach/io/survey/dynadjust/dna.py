@@ -73,7 +73,8 @@ def read(paths: Path | Sequence[Path]) -> Survey:
 
     Raises
     ------
-    InputError : unreadable, malformed, no stations, or a measurement type that is not read.
+    InputError
+        Unreadable, malformed, no stations, or a measurement type that is not read.
     """
     return assemble([parse(p) for p in ([paths] if isinstance(paths, Path) else paths)])
 
@@ -83,7 +84,8 @@ def parse(path: Path) -> Records:
 
     Raises
     ------
-    InputError : not a DNA file of version 3, or a malformed line in it.
+    InputError
+        Not a DNA file of version 3, or a malformed line in it.
     """
     try:
         lines = read_bytes(path).decode("utf-8-sig").splitlines()

@@ -41,7 +41,8 @@ def read(paths: Path | Sequence[Path]) -> Survey:
 
     Raises
     ------
-    InputError : unreadable, malformed, no stations, or a measurement type that is not read.
+    InputError
+        Unreadable, malformed, no stations, or a measurement type that is not read.
     """
     return assemble([parse(p) for p in ([paths] if isinstance(paths, Path) else paths)])
 
@@ -51,7 +52,8 @@ def parse(path: Path) -> Records:
 
     Raises
     ------
-    InputError : not a DynaML file, or an element that is missing or malformed.
+    InputError
+        Not a DynaML file, or an element that is missing or malformed.
     """
     root = load(path, "DnaXmlFormat")
     # the schema gives these defaults

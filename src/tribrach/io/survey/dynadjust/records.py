@@ -117,8 +117,14 @@ class StationRecord:
 class Entry:
     """One baseline or point of a cluster.
 
-    values : three texts as in the file; variance : XX, XY, XZ, YY, YZ, ZZ;
-    blocks : 3x3 covariances with each of the entries that follow.
+    Attributes
+    ----------
+    values
+        Three texts as in the file.
+    variance
+        XX, XY, XZ, YY, YZ, ZZ.
+    blocks
+        3x3 covariances with each of the entries that follow.
     """
 
     first: str
@@ -147,7 +153,8 @@ class GnssCluster:
 
         Raises
         ------
-        InputError : an entry has not one block for each entry after it.
+        InputError
+            An entry has not one block for each entry after it.
         """
         n = len(self.entries)
         out = np.zeros((3 * n, 3 * n))
@@ -198,7 +205,8 @@ class Records:
 
         Raises
         ------
-        InputError : the measurement is not ignored in the file.
+        InputError
+            The measurement is not ignored in the file.
         """
         name = TYPES.get(kind, "unknown")
         if not ignored:
@@ -214,7 +222,8 @@ def number(text: str, what: str, place: RecordPlace) -> float:
 
     Raises
     ------
-    InputError : it is not one; names ``what``.
+    InputError
+        It is not one; names ``what``.
     """
     try:
         value = float(text)
@@ -230,7 +239,8 @@ def packed_dms(text: str, what: str, place: RecordPlace) -> float:
 
     Raises
     ------
-    InputError : not a number, or minutes or seconds of 60 and more.
+    InputError
+        Not a number, or minutes or seconds of 60 and more.
     """
     number(text, what, place)
     plain = text.strip()

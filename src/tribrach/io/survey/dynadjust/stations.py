@@ -64,7 +64,8 @@ class Stations:
 
         Raises
         ------
-        InputError : one is not.
+        InputError
+            One is not.
         """
         for name in names:
             if name not in self.ecef:
@@ -145,7 +146,8 @@ def ecef_of(record: StationRecord, ellipsoid: tuple[float, float]) -> Array:
 
     Raises
     ------
-    InputError : unknown coordinate type, malformed number, projection zone missing.
+    InputError
+        Unknown coordinate type, malformed number, projection zone missing.
     """
     first, second, third = record.values
     place = record.place

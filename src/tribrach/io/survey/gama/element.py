@@ -84,7 +84,8 @@ class Element:
 
         Raises
         ------
-        InputError : an element that is not allowed here.
+        InputError
+            An element that is not allowed here.
         """
         for node in self.node:
             if not isinstance(node.tag, str):
@@ -105,7 +106,8 @@ class Element:
 
         Raises
         ------
-        InputError : not given and no default, or empty.
+        InputError
+            Not given and no default, or empty.
         """
         value = self.node.get(name, default)
         if value is None or (self.has(name) and not value.strip()):
@@ -117,7 +119,8 @@ class Element:
 
         Raises
         ------
-        InputError : another word.
+        InputError
+            Another word.
         """
         word = self.text(name, default)
         if word not in values:
@@ -129,7 +132,8 @@ class Element:
 
         Raises
         ------
-        InputError : not given and no default, or not a finite number.
+        InputError
+            Not given and no default, or not a finite number.
         """
         if default is not None and not self.has(name):
             return default
@@ -140,7 +144,8 @@ class Element:
 
         Raises
         ------
-        InputError : as :meth:`number`, or zero or below.
+        InputError
+            As :meth:`number`, or zero or below.
         """
         value = self.number(name, default)
         if value <= 0:
@@ -164,7 +169,8 @@ class Element:
 
         Raises
         ------
-        InputError : not given, or not an angle.
+        InputError
+            Not given, or not an angle.
         """
         text = self.text(name)
         sexagesimal = re.match(r"[+-]?\d+-\d+-", text) is not None
@@ -182,7 +188,8 @@ def checked(element: Element, action: Callable[[], T]) -> T:
 
     Raises
     ------
-    InputError : of the call.
+    InputError
+        Of the call.
     """
     try:
         return action()

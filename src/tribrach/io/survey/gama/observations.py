@@ -66,7 +66,8 @@ def observation_sigma(element: Element, section: Element) -> float:
 
     Raises
     ------
-    InputError : neither the observation nor its section gives one, or it is not above zero.
+    InputError
+        Neither the observation nor its section gives one, or it is not above zero.
     """
     default = None
     if element.tag in _DEFAULTS and section.has(_DEFAULTS[element.tag]):
@@ -97,7 +98,8 @@ class GamaCluster:
 
         Raises
         ------
-        InputError : there are two.
+        InputError
+            There are two.
         """
         found = [child for child in self.element.children() if child.tag == "cov-mat"]
         if len(found) > 1:
@@ -115,7 +117,8 @@ class GamaCluster:
 
         Raises
         ------
-        InputError : dimension, band or number of elements do not fit.
+        InputError
+            Dimension, band or number of elements do not fit.
         """
         unit = np.array(self.unit)
         return band_matrix(element, len(unit)) * np.outer(unit, unit)
@@ -126,7 +129,8 @@ def band_matrix(element: Element, size: int) -> NDArray[np.float64]:
 
     Raises
     ------
-    InputError : dimension, band or number of elements do not fit.
+    InputError
+        Dimension, band or number of elements do not fit.
     """
     dim, band = _whole(element, "dim"), _whole(element, "band")
     if dim != size:
@@ -172,9 +176,12 @@ class ObservationReader:
 
     Parameters
     ----------
-    survey : its points and sigma0 are there already.
-    hand : 1 if the file's angles are clockwise, -1 if counter-clockwise.
-    used : (3,) E, N, U of each point that are part of the network.
+    survey
+        Its points and sigma0 are there already.
+    hand
+        1 if the file's angles are clockwise, -1 if counter-clockwise.
+    used
+        (3,) E, N, U of each point that are part of the network.
     """
 
     def __init__(
@@ -191,7 +198,8 @@ class ObservationReader:
 
         Raises
         ------
-        InputError : with file and line.
+        InputError
+            With file and line.
         """
         readers: dict[str, Callable[[Element, GamaCluster], None]] = {
             "obs": lambda child, cluster: self._obs(child, cluster, section),

@@ -61,7 +61,8 @@ def read_points(sections: list[Element]) -> dict[str, GamaPoint]:
 
     Raises
     ------
-    InputError : a name twice, a role that does not exist, coordinates missing or not numbers.
+    InputError
+        A name twice, a role that does not exist, coordinates missing or not numbers.
     """
     points: dict[str, GamaPoint] = {}
     for section in sections:

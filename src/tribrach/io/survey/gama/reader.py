@@ -52,7 +52,8 @@ def read(path: Path) -> Survey:
 
     Raises
     ------
-    InputError : the file, with its line, and what is wrong there.
+    InputError
+        The file, with its line, and what is wrong there.
     """
     path = Path(path)
     root = Element(xml_file.load(path, *ROOTS), path)

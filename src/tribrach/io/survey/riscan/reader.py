@@ -232,7 +232,8 @@ def read(path: Path) -> Survey:
 
     Raises
     ------
-    InputError : not a RiSCAN PRO project, malformed, or a stated accuracy that is not positive.
+    InputError
+        Not a RiSCAN PRO project, malformed, or a stated accuracy that is not positive.
     """
     project = parse(path)
     frames = Frames(project)

@@ -79,7 +79,8 @@ def parse(path: Path) -> RiscanProject:
 
     Raises
     ------
-    InputError : not a RiSCAN PRO project, or a number, vector or matrix in it is malformed.
+    InputError
+        Not a RiSCAN PRO project, or a number, vector or matrix in it is malformed.
     """
     root = _Node(load(path, "project"), str(path))
     positions = root.child("scanpositions")
@@ -161,7 +162,8 @@ class _Node:
 
         Raises
         ------
-        InputError : the upper left part is not a rotation.
+        InputError
+            The upper left part is not a rotation.
         """
         node = self.child(tag)
         inner = None if node is None else node.child("matrix")
