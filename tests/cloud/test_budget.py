@@ -5,14 +5,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.cloud.known_setup import KnownSetup
 from tests.cloud.test_covariance import placement
 from tests.network.facade import facade
 from tribrach.cloud.budget import POINT_PARTS, point_budget
 from tribrach.cloud.covariance import covariances
-from tribrach.cloud.known_setup import KnownSetup, pointing_sigma
 from tribrach.cloud.placement import Placement
 from tribrach.geometry import rotation
 from tribrach.geometry.pose import Pose
+from tribrach.instruments.precision import pointing_sigma
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.network.adjustment import adjust
 from tribrach.network.contributions import by_category, contributions

@@ -3,9 +3,9 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from tests.comparison.two_stations import NOISE, observed, patch, placement
+from tests.comparison.two_stations import NOISE, from_station, observed, patch, placement
 from tribrach.cloud.covariance import covariances
-from tribrach.comparison.cloud_parts import CloudChunk, centred, from_station, plain, whole
+from tribrach.comparison.cloud_parts import CloudChunk, centred, plain, whole
 from tribrach.comparison.m3c2 import M3C2Settings, m3c2
 from tribrach.errors import InputError
 

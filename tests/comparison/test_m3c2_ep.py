@@ -6,6 +6,7 @@ from tests.comparison.planes import frame
 from tests.comparison.two_stations import (
     NOISE,
     ORIGIN,
+    from_station,
     joint_covariance,
     observed,
     pair,
@@ -13,7 +14,7 @@ from tests.comparison.two_stations import (
     placement,
 )
 from tribrach.cloud.placement import Placement
-from tribrach.comparison.cloud_parts import from_station, whole
+from tribrach.comparison.cloud_parts import whole
 from tribrach.comparison.core_points import Normals
 from tribrach.comparison.effective_points import beam_areas
 from tribrach.comparison.m3c2 import M3C2Settings, m3c2

@@ -5,7 +5,7 @@ import pytest
 
 from tests.comparison.two_stations import ORIGIN, pair, placement
 from tribrach.cloud.placement import Placement
-from tribrach.comparison.peer_exports import SIGMA_FIELDS, alignment, scan_position
+from tribrach.comparison.peer_exports import SIGMA_FIELDS, alignment
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import exp
@@ -40,6 +40,29 @@ def test_with_a_motion_that_is_still_to_be_made() -> None:
     assert moved == pytest.approx(POINTS, abs=1e-9)
     expected = pair().registration(POINTS)
     assert propagated(found, raw) == pytest.approx(expected, rel=1e-7, abs=1e-14)
+
+
+def scan_position(placement: Placement, length: float) -> dict:
+    """One entry of py4dgeo's scan positions: origin [m], sigmas of range [m] and of angles [rad].
+
+    length : the typical range [m]; range-dependent noise and the place within the beam's footprint
+    are taken there, as the format has constants.
+
+    Raises
+    ------
+    InputError : the scan's origin is not known, or the range is not positive.
+    """
+    noise = placement.noise
+    if noise is None or not length > 0:
+        raise InputError(f"scan {placement.station} has no known origin, or no positive range")
+    at = np.array([length])
+    beam = float(noise.beam_angle(at)[0])
+    return {
+        "origin": placement.pose.translation.tolist(),
+        "sigma_range": float(noise.range_sigma(at)[0]),
+        "sigma_scan": float(np.hypot(noise.vertical, beam)),
+        "sigma_yaw": float(np.hypot(noise.horizontal, beam)),
+    }
 
 
 def test_py4dgeo_takes_it_and_says_the_same() -> None:

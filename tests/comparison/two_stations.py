@@ -1,9 +1,13 @@
 """Two scanners before a wall, with a joint covariance: scans and clouds as a survey makes them."""
 
+from collections.abc import Callable, Iterable, Iterator
+
 import numpy as np
 
 from tests.comparison.planes import frame
+from tribrach.cloud.covariance import covariances
 from tribrach.cloud.placement import Placement
+from tribrach.comparison.cloud_parts import CloudChunk, Source
 from tribrach.comparison.station_pair import StationPair
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import exp
@@ -54,3 +58,20 @@ def patch(rng, middle, normal, n, size=0.5) -> Array:
     """Points (n, 3) of a flat square about a place relative to the origin."""
     uv = rng.uniform(-size / 2, size / 2, (n, 2))
     return ORIGIN + np.asarray(middle, float) + uv @ frame(normal)[:, :2].T
+
+
+def from_station(
+    parts: Callable[[], Iterable[tuple[Array, Array | None]]], placement: Placement
+) -> Source:
+    """A scan (method section 5.1): points carried into the world, with their random part ``C_int``.
+
+    parts : gives points (n, 3) in the scanner frame and the cosines (n,) of their incidence angles
+    or None. The covariance of the pose is left out here: it is common to all points of the scan.
+    """
+    alone = Placement(placement.station, placement.pose, np.zeros((6, 6)), placement.noise)
+
+    def carried() -> Iterator[CloudChunk]:
+        for xyz, cosine in parts():
+            yield CloudChunk(placement.pose @ xyz, covariances(xyz, alone, cosine))
+
+    return carried

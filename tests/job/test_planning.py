@@ -8,11 +8,12 @@ import pytest
 from scipy.stats import chi2
 
 from tests.job.plan_jobs import PARAMETERS, load, table
+from tests.network.plan_networks import combine
 from tribrach.errors import InputError, RankDefect
 from tribrach.job.plan.steps import DesignResult, plan_project
 from tribrach.job.plan.survey import PlanSurvey
 from tribrach.network.adjustment import Adjustment, adjust
-from tribrach.planning.blocks import combine, join
+from tribrach.planning.blocks import join
 from tribrach.planning.groups import coming, prospect_for
 from tribrach.planning.prediction import Criterion, figures, predict
 from tribrach.project import Project

@@ -1,13 +1,17 @@
 """A room with scanner stations, calibration unknowns and targets, and what may come to it."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from tribrach._types import Index
 from tribrach.geometry.polar import polar_from_xyz
 from tribrach.geometry.rotation import exp
 from tribrach.instruments.calibration import NIST
 from tribrach.network.network import Datum
 from tribrach.network.survey import Survey
 from tribrach.observations.scanner import ScannerPolar
+from tribrach.planning.blocks import Blocks
 
 KINDS = ("sigma", "redundancy", "undetected", "correlation")
 MODEL = NIST.select(["x10", "x4", "x6"])
@@ -92,3 +96,24 @@ def candidates(what):
         return survey.network(), {f"place {k}": k for k in numbers}
 
     return targets if what == "targets" else stations
+
+
+def combine(blocks: Blocks, members: Sequence[Index] | Index) -> Blocks:
+    """Groups made of several others (c, j), indices into the blocks, all of them at once.
+
+    The members share no own unknowns. Columns may repeat, which does no harm.
+    """
+    index = np.asarray(members, dtype=np.int64)
+    c, j = index.shape
+    k, w = blocks.rows.shape[1:]
+    rows = np.zeros((c, j * k, j * w))
+    for i in range(j):
+        rows[:, i * k : (i + 1) * k, i * w : (i + 1) * w] = blocks.rows[index[:, i]]
+    return Blocks(
+        np.arange(c),
+        rows,
+        blocks.columns[index].reshape(c, j * w),
+        blocks.leverage[index].reshape(c, j * k),
+        blocks.line[index].reshape(c, j * k),
+        np.all(blocks.determined[index], axis=1),
+    )

@@ -5,8 +5,8 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from tests.network.plan_networks import KINDS, candidates, room_network
-from tribrach.planning.blocks import combine, join
+from tests.network.plan_networks import KINDS, candidates, combine, room_network
+from tribrach.planning.blocks import join
 from tribrach.planning.groups import coming, going, prospect_for
 from tribrach.planning.prediction import Criterion, figures, fixed_datum, predict
 from tribrach.planning.search import best_moves, propose

@@ -8,6 +8,7 @@ from tests.network.plan_networks import (
     KINDS,
     STATIONS,
     candidates,
+    combine,
     places,
     room_network,
     sights,
@@ -16,7 +17,7 @@ from tribrach.errors import InputError
 from tribrach.network.network import Datum
 from tribrach.network.reliability import weigh
 from tribrach.observations.scanner import TargetCentres
-from tribrach.planning.blocks import combine, join
+from tribrach.planning.blocks import join
 from tribrach.planning.groups import coming, going, prospect_for
 from tribrach.planning.prediction import (
     Criterion,

@@ -8,7 +8,6 @@ from tribrach.network.significance import (
     block_noncentrality,
     log_significance,
     noncentrality,
-    redundancy_class,
     sidak,
     tau_critical,
     w_critical,
@@ -47,11 +46,6 @@ def test_tau_without_redundancy() -> None:
 
 def test_sidak_keeps_the_family_at_its_level() -> None:
     assert 1 - (1 - sidak(0.05, 137)) ** 137 == pytest.approx(0.05)
-
-
-def test_classes_of_redundancy() -> None:
-    words = [redundancy_class(r) for r in (0.005, 0.05, 0.2, 0.5, 0.9)]
-    assert words == ["uncontrolled", "poor", "weak", "good", "very good"]
 
 
 def test_log_significance() -> None:

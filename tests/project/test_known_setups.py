@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from tribrach.cloud.known_setup import KnownSetup, pointing_sigma
+from tests.cloud.known_setup import KnownSetup
 from tribrach.errors import InputError
+from tribrach.instruments.precision import pointing_sigma
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.contributions import by_category, contributions
 from tribrach.project import Project

@@ -13,11 +13,9 @@ import numpy as np
 from numba import njit
 
 from tribrach._types import Array
-from tribrach.cloud.covariance import covariances
-from tribrach.cloud.placement import Placement
 from tribrach.errors import InputError
 
-__all__ = ["CloudChunk", "Source", "centred", "from_station", "plain", "whole"]
+__all__ = ["CloudChunk", "Source", "centred", "plain", "whole"]
 
 
 #: points of one part
@@ -60,23 +58,6 @@ def plain(stream: Callable[[], Iterable[Array]]) -> Source:
             yield CloudChunk(np.asarray(xyz, dtype=float))
 
     return chunks
-
-
-def from_station(
-    parts: Callable[[], Iterable[tuple[Array, Array | None]]], placement: Placement
-) -> Source:
-    """A scan (method section 5.1): points carried into the world, with their random part ``C_int``.
-
-    parts : gives points (n, 3) in the scanner frame and the cosines (n,) of their incidence angles
-    or None. The covariance of the pose is left out here: it is common to all points of the scan.
-    """
-    alone = Placement(placement.station, placement.pose, np.zeros((6, 6)), placement.noise)
-
-    def carried() -> Iterator[CloudChunk]:
-        for xyz, cosine in parts():
-            yield CloudChunk(placement.pose @ xyz, covariances(xyz, alone, cosine))
-
-    return carried
 
 
 def centred(

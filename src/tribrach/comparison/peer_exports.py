@@ -14,18 +14,19 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from tribrach._types import Array
-from tribrach.cloud.placement import Placement
 from tribrach.comparison.station_pair import StationPair
-from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import skew
 
-__all__ = ["SIGMA_FIELDS", "PeerTransformation", "alignment", "scan_position"]
+__all__ = [
+    "SIGMA_FIELDS",
+    "PeerTransformation",
+    "alignment",
+]
 
 
 #: fields of delivered clouds that precision maps are made of, along x, y, z [m]
@@ -75,26 +76,3 @@ def alignment(
     return PeerTransformation(
         np.column_stack([rotation, shift]), covariance, np.asarray(reference, float)
     )
-
-
-def scan_position(placement: Placement, length: float) -> dict[str, Any]:
-    """One entry of py4dgeo's scan positions: origin [m], sigmas of range [m] and of angles [rad].
-
-    length : the typical range [m]; range-dependent noise and the place within the beam's footprint
-    are taken there, as the format has constants.
-
-    Raises
-    ------
-    InputError : the scan's origin is not known, or the range is not positive.
-    """
-    noise = placement.noise
-    if noise is None or not length > 0:
-        raise InputError(f"scan {placement.station} has no known origin, or no positive range")
-    at = np.array([length])
-    beam = float(noise.beam_angle(at)[0])
-    return {
-        "origin": placement.pose.translation.tolist(),
-        "sigma_range": float(noise.range_sigma(at)[0]),
-        "sigma_scan": float(np.hypot(noise.vertical, beam)),
-        "sigma_yaw": float(np.hypot(noise.horizontal, beam)),
-    }

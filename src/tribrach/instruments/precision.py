@@ -12,8 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.units import SEC
 
-__all__ = ["Precision"]
+__all__ = ["Precision", "pointing_sigma"]
+
+#: pointing of a telescope of magnification one
+_POINTING = 60 * SEC
 
 
 @dataclass(frozen=True)
@@ -112,3 +116,8 @@ def _angle(reading: float | None, end: float, length: Array, repetitions: Array)
     across = np.where(np.isnan(length), 0.0, np.sqrt(2) * end / np.where(length > 0, length, 1.0))
     sigma: Array = np.hypot(reading / np.sqrt(repetitions), across)
     return sigma
+
+
+def pointing_sigma(magnification: float, pointings: int = 1) -> float:
+    """Sigma [rad] of pointing with a telescope: 60 arc seconds over its magnification."""
+    return float(_POINTING / magnification / np.sqrt(pointings))

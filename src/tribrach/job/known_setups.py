@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tribrach._types import Array
-from tribrach.cloud.known_setup import pointing_sigma
 from tribrach.errors import AdjustmentError, InputError
 from tribrach.geometry.rotation import exp
+from tribrach.instruments.precision import pointing_sigma
 from tribrach.network.adjustment import adjust
 from tribrach.network.survey import Survey
 from tribrach.observations.control import Offsets

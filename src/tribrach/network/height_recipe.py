@@ -21,7 +21,10 @@ from tribrach.observations.control import Offsets
 from tribrach.observations.gnss import GnssPositions
 from tribrach.observations.scanner import Inclinations, TargetCentres
 
-__all__ = ["corrected_heights", "height_recipe", "quick_sigma"]
+__all__ = [
+    "corrected_heights",
+    "height_recipe",
+]
 
 
 _REASON = "heights by the recipe: six free parameters"
@@ -31,15 +34,6 @@ def corrected_heights(height: float, z_reference: float, z: Array) -> Array:
     """Heights (n,) of targets at z (n,) of a levelled scan, from one height and its z [m]."""
     corrected: Array = height - (z_reference - z)
     return corrected
-
-
-def quick_sigma(fix: float, mark: float, orientation: float, measurement: float) -> float:
-    """Sigma [m] of a georeferenced point by equation 6 of the paper, from four of them [m].
-
-    A first guess for planning: it adds variances of different kinds, and the orientation taken from
-    the residuals of a fit holds those of fix and mark already. The network propagates them.
-    """
-    return float(np.sqrt(fix**2 + mark**2 + orientation**2 + measurement**2))
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,6 @@ from tribrach.network.reliability import (
 from tribrach.network.significance import (
     block_noncentrality,
     noncentrality,
-    sidak,
     tau_critical,
     w_critical,
 )
@@ -350,11 +349,6 @@ class Quality:
     def controlled(self) -> NDArray[np.bool_]:
         """Values (n,) that the others control at all."""
         return np.isfinite(self.w)
-
-    @property
-    def w_critical_of_all(self) -> float:
-        """Limit of w so that all tests together have the significance of the global test."""
-        return w_critical(sidak(self.global_test.alpha, int(self.controlled.sum())))
 
 
 def assess(

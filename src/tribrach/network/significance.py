@@ -15,7 +15,6 @@ __all__ = [
     "block_noncentrality",
     "log_significance",
     "noncentrality",
-    "redundancy_class",
     "sidak",
     "tau_critical",
     "w_critical",
@@ -55,14 +54,6 @@ def tau_critical(dof: int, alpha: float) -> float:
 def sidak(alpha: float, count: int) -> float:
     """Significance of one of ``count`` tests so that all together have ``alpha``."""
     return float(1 - (1 - alpha) ** (1 / max(count, 1)))
-
-
-def redundancy_class(r: float) -> str:
-    """A redundancy number in words: uncontrolled, poor, weak, good, very good."""
-    for limit, word in ((0.01, "uncontrolled"), (0.1, "poor"), (0.3, "weak"), (0.7, "good")):
-        if r < limit:
-            return word
-    return "very good"
 
 
 def log_significance(statistic: ArrayLike, dof: ArrayLike) -> NDArray[np.float64]:

@@ -20,7 +20,7 @@ and a scanner with six unknowns are measured to and from in the same way.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -233,8 +233,3 @@ class State:
             for family in FAMILIES
             for i in np.flatnonzero(bad[family])
         ]
-
-
-def unique(names: Iterable[str]) -> list[str]:
-    """Names in order of first appearance."""
-    return list(dict.fromkeys(names))

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
 
-__all__ = ["Blocks", "combine", "group_rows", "join"]
+__all__ = ["Blocks", "group_rows", "join"]
 
 
 #: smallest eigenvalue of the unit-diagonal B^T B with which own unknowns count as determined
@@ -183,25 +183,4 @@ def join(parts: Sequence[Blocks]) -> Blocks:
         np.concatenate([padded(part.leverage, (k,), 0.0) for part in parts]),
         np.concatenate([padded(part.line, (k,), -1) for part in parts]),
         np.concatenate([part.determined for part in parts]),
-    )
-
-
-def combine(blocks: Blocks, members: Sequence[Index] | Index) -> Blocks:
-    """Groups made of several others (c, j), indices into the blocks, all of them at once.
-
-    The members share no own unknowns. Columns may repeat, which does no harm.
-    """
-    index = np.asarray(members, dtype=np.int64)
-    c, j = index.shape
-    k, w = blocks.rows.shape[1:]
-    rows = np.zeros((c, j * k, j * w))
-    for i in range(j):
-        rows[:, i * k : (i + 1) * k, i * w : (i + 1) * w] = blocks.rows[index[:, i]]
-    return Blocks(
-        np.arange(c),
-        rows,
-        blocks.columns[index].reshape(c, j * w),
-        blocks.leverage[index].reshape(c, j * k),
-        blocks.line[index].reshape(c, j * k),
-        np.all(blocks.determined[index], axis=1),
     )

@@ -15,7 +15,7 @@ import numpy as np
 
 from tribrach.errors import InputError
 from tribrach.geodesy.epochs import Motion, Realisation, carry
-from tribrach.geodesy.site import EllipsoidSite, Site
+from tribrach.geodesy.site import EllipsoidSite
 from tribrach.io.gnss.gvx import read_gvx
 from tribrach.io.gnss.records import GnssRecords
 from tribrach.io.gnss.rtklib_pos import read_rtklib
@@ -23,7 +23,7 @@ from tribrach.io.gnss.sinex import read_sinex
 from tribrach.network.survey import Survey
 from tribrach.observations.gnss import GnssBaselines, GnssPositions
 
-__all__ = ["GnssContext", "ellipsoid_of", "read", "survey_of"]
+__all__ = ["GnssContext", "read", "survey_of"]
 
 
 @dataclass(frozen=True)
@@ -182,20 +182,3 @@ def _add(survey: Survey, site: EllipsoidSite, records: GnssRecords, wish: GnssCo
             end=records.end,
             source=records.vector_sources,
         )
-
-
-def ellipsoid_of(site: Site, path: Path) -> EllipsoidSite:
-    """The work frame of a job, which must be on the ellipsoid.
-
-    Raises
-    ------
-    InputError
-        It is flat.
-    """
-    if not isinstance(site, EllipsoidSite):
-        raise InputError(
-            "geocentric vectors need a place on the ellipsoid, and the site is flat",
-            file=path,
-            cure="give the project a site with latitude_deg and longitude_deg, or a crs",
-        )
-    return site

@@ -21,7 +21,7 @@ from tribrach.io.totalstation.records import RawFile
 from tribrach.io.totalstation.text import packed_dms, read_lines
 from tribrach.units import GON, UNITS
 
-__all__ = ["Word", "format_word", "parse_words", "read", "sniff"]
+__all__ = ["Word", "parse_words", "read", "sniff"]
 
 _WORDS = {
     8: re.compile(r"(\d\d)(.{4})([+-])(.{8})(?: |$)"),
@@ -91,11 +91,6 @@ def parse_words(line: str) -> list[Word]:
             index += information[0]
         words.append(Word(index, information, sign, data))
     return words
-
-
-def format_word(word: Word, size: int) -> str:
-    """A word as it stands in a file, without the blank after it; size 8 or 16."""
-    return f"{word.index[:2]}{word.information}{word.sign}{word.data.rjust(size, '0')}"
 
 
 def sniff(text: str) -> bool:

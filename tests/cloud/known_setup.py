@@ -1,31 +1,16 @@
-"""A scanner set up over a known point and turned to a backsight: what its pose is uncertain by.
+"""A scanner over a known point, turned to a backsight: its pose by propagation in closed form.
 
-Not adjusted but propagated (method section 5.1; Lichti and Gordon 2004): the mark, centring and
-height of the instrument move the station, levelling tilts it, and the backsight turns it by the
-positions of both ends, their centring, the pointing of the telescope and the tilt of its
-trunnion. Errors of the mark are taken as independent of those of the heading; a network with
-directions carries that correlation too. Metres and radians.
+The programs adjust such a set-up in their network; this is what they must come to (Lichti and
+Gordon 2004; method section 5.1). Errors of the mark are taken as independent of those of the
+heading. Metres and radians.
 """
-
-from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from tribrach._types import Array
-from tribrach.units import SEC
-
-__all__ = ["KnownSetup", "pointing_sigma"]
-
-
-#: pointing of a telescope of magnification one
-_POINTING = 60 * SEC
-
-
-def pointing_sigma(magnification: float, pointings: int = 1) -> float:
-    """Sigma [rad] of pointing with a telescope: 60 arc seconds over its magnification."""
-    return float(_POINTING / magnification / np.sqrt(pointings))
+from tribrach.instruments.precision import pointing_sigma
 
 
 @dataclass(frozen=True)
