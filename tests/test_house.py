@@ -1,7 +1,4 @@
-"""The house style: docstrings, public names, no private places.
-
-The rules are those of CONTRIBUTING.md; ruff, mypy and import-linter look after the rest.
-"""
+"""The house style: docstrings, public names, words; ruff, mypy and import-linter see the rest."""
 
 import ast
 from collections.abc import Iterator
