@@ -1,0 +1,100 @@
+"""What is imported is declared in pyproject.toml, and what is declared is imported."""
+
+import ast
+import re
+import sys
+import tomllib
+from collections.abc import Iterator
+from importlib.metadata import PackageNotFoundError, packages_distributions, requires
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+EXTRAS = PROJECT["optional-dependencies"]
+#: extras for those who work on the program
+WORKSHOP = {"dev", "docs", "peers"}
+#: distributions of each module that can be imported here
+INSTALLED = packages_distributions()
+#: calls that import a module by its name
+BY_NAME = {"import_module", "find_spec"}
+OURS = {"tribrach", "tests"}
+
+
+def normal(name: str) -> str:
+    """A distribution's name as indexes compare it."""
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def imported(folder: Path) -> dict[str, str]:
+    """Third-party modules that the code of a folder imports, each with one of the files."""
+    return {
+        name.split(".")[0]: str(path.relative_to(ROOT))
+        for path in sorted(folder.rglob("*.py"))
+        for name in modules(ast.parse(path.read_text()))
+        if name.split(".")[0] not in sys.stdlib_module_names | OURS
+    }
+
+
+def modules(tree: ast.Module) -> Iterator[str]:
+    """Modules that a file imports by statements or by a name in a call."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            yield node.module
+        elif isinstance(node, ast.Call) and node.args:
+            called = getattr(node.func, "attr", getattr(node.func, "id", ""))
+            argument = node.args[0]
+            if called in BY_NAME and isinstance(argument, ast.Constant):
+                yield argument.value
+
+
+def distributions(module: str) -> set[str]:
+    """Distributions that bring a module; one that is not installed has the module's name."""
+    return {normal(name) for name in INSTALLED.get(module, [module])}
+
+
+def declared(requirements: list[str]) -> set[str]:
+    """Distributions of requirements, those of the extras that they ask for among them."""
+    names = set()
+    for requirement in requirements:
+        name, extras = re.match(r"([\w.-]+)(?:\[([^]]*)\])?", requirement).groups()
+        names.add(normal(name))
+        if extras:
+            names |= of_extras(name, {extra.strip() for extra in extras.split(",")})
+    return names
+
+
+def of_extras(name: str, extras: set[str]) -> set[str]:
+    """Distributions that extras of an installed distribution bring."""
+    try:
+        lines = requires(name) or []
+    except PackageNotFoundError:
+        return set()
+    pairs = [re.match(r"([\w.-]+).*extra == ['\"]([^'\"]+)['\"]", line) for line in lines]
+    return {normal(pair[1]) for pair in pairs if pair and pair[2] in extras}
+
+
+def undeclared(folders: list[str], names: set[str]) -> dict[str, str]:
+    return {
+        module: path
+        for folder in folders
+        for module, path in imported(ROOT / folder).items()
+        if not distributions(module) & names
+    }
+
+
+def test_the_program_imports_what_it_declares() -> None:
+    extras = [line for name in EXTRAS.keys() - WORKSHOP for line in EXTRAS[name]]
+    assert undeclared(["src"], declared(PROJECT["dependencies"] + extras)) == {}
+
+
+def test_tests_and_documentation_import_what_is_declared() -> None:
+    every = PROJECT["dependencies"] + [line for lines in EXTRAS.values() for line in lines]
+    assert undeclared(["tests", "benchmarks", "docs"], declared(every)) == {}
+
+
+def test_whoever_installs_the_program_gets_nothing_it_does_not_import() -> None:
+    used = {name for module in imported(ROOT / "src") for name in distributions(module)}
+    required = {normal(re.match(r"[\w.-]+", line)[0]) for line in PROJECT["dependencies"]}
+    assert required - used == set()
