@@ -46,6 +46,15 @@ def test_public_names_exist() -> None:
             assert [n for n in names if text.count(n) < 2] == [], path.name
 
 
+def test_no_two_public_classes_share_a_name() -> None:
+    homes: dict[str, list[str]] = {}
+    for path, tree in TREES.items():
+        for name, node in public(tree):
+            if isinstance(node, ast.ClassDef) and "." not in name:
+                homes.setdefault(name, []).append(str(path.relative_to(SOURCE)))
+    assert {name: paths for name, paths in homes.items() if len(paths) > 1} == {}
+
+
 def test_text_names_no_private_places() -> None:
     """Nothing in the project speaks of where or how it was written."""
     words = ("/work/", "/tmp/", "/opt/", "/home/", "/root/", "TODO", "FIXME", "XXX")
