@@ -36,7 +36,7 @@ class Given(Scan):
 
     points: Chunk = field(default_factory=lambda: Chunk(np.zeros((0, 3)), {}))
 
-    def chunks(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
+    def stored(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
         for first in range(start, len(self.points), 300):
             part = slice(first, first + 300)
             values = {name: column[part] for name, column in self.points.values.items()}

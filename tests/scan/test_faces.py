@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from tribrach.errors import InputError
-from tribrach.scan.prepared import head_turn, sides
+from tribrach.instruments.calibration import NIST
+from tribrach.instruments.correction import Correction
+from tribrach.scan.prepared import corrected_scan, head_turn, seen_from, sides
 from tribrach.scan.scan import Chunk, Field, Scan
 
 FIELDS = (Field("row", "int32"), Field("column", "int32"), Field("intensity", "float32"))
@@ -17,7 +19,7 @@ FIELDS = (Field("row", "int32"), Field("column", "int32"), Field("intensity", "f
 class Listed(Scan):
     parts: list = field(default_factory=list)
 
-    def chunks(self, size=0, start=0):
+    def stored(self, size=0, start=0):
         yield from self.parts
 
 
@@ -101,3 +103,28 @@ def test_without_the_place_of_the_scanner_it_is_refused() -> None:
     xyz, row, column, _ = panoramic(np.pi)
     with pytest.raises(InputError, match="where the scanner stood"):
         head_turn(replace(scan_of(xyz, row, column), origin="unknown"))
+
+
+def test_a_scan_can_be_moved_parted_and_corrected_at_once() -> None:
+    """In the order that the steps need: faces and corrections are seen from the scanner."""
+    at = (500.0, -200.0, 30.0)
+    xyz, row, column, face = panoramic(2 * np.pi)
+    correction = Correction(NIST.select(["x4"]), np.array([1e-3]), "back")
+    whole = replace(scan_of(xyz, row, column), origin="unknown", scanner=(0.0, 0.0, 0.0))
+    moved = seen_from(replace(whole, parts=[_moved(c, at) for c in whole.parts]), at)
+    back = corrected_scan(sides(moved)[1], correction)
+    got = np.concatenate([chunk.xyz for chunk in back.chunks()])
+    number = np.concatenate([chunk.values["intensity"] for chunk in back.chunks()]).astype(int)
+    off = np.hypot(xyz[number, 0], xyz[number, 1]) > 1e-6
+    assert (face[number][off] == -1).all()
+    np.testing.assert_allclose(got, correction.corrected(xyz[number]), atol=1e-6)
+    assert not back.as_stored
+    assert whole.as_stored
+    # a second correction takes the place of the first
+    plain = corrected_scan(back, replace(correction, values=np.zeros(1)))
+    again = np.concatenate([chunk.xyz for chunk in plain.chunks()])
+    np.testing.assert_allclose(again, xyz[number], atol=1e-9)
+
+
+def _moved(chunk: Chunk, by: tuple[float, float, float]) -> Chunk:
+    return replace(chunk, xyz=chunk.xyz + by)

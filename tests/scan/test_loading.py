@@ -15,7 +15,7 @@ class Listed(Scan):
 
     parts: list = field(default_factory=list)
 
-    def chunks(self, size=0, start=0):
+    def stored(self, size=0, start=0):
         yield from self.parts
 
 

@@ -68,7 +68,7 @@ def _by_source(scans: Sequence[StationScan]) -> list[tuple[str, tuple[StationSca
 def whole_source(scans: Sequence[StationScan]) -> bool:
     """Are these all scans of one E57 file, each once, so that a copy of it shows nothing else?"""
     first = scans[0].scan
-    if not all(isinstance(one.scan, E57Scan) for one in scans):
+    if not all(isinstance(one.scan, E57Scan) and one.scan.as_stored for one in scans):
         return False
     if len({one.scan.path.resolve() for one in scans}) != 1:
         return False

@@ -11,12 +11,10 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.calibration.calibrated import polar_of_centres
-from tribrach.instruments.correction import Correction
 from tribrach.job.find_targets import Findings
 from tribrach.job.scans import StationScan
 from tribrach.network.survey import Survey
 from tribrach.observations.scanner import ScannerPolar
-from tribrach.scan.prepared import CorrectedScan
 from tribrach.targets.detection import Detection
 
 __all__ = ["observe_readings"]
@@ -81,8 +79,8 @@ def _face(scan: StationScan, d: Detection) -> float:
 
 def _reading(scan: StationScan, d: Detection) -> Array:
     """The centre (3,) as the scanner measured it."""
-    if not isinstance(scan.scan, CorrectedScan):
+    correction = scan.scan.correction
+    if correction is None:
         return np.asarray(d.center)
-    correction: Correction = scan.scan.correction
     centre: Array = correction.raw(np.asarray(d.center)[None])[0]
     return centre

@@ -19,7 +19,7 @@ from tribrach.io.calibration_file import Calibration
 from tribrach.io.scans.formats import read_scans
 from tribrach.job.calibrations import Calibrations
 from tribrach.observations.scanner import ScannerPolar
-from tribrach.scan.prepared import CorrectedScan, SideScan, corrected_scan, seen_from, sides
+from tribrach.scan.prepared import corrected_scan, seen_from, sides
 from tribrach.scan.scan import Scan
 
 if TYPE_CHECKING:
@@ -138,11 +138,11 @@ class StationScan:
     @property
     def mark(self) -> tuple[int | float | str, ...]:
         """What the points depend on besides the file: scan, place of the scanner, correction."""
-        inner, more = _inner(self.scan), []
-        if isinstance(self.scan, CorrectedScan):
+        more = []
+        if self.scan.correction is not None:
             more.append(self.scan.correction.mark)
-        if isinstance(inner, SideScan):
-            more.append(f"face {inner.face:+.0f}")
+        if self.scan.face is not None:
+            more.append(f"face {self.scan.face.sign:+.0f}")
         return (self.scan.index, *self.scan.scanner, *more)
 
 
@@ -172,16 +172,11 @@ def open_scans(project: Project) -> list[StationScan]:
     return found
 
 
-def _inner(scan: Scan) -> Scan:
-    """The scan before it was corrected."""
-    return scan.source_scan if isinstance(scan, CorrectedScan) else scan
-
-
 def _several(scan: StationScan) -> StationScan:
     """A scan at a station with several, named after both."""
     if scan.scan.name == scan.station:
         return scan
-    if isinstance(_inner(scan.scan), SideScan) and scan.scan.name.startswith(f"{scan.station} "):
+    if scan.scan.face is not None and scan.scan.name.startswith(f"{scan.station} "):
         return replace(scan, name=scan.scan.name)
     return replace(scan, name=f"{scan.station} {scan.scan.name}")
 

@@ -1,9 +1,24 @@
-"""A scan whose points are corrected by a calibration of its scanner as they are read."""
+"""What the project knows of a scan better than its file, applied to the points as they are read.
+
+The scanner stood elsewhere than at zero
+    Clouds that were placed by other programs keep the axes of their file: only the origin moves, so
+    that lines of sight start where the scanner stood.
+The points were measured on two faces
+    A panoramic scanner turns its head with the columns of its grid; its mirror looks ahead on the
+    front face and behind on the back. Where a column has points on both sides of the standing axis,
+    the side of the head's direction is the front: with half a turn H is below 180 degrees there, as
+    makers have it, and with a full turn every direction was seen on both faces. Which side is
+    called front does not matter as long as it is the same in calibration and use (method section
+    4.4). Formats that sort the points into columns of one direction have lost the face.
+The scanner is calibrated
+    Points are corrected by the parameters of its model.
+
+Each function returns the scan with one of these noted in its fields; ``Scan.chunks`` does it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,46 +27,58 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.correction import Correction
-from tribrach.scan.scan import CHUNK, Chunk, Scan
+from tribrach.scan.face import HeadTurn, ScanFace
+from tribrach.scan.scan import Scan
 
-__all__ = ["CorrectedScan", "SideScan", "corrected_scan", "head_turn", "seen_from", "sides"]
+__all__ = ["corrected_scan", "head_turn", "seen_from", "sides"]
 
-# A scan whose file has the scanner elsewhere than at zero, brought into the scanner frame.
-#
-# Clouds that were placed by other programs keep the axes of their file: only the origin moves, so
-# that lines of sight start where the scanner stood.
-
+Integers = NDArray[np.integer]
 
 #: a scanner this many times the extent of the points away from their middle took none of them
 _FAR = 20.0
 
-
 #: points that are looked at where the header states no bounds
 _GLANCE = 50_000
 
+#: points closer to the axis than this [rad] do not tell a direction
+_POLE = 0.1
 
-@dataclass(frozen=True)
-class ShiftedScan(Scan):
-    """Points of another scan less the place of the scanner among them."""
+#: points that are looked at
+_SAMPLE = 2_000_000
 
-    source_scan: Scan = field(kw_only=True)
+#: share of the rarer side from which on a scan has two faces
+_TWO_FACES = 0.02
 
-    def chunks(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
-        """The points of the other scan, see there; xyz from the scanner."""
-        for chunk in self.source_scan.chunks(size, start):
-            yield replace(chunk, xyz=chunk.xyz - np.array(self.scanner))
+#: columns deviate from an even turn by less than this [rad]
+_STRAIGHT = np.radians(1.0)
+
+#: turns of the head that a panoramic scanner makes [rad]
+_LEAST_TURN, _MOST_TURN = np.radians(5.0), np.radians(400.0)
 
 
-def seen_from(scan: Scan, scanner: tuple[float, float, float]) -> ShiftedScan:
-    """A scan with its scanner, given in the coordinates of its file [m], at zero.
+def seen_from(scan: Scan, scanner: tuple[float, float, float]) -> Scan:
+    """Place the scanner of a scan at zero.
 
     A pose of the file carries the shifted points to where it carried those of the file; where the
     scanner was unknown, the points are taken to be placed already and the pose is left out.
 
+    Parameters
+    ----------
+    scan
+        As its file has it.
+    scanner
+        Where the scanner stood in the coordinates of the file [m].
+
+    Returns
+    -------
+    Scan
+        The same with points, bounds and pose from the scanner.
+
     Raises
     ------
-    InputError : coordinates that are not finite, or so far from the points that the scanner cannot
-        have stood there; a damaged file.
+    InputError
+        Coordinates are not finite, or so far from the points that the scanner cannot have stood
+        there, or the file is damaged.
     """
     at = np.array(scanner, dtype=float)
     if at.shape != (3,) or not np.isfinite(at).all():
@@ -62,14 +89,16 @@ def seen_from(scan: Scan, scanner: tuple[float, float, float]) -> ShiftedScan:
             cure='say origin = [x, y, z] in metres, or "scanner"',
         )
     _refuse_far(scan, at)
-    common = {f.name: getattr(scan, f.name) for f in fields(Scan)}
-    common["origin"], common["scanner"] = "stated", (float(at[0]), float(at[1]), float(at[2]))
-    if scan.bounds is not None:
-        common["bounds"] = scan.bounds - at
-    if scan.pose is not None:
-        known = scan.origin != "unknown"
-        common["pose"] = Pose(scan.pose.rotation, scan.pose @ at) if known else None
-    return ShiftedScan(**common, source_scan=scan)
+    pose = None
+    if scan.pose is not None and scan.origin != "unknown":
+        pose = Pose(scan.pose.rotation, scan.pose @ at)
+    return replace(
+        scan,
+        origin="stated",
+        scanner=(float(at[0]), float(at[1]), float(at[2])),
+        bounds=None if scan.bounds is None else scan.bounds - at,
+        pose=pose,
+    )
 
 
 def _refuse_far(scan: Scan, at: Array) -> None:
@@ -90,96 +119,33 @@ def _refuse_far(scan: Scan, at: Array) -> None:
         )
 
 
-# Which face measured each point of a scan, as far as the order of the file still tells.
-#
-# A panoramic scanner turns its head with the columns of its grid; its mirror looks ahead on the
-# front face and behind on the back. Where a column has points on both sides of the standing
-# axis, the side of the head's direction is the front: with half a turn H is below 180 degrees
-# there, as makers have it, and with a full turn every direction was seen on both faces. Which
-# side is called front does not matter as long as it is the same in calibration and use (method
-# section 4.4).
-#
-# Formats that sort the points into columns of one direction have lost the face.
+def sides(scan: Scan) -> tuple[Scan, Scan]:
+    """Part a scan of two faces into two scans.
 
-
-Integers = NDArray[np.integer]
-
-
-#: points closer to the axis than this [rad] do not tell a direction
-_POLE = 0.1
-
-
-#: points that are looked at
-_SAMPLE = 2_000_000
-
-
-#: share of the rarer side from which on a scan has two faces
-_TWO_FACES = 0.02
-
-
-#: columns deviate from an even turn by less than this [rad]
-_STRAIGHT = np.radians(1.0)
-
-
-#: turns of the head that a panoramic scanner makes [rad]
-_LEAST_TURN, _MOST_TURN = np.radians(5.0), np.radians(400.0)
-
-
-@dataclass(frozen=True)
-class HeadTurn:
-    """Direction of the head ``first + step column`` [rad], counter-clockwise; number of columns."""
-
-    first: float
-    step: float
-    columns: int
-
-    def faces(self, xyz: Array, column: Integers) -> Array:
-        """Faces (n,) of +1 or -1 of points (n, 3) with their columns (n,)."""
-        h = np.arctan2(xyz[:, 1], xyz[:, 0])
-        ahead = np.cos(h - self.first - self.step * column) >= 0
-        return np.where(ahead, 1.0, -1.0)
-
-
-@dataclass(frozen=True)
-class SideScan(Scan):
-    """The points of another scan that one face measured; face : +1 or -1."""
-
-    source_scan: Scan = field(kw_only=True)
-    turn: HeadTurn = field(kw_only=True)
-    face: float = field(kw_only=True)
-
-    def chunks(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
-        """The points of the other scan, see there; those of the other face are left out."""
-        for chunk in self.source_scan.chunks(size, start):
-            keep = self.turn.faces(chunk.xyz, np.asarray(chunk.values["column"])) == self.face
-            values = {name: value[keep] for name, value in chunk.values.items()}
-            gone = int(len(keep) - keep.sum())
-            yield Chunk(chunk.xyz[keep], values, chunk.dropped + gone)
-
-
-def sides(scan: Scan) -> tuple[SideScan, SideScan]:
-    """A scan of two faces as two scans, front and back.
+    Returns
+    -------
+    tuple of Scan
+        Front and back. Records of the other face count as records without a point.
 
     Raises
     ------
-    InputError : the faces cannot be told, with the reason.
+    InputError
+        The faces cannot be told, with the reason.
     """
     turn = head_turn(scan)
-    common = {f.name: getattr(scan, f.name) for f in fields(Scan)} | {"records": None}
-    front = common | {"name": f"{scan.name} front"}
-    back = common | {"name": f"{scan.name} back"}
     return (
-        SideScan(**front, source_scan=scan, turn=turn, face=1.0),
-        SideScan(**back, source_scan=scan, turn=turn, face=-1.0),
+        replace(scan, name=f"{scan.name} front", face=ScanFace(turn, 1.0)),
+        replace(scan, name=f"{scan.name} back", face=ScanFace(turn, -1.0)),
     )
 
 
 def head_turn(scan: Scan) -> HeadTurn:
-    """How the head turned, from the rows and columns of a scan.
+    """Tell how the head turned, from the rows and columns of a scan.
 
     Raises
     ------
-    InputError : the faces cannot be told, with the reason.
+    InputError
+        The faces cannot be told, with the reason.
     """
 
     def refused(why: str) -> InputError:
@@ -214,14 +180,14 @@ def head_turn(scan: Scan) -> HeadTurn:
     if not _LEAST_TURN < turn < _MOST_TURN:
         raise refused(f"the columns turn by {np.degrees(turn):.0f} degrees")
     first = _ahead(first, step, used, h, at)
-    found = HeadTurn(float(first), float(step), int(used[-1]) + 1)
-    behind = float((found.faces(xyz, column) < 0).mean())
+    head = HeadTurn(float(first), float(step), int(used[-1]) + 1)
+    behind = float((head.faces(xyz, column) < 0).mean())
     if min(behind, 1 - behind) < _TWO_FACES:
         raise refused(
             "every column lies on one side of the standing axis, as if there were one face; the "
             "format has sorted the points by direction, or the scanner is a hybrid one"
         )
-    return found
+    return head
 
 
 def _ahead(first: float, step: float, used: Integers, h: Array, at: Integers) -> float:
@@ -251,28 +217,14 @@ def _sample(scan: Scan) -> tuple[Array, Integers]:
     return np.concatenate(places), np.concatenate(columns)
 
 
-@dataclass(frozen=True)
-class CorrectedScan(Scan):
-    """Points of another scan, corrected; everything else as there."""
-
-    source_scan: Scan = field(kw_only=True)
-    correction: Correction = field(kw_only=True)
-
-    def chunks(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
-        """The points of the other scan, see there; xyz corrected."""
-        for chunk in self.source_scan.chunks(size, start):
-            yield replace(chunk, xyz=self.correction.corrected(chunk.xyz))
-
-
-def corrected_scan(scan: Scan, correction: Correction) -> CorrectedScan:
-    """A scan with a correction in place of any that it has.
+def corrected_scan(scan: Scan, correction: Correction) -> Scan:
+    """Apply a correction to a scan, in place of any that it has.
 
     Raises
     ------
-    InputError : it is not known where the scanner stood among the points.
+    InputError
+        It is not known where the scanner stood among the points.
     """
-    if isinstance(scan, CorrectedScan):
-        scan = scan.source_scan
     if scan.origin == "unknown":
         raise InputError(
             "a calibration cannot be applied: where the scanner stood among the points is unknown",
@@ -280,5 +232,4 @@ def corrected_scan(scan: Scan, correction: Correction) -> CorrectedScan:
             record=scan.name,
             cure='say origin = "scanner" in [[scans]] if it is at 0, 0, 0, or give its place',
         )
-    common = {f.name: getattr(scan, f.name) for f in fields(Scan)}
-    return CorrectedScan(**common, source_scan=scan, correction=correction)
+    return replace(scan, correction=correction)

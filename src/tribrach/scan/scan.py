@@ -23,10 +23,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array
 from tribrach.geometry.pose import Pose
+from tribrach.instruments.correction import Correction
+from tribrach.scan.face import ScanFace
 
 __all__ = ["CHUNK", "Chunk", "Field", "Origin", "Scan"]
 
@@ -73,12 +76,41 @@ class Chunk:
 class Scan(ABC):
     """One scan of a file; nothing but its header is in memory.
 
-    name : of the scan, unique within its file; path, index : file and place in it; records : number
-    that the header states (None if it does not), valid points or not; pose : world from scanner as
-    the file has it, None if it has none; grid : rows and columns; crs : WKT of the coordinates if
-    the file says; bounds (2, 3) : smallest and largest coordinates that the header states;
-    warnings : sentences about what was odd; scanner : where it stood in the coordinates of the
-    file, already taken off the points (see scan.shifted) [m].
+    A reader derives its own class and gives the points as they are stored. What the project knows
+    better than the file stands in the last three fields and is done to the points as they are
+    read, in this order: the place of the scanner is taken off, the points of the other face are
+    left out, the calibration of the scanner is applied (see :mod:`tribrach.scan.prepared`).
+
+    Parameters
+    ----------
+    name
+        Of the scan, unique within its file.
+    path, index
+        File and place in it.
+    records
+        Number that the header states, valid points or not; None if it states none.
+    fields
+        What every point has besides its coordinates.
+    pose
+        World from scanner as the file has it, None if it has none.
+    origin
+        Is the scanner at zero?
+    grid
+        Rows and columns.
+    crs
+        WKT of the coordinates if the file says.
+    bounds
+        Smallest and largest coordinates (2, 3) [m] that the header states.
+    warnings
+        Sentences about what was odd.
+    facts
+        What else the header says.
+    scanner
+        Where the scanner stood in the coordinates of the file [m].
+    face
+        The face whose points these are, None for all points.
+    correction
+        Calibration of the scanner, None if its points are as measured.
     """
 
     name: str
@@ -94,17 +126,62 @@ class Scan(ABC):
     warnings: tuple[str, ...] = ()
     facts: Mapping[str, str] = field(default_factory=dict)
     scanner: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    face: ScanFace | None = None
+    correction: Correction | None = None
 
     @abstractmethod
-    def chunks(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
-        """The points in the file's order, at most ``size`` records at a time.
+    def stored(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
+        """Read the points as the file has them, in its order.
 
-        start : records to pass over, so that interrupted work goes on where it was.
+        Parameters
+        ----------
+        size
+            Records at a time, at most.
+        start
+            Records to pass over.
 
         Raises
         ------
-        InputError : truncated or damaged, or the number of records differs from the header's.
+        InputError
+            The file is truncated or damaged, or its number of records differs from the header's.
         """
+
+    def chunks(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
+        """Read the points in the file's order, at most ``size`` records at a time.
+
+        Parameters
+        ----------
+        size
+            Records at a time, at most.
+        start
+            Records to pass over, so that interrupted work goes on where it was.
+
+        Raises
+        ------
+        InputError
+            The file is truncated or damaged, or its number of records differs from the header's.
+        """
+        stored = self.stored(size, start)
+        return stored if self.as_stored else map(self._prepared, stored)
+
+    @property
+    def as_stored(self) -> bool:
+        """True if the points are those of the file, none moved and none left out."""
+        return not any(self.scanner) and self.face is None and self.correction is None
+
+    def _prepared(self, chunk: Chunk) -> Chunk:
+        """Return a chunk of the file with everything done to its points."""
+        xyz, values, dropped = chunk.xyz, chunk.values, chunk.dropped
+        if any(self.scanner):
+            xyz = xyz - np.array(self.scanner)
+        if self.face is not None:
+            keep = self.face.measured(xyz, np.asarray(values["column"]))
+            values = {name: value[keep] for name, value in values.items()}
+            dropped += int(len(keep) - keep.sum())
+            xyz = xyz[keep]
+        if self.correction is not None:
+            xyz = self.correction.corrected(xyz)
+        return Chunk(xyz, values, dropped)
 
     @property
     def names(self) -> tuple[str, ...]:

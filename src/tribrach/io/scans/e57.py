@@ -472,7 +472,7 @@ class E57Scan(Scan):
     state: str | None = None
     columns: tuple[FieldColumn, ...] = ()
 
-    def chunks(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
+    def stored(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
         """The points in the file's order, a little under ``size`` if that is many blocks.
 
         Raises

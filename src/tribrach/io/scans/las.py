@@ -132,7 +132,7 @@ _COARSEST, _FARTHEST = 1e3, 1e12
 class LasScan(Scan):
     """The points of a LAS, LAZ or COPC file."""
 
-    def chunks(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
+    def stored(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
         """The points in the file's order.
 
         Raises

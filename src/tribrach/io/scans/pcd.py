@@ -92,7 +92,7 @@ class PcdTextScan(TextScan):
 class PcdCompressedScan(PcdScan):
     """The points of a compressed file, unpacked into a temporary one: column after column."""
 
-    def chunks(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
+    def stored(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
         """The points in the file's order.
 
         Raises

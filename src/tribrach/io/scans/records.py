@@ -28,7 +28,7 @@ class RecordScan(Scan):
     dtype: np.dtype[Any] = np.dtype(np.uint8)
     columns: ColumnRoles = ColumnRoles(("x", "y", "z"), (), (), ())
 
-    def chunks(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
+    def stored(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
         """The points in the file's order.
 
         Raises

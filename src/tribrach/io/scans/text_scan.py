@@ -124,7 +124,7 @@ class TextScan(Scan):
     types: Mapping[str, str] | None = None
     columns: ColumnRoles = ColumnRoles(("x", "y", "z"), (), (), ())
 
-    def chunks(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
+    def stored(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
         """The points in the file's order.
 
         Raises
