@@ -248,4 +248,4 @@ def test_control_of_another_epoch_is_carried(
     network = Project.load(path).network()
     found = network.site.to_ecef(network.start.points)[0]  # type: ignore[attr-defined]
     np.testing.assert_allclose(found, PLACES["A"] + [0.1, -0.2, 0.3], atol=1e-6)
-    assert network.info["epoch"] == 2021.2
+    assert network.reference.epoch == 2021.2

@@ -182,7 +182,7 @@ def test_a_projected_site_is_centred_on_points_of_any_kind(tmp_path: Path, colum
     assert isinstance(site, EllipsoidSite)
     assert np.degrees([site.latitude, site.longitude]) == pytest.approx([48.002, 9.503], abs=2e-4)
     assert np.abs(network.start.points[:2]).max() < 600
-    grid = network.info["grid"]
+    grid = network.reference.grid
     plan = Transformer.from_crs("EPSG:4979", "EPSG:32632").transform(*place.T)
     found = grid.from_work(network.start.points[:2])
     np.testing.assert_allclose(found, np.stack(plan, axis=1), atol=2e-4)

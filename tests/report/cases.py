@@ -111,7 +111,7 @@ def scanner(evil: bool = False, *, free: bool = False) -> Adjustment:
 
 
 def _titled(network: Network) -> Network:
-    return replace(network, info={"title": f"Site {EVIL}"})
+    return replace(network, title=f"Site {EVIL}")
 
 
 def scanner_content(evil: bool = False, **options: object) -> Content:

@@ -31,7 +31,7 @@ def chapter(tmp_path):
                     line, target, direction=h % (2 * np.pi), zenith=zenith + INDEX, distance=30.0
                 )
                 line += 1
-    return reduction_chapter(survey_of([recorder.finish()]).info)
+    return reduction_chapter(survey_of([recorder.finish()]).facts)
 
 
 def test_axis_errors_and_rounds(chapter):

@@ -24,12 +24,13 @@ from tribrach.io.survey import totalstation
 from tribrach.io.survey.csv import tables as csv_tables
 from tribrach.io.survey.csv.file import CsvTable, read_table
 from tribrach.io.survey.csv.reader import Context
-from tribrach.io.survey.formats import format_of, read_files
+from tribrach.io.survey.formats import format_of, names_apart, read_files
 from tribrach.job.calibrations import Calibrations
 from tribrach.job.gnss_observations import add_sessions, gnss_context, job_realisation, mover
 from tribrach.job.known_setups import add_known_setups
 from tribrach.job.lever_arms import add_lever_arms, add_mounted_points, lever_arms_of
 from tribrach.job.plumb_line import plumb_columns
+from tribrach.network.facts import Reference
 from tribrach.network.network import Datum
 from tribrach.network.survey import Survey
 from tribrach.observations.scanner import Inclinations
@@ -66,6 +67,8 @@ class SurveyReader:
         self.context = Context(frame=self._frame(), lever_arms=self._arms())
         self.survey = Survey(site=self.context.frame.site)
         self.calibrations = Calibrations(project, folder, locate)
+        #: what tells files of one name apart
+        self.labels = names_apart(folder / name for e in project.observations for name in e.names)
 
     def read(self, further: Survey | None = None) -> Survey:
         """The survey of all sections, and of scans where there are any."""
@@ -87,18 +90,10 @@ class SurveyReader:
         self._stations(whole=whole)
         self._lever_arms()
         project, site = self.project, self.project.site
-        self.survey.info["title"] = project.title
-        if site.crs is not None:
-            self.survey.info["crs"] = site.crs
-            if site.kind == "projected":
-                self.survey.warnings += missing_grid_sentences(site.crs)
-        if self.context.frame.grid is not None:
-            self.survey.info["grid"] = OutputFrame(self.context.frame, "projected", site.crs)
-        if self.job is not None or site.epoch is not None:
-            name, epoch = (
-                (site.frame, site.epoch) if self.job is None else (self.job.frame, self.job.epoch)
-            )
-            self.survey.info |= {"frame": name, "epoch": epoch}
+        self.survey.title = project.title
+        self.survey.reference = self._reference().completed(self.survey.reference)
+        if site.crs is not None and site.kind == "projected":
+            self.survey.warnings += missing_grid_sentences(site.crs)
         if site.kind == "flat":
             given = [point.xyz for point in self.survey.points.values()]
             curved = site.curvature_radius_m is not None
@@ -107,6 +102,15 @@ class SurveyReader:
         if project.datum.kind != "control":
             self.survey.datum = Datum(project.datum.kind, project.datum.points)
         return self.survey
+
+    def _reference(self) -> Reference:
+        """The reference system that the site names, or that a file brought."""
+        site, frame = self.project.site, self.context.frame
+        grid = None if frame.grid is None else OutputFrame(frame, "projected", site.crs)
+        name, epoch = site.frame, site.epoch
+        if self.job is not None:
+            name, epoch = self.job.frame, self.job.epoch
+        return Reference(site.crs, name, epoch, grid)
 
     def _frame(self) -> WorkFrame:
         """The work frame of the site; a projected one is centred on the first points."""
@@ -198,7 +202,9 @@ class SurveyReader:
             precision = self._precision(entry.instrument, ("observations", k, "instrument"))
             carry = self._mover(entry, ("observations", k))
             context = replace(self.context, precision=precision, carry=carry)
-            first, *others = [csv_tables.read(path, context) for path in paths]
+            first, *others = [
+                csv_tables.read(path, replace(context, label=self.labels[path])) for path in paths
+            ]
             for other in others:
                 first.merge(other)
             return first
@@ -206,7 +212,9 @@ class SurveyReader:
             precision = self._precision(entry.instrument, ("observations", k, "instrument"))
             known = [n for n, p in self.survey.points.items() if np.isfinite(p.xyz).all()]
             site, alone = self.survey.site, not self.project.points
-            return totalstation.read(paths, precision, alone=alone, site=site, known=known)
+            return totalstation.read(
+                paths, precision, alone=alone, site=site, known=known, labels=self.labels
+            )
         if set(kinds) == {"gnss"}:
             return self._gnss_files(k, entry, paths)
         if stray := entry.model_fields_set & GNSS_KEYS:
@@ -230,8 +238,8 @@ class SurveyReader:
         """The work frame, reference frame and epoch that a file brings become those of the job."""
         self.context = replace(self.context, frame=WorkFrame(survey.site))
         self.survey.site = survey.site
-        if self.job is None and "frame" in survey.info:
-            self.job = Realisation(survey.info["frame"], survey.info["epoch"])
+        if self.job is None and survey.reference.frame is not None:
+            self.job = Realisation(survey.reference.frame, survey.reference.epoch)
 
     def _gnss_files(self, k: int, entry: ObservationFile, paths: list[Path]) -> Survey:
         """Vectors and positions of other programs; without a site they bring one."""

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +14,7 @@ from tribrach.geodesy import frames
 from tribrach.gnss.loops import BaselineLoop, close_loops, minimal_loops, triangles
 from tribrach.gnss.sessions import SessionResult
 from tribrach.network.adjustment import Adjustment
+from tribrach.network.facts import Reference
 from tribrach.network.network import Network
 from tribrach.observations.base import Use
 from tribrach.observations.gnss import GnssBaselines
@@ -35,12 +35,12 @@ NOTICEABLE = 1e-4
 _YEAR = 365.25 * 86400
 
 
-def epoch_sentences(info: Mapping[str, Any], sessions: Sequence[SessionResult]) -> list[str]:
+def epoch_sentences(reference: Reference, sessions: Sequence[SessionResult]) -> list[str]:
     """Frame and epoch of the coordinates, and what the age of the baselines costs."""
-    frame, epoch = info.get("frame"), info.get("epoch")
+    frame, epoch = reference.frame, reference.epoch
     if frame is None:
         return []
-    if epoch is None or not frames.is_dynamic(str(frame)):
+    if epoch is None or not frames.is_dynamic(frame):
         return [f"Coordinates are in {frame}."]
     out = [f"Coordinates are in {frame} at epoch {epoch:.2f}."]
     ages = [

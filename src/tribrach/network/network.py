@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geodesy.site import FlatSite, Site
+from tribrach.network.facts import Fact, Reference
 from tribrach.observations.base import Observations, Use
 from tribrach.observations.unknowns import State
 
@@ -128,7 +129,8 @@ class Network:
     joint : covariances across observations.
     constraints : hard constraints.
     sigma0 : a-priori standard deviation of unit weight (covariances already include it).
-    info : title, coordinate system and other facts for the report.
+    title : of the file or project, "" if it has none; reference : system of the coordinates;
+    facts : what readers learned besides, for the report.
     """
 
     start: State
@@ -140,7 +142,9 @@ class Network:
     site: Site = field(default_factory=FlatSite)
     sigma0: float = 1.0
     warnings: tuple[str, ...] = ()
-    info: dict[str, Any] = field(default_factory=dict)
+    title: str = ""
+    reference: Reference = Reference()
+    facts: tuple[Fact, ...] = ()
 
     def with_datum(self, datum: Datum) -> Network:
         """The same observations in another datum.

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geodesy.site import FlatSite, Site
+from tribrach.network.facts import Fact, Reference
 from tribrach.network.network import Constraint, Datum, JointCovariance, Network
 from tribrach.observations.base import Observations, Use, covariance_from_sigma
 from tribrach.observations.control import Coordinates
@@ -314,7 +315,11 @@ _PLACING = ("antenna", "mounted_point")
 
 @dataclass
 class Survey:
-    """Points, stations and observations by name."""
+    """Points, stations and observations by name.
+
+    title : of the file or project, "" if it has none; reference : system of the coordinates;
+    facts : what readers learned besides, for the report.
+    """
 
     site: Site = field(default_factory=FlatSite)
     points: dict[str, GivenPoint] = field(default_factory=dict)
@@ -325,7 +330,9 @@ class Survey:
     datum: Datum = field(default_factory=Datum)
     sigma0: float = 1.0
     warnings: list[str] = field(default_factory=list)
-    info: dict[str, Any] = field(default_factory=dict)
+    title: str = ""
+    reference: Reference = Reference()
+    facts: tuple[Fact, ...] = ()
     _tables: list[ObservationTable] = field(default_factory=list)
     _joint: list[tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], Array]] = field(
         default_factory=list
@@ -501,7 +508,9 @@ class Survey:
         self._tables += other._tables
         self._joint += [(t + first, i, r, c) for t, i, r, c in other._joint]
         self.warnings += other.warnings
-        self.info = other.info | self.info
+        self.title = self.title or other.title
+        self.reference = self.reference.completed(other.reference)
+        self.facts += other.facts
         if other.datum.kind != "control":
             self.datum = other.datum
 
@@ -599,7 +608,9 @@ class Survey:
             site=self.site,
             sigma0=self.sigma0,
             warnings=tuple(self.warnings),
-            info=dict(self.info),
+            title=self.title,
+            reference=self.reference,
+            facts=self.facts,
         )
 
     def _given(self) -> dict[str, Iterable[str]]:

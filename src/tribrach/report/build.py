@@ -10,6 +10,7 @@ from typing import Literal
 from tribrach.geodesy.site import EllipsoidSite, FlatSite
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.blunders.snooping import SnoopingLog
+from tribrach.network.facts import Reference
 from tribrach.network.quality import Quality
 from tribrach.network.variance_components import VarianceComponents
 from tribrach.report.content import ComponentRow, Content, ReportSettings, SnoopingRow
@@ -56,9 +57,9 @@ def build(
     covariances, uncertainty = position_uncertainty(adjustment, settings)
     given = control(adjustment, settings)
     rows = observations(adjustment, quality)
-    info = adjustment.network.info
+    network = adjustment.network
     return Content(
-        title=title or str(info.get("title") or "Network adjustment"),
+        title=title or network.title or "Network adjustment",
         version=version("tribrach"),
         date=date or datetime.date.today().isoformat(),
         facts=_facts(adjustment, [row.source for row in rows], facts or {}),
@@ -75,8 +76,8 @@ def build(
         components=_components(components),
         snooping=_snooping(snooping),
         correlations=correlations(adjustment),
-        reductions=reduction_chapter(info),
-        reference=tuple(_reference_system(info).items()),
+        reductions=reduction_chapter(network.facts),
+        reference=tuple(_reference_system(network.reference).items()),
         sights=sights(adjustment),
     )
 
@@ -95,8 +96,7 @@ def _facts(
 
 def _reference(adjustment: Adjustment) -> str:
     """The work frame in words."""
-    site, info = adjustment.network.site, adjustment.network.info
-    named = None if info.get("crs") is None else str(info["crs"])
+    site, reference = adjustment.network.site, adjustment.network.reference
     if isinstance(site, EllipsoidSite):
         latitude, longitude = (
             format_angle(value, "dms", 3) for value in (site.latitude, site.longitude)
@@ -109,24 +109,18 @@ def _reference(adjustment: Adjustment) -> str:
         place = "plane East-North-Up, parallel verticals"
         if isinstance(site, FlatSite) and site.curvature_radius:
             place += f", Earth radius {site.curvature_radius / 1000:.1f} km for zenith angles"
-    return "; ".join(text for text in (named, _epoch(info), place) if text)
+    return "; ".join(text for text in (reference.crs, _epoch(reference), place) if text)
 
 
-def _reference_system(info: Mapping[str, object]) -> dict[str, str | float | None]:
+def _reference_system(reference: Reference) -> dict[str, str | float | None]:
     """Reference system, frame and epoch of the coordinates, None where they have none."""
-    crs, frame, epoch = (info.get(key) for key in ("crs", "frame", "epoch"))
-    return {
-        "crs": None if crs is None else str(crs),
-        "frame": None if frame is None else str(frame),
-        "epoch": float(epoch) if isinstance(epoch, int | float) else None,
-    }
+    return {"crs": reference.crs, "frame": reference.frame, "epoch": reference.epoch}
 
 
-def _epoch(info: Mapping[str, object]) -> str:
+def _epoch(reference: Reference) -> str:
     """Frame and epoch in words, "" where there are none."""
-    found = _reference_system(info)
-    when = "" if found["epoch"] is None else f"epoch {found['epoch']:.2f}"
-    return ", ".join(str(text) for text in (found["frame"], when) if text)
+    when = "" if reference.epoch is None else f"epoch {reference.epoch:.2f}"
+    return ", ".join(text for text in (reference.frame, when) if text)
 
 
 def _components(found: VarianceComponents | None) -> tuple[ComponentRow, ...]:

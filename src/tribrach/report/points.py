@@ -7,7 +7,6 @@ from typing import Any, Literal
 import numpy as np
 
 from tribrach._types import Array, Index
-from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.ellipsoids import confidence_factor, plan_ellipses, principal_axes
@@ -132,8 +131,8 @@ def _places(adjustment: Adjustment, covariances: Array) -> dict[str, list[Any]]:
         "ecef": [_three(row) for row in site.to_ecef(x)],
         "ecef_covariance": [matrix(block) for block in turned],
     }
-    grid = adjustment.network.info.get("grid")
-    if isinstance(grid, OutputFrame):
+    grid = adjustment.network.reference.grid
+    if grid is not None:
         found["projected"] = [_three(row) for row in grid.from_work(x)]
     return found
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from tribrach.io.survey.totalstation import ReducedFile
+from tribrach.network.facts import Fact, facts_of
 from tribrach.report.columns import ColumnSet, Spec
 from tribrach.report.numbers import number
 from tribrach.report.tables import ColumnHead, ReportTable, build_table, text_cell
@@ -101,9 +101,9 @@ class ReductionChapter:
         ]
 
 
-def reduction_chapter(info: Mapping[str, Any]) -> ReductionChapter | None:
+def reduction_chapter(facts: Iterable[Fact]) -> ReductionChapter | None:
     """The chapter from what the survey remembers of raw files; None if there are none."""
-    files = [item for item in info.values() if isinstance(item, ReducedFile)]
+    files = facts_of(facts, ReducedFile)
     if not files:
         return None
     return ReductionChapter(
@@ -117,7 +117,7 @@ def reduction_chapter(info: Mapping[str, Any]) -> ReductionChapter | None:
 def _day(file: ReducedFile) -> ReductionDay:
     raw, axes = file.raw, file.reduction.axes
     return ReductionDay(
-        raw.path.name,
+        raw.name,
         raw.format,
         raw.instrument,
         len(raw.setups),

@@ -9,7 +9,9 @@ from tribrach.errors import InputError
 from tribrach.geodesy.projection import ProjectedGrid
 from tribrach.geometry.rotation import exp
 from tribrach.io.survey.comp3d import reader as comp3d
+from tribrach.io.survey.comp3d.assembly import Comp3dFacts
 from tribrach.network.adjustment import Adjustment, adjust
+from tribrach.network.facts import facts_of
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Use
 
@@ -38,7 +40,8 @@ def write(folder: Path, observations: str, points: str = CONTROL, **files: str) 
 
 
 def grid_of(survey: Survey) -> ProjectedGrid:
-    return ProjectedGrid(survey.info["grid"], *survey.info["grid_origin"])
+    (facts,) = facts_of(survey.facts, Comp3dFacts)
+    return facts.grid
 
 
 def place(survey: Survey, name: str) -> np.ndarray:

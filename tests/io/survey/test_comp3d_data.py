@@ -20,8 +20,9 @@ from tribrach.errors import AdjustmentError, InputError, NoStartValues, RankDefe
 from tribrach.geodesy.projection import ProjectedGrid
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.io.survey.comp3d import reader as comp3d
-from tribrach.io.survey.comp3d.assembly import grid_axes
+from tribrach.io.survey.comp3d.assembly import Comp3dFacts, grid_axes
 from tribrach.network.adjustment import Adjustment, adjust
+from tribrach.network.facts import facts_of
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Use
 from tribrach.observations.scanner import Inclinations
@@ -130,7 +131,8 @@ class Reference:
 
 
 def grid_of(survey: Survey) -> ProjectedGrid:
-    return ProjectedGrid(survey.info["grid"], *survey.info["grid_origin"])
+    (facts,) = facts_of(survey.facts, Comp3dFacts)
+    return facts.grid
 
 
 def positions(adjustment: Adjustment) -> dict[str, np.ndarray]:

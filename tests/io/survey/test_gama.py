@@ -14,7 +14,9 @@ from tests.io.survey.gama_files import (
     read,
 )
 from tribrach.errors import InputError
+from tribrach.io.survey.gama.reader import GamaFacts
 from tribrach.network.adjustment import adjust
+from tribrach.network.facts import facts_of
 from tribrach.observations.base import Use
 from tribrach.units import CC, GON, SEC
 
@@ -38,7 +40,7 @@ def test_axes_and_angles(tmp_path, axes, hand):
     adjustment = adjust(read(tmp_path, full_network(axes, hand)).network())
     assert np.abs(adjustment.residuals).max() < 2e-8
     assert adjustment.n_observations == 2 * 3 * 4 + 3 + 2 + 3
-    file_axes = adjustment.network.info["axes"]
+    file_axes = facts_of(adjustment.network.facts, GamaFacts)[0].axes
     for i, name in enumerate(adjustment.layout.names["point"]):
         enu = adjustment.state.points[i]
         np.testing.assert_allclose(enu, TRUTH[name], atol=1e-7)
@@ -52,7 +54,7 @@ def test_covariances_turn_with_the_axes(tmp_path, axes):
     """Sigmas belong to x, y, z whichever of E, N, U those are."""
     network = read(tmp_path, full_network(axes, "left-handed")).network()
     observed = {o.kind: (t, o) for t, o in enumerate(network.observations)}
-    file_axes = network.info["axes"]
+    file_axes = facts_of(network.facts, GamaFacts)[0].axes
     table, vectors = observed["gnss_baseline"]
     expected = np.array([[4, 1, 2], [1, 9, 3], [2, 3, 16]]) * 1e-6
     np.testing.assert_allclose(file_axes.file_covariance(vectors.covariance[0]), expected)
@@ -177,8 +179,9 @@ def test_parameters_and_sections_in_any_order(tmp_path):
     survey = read(tmp_path, text)
     assert survey.network().observations[0].covariance[0, 0, 0] == pytest.approx(4e-6)
     assert survey.sigma0 == 2
-    assert survey.info["title"] == "A line"
-    assert (survey.info["confidence"], survey.info["sigma_act"]) == (0.99, "apriori")
+    assert survey.title == "A line"
+    (facts,) = facts_of(survey.facts, GamaFacts)
+    assert (facts.confidence, facts.sigma_act) == (0.99, "apriori")
 
 
 def test_file_without_namespace(tmp_path):
@@ -190,8 +193,9 @@ def test_defaults_of_the_format(tmp_path):
     text = f"{HEAD}<gama-local {XMLNS}><network><points-observations>{LEVEL}</points-observations>"
     survey = read(tmp_path, text + "</network></gama-local>")
     assert survey.sigma0 == 10
-    assert survey.info["axes"].letters == "ne"
-    assert survey.info["sigma_act"] == "aposteriori"
+    (facts,) = facts_of(survey.facts, GamaFacts)
+    assert facts.axes.letters == "ne"
+    assert facts.sigma_act == "aposteriori"
 
 
 def test_fixed_counts_before_adjusted(tmp_path):

@@ -8,7 +8,9 @@ import pytest
 from lxml import etree
 
 from tribrach.io.survey.gama import reader as gama
+from tribrach.io.survey.gama.reader import GamaFacts
 from tribrach.network.adjustment import Adjustment, adjust
+from tribrach.network.facts import facts_of
 
 FOLDER = Path(__file__).resolve().parents[4] / "shared" / "data" / "networks" / "gama"
 NETWORKS = sorted(str(p.relative_to(FOLDER)) for p in FOLDER.glob("*/*.gkf"))
@@ -63,7 +65,7 @@ def answer(path: Path) -> Answer:
 
 def ours(adjustment: Adjustment) -> tuple[dict, dict]:
     """Adjusted coordinates and a-priori sigmas in the file's own axes."""
-    world = adjustment.network.info["axes"].matrix()
+    world = facts_of(adjustment.network.facts, GamaFacts)[0].axes.matrix()
     covariances = adjustment.family_covariances("point")
     coordinates, sigma = {}, {}
     for i, name in enumerate(adjustment.layout.names["point"]):
@@ -81,7 +83,7 @@ def test_network_reproduces_its_answer(name: str) -> None:
     adjustment = adjust(gama.read(FOLDER / name).network())
     coordinates, sigma = ours(adjustment)
     factor = 1.0
-    if adjustment.network.info["sigma_act"] == "aposteriori" and expected.dof:
+    if facts_of(adjustment.network.facts, GamaFacts)[0].sigma_act == "aposteriori" and expected.dof:
         factor = adjustment.sigma0_posterior / adjustment.sigma0
     apart = max(abs(coordinates[k] - v) for k, v in expected.coordinates.items())
     ratio = [abs(factor * sigma[k] / v - 1) for k, v in expected.sigma.items() if v > 1e-12] + [0.0]

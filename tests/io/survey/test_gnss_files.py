@@ -26,8 +26,8 @@ KONYA = ecef_from_geodetic(*np.radians([37.87, 32.5]), np.float64(1020.0))
 def test_network_of_ghilani_as_gvx(tmp_path: Path) -> None:
     """AC-32 through another program's file, a work frame of its own and a fixed datum."""
     survey = read_files([write_gvx(tmp_path / "g.gvx")])
-    assert survey.info["frame"] == "ITRF2014"
-    assert survey.info["epoch"] == 2010.0
+    assert survey.reference.frame == "ITRF2014"
+    assert survey.reference.epoch == 2010.0
     site = survey.site
     assert isinstance(site, EllipsoidSite)
     for name, xyz in GIVEN.items():

@@ -1,6 +1,7 @@
 """Raw readings become a network: truth comes back, faces and sets count, bad ones are told."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -274,3 +275,39 @@ def test_closures_and_sets_that_disagree_are_told(tmp_path):
     sets = [(t, d + 300 * SEC * ((k, t) == (2, "B"))) for k in range(4) for t, d in circle]
     words = totalstation.survey_of([raw(tmp_path / "x", sets)]).warnings
     assert any("from S to B in set 3" in w for w in words)
+
+
+@pytest.mark.parametrize("apart", [True, False])
+def test_files_of_one_name_in_two_folders(tmp_path, apart):
+    """Each day keeps its own orientations, lines and row of the report."""
+    for day in ("monday", "tuesday"):
+        (tmp_path / day).mkdir()
+        gsi(tmp_path / day, given=())
+    # on Tuesday the circle of the first station was read 0.5 gon further on
+    path = tmp_path / "tuesday" / "field.gsi"
+    path.write_text(turned(path.read_text(), 0.5))
+    (tmp_path / "points.csv").write_text(POINTS)
+    entry = '[[observations]]\nfile = "{}/field.gsi"\ninstrument = "TS"\n'
+    both = (
+        '[[observations]]\nfiles = ["monday/field.gsi", "tuesday/field.gsi"]\ninstrument = "TS"\n'
+    )
+    entries = entry.format("monday") + entry.format("tuesday") if apart else both
+    (tmp_path / "job.toml").write_text(PROJECT.partition("[[observations]]")[0] + entries)
+    result = CliRunner().invoke(app, ["run", str(tmp_path / "job.toml")])
+    assert result.exit_code == 0, result.output
+    result = json.loads((tmp_path / "out" / "result.json").read_text())
+    days = [day["file"] for day in result["reductions"]["days"]]
+    assert days == ["monday/field.gsi", "tuesday/field.gsi"]
+    sources = {row["source"].rpartition(":")[0] for row in result["observations"]}
+    assert set(days) <= sources
+    assert max(abs(row["w"]) for row in result["observations"] if row["w"] is not None) < 5
+
+
+def turned(text: str, gon: float) -> str:
+    """A GSI file whose directions were all read this much further on."""
+
+    def word(match):
+        reading = (int(match[2]) + round(gon * 1e5)) % 40_000_000
+        return f"{match[1]}{reading:016d}"
+
+    return re.sub(r"(21\.322\+)(\d{16})", word, text)

@@ -20,6 +20,7 @@ from tribrach.io.gnss.gvx import read_gvx
 from tribrach.io.gnss.records import GnssRecords
 from tribrach.io.gnss.rtklib_pos import read_rtklib
 from tribrach.io.gnss.sinex import read_sinex
+from tribrach.network.facts import Reference
 from tribrach.network.survey import Survey
 from tribrach.observations.gnss import GnssBaselines, GnssPositions
 
@@ -96,7 +97,7 @@ def survey_of(found: Sequence[tuple[Path, GnssRecords]], wish: GnssContext) -> S
         site = EllipsoidSite.centred(np.concatenate(places))
     survey = Survey(site=site)
     if job is not None:
-        survey.info |= {"frame": job.frame, "epoch": job.epoch}
+        survey.reference = Reference(frame=job.frame, epoch=job.epoch)
     for _, records in found:
         _add(survey, site, records, wish)
         survey.warnings += records.warnings

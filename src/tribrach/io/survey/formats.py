@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from tribrach.errors import InputError
@@ -11,7 +11,7 @@ from tribrach.geodesy.site import FlatSite
 from tribrach.io.totalstation.formats import recognised
 from tribrach.network.survey import Survey
 
-__all__ = ["FORMATS", "format_of", "read_files"]
+__all__ = ["FORMATS", "format_of", "names_apart", "read_files"]
 
 #: format name -> module of the reader in :mod:`tribrach.io`
 FORMATS = {
@@ -72,6 +72,31 @@ def format_of(path: Path) -> str:
     return SUFFIXES[suffix]
 
 
+def names_apart(paths: Iterable[Path]) -> dict[Path, str]:
+    """Tell files of one name apart by their folders.
+
+    Parameters
+    ----------
+    paths : Iterable[Path]
+        Files that are read into one survey.
+
+    Returns
+    -------
+    dict
+        By path the name, with as many folders before it as no other file shares.
+    """
+    whole = list(dict.fromkeys(paths))
+    out = {}
+    for path in whole:
+        parts = path.parts
+        for length in range(1, len(parts) + 1):
+            tail = parts[-length:]
+            if sum(other.parts[-length:] == tail for other in whole) == 1:
+                break
+        out[path] = "/".join(tail)
+    return out
+
+
 def read_files(paths: Sequence[Path], format: str | None = None) -> Survey:
     """One survey of all files, in one format or in that which each file shows.
 
@@ -84,10 +109,13 @@ def read_files(paths: Sequence[Path], format: str | None = None) -> Survey:
     for path in paths:
         by_format.setdefault(format or format_of(path), []).append(path)
     surveys: list[Survey] = []
+    apart = names_apart(paths)
     for name, files in by_format.items():
         module = importlib.import_module(f"tribrach.io.{FORMATS[name]}")
         if name in JOINT:
             surveys.append(module.read(files))
+        elif name == "csv":
+            surveys += [module.read(path, module.Context(label=apart[path])) for path in files]
         else:
             surveys += [module.read(path) for path in files]
     first, *others = surveys

@@ -9,8 +9,8 @@ are start values, and the datum where nothing else gives one.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,8 +23,10 @@ from tribrach.geodesy.site import FlatSite, Site
 from tribrach.instruments.atmosphere import first_velocity_ppm
 from tribrach.instruments.precision import Precision
 from tribrach.instruments.reduction import LIMIT, Means, Reduction, TelescopeReadings, reduce
+from tribrach.io.survey.formats import names_apart
 from tribrach.io.totalstation import formats
 from tribrach.io.totalstation.records import RawFile
+from tribrach.network.facts import Fact, facts_of
 from tribrach.network.network import Datum
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Observations, Use
@@ -46,7 +48,7 @@ MOST = 5
 
 def file_words(raw: RawFile) -> list[str]:
     """Notes of the reader, records left out, sights that are not used."""
-    name = raw.path.name
+    name = raw.name
     words = [f"In {name}: {note}" for note in raw.notes]
     words += _some([f"At {raw.source(p.line)}: left out, {p.what}." for p in raw.problems], name)
     if raw.unknown:
@@ -71,15 +73,15 @@ def file_words(raw: RawFile) -> list[str]:
 
 def reduction_words(reduced: ReducedFile) -> list[str]:
     """Faces that are far apart, horizons that do not close, sets that disagree, lone faces."""
-    words = _some(_faces(reduced), reduced.raw.path.name)
-    words += _some(_closures(reduced), reduced.raw.path.name)
-    words += _some(_residuals(reduced), reduced.raw.path.name)
+    words = _some(_faces(reduced), reduced.raw.name)
+    words += _some(_closures(reduced), reduced.raw.name)
+    words += _some(_residuals(reduced), reduced.raw.name)
     cells, axes = reduced.reduction.cells, reduced.reduction.axes
     single = np.isfinite(cells.zenith) & np.isnan(cells.half_zenith)
     significant = abs(axes.index) > 3 * axes.sigma_index
     if axes.pairs and single.any() and significant:
         words.append(
-            f"In {reduced.raw.path.name}: {int(single.sum())} sights were read in one face and "
+            f"In {reduced.raw.name}: {int(single.sum())} sights were read in one face and "
             f'keep the index error of the day, {axes.index / SEC:+.1f}".'
         )
     return words
@@ -119,7 +121,7 @@ def _closures(reduced: ReducedFile) -> list[str]:
     scatter = 0.0 if np.isnan(axes.sigma_direction) else axes.sigma_direction
     limit = max(CLOSURE, 3 * np.sqrt(2) * scatter)
     return [
-        f"In {reduced.raw.path.name}: set {closures.set[i] + 1} at "
+        f"In {reduced.raw.name}: set {closures.set[i] + 1} at "
         f"{reduced.station[closures.setup[i]]} closes on {reduced.target[closures.target[i]]} with "
         f'{closures.difference[i] / SEC:+.1f}" in face {closures.face[i]}.'
         for i in np.flatnonzero(np.abs(closures.difference) > limit)
@@ -141,7 +143,7 @@ def _residuals(reduced: ReducedFile) -> list[str]:
             continue
         for s, t in np.argwhere(np.abs(setup.rounds.residual) > limit):
             out.append(
-                f"In {reduced.raw.path.name}: the direction from {reduced.station[setup.setup]} to "
+                f"In {reduced.raw.name}: the direction from {reduced.station[setup.setup]} to "
                 f"{reduced.target[setup.targets[t]]} in set {setup.sets[s] + 1} is "
                 f'{setup.rounds.residual[s, t] / SEC:+.0f}" off the mean of the sets.'
             )
@@ -165,7 +167,7 @@ FAR = "the faces are too far apart"
 
 
 @dataclass(frozen=True)
-class ReducedFile:
+class ReducedFile(Fact):
     """A raw file and what its readings give.
 
     station (setups,) names; target (targets,) names and height (targets,) [m] of the target index
@@ -191,6 +193,7 @@ def read(
     alone: bool = True,
     site: Site | None = None,
     known: Collection[str] | None = (),
+    labels: Mapping[Path, str] | None = None,
 ) -> Survey:
     """The survey of raw files of any format that is known.
 
@@ -200,12 +203,14 @@ def read(
     alone : the files are all there is; their coordinates are then start values and datum.
     site : of the project; known : points that something else gives coordinates of; None if that
     is not known, and nothing is left out because it cannot be placed.
+    labels : what tells files of the same name apart, by path; found for these files if not given.
 
     Raises
     ------
     InputError : of the readers; no sight at all.
     """
-    files = [formats.read(path) for path in paths]
+    apart = names_apart(paths) if labels is None else labels
+    files = [replace(formats.read(path), label=apart[path]) for path in paths]
     return survey_of(files, precision, alone=alone, site=site, known=known)
 
 
@@ -217,7 +222,7 @@ def survey_of(
     site: Site | None = None,
     known: Collection[str] | None = (),
 ) -> Survey:
-    """The survey of files that have been read; ``info`` keeps a :class:`ReducedFile` of each.
+    """The survey of files that have been read; ``facts`` keep a :class:`ReducedFile` of each.
 
     Raises
     ------
@@ -248,7 +253,7 @@ def survey_of(
     if hanging:
         survey.warnings.append(hanging_words(sorted(hanging)))
     for reduced in reductions:
-        survey.info[f"reduction of {reduced.raw.path.name}"] = reduced
+        survey.facts += (reduced,)
         survey.warnings += reduction_words(reduced)
         _Writer(survey, reduced, precision, hanging).write()
     if alone:
@@ -259,7 +264,7 @@ def survey_of(
 def reduce_file(raw: RawFile) -> ReducedFile:
     """Correct distances, pair faces, adjust rounds; a target with two heights counts as two."""
     shots, setups = raw.shots, raw.setups
-    stem = raw.path.stem
+    stem = raw.name.removesuffix(raw.path.suffix)
     station = np.array(
         [name or f"{stem} set-up {j + 1}" for j, name in enumerate(setups.station)], dtype=object
     )
@@ -333,8 +338,7 @@ class _Writer:
         again = f", circle {circle + 1}" if circle else ""
         raw = self.reduced.raw
         return (
-            f"orientation of {self.reduced.station[setup]}, set-up {setup + 1}{again} "
-            f"({raw.path.name})"
+            f"orientation of {self.reduced.station[setup]}, set-up {setup + 1}{again} ({raw.name})"
         )
 
     def _lengths(self) -> dict[frozenset[str], float]:
@@ -410,9 +414,8 @@ def _coordinates(survey: Survey, files: Sequence[RawFile], held: bool) -> None:
     the instrument computed, the last more than before.
     """
     used: set[str] = set()
-    for key, reduced in survey.info.items():
-        if key.startswith("reduction of "):
-            used |= {*reduced.station.tolist(), *reduced.target.tolist()}
+    for reduced in facts_of(survey.facts, ReducedFile):
+        used |= {*reduced.station.tolist(), *reduced.target.tolist()}
     chosen: dict[str, tuple[Array, bool, str]] = {}
     for raw in files:
         p = raw.points

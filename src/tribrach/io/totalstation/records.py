@@ -124,6 +124,8 @@ class RawFile:
         Records that are known but cannot be right.
     notes
         What had to be assumed, in sentences.
+    label
+        What tells the file from others of the same name, its name if empty.
     """
 
     path: Path
@@ -136,10 +138,16 @@ class RawFile:
     unknown: Mapping[str, int]
     problems: tuple[Problem, ...]
     notes: tuple[str, ...]
+    label: str = ""
+
+    @property
+    def name(self) -> str:
+        """What the file is called in sources, in names of unknowns and in reports."""
+        return self.label or self.path.name
 
     def source(self, line: int) -> str:
         """``file:line`` of a record."""
-        return f"{self.path.name}:{line}"
+        return f"{self.name}:{line}"
 
     def summary(self) -> str:
         """What was understood, in one line."""
@@ -150,4 +158,4 @@ class RawFile:
             parts.append(f"not understood: {words}")
         if self.problems:
             parts.append(f"{len(self.problems)} records left out")
-        return f"{self.path.name} ({self.format}): {'; '.join(parts)}"
+        return f"{self.name} ({self.format}): {'; '.join(parts)}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,6 +16,7 @@ from tribrach.gnss.sessions import SessionResult
 from tribrach.job.gnss_loops import BaselineSet, baselines_of, epoch_sentences, loops_of
 from tribrach.job.mounted_antennas import raised_antennas
 from tribrach.network.adjustment import Adjustment
+from tribrach.network.facts import Reference
 from tribrach.report.chapter import Chapter
 from tribrach.report.figures import new_figure
 from tribrach.report.gnss_result import baseline_facts
@@ -107,12 +108,12 @@ def gnss_chapter(
     if found is None:
         return None
     loops = loops_of(found)
-    info = adjustment.network.info
+    reference = adjustment.network.reference
     warnings = [*_loop_warnings(found, loops), *raised_antennas(adjustment, sessions)]
     sentences = [
         *_session_sentences(sessions),
         *_loop_sentences(found, loops),
-        *epoch_sentences(info, sessions),
+        *epoch_sentences(reference, sessions),
     ]
     tables = [_session_table(sessions), _baseline_table(sessions), _loop_table(found, loops)]
     chapter = Chapter(
@@ -121,7 +122,7 @@ def gnss_chapter(
         tuple(sentences),
         (_map(adjustment, found, loops, sessions),),
         tuple(table for table in tables if table.rows),
-        _data(found, loops, sessions, info),
+        _data(found, loops, sessions, reference),
     )
     return chapter, warnings
 
@@ -337,11 +338,11 @@ def _data(
     found: BaselineSet,
     loops: Sequence[BaselineLoop],
     sessions: Sequence[SessionResult],
-    info: Mapping[str, Any],
+    reference: Reference,
 ) -> dict[str, Any]:
     return {
-        "frame": info.get("frame"),
-        "epoch": info.get("epoch"),
+        "frame": reference.frame,
+        "epoch": reference.epoch,
         "baselines": [
             baseline_facts(b) | {"from": b.names[0], "to": b.names[1], "session": s.name}
             for s, b in _all(sessions)

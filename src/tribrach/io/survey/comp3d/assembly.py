@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.geodesy.projection import ProjectedGrid
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.io.survey.comp3d.points import Comp3dPoint, Comp3dPoints
 from tribrach.io.survey.comp3d.project import Comp3dProject
@@ -33,6 +34,7 @@ from tribrach.io.survey.comp3d.starts import (
     offset_points,
 )
 from tribrach.io.survey.comp3d.text import Problems
+from tribrach.network.facts import Fact
 from tribrach.network.network import Datum, Network
 from tribrach.network.start.start_values import find_start
 from tribrach.network.survey import Survey
@@ -62,7 +64,7 @@ from tribrach.observations.sights import (
     ZenithAngles,
 )
 
-__all__ = ["assemble", "grid_axes"]
+__all__ = ["Comp3dFacts", "assemble", "grid_axes"]
 
 # Observations gathered one by one, handed to a survey as one table per kind.
 
@@ -445,6 +447,25 @@ def assemble(
     return assembly.finish(survey)
 
 
+@dataclass(frozen=True)
+class Comp3dFacts(Fact):
+    """What a Comp3D project says besides its observations.
+
+    Parameters
+    ----------
+    grid : ProjectedGrid
+        Projection of the given coordinates.
+    refraction : float
+        Coefficient of refraction.
+    simulation : str
+        Kind of the simulation, "" for measured values.
+    """
+
+    grid: ProjectedGrid
+    refraction: float
+    simulation: str
+
+
 @dataclass
 class _Assembly:
     project: Comp3dProject
@@ -628,14 +649,8 @@ class _Assembly:
             survey.datum = Datum("free", tuple(n for n in names if n not in far))
         grid = project.grid
         assert grid is not None
-        survey.info |= {
-            "format": "Comp3D",
-            "title": project.name,
-            "grid": grid.crs,
-            "grid_origin": [grid.easting, grid.northing],
-            "refraction": project.refraction,
-            "simulation": project.simulation,
-        }
+        survey.title = project.name
+        survey.facts = (Comp3dFacts(grid, project.refraction, project.simulation),)
         return survey
 
 

@@ -38,7 +38,8 @@ class CsvTable:
 
     words : names by column, "" where empty; numbers : values (n,) in metres, radians and square
     metres by quantity, NaN where empty; lines : 1-based line of each row; head : line of the
-    header; titles : column names as typed.
+    header; titles : column names as typed; label : what tells the file from others of the same
+    name, its name if empty.
     """
 
     path: Path
@@ -48,6 +49,7 @@ class CsvTable:
     lines: list[int]
     head: int
     titles: dict[str, str]
+    label: str = ""
 
     def __len__(self) -> int:
         return len(self.lines)
@@ -56,9 +58,14 @@ class CsvTable:
         """True if all columns are there."""
         return all(column in self.words or column in self.numbers for column in columns)
 
+    @property
+    def name(self) -> str:
+        """What the file is called in sources and in names of unknowns."""
+        return self.label or self.path.name
+
     def source(self, row: int) -> str:
         """``file:line`` of a row."""
-        return f"{self.path.name}:{self.lines[row]}"
+        return f"{self.name}:{self.lines[row]}"
 
     def error(self, row: int | None, what: str, cure: str | None = None) -> InputError:
         """An error at a row, or at the header."""

@@ -32,7 +32,8 @@ class Context:
 
     precision : of the instrument; frame : the work frame; role : of points without a role of their
     own; lever_arms : name of the antenna's lever arm by scanner station; carry : takes ECEF (n, 3)
-    [m] of the file to the frame and epoch of the job.
+    [m] of the file to the frame and epoch of the job; label : what tells the file from others of
+    the same name.
     """
 
     precision: Precision = field(default_factory=Precision)
@@ -40,6 +41,7 @@ class Context:
     role: str | None = None
     lever_arms: Mapping[str, str] = field(default_factory=dict)
     carry: Callable[[Array], Array] | None = None
+    label: str = ""
 
 
 class Reader(ABC):

@@ -7,6 +7,8 @@ applied to it; without them it is taken as corrected. A row that is not ``on`` t
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from tribrach.io.survey.csv.reader import Reader
@@ -68,7 +70,7 @@ class ReadingsReader(Reader):
             except ValueError as error:
                 raise table.error(row, str(error)) from error
             recorder.understood["sight"] += 1
-        return recorder.finish()
+        return replace(recorder.finish(), label=table.label)
 
     def _corrections(self, recorder: Recorder, row: int) -> None:
         """What is to be applied to the distance of a row."""

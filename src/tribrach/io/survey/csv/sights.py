@@ -136,7 +136,7 @@ class SightReader(_Sighted):
     def _orientations(self, rows: Index) -> list[str]:
         """One orientation unknown for each instrument and set of the file."""
         sets = self.table.words.get("set", [""] * len(self.table))
-        file = self.table.path.name
+        file = self.table.name
         return [
             f"orientation of {start}{f', set {sets[row]}' if sets[row] else ''} ({file})"
             for start, row in zip(self.table.names("from", rows), rows, strict=True)

@@ -12,6 +12,7 @@ of the project.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from tribrach.io.survey.csv.file import CsvTable, read_table
@@ -46,13 +47,14 @@ def read(path: Path, context: Context | None = None) -> Survey:
     ------
     InputError : the file, the line, what is wrong there and what to do about it.
     """
-    table = read_table(Path(path))
+    context = context or Context()
+    table = replace(read_table(Path(path)), label=context.label)
     if table.kind.name not in _READERS:
         raise table.error(
             None,
             f"this is a table of {table.kind.name}, which nobody measured",
             "name the file under observations of [plan]",
         )
-    reader = _READERS[table.kind.name](table, context or Context())
+    reader = _READERS[table.kind.name](table, context)
     reader.read()
     return reader.survey

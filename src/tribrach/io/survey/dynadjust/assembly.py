@@ -27,6 +27,7 @@ from tribrach.io.survey.dynadjust.records import (
     packed_dms,
 )
 from tribrach.io.survey.dynadjust.stations import Stations
+from tribrach.network.facts import Reference
 from tribrach.network.network import Datum
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Observations, Use
@@ -363,12 +364,7 @@ def assemble(files: Sequence[Records]) -> Survey:
             "no station is constrained and no point is measured: the given coordinates of all "
             "stations carry inner constraints"
         )
-    survey.info |= {
-        "format": "DynAdjust",
-        "files": [file.file for file in files],
-        "frame": stations.frame,
-        "epoch": stations.year,
-    }
+    survey.reference = Reference(frame=stations.frame, epoch=stations.year)
     return survey
 
 

@@ -8,6 +8,7 @@ GNU Gama manual, "XML input data format for gama-local".
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -18,10 +19,11 @@ from tribrach.io.survey.gama.axes import AXES, HANDS, Axes
 from tribrach.io.survey.gama.element import Element, checked
 from tribrach.io.survey.gama.observations import ObservationReader
 from tribrach.io.survey.gama.points import GamaPoint, read_points
+from tribrach.network.facts import Fact
 from tribrach.network.network import Datum
 from tribrach.network.survey import Survey
 
-__all__ = ["read"]
+__all__ = ["GamaFacts", "read"]
 
 NAMESPACE = "{http://www.gnu.org/software/gama/gama-local}"
 
@@ -46,9 +48,7 @@ INDIFFERENT = (
 def read(path: Path) -> Survey:
     """The survey in a ``.gkf`` file.
 
-    ``survey.info["axes"]`` keeps the file's :class:`Axes` (for results in its own x, y),
-    ``info["sigma_act"]`` which sigma0 the file wants covariances scaled with, and
-    ``info["confidence"]`` its confidence level.
+    ``survey.facts`` keeps the :class:`GamaFacts` of the file.
 
     Raises
     ------
@@ -63,6 +63,25 @@ def read(path: Path) -> Survey:
     return _Reader(networks[0]).survey
 
 
+@dataclass(frozen=True)
+class GamaFacts(Fact):
+    """What a file of GNU Gama says about its results.
+
+    Parameters
+    ----------
+    axes : Axes
+        Axes of the file, for results in its own x and y.
+    sigma_act : str
+        ``apriori`` or ``aposteriori``: the sigma0 that covariances are scaled with.
+    confidence : float
+        Confidence level of its intervals.
+    """
+
+    axes: Axes
+    sigma_act: str = "aposteriori"
+    confidence: float = 0.95
+
+
 class _Reader:
     """Walks the file and fills the survey."""
 
@@ -70,13 +89,14 @@ class _Reader:
         self.axes = Axes(network.choice("axes-xy", AXES, "ne"))
         hand = HANDS[network.choice("angles", HANDS, "left-handed")]
         self.survey = Survey(sigma0=10.0)
-        self.survey.info |= {"axes": self.axes, "sigma_act": "aposteriori", "confidence": 0.95}
+        self.facts = GamaFacts(self.axes)
         parts = list(network.children(("description", "parameters", "points-observations")))
         for part in parts:
             if part.tag == "description":
-                self.survey.info["title"] = " ".join("".join(part.node.itertext()).split())
+                self.survey.title = " ".join("".join(part.node.itertext()).split())
             elif part.tag == "parameters":
                 self._parameters(part)
+        self.survey.facts = (self.facts,)
         sections = [part for part in parts if part.tag == "points-observations"]
         if not sections:
             raise network.error("there is no <points-observations>", "add points and observations")
@@ -89,13 +109,13 @@ class _Reader:
         self._choose_datum()
 
     def _parameters(self, element: Element) -> None:
-        info = self.survey.info
         self.survey.sigma0 = element.positive("sigma-apr", self.survey.sigma0)
         words = ("apriori", "aposteriori")
-        info["sigma_act"] = element.choice("sigma-act", words, info["sigma_act"])
-        info["confidence"] = element.positive("conf-pr", info["confidence"])
-        if info["confidence"] >= 1:
-            raise element.error(f"conf-pr is {info['confidence']:g}", "give it below one")
+        sigma_act = element.choice("sigma-act", words, self.facts.sigma_act)
+        confidence = element.positive("conf-pr", self.facts.confidence)
+        if confidence >= 1:
+            raise element.error(f"conf-pr is {confidence:g}", "give it below one")
+        self.facts = GamaFacts(self.axes, sigma_act, confidence)
         for name in element.node.attrib:
             if name in ("latitude", "ellipsoid"):
                 self.survey.warnings.append(

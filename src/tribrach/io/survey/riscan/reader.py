@@ -14,7 +14,8 @@ not used.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from math import radians
 from pathlib import Path
 
@@ -29,6 +30,7 @@ from tribrach.io.survey.riscan.records import (
     TiePoint,
     parse,
 )
+from tribrach.network.facts import Fact
 from tribrach.network.network import Datum
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Use
@@ -227,6 +229,22 @@ TILT_SIGMA = radians(0.01)
 OFF = "switched off in RiSCAN PRO"
 
 
+@dataclass(frozen=True)
+class RiscanFacts(Fact):
+    """What a RiSCAN PRO project says besides its observations.
+
+    Parameters
+    ----------
+    project : str
+        Its name.
+    conditions : Mapping[str, Mapping[str, str]]
+        Conditions of the atmosphere by scan position, as the project writes them.
+    """
+
+    project: str
+    conditions: Mapping[str, Mapping[str, str]]
+
+
 def read(path: Path) -> Survey:
     """Survey of a project file.
 
@@ -238,8 +256,9 @@ def read(path: Path) -> Survey:
     project = parse(path)
     frames = Frames(project)
     survey = Survey(site=frames.site)
-    survey.info |= {"format": "RiSCAN PRO", "project": project.name, "conditions": {}}
     stations = _stations(survey, project, frames)
+    conditions = {station.name: station.conditions for station in stations}
+    survey.facts = (RiscanFacts(project.name, conditions),)
     _targets(survey, stations)
     positions = _positions(survey, stations, frames)
     tilts = _tilts(survey, stations, frames)
@@ -269,7 +288,6 @@ def _stations(survey: Survey, project: RiscanProject, frames: Frames) -> list[Sc
             rotation=rotation,
             source=station.source,
         )
-        survey.info["conditions"][station.name] = station.conditions
     if project.prcs:
         survey.warnings.append(
             f"{len(project.prcs)} tie points of the project frame are not used: they come from "
