@@ -26,10 +26,24 @@ def write_project(
     points: int = POINTS,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Path:
-    """Simulate the survey into a folder; the path of the project file.
+    """Simulate the survey into a folder.
 
     Scans that are there and whole are kept. The project file is written last: a folder without one
-    is of a simulation that was interrupted, and another call goes on with it.
+    holds a simulation that was interrupted, and another call goes on with it.
+
+    Parameters
+    ----------
+    folder
+        Where the survey is written; it is made if needed.
+    points
+        At each station, about.
+    progress
+        Called with what is being done, how much is done and how much there is.
+
+    Returns
+    -------
+    Path
+        The project file.
 
     Raises
     ------

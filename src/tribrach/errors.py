@@ -37,9 +37,11 @@ class InputError(TribrachError):
     what
         What is wrong, one sentence without the final stop.
     file
-        The file it was found in, if any.
+        The file with the error, if there is one.
     line
-        Its 1-based line, if any; ``record`` names anything else (an element, a column, a point).
+        Its 1-based line, if there is one.
+    record
+        Anything else that tells the place: an element, a column, a point.
     cure
         What to do about it, one sentence without the final stop.
     """
@@ -64,7 +66,15 @@ class InputError(TribrachError):
 
 
 class AdjustmentError(TribrachError):
-    """The network cannot be adjusted; ``sentences`` says why, one reason each."""
+    """The network cannot be adjusted.
+
+    Parameters
+    ----------
+    headline
+        What cannot be done.
+    sentences
+        The reasons, one each.
+    """
 
     def __init__(self, headline: str, sentences: Sequence[str] = ()) -> None:
         self.headline, self.sentences = headline, tuple(sentences)
@@ -72,7 +82,9 @@ class AdjustmentError(TribrachError):
 
 
 class NoStartValues(AdjustmentError):
-    """No chain of observations leads to some unknowns; the sentences name the missing ties."""
+    """No chain of observations leads to some unknowns; the sentences name the ties that are
+    missing.
+    """
 
 
 class RankDefect(AdjustmentError):
@@ -80,4 +92,4 @@ class RankDefect(AdjustmentError):
 
 
 class NotConverged(AdjustmentError):
-    """The iteration did not reach a minimum; no coordinates are to be taken from it."""
+    """The iteration did not reach a minimum; no coordinates should be taken from it."""

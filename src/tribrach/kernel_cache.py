@@ -2,7 +2,7 @@
 
 Loops are compiled on their first use and kept beside the sources, or in the user's cache folder
 where the package is read-only. Where neither can be written numba refuses to load at all; then a
-private folder among the temporary files takes their place. ``NUMBA_CACHE_DIR`` overrules all of it.
+private folder among the temporary files takes their place. ``NUMBA_CACHE_DIR`` overrules all this.
 """
 
 from __future__ import annotations
@@ -19,7 +19,13 @@ _PACKAGE = Path(__file__).resolve().parent
 
 
 def ensure_cache() -> Path | None:
-    """The folder that had to be made for compiled code; None where numba finds one by itself."""
+    """Make sure that numba has a folder for compiled code.
+
+    Returns
+    -------
+    Path or None
+        The folder that had to be made; None where numba has one already.
+    """
     if os.environ.get("NUMBA_CACHE_DIR") or _writable(_PACKAGE / "__pycache__"):
         return None
     if _writable(_of_user()):
@@ -32,14 +38,14 @@ def ensure_cache() -> Path | None:
 
 
 def _writable(folder: Path) -> bool:
-    """True if a folder, or the nearest one above that is there, can be written into."""
+    """True if a folder, or its nearest parent that exists, can be written into."""
     while not folder.exists() and folder != folder.parent:
         folder = folder.parent
     return folder.is_dir() and os.access(folder, os.W_OK | os.X_OK)
 
 
 def _of_user() -> Path:
-    """Where numba keeps what it cannot keep beside the sources."""
+    """The user's cache folder, where numba keeps what it cannot keep beside the sources."""
     if sys.platform == "win32":
         return Path(os.environ.get("LOCALAPPDATA") or os.path.expanduser("~"))
     if sys.platform == "darwin":
@@ -53,8 +59,8 @@ def _private() -> Path:
         return Path(tempfile.mkdtemp(prefix="tribrach-"))
     folder = Path(tempfile.gettempdir()) / f"tribrach-{os.getuid()}"
     folder.mkdir(mode=0o700, exist_ok=True)
-    found = folder.lstat()
-    own = stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid()
-    if own and not found.st_mode & 0o077:
+    status = folder.lstat()
+    own = stat.S_ISDIR(status.st_mode) and status.st_uid == os.getuid()
+    if own and not status.st_mode & 0o077:
         return folder
     return Path(tempfile.mkdtemp(prefix="tribrach-"))

@@ -29,7 +29,7 @@ class _ChiSquare:
         return chdtrc(dof, np.maximum(x, 0.0))
 
     def noncentrality(self, x: Any, dof: Any, p: Any) -> Any:
-        """The non-centrality with which x is exceeded with the probability p."""
+        """The non-centrality with which x is exceeded with probability p."""
         return chndtrinc(x, dof, 1 - np.asarray(p))
 
 

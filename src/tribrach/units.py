@@ -43,9 +43,14 @@ _SEXAGESIMAL = re.compile(r"([+-]?)(\d+)[-:°\s]\s*(\d+)[-:'\s]\s*(\d+(?:\.\d*)?
 
 
 def parse_angle(text: str, unit: str) -> float:
-    """Radians of an angle written in a unit, or as degrees, minutes and seconds.
+    """An angle in radians, from its text.
 
-    ``unit`` is a suffix of :data:`UNITS` or ``dms`` (``D-M-S``, also with colons or blanks).
+    Parameters
+    ----------
+    text
+        A number, or degrees, minutes and seconds as ``D-M-S``, also with colons or blanks.
+    unit
+        A suffix of :data:`UNITS` or ``dms``.
 
     Raises
     ------
@@ -66,7 +71,17 @@ def parse_angle(text: str, unit: str) -> float:
 
 
 def format_angle(value: float, unit: str, digits: int = 4) -> str:
-    """An angle in radians written in a unit of :data:`UNITS` or as ``D-MM-SS`` (``dms``)."""
+    """The text of an angle.
+
+    Parameters
+    ----------
+    value
+        The angle [rad].
+    unit
+        A suffix of :data:`UNITS`, or ``dms`` for ``D-MM-SS``.
+    digits
+        After the decimal point.
+    """
     if unit != "dms":
         return f"{value / UNITS[unit]:.{digits}f}"
     whole = round(abs(value) / SEC, digits)

@@ -1,10 +1,10 @@
-"""From the frame and epoch that coordinates were given in to those of the job.
+"""Coordinates of one frame and epoch in another frame and epoch.
 
 In a dynamic frame (any ITRF, WGS 84) marks move with their plate, two to ten centimetres a year.
-Coordinates of another epoch are carried by the mark's own velocity or by a plate motion model; one
-of both must be named, nothing is assumed. First the frame changes at the epoch of the coordinates,
-then the mark moves to the other epoch. ECEF in metres, epochs as decimal years, velocities in
-metres per year of the frame they are carried in. Method section 1.1.
+Coordinates of another epoch are carried by the mark's own velocity or by a plate motion model. One
+of the two must be named; nothing is assumed. First the frame changes at the epoch of the
+coordinates, then the mark moves to the other epoch. ECEF in metres, epochs as decimal years,
+velocities in metres per year in the frame they are carried in. Method section 1.1.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from tribrach.geodesy import frames
 __all__ = ["PLATES", "Motion", "Realisation", "carry", "crs_is_dynamic", "plates"]
 
 
-#: epochs this far apart are different ones [years]: four days, a tenth of a millimetre
+#: epochs closer than this are taken as one [years]: four days, a tenth of a millimetre
 SAME_EPOCH = 0.01
 #: plates of the models that come with PROJ
 PLATES = (
@@ -36,10 +36,17 @@ PLATES = (
 class Realisation:
     """A frame by its name, such as ``ITRF2014``, and the epoch of coordinates in it.
 
+    Attributes
+    ----------
+    frame
+        Name of the frame, as :func:`~tribrach.geodesy.frames.frame` knows it.
+    epoch
+        Decimal year; None for a frame that moves with its plate.
+
     Raises
     ------
     InputError
-        The frame is not known, or it is a dynamic one without an epoch.
+        The frame is not known, or it is dynamic and has no epoch.
     """
 
     frame: str
@@ -59,13 +66,21 @@ class Realisation:
 
     @property
     def words(self) -> str:
-        """The frame, and its epoch where it has one."""
+        """The frame, and its epoch if it has one."""
         return f"{self.frame} at {self.epoch:.2f}" if self.dynamic else self.frame
 
 
 @dataclass(frozen=True)
 class Motion:
-    """How marks move: velocity (3,) or (n, 3) [m/year] of ECEF, or the name of a plate."""
+    """How marks move; one of the two fields is given.
+
+    Attributes
+    ----------
+    velocity : (3,) or (n, 3)
+        Of ECEF coordinates [m/year], one for all marks or one each.
+    plate
+        Name of a plate of :data:`PLATES`.
+    """
 
     velocity: Array | None = None
     plate: str | None = None
@@ -74,12 +89,28 @@ class Motion:
 def carry(
     xyz: Array, source: Realisation, target: Realisation, motion: Motion | None = None
 ) -> tuple[Array, float]:
-    """ECEF (n, 3) of a frame and epoch in another, and the accuracy [m] stated for the frames.
+    """Carries coordinates from one frame and epoch to another.
+
+    Parameters
+    ----------
+    xyz : (n, 3)
+        ECEF coordinates [m] in ``source``.
+    source, target
+        Frames with their epochs.
+    motion
+        How the marks move; needed where both frames are dynamic and the epochs differ.
+
+    Returns
+    -------
+    xyz : (n, 3)
+        ECEF coordinates [m] in ``target``.
+    accuracy : float
+        What is stated for the change of frame [m]; NaN if nothing is stated.
 
     Raises
     ------
     InputError
-        Other epochs without a motion, an unknown plate, no known transformation.
+        Different epochs without a motion, an unknown plate, no known transformation.
     """
     if not source.dynamic:
         # plate-fixed coordinates hold at any time: the frames meet at the epoch of the target
@@ -108,7 +139,7 @@ def carry(
 
 @cache
 def crs_is_dynamic(crs: str) -> bool:
-    """True if a reference system's datum is dynamic; False also where PROJ does not know it."""
+    """True if the datum of a reference system is dynamic; False where PROJ does not know it."""
     try:
         datum = CRS.from_user_input(crs).datum
     except CRSError:
@@ -118,16 +149,21 @@ def crs_is_dynamic(crs: str) -> bool:
 
 @cache
 def plates(frame: str) -> str:
-    """The plate motion model of PROJ for a dynamic frame: that of its own realisation or ITRF2014.
+    """Name of PROJ's plate motion model for a dynamic frame.
 
-    ITRF2008: Altamimi et al. 2012; ITRF2014: 2017, doi 10.1093/gji/ggx136; ITRF2020: 2023.
+    It is that of the frame's own realisation where there is one, else that of ITRF2014.
+
+    References
+    ----------
+    ITRF2008: Altamimi et al. 2012. ITRF2014: Altamimi et al. 2017, doi 10.1093/gji/ggx136.
+    ITRF2020: Altamimi et al. 2023.
     """
     name = frame.upper().replace(" ", "")
     return name if name in ("ITRF2008", "ITRF2020") else "ITRF2014"
 
 
 def _on_plate(xyz: Array, plate: str, frame: str, start: float, end: float) -> Array:
-    """Marks that turn with their plate, through PROJ's model."""
+    """Coordinates (n, 3) of marks after their plate has turned from epoch ``start`` to ``end``."""
     model = plates(frame)
     try:
         transformer = Transformer.from_pipeline(f"+init={model}:{plate.upper()} +t_epoch={start}")

@@ -1,10 +1,10 @@
-"""In which frame and epoch are geocentric coordinates, and how do they become another's?
+"""Geocentric frames by name, and the transformations between them.
 
-Frames go by the names that surveyors use (``GDA2020``, ``ITRF2014``, ``WGS 84``). Parameters
-come from the EPSG dataset through pyproj, except from the older ITRF to GDA2020, where EPSG
-chains through ITRF2014: there those of the datum's owner hold (:data:`ICSM`), which differ from
-the chain by some 3e-9 in scale and rotation. ECEF coordinates in metres, epochs as decimal years.
-Method section 1.1.
+Frames go by the names that surveyors use (``GDA2020``, ``ITRF2014``, ``WGS 84``). Parameters come
+from the EPSG dataset through pyproj. The exception is the way from the older ITRF to GDA2020, where
+EPSG chains through ITRF2014: there the parameters of the datum's owner are used (:data:`ICSM`),
+which differ from the chain by some 3e-9 in scale and rotation. ECEF coordinates in metres, epochs
+as decimal years. Method section 1.1.
 """
 
 from __future__ import annotations
@@ -39,18 +39,19 @@ ICSM = {
     "ITRF2008": "13.79 4.55 15.22 2.55 0.2808 0.2677 -0.4638 "
     "1.42 1.34 0.90 0.109 1.5461 1.1820 1.1551",
 }
-#: accuracy [m] of these
+#: accuracy [m] of the ICSM parameters
 ICSM_ACCURACY = 0.03
 
 
 @cache
 def _geocentric() -> dict[str, str]:
     """EPSG codes of the geocentric systems by their names without spaces and brackets."""
-    found = query_crs_info(auth_name="EPSG", pj_types=PJType.GEOCENTRIC_CRS)
-    return {_plain(info.name): info.code for info in found}
+    systems = query_crs_info(auth_name="EPSG", pj_types=PJType.GEOCENTRIC_CRS)
+    return {_plain(info.name): info.code for info in systems}
 
 
 def _plain(name: str) -> str:
+    """A frame's name as it is compared: capitals and digits only, years of ITRF with two digits."""
     letters = re.sub(r"[^A-Z0-9]", "", name.upper())
     # EPSG writes the years of the last century with two digits
     return re.sub(r"^ITRF19(\d\d)$", r"ITRF\1", letters)
@@ -58,7 +59,12 @@ def _plain(name: str) -> str:
 
 @cache
 def frame(name: str) -> CRS:
-    """Geocentric coordinate reference system of a frame's name.
+    """Geocentric coordinate reference system of a frame.
+
+    Parameters
+    ----------
+    name
+        A name such as ``GDA2020``; spaces, brackets and case do not matter.
 
     Raises
     ------
@@ -93,19 +99,30 @@ def is_dynamic(name: str) -> bool:
 
 
 def ellipsoid(name: str) -> tuple[float, float]:
-    """Semi-major axis [m] and flattening of a frame's ellipsoid."""
+    """Semi-major axis [m] and flattening of a frame's ellipsoid.
+
+    Raises
+    ------
+    InputError
+        The name of the frame is not known.
+    """
     body = frame(name).ellipsoid
     assert body is not None
     return body.semi_major_metre, 1 / body.inverse_flattening
 
 
 def decimal_year(text: str) -> float:
-    """Decimal year of a date ``dd.mm.yyyy``, or of a decimal year itself.
+    """Decimal year of a date.
+
+    Parameters
+    ----------
+    text
+        ``dd.mm.yyyy`` or a decimal year.
 
     Raises
     ------
     InputError
-        Neither of both.
+        The text is neither.
     """
     parts = text.strip().split(".")
     try:
@@ -136,11 +153,24 @@ def _transformer(source: str, target: str) -> Transformer:
 
 
 def transform(xyz: Array, source: str, target: str, epoch: Array | float) -> tuple[Array, float]:
-    """ECEF (n, 3) [m] of frame ``source`` in frame ``target``, and the accuracy [m] of it.
+    """Carries coordinates from one frame to another at the epoch of their observation.
 
-    epoch (n,) or one for all, decimal years of the observations. Between two dynamic frames the
-    result keeps the epoch of the observation. The accuracy is that which the EPSG dataset states
-    for the transformation, NaN if it states none.
+    Parameters
+    ----------
+    xyz : (n, 3)
+        ECEF coordinates [m] in ``source``.
+    source, target
+        Names of frames.
+    epoch : (n,) or float
+        Decimal years of the observations, or one for all.
+
+    Returns
+    -------
+    xyz : (n, 3)
+        ECEF coordinates [m] in ``target``; between two dynamic frames they keep the epoch of the
+        observation.
+    accuracy : float
+        What the EPSG dataset states for the transformation [m], NaN if it states none.
 
     Raises
     ------

@@ -33,12 +33,25 @@ _CURVATURE = 0.17e-3 * SEC
 
 @dataclass(frozen=True)
 class GeoidGrid:
-    """A grid of geoid heights on disk."""
+    """A grid of geoid heights on disk; PROJ opens and reads it.
+
+    Attributes
+    ----------
+    path
+        A GTX or GeoTIFF file.
+    """
 
     path: Path
 
     @cached_property
     def _transformer(self) -> Any:
+        """PROJ's reader of the grid.
+
+        Raises
+        ------
+        InputError
+            The file is not there or PROJ cannot read it.
+        """
         if not self.path.is_file():
             raise InputError(
                 "the geoid grid is not there",
@@ -58,7 +71,17 @@ class GeoidGrid:
             ) from error
 
     def undulation(self, latitude: Array, longitude: Array) -> Array:
-        """Geoid heights (n,) [m] above the ellipsoid at latitude, longitude (n,) [rad].
+        """Geoid heights above the ellipsoid.
+
+        Parameters
+        ----------
+        latitude, longitude : (n,)
+            Geodetic position [rad].
+
+        Returns
+        -------
+        (n,) array
+            Geoid heights [m].
 
         Raises
         ------
@@ -81,14 +104,30 @@ class GeoidGrid:
         return height
 
     def deflection(self, latitude: float, longitude: float, height: float) -> tuple[float, float]:
-        """Deflection of the vertical xi (north), eta (east) [rad] at a height [m].
+        """Deflection of the vertical at a point.
 
-        Osada et al. 2017, Sensors 17:1489.
+        Parameters
+        ----------
+        latitude, longitude
+            Geodetic position [rad].
+        height
+            Height of the point [m], for the curvature of the plumb line.
+
+        Returns
+        -------
+        xi : float
+            Northern component [rad].
+        eta : float
+            Eastern component [rad].
 
         Raises
         ------
         InputError
             The grid cannot be read or does not reach there.
+
+        References
+        ----------
+        Osada et al. 2017, Sensors 17:1489; method section 7.5.
         """
         lat = latitude + np.array([_STEP, -_STEP, 0.0, 0.0])
         lon = longitude + np.array([0.0, 0.0, _STEP, -_STEP])

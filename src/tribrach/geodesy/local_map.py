@@ -1,8 +1,9 @@
-"""A smooth change of coordinates, made fast over the extent of a cloud.
+"""A fast stand-in for a smooth change of coordinates over the extent of a cloud.
 
-Projections cost microseconds a point. Over a few hundred metres a cubic in the three coordinates
-is the same function to nanometres: fitted at Chebyshev nodes of the box that holds the points and
-compared with the exact function elsewhere, it stands in for it only where the two agree.
+Projections cost microseconds a point. Over a few hundred metres a cubic polynomial in the three
+coordinates is the same function to nanometres. It is fitted at Chebyshev nodes of the box that
+holds the points and compared with the exact function elsewhere; it is used only where the two agree
+to :data:`TOLERANCE`.
 """
 
 from __future__ import annotations
@@ -23,7 +24,13 @@ _POWERS = np.array([(i, j, k) for i in range(4) for j in range(4 - i) for k in r
 
 
 class LocalMap:
-    """``exact`` maps points (n, 3) to (n, 3) [m]; called like it."""
+    """A change of coordinates that is evaluated quickly; call it with points (n, 3) [m].
+
+    Parameters
+    ----------
+    exact
+        Maps points (n, 3) to (n, 3) [m].
+    """
 
     def __init__(self, exact: Callable[[Array], Array]) -> None:
         self.exact = exact
@@ -32,7 +39,7 @@ class LocalMap:
         self._origin = np.zeros(3)
 
     def __call__(self, x: Array) -> Array:
-        """Mapped points (n, 3), within a micrometre of the exact function."""
+        """Mapped points (n, 3) [m], within a micrometre of the exact function."""
         if len(x) == 0:
             return x
         low, high = x.min(axis=0), x.max(axis=0)
@@ -46,7 +53,9 @@ class LocalMap:
         return out
 
     def _fit(self, low: Array, high: Array) -> None:
-        """Fit over the box of all points so far and a margin; none where it does not hold."""
+        """Fit the cubic over the box of all points so far and a margin; drop it if it is not exact
+        enough.
+        """
         if self._coefficients is not None:
             low, high = np.minimum(low, self._low), np.maximum(high, self._high)
         margin = 1.0 + 0.2 * (high - low)

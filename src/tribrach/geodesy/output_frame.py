@@ -1,7 +1,7 @@
-"""In which coordinates do results leave, and what become of directions and covariances there?
+"""The frame in which results are delivered: coordinates, directions and covariances.
 
-``work``: the work frame as it is (E, N, U); ``projected``: easting, northing and height of the
-site's grid, point by point; ``ecef``: geocentric. Metres. Method section 1.1.
+``work`` is the work frame as it is (E, N, U); ``projected`` is easting, northing and height of the
+site's grid, converted point by point; ``ecef`` is geocentric. Metres. Method section 1.1.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ class OutputFrame:
     work
         The work frame of the network.
     kind
-        As above.
+        ``work``, ``projected`` or ``ecef``.
     crs
         Name of the reference system of the coordinates, None for a local frame.
     epoch
-        Decimal year of a dynamic one.
+        Decimal year of a dynamic system.
 
     Raises
     ------
     InputError
-        A projected frame without a projected site, geocentric from a flat one.
+        A projected frame without a projected site, or a geocentric one with a flat site.
     """
 
     work: WorkFrame
@@ -62,7 +62,7 @@ class OutputFrame:
 
     @property
     def axes(self) -> tuple[str, str, str]:
-        """Names of the coordinates."""
+        """Short names of the three coordinates, such as e, n, h."""
         if self.kind == "ecef":
             return "x", "y", "z"
         return ("e", "n", "u") if self.kind == "work" else ("e", "n", "h")
@@ -89,7 +89,7 @@ class OutputFrame:
         return out
 
     def jacobian(self, x: Array) -> Array:
-        """Derivative (3, 3) of the coordinates by the work frame at a point (3,)."""
+        """Derivative (3, 3) of the delivered coordinates by the work frame at a point (3,)."""
         if self.kind == "work":
             return np.eye(3)
         if self.kind == "ecef":
@@ -102,7 +102,7 @@ class OutputFrame:
         return jacobian
 
     def rotation(self, x: Array) -> Array:
-        """The nearest rotation (3, 3) to the Jacobian at a point (3,): scale is left out."""
+        """The rotation (3, 3) nearest to the Jacobian at a point (3,): scale is left out."""
         u, _, vt = np.linalg.svd(self.jacobian(x))
         turned: Array = u @ vt
         return turned

@@ -1,7 +1,7 @@
-"""PROJ never goes to the network here; what it would have needed is said in words.
+"""PROJ without the network, and sentences about grids that it would have needed.
 
-A grid that is not installed makes PROJ take a coarser transformation without a word. The places of
-a project then move as a whole; within the site, and back into the same grid, nothing changes.
+A grid that is not installed makes PROJ take a coarser transformation silently. The places of a
+project then move as a whole; within the site, and back into the same grid, nothing changes.
 """
 
 from __future__ import annotations
@@ -20,12 +20,22 @@ _GEOGRAPHIC = "+proj=longlat +datum=WGS84 +type=crs"
 
 
 def offline() -> None:
-    """Forbid PROJ to download grids, whatever the surroundings say."""
+    """Keep PROJ from downloading grids, whatever the environment variables say."""
     network.set_network_enabled(active=False)  # type: ignore[attr-defined]
 
 
 def missing_grid_sentences(crs: str) -> list[str]:
-    """What is not at hand for the way from a reference system to WGS 84, one sentence each.
+    """Names the grid that is missing for the way from a reference system to WGS 84.
+
+    Parameters
+    ----------
+    crs
+        Anything PROJ understands.
+
+    Returns
+    -------
+    list of str
+        At most one sentence; empty if the best transformation is available.
 
     Raises
     ------
@@ -42,22 +52,27 @@ def missing_grid_sentences(crs: str) -> list[str]:
         raise InputError(f"{crs} is not known to PROJ", cure="give an EPSG code") from error
     if group.best_available:
         return []
-    out = []
-    at_hand = [t.accuracy for t in group.transformers if t.accuracy >= 0]
-    instead = f"another of {min(at_hand):g} m" if at_hand else "another of unknown accuracy"
+    sentences = []
+    available = [t.accuracy for t in group.transformers if t.accuracy >= 0]
+    instead = f"another of {min(available):g} m" if available else "another of unknown accuracy"
     for operation in group.unavailable_operations[:3]:
         grids = [grid.short_name for grid in operation.grids if not grid.available]
         if grids:
-            out.append(
+            sentences.append(
                 f"the way from {crs} to WGS 84 with {operation.accuracy:g} m needs the grid "
                 f"{', '.join(grids)}, which is not installed; {instead} is taken and moves the "
                 "site as a whole; nothing is downloaded: put the grid into PROJ's folder"
             )
-    return out[:1]
+    return sentences[:1]
 
 
 def vertical_name(crs: str) -> str | None:
     """Name of the vertical part of a compound system; None if heights are not part of it.
+
+    Parameters
+    ----------
+    crs
+        Anything PROJ understands.
 
     Raises
     ------

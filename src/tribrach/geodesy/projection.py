@@ -1,4 +1,11 @@
-"""What does it cost to take a site as flat? Numbers for the warning (method section 1.1)."""
+"""Projected coordinates and heights, and the work frame they stand for.
+
+Grid coordinates E, N with ellipsoidal heights h become positions in W by projection, ellipsoid and
+ENU at the origin, so that scale, convergence and curvature are exact everywhere; and back again.
+Grids of an older datum are taken to WGS 84 in plan; their heights are heights over its ellipsoid
+(GRS80 to 0.1 mm) already and stay as they are. The warnings state what a site neglects that is
+taken as flat. Method section 1.1.
+"""
 
 from __future__ import annotations
 
@@ -16,14 +23,10 @@ from tribrach.geodesy.site import GRS80, EllipsoidSite, ecef_from_geodetic
 
 __all__ = ["ProjectedGrid", "flat_warnings", "grid_scale", "stereographic"]
 
-# Projected coordinates and heights, and the work frame they stand for.
-#
-# Grid coordinates E, N with ellipsoidal heights h become positions in W by projection, ellipsoid
-# and ENU at the origin, so that scale, convergence and curvature are exact everywhere; and back
-# again. Grids of an older datum are taken to WGS 84 in plan; their heights are heights over its
-# ellipsoid (GRS80 to 0.1 mm) already and stay as they are. Method section 1.1.
-
-
+#: mean radius of the Earth [m]
+RADIUS = 6371000.0
+#: effects below this [m] are not worth a sentence
+NEGLIGIBLE = 1e-4
 _GEOGRAPHIC = "+proj=longlat +datum=WGS84 +type=crs"
 
 
@@ -37,8 +40,13 @@ def gaussian_radius(latitude: float, ellipsoid: tuple[float, float] = GRS80) -> 
 def stereographic(latitude: float, easting: float, northing: float) -> str:
     """PROJ definition of the oblique stereographic grid of a local system.
 
-    It touches the ellipsoid at ``latitude`` [degrees], where its coordinates are ``easting`` and
-    ``northing`` [m]; the longitude of a local system is unknown and zero.
+    Parameters
+    ----------
+    latitude
+        Where the grid touches the ellipsoid [degrees]; the longitude of a local system is unknown
+        and taken as zero.
+    easting, northing
+        Coordinates of that place [m].
     """
     return (
         f"+proj=sterea +lat_0={latitude!r} +lon_0=0 +k_0=1 +x_0={easting!r} +y_0={northing!r} "
@@ -48,12 +56,16 @@ def stereographic(latitude: float, easting: float, northing: float) -> str:
 
 @dataclass(frozen=True)
 class ProjectedGrid:
-    """A projected grid around an origin ``(easting, northing)`` at an ellipsoidal height [m].
+    """A projected grid around an origin.
 
     Attributes
     ----------
     crs
         Anything PROJ understands, such as ``EPSG:2154`` or a ``+proj`` string.
+    easting, northing
+        Coordinates of the origin [m].
+    height
+        Ellipsoidal height of the origin [m].
 
     Raises
     ------
@@ -102,21 +114,26 @@ class ProjectedGrid:
         return EllipsoidSite(phi, longitude, self.height, curvature_radius=gaussian_radius(phi))
 
     def plan(self, latitude: float, longitude: float) -> Array:
-        """E, N (2,) of a place [rad].
+        """E, N (2,) [m] of a place.
+
+        Parameters
+        ----------
+        latitude, longitude
+            Geodetic position [rad].
 
         Raises
         ------
         InputError
-            It is outside of the grid.
+            The place is outside of the grid.
         """
-        found: Array = self._plan(np.degrees([longitude]), np.degrees([latitude]))[0]
-        if not np.isfinite(found).all():
+        place: Array = self._plan(np.degrees([longitude]), np.degrees([latitude]))[0]
+        if not np.isfinite(place).all():
             raise InputError(
                 f"latitude {np.degrees(latitude):.4f}, longitude {np.degrees(longitude):.4f} is "
                 f"outside the grid {self.crs}",
                 cure="give the crs of the place",
             )
-        return found
+        return place
 
     def to_work(self, enh: Array) -> Array:
         """W coordinates (n, 3) of E, N, h (n, 3)."""
@@ -139,15 +156,15 @@ class ProjectedGrid:
         return np.stack(plan, axis=1)
 
 
-RADIUS = 6371000.0
-
-
-#: effects below this [m] are not worth a sentence
-NEGLIGIBLE = 1e-4
-
-
 def grid_scale(crs: str, xyz: Array) -> float:
-    """Length in the grid over length on the ground, minus one, at E, N, height (3,) [m].
+    """Length in the grid over length on the ground, minus one.
+
+    Parameters
+    ----------
+    crs
+        The projection.
+    xyz : (3,)
+        E, N and height [m]; a height of NaN counts as zero.
 
     Raises
     ------
@@ -169,14 +186,21 @@ def grid_scale(crs: str, xyz: Array) -> float:
 
 
 def flat_warnings(xyz: Array, crs: str | None, *, curved: bool) -> list[str]:
-    """Sentences on what a flat site neglects over the extent of points (n, 3), E, N, U [m].
+    """Sentences on what a flat site neglects over the extent of its points.
 
     Parameters
     ----------
+    xyz : (n, 3)
+        E, N, U [m]; points with NaN in plan take no part.
     crs
         The projection of the coordinates, if they are projected.
     curved
         Zenith angles are corrected for the curvature of the Earth.
+
+    Returns
+    -------
+    list of str
+        Empty where the effects are below :data:`NEGLIGIBLE`.
     """
     known = xyz[~np.isnan(xyz[:, :2]).any(axis=1)]
     if len(known) < 2:

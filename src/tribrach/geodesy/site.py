@@ -1,4 +1,4 @@
-"""Which way is up, and what is a height, at a point of the work frame?
+"""Verticals and heights at points of the work frame.
 
 The work frame W is right-handed and Cartesian. Two kinds of site answer the same questions:
 
@@ -28,7 +28,7 @@ GRS80 = (6378137.0, 1 / 298.257222101)
 
 
 class Site(Protocol):
-    """What the observation kinds ask of the place they are measured at."""
+    """What the observation kinds ask about the place they are measured at."""
 
     @property
     def curvature_radius(self) -> float | None:
@@ -53,7 +53,7 @@ class Site(Protocol):
 
 @dataclass(frozen=True)
 class FlatSite:
-    """W is (E, N, U) with parallel verticals.
+    """A site where W is (E, N, U) with parallel verticals.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class FlatSite:
         return np.broadcast_to(np.eye(3), (len(x), 3, 3))
 
     def turn(self, x: Array) -> Array:
-        """Parallel verticals do not turn."""
+        """Zeros: parallel verticals do not turn."""
         return np.zeros((len(x), 3, 3))
 
     def height(self, x: Array) -> Array:
@@ -78,7 +78,18 @@ class FlatSite:
 
 
 def enu_rotation(latitude: Array, longitude: Array) -> Array:
-    """Rows east, north, up in ECEF at geodetic positions in radians; (...,) -> (..., 3, 3)."""
+    """Rows east, north, up in ECEF at geodetic positions.
+
+    Parameters
+    ----------
+    latitude, longitude : (...,)
+        Geodetic position [rad].
+
+    Returns
+    -------
+    (..., 3, 3) array
+        Rotation from ECEF differences to ENU.
+    """
     sp, cp = np.sin(latitude), np.cos(latitude)
     sl, cl = np.sin(longitude), np.cos(longitude)
     zero = np.zeros_like(sp)
@@ -89,7 +100,22 @@ def enu_rotation(latitude: Array, longitude: Array) -> Array:
 def ecef_from_geodetic(
     latitude: Array, longitude: Array, height: Array, ellipsoid: tuple[float, float] = GRS80
 ) -> Array:
-    """ECEF (..., 3) of geodetic latitude, longitude [rad] and ellipsoidal height [m]."""
+    """ECEF coordinates of geodetic positions.
+
+    Parameters
+    ----------
+    latitude, longitude : (...,)
+        Geodetic position [rad].
+    height : (...,)
+        Ellipsoidal height [m].
+    ellipsoid
+        Semi-major axis [m] and flattening.
+
+    Returns
+    -------
+    (..., 3) array
+        ECEF [m].
+    """
     a, f = ellipsoid
     e2 = f * (2 - f)
     nu = a / np.sqrt(1 - e2 * np.sin(latitude) ** 2)
@@ -105,7 +131,20 @@ def ecef_from_geodetic(
 
 @dataclass(frozen=True)
 class EllipsoidSite:
-    """W is ENU at ``(latitude, longitude, height)`` [rad, rad, m] on an ellipsoid ``(a, f)``."""
+    """A site where W is ENU at an origin on an ellipsoid.
+
+    Attributes
+    ----------
+    latitude, longitude
+        Of the origin [rad].
+    ellipsoidal_height
+        Of the origin [m].
+    ellipsoid
+        Semi-major axis [m] and flattening.
+    curvature_radius
+        Earth radius [m] for the correction of zenith angles where it is asked for; the verticals of
+        this site carry the curvature already.
+    """
 
     latitude: float
     longitude: float
@@ -127,7 +166,7 @@ class EllipsoidSite:
 
     @cached_property
     def origin(self) -> Array:
-        """ECEF of the origin of W, (3,)."""
+        """ECEF (3,) [m] of the origin of W."""
         return ecef_from_geodetic(
             np.float64(self.latitude),  # type: ignore[arg-type]
             np.float64(self.longitude),  # type: ignore[arg-type]
@@ -136,7 +175,7 @@ class EllipsoidSite:
         )
 
     def to_ecef(self, x: Array) -> Array:
-        """ECEF (n, 3) of points (n, 3) in W."""
+        """ECEF (n, 3) [m] of points (n, 3) in W."""
         return self.origin + x @ self.w_from_ecef
 
     def from_ecef(self, xyz: Array) -> Array:
@@ -144,8 +183,10 @@ class EllipsoidSite:
         return (xyz - self.origin) @ self.w_from_ecef.T
 
     def geodetic(self, x: Array) -> Array:
-        """Latitude, longitude [rad], ellipsoidal height [m] (n, 3) of points in W.
+        """Latitude, longitude [rad] and ellipsoidal height [m] (n, 3) of points (n, 3) in W.
 
+        Notes
+        -----
         Bowring's start and three fixed-point steps: below 1e-9 m within 10 km of the ellipsoid.
         """
         a, f = self.ellipsoid
@@ -164,12 +205,17 @@ class EllipsoidSite:
         return np.stack([latitude, np.arctan2(ecef[:, 1], ecef[:, 0]), height], axis=1)
 
     def axes(self, x: Array) -> Array:
-        """East, north, up of the ellipsoid normal at each point, as rows in W."""
+        """East, north and up (of the ellipsoid normal) at each point, as rows in W; (n, 3, 3)."""
         geodetic = self.geodetic(x)
         return enu_rotation(geodetic[:, 0], geodetic[:, 1]) @ self.w_from_ecef.T
 
     def turn(self, x: Array) -> Array:
-        """Turn of the local axes per metre moved: 1/(nu+h), 1/(M+h) and tan(lat)/(nu+h)."""
+        """Turn of the local axes per metre moved (n, 3, 3) at points (n, 3).
+
+        Notes
+        -----
+        Its entries are 1/(nu+h), 1/(M+h) and tan(lat)/(nu+h).
+        """
         a, f = self.ellipsoid
         e2 = f * (2 - f)
         geodetic = self.geodetic(x)
@@ -183,5 +229,5 @@ class EllipsoidSite:
         return axes.transpose(0, 2, 1) @ local @ axes
 
     def height(self, x: Array) -> Array:
-        """Ellipsoidal heights."""
+        """Ellipsoidal heights (n,) [m]."""
         return self.geodetic(x)[:, 2]

@@ -1,9 +1,9 @@
-"""How do given coordinates and vectors become those of the work frame, with their covariances?
+"""Given coordinates, vectors and covariances, converted into the work frame.
 
 Coordinates come in the site's own system (E, N, U on a flat site or around a geodetic origin;
 easting, northing and height in a projection), as latitude, longitude and height, or geocentric.
-Covariances come in the axes that belong to them and are propagated (method section 1.1). Metres
-and radians.
+Covariances come in the axes that belong to them and are propagated (method section 1.1). Metres and
+radians.
 """
 
 from __future__ import annotations
@@ -27,12 +27,14 @@ class WorkFrame:
 
     Attributes
     ----------
+    site
+        The work frame itself.
     grid
         The projection of E, N, if they are projected.
     geoid
         Geoid height [m] of the place, added to given heights to make them ellipsoidal.
     geoid_grid
-        Geoid heights point by point.
+        Geoid heights point by point, added as well.
     """
 
     site: Site = field(default_factory=FlatSite)
@@ -41,7 +43,17 @@ class WorkFrame:
     geoid_grid: GeoidGrid | None = None
 
     def undulation(self, latitude: Array, longitude: Array) -> Array:
-        """Geoid heights (n,) [m] that make heights at latitude, longitude (n,) [rad] ellipsoidal.
+        """Geoid heights that make given heights ellipsoidal.
+
+        Parameters
+        ----------
+        latitude, longitude : (n,)
+            Geodetic position [rad].
+
+        Returns
+        -------
+        (n,) array
+            Geoid heights [m].
 
         Raises
         ------
@@ -54,7 +66,22 @@ class WorkFrame:
         return constant + self.geoid_grid.undulation(latitude, longitude)
 
     def from_own(self, enu: Array, covariance: Array | None = None) -> tuple[Array, Array | None]:
-        """W coordinates (n, 3) and covariances (n, 3, 3) of the site's own ones."""
+        """Coordinates of the site's own system in W.
+
+        Parameters
+        ----------
+        enu : (n, 3)
+            E, N, U or easting, northing, height [m].
+        covariance : (n, 3, 3)
+            Of these coordinates [m^2].
+
+        Returns
+        -------
+        xyz : (n, 3)
+            W coordinates [m].
+        covariance : (n, 3, 3) or None
+            Of the W coordinates [m^2].
+        """
         if self.grid is None:
             return enu, covariance
         up = np.zeros_like(enu)
@@ -76,7 +103,21 @@ class WorkFrame:
     def from_geodetic(
         self, geodetic: Array, covariance: Array | None = None
     ) -> tuple[Array, Array | None]:
-        """W coordinates of latitude, longitude, height (n, 3); covariances along E, N, U there.
+        """Geodetic coordinates in W.
+
+        Parameters
+        ----------
+        geodetic : (n, 3)
+            Latitude, longitude [rad] and height [m].
+        covariance : (n, 3, 3)
+            Along east, north, up at each point [m^2].
+
+        Returns
+        -------
+        xyz : (n, 3)
+            W coordinates [m].
+        covariance : (n, 3, 3) or None
+            Of the W coordinates [m^2].
 
         Raises
         ------
@@ -93,7 +134,7 @@ class WorkFrame:
         return positions, axes.transpose(0, 2, 1) @ covariance @ axes
 
     def from_ecef(self, xyz: Array, covariance: Array | None = None) -> tuple[Array, Array | None]:
-        """W coordinates and covariances of geocentric ones.
+        """Geocentric coordinates (n, 3) [m] and their covariances (n, 3, 3) [m^2] in W.
 
         Raises
         ------
@@ -105,7 +146,7 @@ class WorkFrame:
         return site.from_ecef(xyz), turned
 
     def vectors(self, difference: Array) -> Array:
-        """Geocentric vectors (n, 3) along the axes of W.
+        """Geocentric vectors (n, 3) [m] along the axes of W.
 
         Raises
         ------
@@ -115,11 +156,18 @@ class WorkFrame:
         return difference @ self._ellipsoid("geocentric vectors").w_from_ecef.T
 
     def turned(self, covariance: Array) -> Array:
-        """Geocentric covariances (n, 3, 3) along the axes of W."""
+        """Geocentric covariances (n, 3, 3) [m^2] along the axes of W.
+
+        Raises
+        ------
+        InputError
+            The site is flat.
+        """
         rotation = self._ellipsoid("geocentric covariances").w_from_ecef
         return rotation @ covariance @ rotation.T
 
     def _ellipsoid(self, what: str) -> EllipsoidSite:
+        """The site as an ellipsoidal one; an error that names ``what`` needs it otherwise."""
         if not isinstance(self.site, EllipsoidSite):
             raise InputError(
                 f"{what} need a place on the ellipsoid, and the site is flat",

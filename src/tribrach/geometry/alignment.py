@@ -1,8 +1,8 @@
-"""Which motion carries one set of points onto another, in closed form?
+"""Closed-form motions that carry one set of points onto another.
 
 ``world ~ scale * rotation @ local + translation``: rigid in space (Kabsch 1976), with scale
-(Umeyama 1991), and in the plane (four-parameter transformation of levelled set-ups). Arrays are
-(n, 3) or (n, 2) in metres; the ``group`` functions solve many alignments at once.
+(Umeyama 1991), and in the plane (four-parameter transformation of levelled set-ups). Arrays are (n,
+3) or (n, 2) in metres; the ``group`` functions solve many alignments at once.
 
 The rotation is always proper. Where only a mirror image would fit, the result says so
 (:attr:`Alignment.hint`): two columns of the coordinates are usually swapped.
@@ -27,10 +27,20 @@ _MIRROR_RATIO = 5.0
 
 @dataclass(frozen=True)
 class Alignment:
-    """``world = scale * rotation @ local + translation``.
+    """One motion, ``world = scale * rotation @ local + translation``.
 
-    rotation (d, d), det +1; translation (d,) [m]; rms [m] of the residuals' lengths; mirror_rms
-    [m] the same for the best improper rotation.
+    Attributes
+    ----------
+    rotation : (d, d)
+        Determinant +1.
+    translation : (d,)
+        In metres.
+    scale
+        One for rigid motions.
+    rms
+        Root mean square of the lengths of the residuals [m].
+    mirror_rms
+        The same for the best improper rotation [m].
     """
 
     rotation: Array
@@ -40,7 +50,7 @@ class Alignment:
     mirror_rms: float
 
     def __call__(self, local: Array) -> Array:
-        """Points (..., d) carried over."""
+        """Points (..., d) [m] of the local frame in the world frame."""
         out: Array = self.scale * (local @ self.rotation.T) + self.translation
         return out
 
@@ -70,10 +80,23 @@ class Alignment:
 
 @dataclass(frozen=True)
 class Groups:
-    """Alignments of G groups: rotation (G, d, d), translation (G, d), scale (G,), count (G,).
+    """Alignments of G groups.
 
-    spread (G,): standard deviation [m] of the points across their best line (in the plane: from
-    their centroid), which must not vanish; mirrored (G,): the determinant had to be put right.
+    Attributes
+    ----------
+    rotation : (G, d, d)
+        Determinant +1.
+    translation : (G, d)
+        In metres.
+    scale : (G,)
+        One for rigid motions.
+    count : (G,)
+        Pairs of points with a weight above zero.
+    spread : (G,)
+        Standard deviation [m] of the points across their best line (in the plane: from their
+        centroid), which must not vanish.
+    mirrored : (G,)
+        True where the determinant had to be put right.
     """
 
     rotation: Array
@@ -84,7 +107,7 @@ class Groups:
     mirrored: NDArray[np.bool_]
 
     def residuals(self, group: Index, local: Array, world: Array) -> Array:
-        """``world - aligned local`` (n, d)."""
+        """Residuals (n, d) [m], world less aligned local, of pairs with their groups (n,)."""
         turned = np.einsum("nij,nj->ni", self.rotation[group], local)
         out: Array = world - self.scale[group, None] * turned - self.translation[group]
         return out
@@ -108,11 +131,24 @@ def group_rigid(
     scale: bool = False,
     mirror: bool = False,
 ) -> Groups:
-    """Kabsch (or with ``scale`` Umeyama) alignments of ``size`` groups.
+    """Kabsch (or with ``scale`` Umeyama) alignments of many groups.
 
-    group (n,) number of each pair local (n, d), world (n, d); weights (n,) relative, one if not
-    given. With ``mirror`` the improper rotation is returned. Groups without points give NaN-free
-    identities with count 0.
+    Groups without points give NaN-free identities with count 0.
+
+    Parameters
+    ----------
+    group : (n,)
+        Number of the group of each pair.
+    size
+        How many groups there are.
+    local, world : (n, d)
+        Pairs of points [m].
+    weights : (n,)
+        Relative, one if not given.
+    scale
+        Estimate a scale as well.
+    mirror
+        Return the best improper rotation instead.
     """
     w = np.ones(len(local)) if weights is None else np.asarray(weights, dtype=float)
     total = np.bincount(group, w, minlength=size)

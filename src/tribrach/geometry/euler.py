@@ -1,10 +1,9 @@
-"""Omega, phi, kappa of a rotation, for reports and for files of other programs.
+"""Omega, phi and kappa of a rotation, for reports and for files of other programs.
 
 ``M = R3(kappa) R2(phi) R1(omega)`` is the passive matrix of photogrammetry: ``x_s = M (X - t)``
-takes the world to the scanner, so that ``world_from_scanner = M^T``. A publication that uses M
-itself from scanner to world is served by passing the transposed matrix. Angles are never
-unknowns. All functions take any leading shape; radians. Method section 1.3, equations S1 (5) and
-S2 (5).
+takes the world to the scanner, so that ``world_from_scanner = M^T``. For a publication that uses M
+itself from scanner to world, pass the transposed matrix. Angles are never unknowns. All functions
+take any leading shape; radians. Method section 1.3, equations S1 (5) and S2 (5).
 """
 
 from __future__ import annotations
@@ -43,10 +42,10 @@ def world_from_scanner_from_opk(opk: Array) -> Array:
 
 
 def opk_from_world_from_scanner(world_from_scanner: Array) -> Array:
-    """Omega, phi, kappa (..., 3) of rotations (..., 3, 3) scanner to world.
+    """Omega, phi, kappa (..., 3) [rad] of rotations (..., 3, 3) scanner to world.
 
-    phi is in [-pi/2, pi/2]. Where it is a right angle only kappa +- omega is defined; omega is
-    zero then.
+    phi is in [-pi/2, pi/2]. Where it is a right angle only kappa +- omega is defined, and omega is
+    set to zero.
     """
     m = np.swapaxes(world_from_scanner, -1, -2)
     cos_phi = np.hypot(m[..., 2, 1], m[..., 2, 2])
@@ -60,8 +59,8 @@ def opk_from_world_from_scanner(world_from_scanner: Array) -> Array:
 def opk_by_increment(world_from_scanner: Array) -> Array:
     """Derivative (..., 3, 3) of omega, phi, kappa by the left increments of world_from_scanner.
 
-    Propagates a station's rotation covariance to the angles: ``J C J^T``. Without meaning where
-    phi is a right angle.
+    It propagates a station's rotation covariance to the angles: ``J C J^T``. It has no meaning
+    where phi is a right angle.
     """
     opk = opk_from_world_from_scanner(world_from_scanner)
     sw, cw = np.sin(opk[..., 0]), np.cos(opk[..., 0])

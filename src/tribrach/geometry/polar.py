@@ -46,7 +46,9 @@ def xyz_from_polar(polar: Array) -> Array:
 
 
 def polar_by_xyz(u: Array) -> Array:
-    """Derivative ``d(r, H, V)/du`` (n, 3, 3) at vectors (n, 3) off the poles (equation 2.0)."""
+    """Derivative ``d(r, H, V)/du`` (n, 3, 3) at vectors (n, 3) off the poles (method section
+    2.0).
+    """
     x, y, z = u[:, 0], u[:, 1], u[:, 2]
     h2 = x**2 + y**2
     h, r2 = np.sqrt(h2), h2 + z**2
@@ -73,12 +75,12 @@ def xyz_by_polar(polar: Array) -> Array:
 
 
 def require_defined(polar: Array, source: Sequence[str] | NDArray[np.object_] = ()) -> None:
-    """Refuse measured r, H, V (n, 3) whose horizontal angle means nothing.
-
-    V may be a raw back-face reading, between pi and 2 pi.
+    """Refuse measured polar coordinates whose horizontal angle means nothing.
 
     Parameters
     ----------
+    polar : (n, 3)
+        r [m], H and V [rad]; V may be a raw back-face reading, between pi and 2 pi.
     source
         Where each came from, for the message; (n,) strings or empty.
 

@@ -24,24 +24,33 @@ _SKEWED = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """Rotation (3, 3), proper and orthonormal, and translation (3,) [m]."""
+    """A rigid motion ``outer_from_inner``.
+
+    Attributes
+    ----------
+    rotation : (3, 3)
+        Proper and orthonormal.
+    translation : (3,)
+        In metres, the origin of the inner frame in the outer one.
+    """
 
     rotation: Array
     translation: Array
 
     @classmethod
     def identity(cls) -> Self:
-        """No motion."""
+        """The motion that moves nothing."""
         return cls(np.eye(3), np.zeros(3))
 
     @classmethod
     def from_matrix(cls, matrix: Array) -> Self:
-        """From a 4x4 matrix, its rotation made orthonormal by the nearest one.
+        """The pose of a 4x4 matrix; its rotation is replaced by the nearest orthonormal one.
 
         Raises
         ------
         InputError
-            Not finite, not rigid (scaled, sheared, mirrored), last row not 0 0 0 1.
+            The matrix is not finite, is not rigid (scaled, sheared, mirrored), or its last row is
+            not 0 0 0 1.
         """
         if not np.isfinite(matrix).all() or not np.allclose(matrix[3], [0, 0, 0, 1]):
             raise InputError("the 4x4 matrix is no rigid motion: its last row is not 0 0 0 1")
@@ -54,14 +63,14 @@ class Pose:
 
     @property
     def matrix(self) -> Array:
-        """The 4x4 matrix."""
+        """The motion as a homogeneous matrix (4, 4)."""
         out = np.eye(4)
         out[:3, :3], out[:3, 3] = self.rotation, self.translation
         return out
 
     @property
     def inverse(self) -> Pose:
-        """The motion back."""
+        """The motion back, ``inner_from_outer``."""
         return Pose(self.rotation.T, -self.rotation.T @ self.translation)
 
     @overload
@@ -69,7 +78,7 @@ class Pose:
     @overload
     def __matmul__(self, other: Array) -> Array: ...
     def __matmul__(self, other: Pose | Array) -> Pose | Array:
-        """Compose with another motion, or carry points (..., 3)."""
+        """Compose with another motion, or carry points (..., 3) [m]."""
         if isinstance(other, Pose):
             return Pose(
                 self.rotation @ other.rotation, self.rotation @ other.translation + self.translation

@@ -1,7 +1,7 @@
-"""How rotations are written, incremented and differentiated.
+"""Rotation matrices, rotation vectors and the derivatives between them.
 
-A rotation is a 3x3 matrix ``R`` with ``x_world = R @ x_scanner``; increments are left
-(world-side) rotation vectors ``d``: ``R <- exp(d) @ R``. All functions take any leading shape.
+A rotation is a 3x3 matrix ``R`` with ``x_world = R @ x_scanner``; increments are left (world-side)
+rotation vectors ``d``: ``R <- exp(d) @ R``. All functions take any leading shape.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ __all__ = ["exp", "log", "right_jacobian_inverse", "skew"]
 
 
 def skew(a: Array) -> Array:
-    """Matrix ``[a]x`` with ``[a]x @ b = a x b``; (..., 3) -> (..., 3, 3)."""
+    """Matrices ``[a]x`` (..., 3, 3) of vectors (..., 3), with ``[a]x @ b = a x b``."""
     out = np.zeros((*a.shape, 3))
     out[..., 0, 1], out[..., 0, 2] = -a[..., 2], a[..., 1]
     out[..., 1, 0], out[..., 1, 2] = a[..., 2], -a[..., 0]
@@ -40,10 +40,13 @@ def log(matrix: Array) -> Array:
 
 
 def right_jacobian_inverse(r: Array) -> Array:
-    """Derivative of ``log(exp(r) @ exp(e))`` by ``e`` at ``e = 0``; (..., 3) -> (..., 3, 3).
+    """Derivative (..., 3, 3) of ``log(exp(r) @ exp(e))`` by ``e`` at ``e = 0``, of vectors r (...,
+    3).
 
-    ``Jr^-1(r) = I + [r]x/2 + (1/|r|^2 - (1 + cos|r|)/(2 |r| sin|r|)) [r]x^2``; the bracket tends
-    to 1/12 at zero. Its transpose is the inverse left Jacobian.
+    Notes
+    -----
+    ``Jr^-1(r) = I + [r]x/2 + (1/|r|^2 - (1 + cos|r|)/(2 |r| sin|r|)) [r]x^2``; the bracket tends to
+    1/12 at zero. The transpose is the inverse left Jacobian.
     """
     angle = np.linalg.norm(r, axis=-1)
     small = angle < 1e-4

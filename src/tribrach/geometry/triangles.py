@@ -1,4 +1,4 @@
-"""Points that cover triangles, neighbours no farther apart than a spacing. Metres."""
+"""Covers triangles with points no farther apart than a given spacing. Metres."""
 
 from __future__ import annotations
 
@@ -18,24 +18,37 @@ _CHUNK = 1_000_000
 
 
 def covering_points(triangles: Array, spacing: float) -> Iterator[Array]:
-    """Chunks of points (k, 3) on triangles (n, 3, 3), corners included."""
+    """Points on triangles, corners included.
+
+    Parameters
+    ----------
+    triangles : (n, 3, 3)
+        Corners [m].
+    spacing
+        Largest distance between neighbours [m].
+
+    Yields
+    ------
+    (k, 3) array
+        A chunk of points [m].
+    """
     waiting = [np.asarray(triangles, dtype=float)]
     while waiting:
-        group = waiting.pop()
-        longest = np.linalg.norm(group - np.roll(group, 1, axis=1), axis=2).max(axis=1)
+        batch = waiting.pop()
+        longest = np.linalg.norm(batch - np.roll(batch, 1, axis=1), axis=2).max(axis=1)
         parts = np.ceil(longest / spacing)
         large = parts > _PARTS
         if large.any():
             # a bounded number at a time, so that one huge triangle does not fill the memory
-            for some in np.array_split(group[large], np.count_nonzero(large) // 10_000 + 1):
-                waiting.append(_split(some))
-        small, number = group[~large], np.maximum(parts[~large], 1).astype(np.int64)
+            for part in np.array_split(batch[large], np.count_nonzero(large) // 10_000 + 1):
+                waiting.append(_split(part))
+        small, number = batch[~large], np.maximum(parts[~large], 1).astype(np.int64)
         for n in np.unique(number):
             yield from _covered(small[number == n], int(n))
 
 
 def _split(triangles: Array) -> Array:
-    """Four triangles (4 n, 3, 3) in place of each."""
+    """Four triangles (4 n, 3, 3) in place of each triangle of (n, 3, 3)."""
     a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
     ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
     parts = ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
@@ -43,7 +56,7 @@ def _split(triangles: Array) -> Array:
 
 
 def _covered(triangles: Array, n: int) -> Iterator[Array]:
-    """Points at all multiples of 1/n of two edges."""
+    """Points (k, 3) at all multiples of 1/n along two edges of each triangle."""
     i, j = np.meshgrid(np.arange(n + 1), np.arange(n + 1), indexing="ij")
     inside = i + j <= n
     u, v = i[inside] / n, j[inside] / n
