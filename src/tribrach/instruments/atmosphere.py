@@ -1,8 +1,8 @@
-"""What air does to distances: refractive index and first velocity correction.
+"""Refractive index of air and the first velocity correction of distances.
 
 Group refractivity of light and near infrared in the closed form that the IAG recommends (IUGG 1999,
-resolution 3; Rueger, Report of the ad-hoc working party on refractive indices, 1999), good to
-1 ppm; vapour pressure by the Magnus formula over water (Sonntag 1990).
+resolution 3; Rueger, Report of the ad-hoc working party on refractive indices, 1999), good to 1
+ppm; vapour pressure by the Magnus formula over water (Sonntag 1990).
 """
 
 from __future__ import annotations
@@ -22,7 +22,17 @@ ZERO_CELSIUS = 273.15
 
 @dataclass(frozen=True)
 class Air:
-    """Air along a sight: temperature [deg C], pressure at the instrument [hPa], humidity [%]."""
+    """Air along a sight.
+
+    Attributes
+    ----------
+    temperature_c
+        Degrees Celsius.
+    pressure_hpa
+        At the instrument [hPa].
+    humidity_percent
+        Relative humidity.
+    """
 
     temperature_c: float = 12.0
     pressure_hpa: float = 1013.25
@@ -34,7 +44,15 @@ REFERENCE = Air()
 
 
 def vapour_pressure_hpa(temperature_c: ArrayLike, humidity_percent: ArrayLike) -> Array:
-    """Partial pressure of water vapour [hPa], any shape; Magnus formula of Sonntag."""
+    """Partial pressure of water vapour [hPa], by the Magnus formula of Sonntag.
+
+    Parameters
+    ----------
+    temperature_c
+        Degrees Celsius, any shape.
+    humidity_percent
+        Relative humidity, a shape that broadcasts with it.
+    """
     t = np.asarray(temperature_c, dtype=float)
     saturated = 6.112 * np.exp(17.62 * t / (243.12 + t))
     vapour: Array = np.asarray(humidity_percent) / 100 * saturated
@@ -47,10 +65,19 @@ def refractivity(
     humidity_percent: ArrayLike,
     wavelength_um: float,
 ) -> Array:
-    """Group refractivity N = (n - 1) 1e6 of air, any shape.
+    """Group refractivity ``N = (n - 1) 1e6`` of air.
 
+    Parameters
+    ----------
+    temperature_c, pressure_hpa, humidity_percent
+        The air, any shapes that broadcast.
+    wavelength_um
+        Wavelength L [micrometres].
+
+    Notes
+    -----
     ``N = 273.15/1013.25 N_g p/T - 11.27 e/T`` with ``N_g = 287.6155 + 4.88660/L^2 + 0.06800/L^4``
-    for dry air at 0 deg C, 1013.25 hPa and 0.0375 % of CO2 (L: wavelength in micrometres).
+    for dry air at 0 deg C, 1013.25 hPa and 0.0375 % of CO2.
     """
     kelvin = np.asarray(temperature_c, dtype=float) + ZERO_CELSIUS
     dry = 287.6155 + 4.88660 / wavelength_um**2 + 0.06800 / wavelength_um**4
@@ -68,11 +95,22 @@ def first_velocity_ppm(
     reference: Air = REFERENCE,
     wavelength_um: float = 0.658,
 ) -> Array:
-    """Correction of a distance [1e-6], any shape: refractivity of the reference less the true one.
+    """Correction of a distance for the air it was measured in [1e-6].
 
-    To be added to a distance that the instrument computed for its reference air (Rueger,
-    "Electronic Distance Measurement", first velocity correction). The humidity is taken as that
-    of the reference where it is NaN; it matters 0.3 ppm at 12 deg C.
+    It is added to a distance that the instrument computed for its reference air, and is the
+    refractivity of the reference less the true one (Rueger, "Electronic Distance Measurement",
+    first velocity correction).
+
+    Parameters
+    ----------
+    temperature_c, pressure_hpa
+        The air, any shapes that broadcast.
+    humidity_percent
+        Relative humidity; NaN takes that of the reference, which matters 0.3 ppm at 12 deg C.
+    reference
+        The air for which the instrument computes.
+    wavelength_um
+        Wavelength of the light [micrometres].
     """
     humidity = np.asarray(humidity_percent, dtype=float)
     humidity = np.where(np.isnan(humidity), reference.humidity_percent, humidity)

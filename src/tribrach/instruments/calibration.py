@@ -1,9 +1,15 @@
-"""Calibration models of scanners as column generators.
+"""Calibration models of scanners: what each parameter does to range and angles.
 
 ``true = measured + Delta(R, H, V; c, k)`` with range R [m], horizontal angle H (counter-clockwise)
 and zenith angle V [rad], face k = +1 front, -1 back. Every model is linear in its parameters c,
-``Delta = B c``; a model is a list of named columns of B (3 rows: range, H, V). Angles are zenith
-angles always, except where a model exists to reproduce a publication (method sections 4.1, 4.3).
+``Delta = B c``; a model is a list of named columns of B (3 rows: range, H, V). Angles are always
+zenith angles, except where a model exists to reproduce a publication (method sections 4.1, 4.3).
+
+Models go by name: ``nist`` has all 18 parameters of the panoramic model, ``high-end`` the ten that
+two stations and two faces can separate (Medic et al. 2019; method section 4.1), ``paper`` and
+``paper-elevation`` the eight of Sabzali & Pilgrim (2023), ``lichti`` the additive set. A
+*panoramic* scanner has a mirror that looks on over the zenith and a back face; a *hybrid* one
+turns full circle with one face only.
 """
 
 from __future__ import annotations
@@ -36,18 +42,52 @@ __all__ = [
 
 #: range, H, V (complex where differentiated), face -> contributions to range, H, V
 Column = Callable[[Any, Any, Any, Any], tuple[Any, Any, Any]]
+Unit = Literal["m", "rad", "1"]
+Architecture = Literal["panoramic", "hybrid"]
+
+#: names that :func:`find_model` knows
+MODELS = ("nist", "high-end", "paper", "paper-elevation", "lichti")
+#: the default of high-end panoramic scanners: x7 stands for x5z; x1n, x5n and x5z for their sums
+HIGH_END = ("x10", "x2", "x1z", "x3", "x7", "x6", "x1n", "x4", "x9n", "x9z")
+#: the order in which parameters are kept where not all can be: plain physical meaning first
+ORDER = (
+    "x10", "x2", "x4", "x6", "x3", "x7", "x1n", "x1z", "x9n", "x9z", "x5n", "x5z",
+    "x8x", "x8y", "x11a", "x11b", "x12a", "x12b",
+    "a1", "a3", "a5", "a4", "a2", "E_R", "E_V", "E_H",
+    "A0", "B6", "B7", "C0", "A2", "B2", "B3", "B4", "B5", "C2", "C5", "C6",
+    "B8", "C4", "A3", "A4", "A5", "A6", "A7", "A8", "B9", "B10", "C1", "C3", "A1",
+)  # fmt: skip
+#: parameters in metres; the others are angles, except for the scales A1 and C1
+_METRES = {
+    "x1n", "x1z", "x2", "x3", "x10", "E_R", "a1", "a2", "a4",
+    "A0", "A2", "A3", "A4", "A5", "A6", "A7", "A8", "B8", "C4",
+}  # fmt: skip
+#: parameters that are always refused, with the reason
+_NEVER = {
+    "B1": "a scale of the horizontal circle cannot be: the circle closes after a full turn",
+}
 
 
 @dataclass(frozen=True)
 class CalibrationModel:
-    """Named parameters and the column of each."""
+    """A calibration model.
+
+    Attributes
+    ----------
+    name
+        As in reports.
+    parameters
+        Names of its parameters.
+    functions
+        The column of each parameter: (range, H, V, face) to its contributions to range, H, V.
+    """
 
     name: str
     parameters: tuple[str, ...]
     functions: tuple[Column, ...]
 
     def select(self, parameters: Sequence[str]) -> CalibrationModel:
-        """The model with some of its parameters only.
+        """The model with some of its parameters only, in the given order.
 
         Raises
         ------
@@ -64,7 +104,7 @@ class CalibrationModel:
         return CalibrationModel(self.name, tuple(parameters), chosen)
 
     def joined(self, other: CalibrationModel) -> CalibrationModel:
-        """Both parameter lists, each parameter once."""
+        """A model with the parameters of both, each once."""
         new = [k for k, name in enumerate(other.parameters) if name not in self.parameters]
         return CalibrationModel(
             self.name,
@@ -73,7 +113,17 @@ class CalibrationModel:
         )
 
     def columns(self, r: Any, h: Any, v: Any, face: Any) -> NDArray[Any]:
-        """``B`` (n, 3, k) at ranges, horizontal and zenith angles (n,) and faces (n,) of +-1."""
+        """The matrix ``B`` (n, 3, k) at readings.
+
+        Parameters
+        ----------
+        r : (n,)
+            Ranges [m].
+        h, v : (n,)
+            Horizontal and zenith angles [rad]; all three may be complex.
+        face : (n,)
+            +1 front, -1 back.
+        """
         kind = np.result_type(r, h, v, float)
         out = np.zeros((len(r), 3, len(self.functions)), dtype=kind)
         for k, function in enumerate(self.functions):
@@ -82,14 +132,34 @@ class CalibrationModel:
         return out
 
     def delta(self, polar: Array, face: Array, c: Array) -> Array:
-        """``Delta`` (n, 3) at polar coordinates (n, 3) with parameters (n, k)."""
+        """Corrections ``Delta`` (n, 3) of range [m], H and V [rad].
+
+        Parameters
+        ----------
+        polar : (n, 3)
+            Range [m], H and V [rad].
+        face : (n,)
+            +1 front, -1 back.
+        c : (n, k)
+            Parameters at each reading.
+        """
         r, h, v = polar.T
         b = self.columns(r, h, v, face)
         delta: Array = np.einsum("nik,nk->ni", b, c)
         return delta
 
     def derivative(self, polar: Array, face: Array, c: Array) -> Array:
-        """``dDelta/d(R, H, V)`` (n, 3, 3), exact to rounding (complex step)."""
+        """Derivative ``dDelta/d(R, H, V)`` (n, 3, 3), exact to rounding (complex step).
+
+        Parameters
+        ----------
+        polar : (n, 3)
+            Range [m], H and V [rad].
+        face : (n,)
+            +1 front, -1 back.
+        c : (n, k)
+            Parameters at each reading.
+        """
         out = np.empty((len(polar), 3, 3))
         step = 1e-30
         for axis in range(3):
@@ -157,6 +227,8 @@ def _paper_eight_elevation() -> CalibrationModel:
 
 
 def _with_elevation(function: Column) -> Column:
+    """A column written for the elevation, as one for the zenith angle."""
+
     def column(r: Any, h: Any, v: Any, k: Any) -> tuple[Any, Any, Any]:
         range_part, h_part, elevation_part = function(r, h, np.pi / 2 - v, k)
         return range_part, h_part, -elevation_part
@@ -165,11 +237,16 @@ def _with_elevation(function: Column) -> Column:
 
 
 def lichti(unit_1: float, unit_2: float) -> CalibrationModel:
-    """The additive parameters of Lichti (2006, 2007) with unit lengths [m] of the range modulation.
+    """The additive parameters of Lichti (2006, 2007).
 
     They are written for the raw circle: ``measured = model + sum`` in horizontal angle ``th`` and
-    elevation ``al``, which runs on over the zenith on the back face. A1 is a scale of ranges and is
-    seen by external lengths only. Method section 4.2.
+    elevation ``al``, which runs on over the zenith on the back face. A1 is a scale of ranges and
+    can be determined by external lengths only. Method section 4.2.
+
+    Parameters
+    ----------
+    unit_1, unit_2
+        Unit lengths of the modulation of the range [m], for A3 to A6.
     """
     sin, cos, tan = np.sin, np.cos, np.tan
     one, two = 4 * np.pi / unit_1, 4 * np.pi / unit_2
@@ -226,60 +303,12 @@ def _on_raw_circle(row: int, function: Callable[[Any, Any, Any], Any]) -> Column
 
 
 NIST = _nist()
-
-
 PAPER_EIGHT = _paper_eight()
-
-
 PAPER_EIGHT_ELEVATION = _paper_eight_elevation()
 
 
-# Calibration models by name, the units of their parameters, and which are taken first.
-#
-# ``nist`` has all 18 parameters of the panoramic model, ``high-end`` the ten that two stations
-# and two faces can part (Medic et al. 2019; method section 4.1), ``paper`` and
-# ``paper-elevation`` the eight of Sabzali & Pilgrim (2023), ``lichti`` the additive set. A
-# *panoramic* scanner has a mirror that looks on over the zenith and a back face; a *hybrid* one
-# turns full circle with one face only.
-
-
-Unit = Literal["m", "rad", "1"]
-
-
-Architecture = Literal["panoramic", "hybrid"]
-
-
-MODELS = ("nist", "high-end", "paper", "paper-elevation", "lichti")
-
-
-#: the default of high-end panoramic scanners: x7 stands for x5z, x1n, x5n and x5z for their sums
-HIGH_END = ("x10", "x2", "x1z", "x3", "x7", "x6", "x1n", "x4", "x9n", "x9z")
-
-
-#: parameters of plain physical meaning first: what is kept where not all can be
-ORDER = (
-    "x10", "x2", "x4", "x6", "x3", "x7", "x1n", "x1z", "x9n", "x9z", "x5n", "x5z",
-    "x8x", "x8y", "x11a", "x11b", "x12a", "x12b",
-    "a1", "a3", "a5", "a4", "a2", "E_R", "E_V", "E_H",
-    "A0", "B6", "B7", "C0", "A2", "B2", "B3", "B4", "B5", "C2", "C5", "C6",
-    "B8", "C4", "A3", "A4", "A5", "A6", "A7", "A8", "B9", "B10", "C1", "C3", "A1",
-)  # fmt: skip
-
-
-_METRES = {
-    "x1n", "x1z", "x2", "x3", "x10", "E_R", "a1", "a2", "a4",
-    "A0", "A2", "A3", "A4", "A5", "A6", "A7", "A8", "B8", "C4",
-}  # fmt: skip
-
-
-#: why a parameter is refused whatever is measured
-_NEVER = {
-    "B1": "a scale of the horizontal circle cannot be: the circle closes after a full turn",
-}
-
-
 def unit_of(parameter: str) -> Unit:
-    """Unit of a parameter: metres, radians, or none for the scales A1 and C1."""
+    """Unit of a parameter: metres, radians, or one for the scales A1 and C1."""
     if parameter in ("A1", "C1"):
         return "1"
     return "m" if parameter in _METRES else "rad"
@@ -292,8 +321,12 @@ def find_model(
 
     Parameters
     ----------
+    name
+        One of :data:`MODELS`.
+    parameters
+        Those to keep, in this order; all if empty.
     unit_lengths
-        Of the modulation of the range [m], for the terms A3 to A6 of ``lichti``.
+        Two unit lengths of the modulation of the range [m], for the terms A3 to A6 of ``lichti``.
 
     Raises
     ------
@@ -349,5 +382,5 @@ def _lichti(parameters: Sequence[str], unit_lengths: Sequence[float]) -> Calibra
 
 @cache
 def _lichti_of(first: float, second: float) -> CalibrationModel:
-    """One object per pair, so that observations of one instrument stay together."""
+    """One object per pair of unit lengths, so that observations of one instrument stay together."""
     return lichti(first, second)

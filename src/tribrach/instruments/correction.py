@@ -1,7 +1,7 @@
-"""A calibration applied to points of a scan: ``true = measured + Delta(measured)``.
+"""A calibration applied to the points of a scan: ``true = measured + Delta(measured)``.
 
 Points (n, 3) in the scanner frame [m]. Nearer than 0.3 m and within half a degree of the standing
-axis the corrections are those of these limits: closer they would grow without bound.
+axis the corrections are those at these limits, because closer they would grow without bound.
 """
 
 from __future__ import annotations
@@ -27,7 +27,18 @@ _BLOCK = 50_000
 
 @dataclass(frozen=True, eq=False)
 class Correction:
-    """Parameters (k,) of a model and the faces of a scan."""
+    """Calibration of one scan.
+
+    Attributes
+    ----------
+    model
+        The calibration model.
+    values : (k,)
+        Its parameters [m, rad or 1].
+    faces
+        Which face measured the points: always ``front``, always ``back``, or ``dome``: the back
+        where H is above 180 degrees.
+    """
 
     model: CalibrationModel
     values: Array
@@ -35,7 +46,7 @@ class Correction:
 
     @property
     def mark(self) -> str:
-        """What tells this correction from others."""
+        """A short digest that tells this correction from others."""
         words = f"{self.model.name} {self.model.parameters} {self.faces} {self.values.tolist()!r}"
         return hashlib.sha256(words.encode()).hexdigest()[:16]
 
@@ -46,7 +57,7 @@ class Correction:
         return np.full(len(h), 1.0 if self.faces == "front" else -1.0)
 
     def corrected(self, xyz: Array) -> Array:
-        """Points without the errors of the scanner."""
+        """Points (n, 3) [m] without the errors of the scanner."""
         used = np.flatnonzero(self.values)
         if len(used) == 0 or len(xyz) == 0:
             return xyz
@@ -62,20 +73,35 @@ class Correction:
         return out
 
     def raw(self, xyz: Array) -> Array:
-        """Readings that :meth:`corrected` brings to these points."""
+        """Points (n, 3) as the scanner read them, which :meth:`corrected` brings to ``xyz`` (n, 3)
+        [m].
+        """
         out = xyz
         for _ in range(4):
             out = out + (xyz - self.corrected(out))
         return out
 
     def jacobian(self, xyz: Array) -> Array:
-        """Derivatives (n, 3, k) of corrected points by the parameters."""
+        """Derivatives (n, 3, k) of the corrected coordinates by the parameters."""
         by_polar, columns = self.factors(xyz)
         out: Array = by_polar @ columns
         return out
 
     def factors(self, xyz: Array) -> tuple[Array, Array]:
-        """Derivatives (n, 3, 3) by range and angles, and columns (n, 3, k) of these."""
+        """The two factors of :meth:`jacobian`.
+
+        Parameters
+        ----------
+        xyz : (n, 3)
+            Points [m].
+
+        Returns
+        -------
+        by_polar : (n, 3, 3)
+            Derivatives of the coordinates by range and angles.
+        columns : (n, 3, k)
+            Derivatives of range and angles by the parameters.
+        """
         polar = polar_from_xyz(xyz)
         r, h, v = _limited(polar).T
         return xyz_by_polar(polar), self.model.columns(r, h, v, self.face(polar[:, 1]))

@@ -1,4 +1,4 @@
-"""How much too small are the formal standard deviations of a static baseline?
+"""The factor by which formal standard deviations of a static baseline are too small.
 
 The engine takes the epochs for independent. Phase errors are not: multipath and the air along the
 sight stay alike for minutes, so that epochs every second tell little more than epochs every few
@@ -8,9 +8,9 @@ minutes. With an exponential correlation ``exp(-t/T)`` (El-Rabbany and Kleusberg
     f^2 = (1 + q)/(1 - q) - 2 q (1 - q^n) / (n (1 - q)^2),   q = exp(-dt/T)
 
 (mean of a first-order autoregressive process). T = 150 s is the middle of the 125 to 175 s that
-turbulence theory gives (Kermarrec and Schön 2014, J. Geod. 88:1061). One hour at 30 s gives
-f = 3.1, within the 3 to 10 that repeated sessions show; residual troposphere, phase centres and
-anything else that stays the same for the whole session are not in it.
+turbulence theory gives (Kermarrec and Schön 2014, J. Geod. 88:1061). One hour at 30 s gives f =
+3.1, within the 3 to 10 that repeated sessions show. Errors that stay the same for the whole session
+(residual troposphere, phase centres and others) are not included.
 """
 
 from __future__ import annotations
@@ -21,8 +21,7 @@ __all__ = ["CORRELATION_TIME", "SOURCE", "sigma_factor"]
 
 #: correlation time of phase errors [s]
 CORRELATION_TIME = 150.0
-
-
+#: what reports cite for the factor
 SOURCE = (
     "exponential correlation of phase errors over 150 s (El-Rabbany and Kleusberg 2003; "
     "Kermarrec and Schön 2014)"
@@ -30,7 +29,17 @@ SOURCE = (
 
 
 def sigma_factor(interval: float, epochs: int, correlation: float = CORRELATION_TIME) -> float:
-    """Factor on the formal sigma of a mean of ``epochs`` epochs that are ``interval`` [s] apart."""
+    """Factor on the formal standard deviation of a mean of correlated epochs.
+
+    Parameters
+    ----------
+    interval
+        Time between epochs [s].
+    epochs
+        How many there are.
+    correlation
+        Correlation time [s].
+    """
     if epochs < 2 or interval <= 0:
         return 1.0
     q = float(np.exp(-interval / correlation))

@@ -1,4 +1,4 @@
-"""How precise is an instrument, set up and centred as it is, along a sight of some length?
+"""Standard deviations of an instrument's observations along sights of some length.
 
 Readings have their own standard deviations; errors of centring and of heights turn into angles by
 the length of the sight (method sections 2.3 and 2.14). Metres and radians; None where the
@@ -27,20 +27,35 @@ class Precision:
     Attributes
     ----------
     direction, zenith
-        Of one reading [rad]; distance [m] and scale [m/m], added linearly.
+        Of one reading [rad].
+    distance, scale
+        Of a distance [m] and [m/m], added linearly.
     centring
-        Of either end [m].
+        Of either end in plan [m].
     height
-        Of the height of either end [m]; levelling [m] per square root of a kilometre; range [m],
-        range_scale [m/m], scan_angle [rad] : of a scanner.
+        Of the height of either end [m].
+    levelling
+        Of a height difference [m] per square root of a kilometre.
+    range, range_scale
+        Of a scanner's ranges [m] and [m/m].
+    scan_angle
+        Of a scanner's angles [rad].
     target
-        Floor of a target's centre in each coordinate [m]; tilt [rad] : of a levelled scanner;
-        gnss_plan, gnss_up [m].
+        Floor of a target's centre in each coordinate [m].
+    tilt
+        Of the tilt of a levelled scanner [rad].
+    gnss_plan, gnss_up
+        Of GNSS coordinates in plan and height [m].
     gnss_common
-        Share of their variance that a session has in common; rod [m], bubble [rad], eccentricity
-        [m] : of targets on rods over marks.
+        Share of their variance that a session has in common.
+    rod
+        Of the length of the rod that carries a target over a mark [m].
+    bubble
+        Of the rod's bubble [rad].
+    eccentricity
+        Of the target on its rod [m].
     refraction
-        Coefficient of the place, not a sigma.
+        Coefficient of the place, not a standard deviation.
     """
 
     direction: float | None = None
@@ -64,19 +79,43 @@ class Precision:
     refraction: float = 0.13
 
     def of_directions(self, length: Array, repetitions: Array) -> Array | None:
-        """Sigmas (n,) of directions along sights (n,) [m]; NaN lengths leave centring out."""
+        """Standard deviations (n,) of directions [rad], None where the instrument says nothing.
+
+        Parameters
+        ----------
+        length : (n,)
+            Lengths of the sights [m]; NaN leaves the errors of centring out.
+        repetitions : (n,)
+            Readings that a value is the mean of.
+        """
         return _angle(self.direction, self.centring, length, repetitions)
 
     def of_zeniths(self, length: Array, repetitions: Array) -> Array | None:
-        """Sigmas (n,) of zenith angles; NaN lengths leave the errors of heights out."""
+        """Standard deviations (n,) of zenith angles [rad], None where the instrument says nothing.
+
+        Parameters
+        ----------
+        length : (n,)
+            Lengths of the sights [m]; NaN leaves the errors of heights out.
+        repetitions : (n,)
+            Readings that a value is the mean of.
+        """
         return _angle(self.zenith, self.height, length, repetitions)
 
     def of_angles(self, repetitions: Array) -> Array | None:
-        """Sigmas (n,) of angles between two directions, without centring."""
+        """Standard deviations (n,) of angles between two directions [rad], without centring."""
         return None if self.direction is None else np.sqrt(2 / repetitions) * self.direction
 
     def of_distances(self, length: Array, repetitions: Array) -> Array | None:
-        """Sigmas (n,) of distances (n,), both ends centred."""
+        """Standard deviations (n,) of distances [m] with both ends centred.
+
+        Parameters
+        ----------
+        length : (n,)
+            The distances [m].
+        repetitions : (n,)
+            Readings that a value is the mean of.
+        """
         if self.distance is None:
             return None
         own = (self.distance + self.scale * length) / np.sqrt(repetitions)
@@ -84,15 +123,15 @@ class Precision:
         return sigma
 
     def of_lines(self, length: Array) -> Array | None:
-        """Sigmas (n,) of height differences levelled along lines of length (n,) [m]."""
+        """Standard deviations (n,) [m] of height differences levelled along lines (n,) [m]."""
         return None if self.levelling is None else self.levelling * np.sqrt(length / 1000)
 
     def of_ranges(self, length: Array) -> Array | None:
-        """Sigmas (n,) of scanner ranges (n,)."""
+        """Standard deviations (n,) [m] of scanner ranges (n,) [m]."""
         return None if self.range is None else self.range + self.range_scale * length
 
     def of_targets(self, xyz: Array) -> Array | None:
-        """Covariances (n, 3, 3) of points (n, 3), along and across the beam."""
+        """Covariances (n, 3, 3) [m^2] of points (n, 3) [m] of the scanner frame."""
         length = np.linalg.norm(xyz, axis=1)
         along = self.of_ranges(length)
         if along is None or self.scan_angle is None:
@@ -101,7 +140,15 @@ class Precision:
 
 
 def beam_covariance(xyz: Array, along: Array, across: Array) -> Array:
-    """Covariances (n, 3, 3) of points (n, 3) with sigmas (n,) along and across the beam [m]."""
+    """Covariances (n, 3, 3) [m^2] of points from standard deviations along and across the beam.
+
+    Parameters
+    ----------
+    xyz : (n, 3)
+        Points in the scanner frame [m].
+    along, across : (n,)
+        Standard deviations [m].
+    """
     unit = xyz / np.linalg.norm(xyz, axis=1, keepdims=True)
     outer = unit[:, :, None] * unit[:, None, :]
     rest = np.eye(3) - outer
@@ -110,7 +157,7 @@ def beam_covariance(xyz: Array, along: Array, across: Array) -> Array:
 
 
 def _angle(reading: float | None, end: float, length: Array, repetitions: Array) -> Array | None:
-    """An angle's sigma from its reading and errors of both ends across the sight."""
+    """An angle's standard deviation from its reading and errors of both ends across the sight."""
     if reading is None:
         return None
     across = np.where(np.isnan(length), 0.0, np.sqrt(2) * end / np.where(length > 0, length, 1.0))

@@ -1,8 +1,24 @@
-"""From readings in two faces and several sets to one direction, zenith angle and distance each.
+"""Readings in two faces and several sets, reduced to one direction, zenith angle and distance each.
 
 Readings of both faces are paired for each target and set; the day's collimation and index error
-come from all pairs of the file, the residuals of the sets from the rounds of each set-up. What the
-network gets are means over faces and sets, with the number of readings in each.
+come from all pairs of the file, the residuals of the sets from the rounds of each set-up. The
+network gets means over faces and sets, with the number of readings in each.
+
+**Sets.** Files tell the order of readings, seldom the sets. A set holds each target once in each
+face; it ends where a target comes again in a face in which it was read before. Readings one after
+the other of the same target in the same face are one pointing, and a half-set that ends on its
+first target closes the horizon rather than beginning a new set.
+
+**Rounds.** Directions of several sets are adjusted by least squares. Each set has an orientation of
+its own; sets need not be complete. Values are face means in a table with a row for each set and a
+column for each target, NaN where a target was not read. For complete sets the directions are the
+plain means of the sets reduced to one of them (Ghilani, "Adjustment Computations"; ISO 17123-3).
+
+**Faces.** Half the difference of the faces of target i is ``(H_F - H_B -+ pi) / 2 = c / sin V +
+t cot V`` for directions, with the collimation error c and the tilt t of the trunnion axis, and
+``(V_F + V_B - 2 pi) / 2 = i`` for zenith angles, with the index error i (method section 4.4;
+Deumlich & Staiger, "Instrumentenkunde der Vermessungstechnik"). The mean of the faces is free of
+all three.
 """
 
 from __future__ import annotations
@@ -29,17 +45,27 @@ __all__ = [
     "reduce",
 ]
 
-# Which readings of a set-up belong to one set?
-#
-# Files tell the order of readings, seldom the sets. A set holds each target once in each face; it
-# ends where a target comes again in a face in which it was read before. Readings one after the
-# other of the same target in the same face are one pointing, and a half-set that ends on its first
-# target closes the horizon rather than beginning a new set.
+#: face differences are out of line beyond so many robust standard deviations, and beyond this [rad]
+LIMIT, FLOOR = 5.0, 20 * SEC
+#: zenith angles spread at least so much where the tilt of the trunnion axis can be told apart [rad]
+SPREAD = np.radians(30)
+#: sets whose common targets differ by less were read with the circle unmoved [rad]
+UNMOVED = 1e-3
+#: most sets times targets of one set-up
+MOST_CELLS = 10_000_000
 
 
 @dataclass(frozen=True)
 class ReadingSets:
-    """Set (n,) of each reading from 0 on, and whether it closes the horizon (n,)."""
+    """Sets of n readings.
+
+    Attributes
+    ----------
+    number : (n,)
+        Set of each reading, from 0 on.
+    closing : (n,)
+        True where the reading closes the horizon.
+    """
 
     number: Index
     closing: NDArray[np.bool_]
@@ -50,17 +76,21 @@ def find_sets(target: Index, face: NDArray[np.int8], series: Index | None = None
 
     Parameters
     ----------
-    target (n,) index; face (n,) 1 or 2; series (n,) numbers of sets that the file says, 0 where
-    it does not; a change of it begins a set.
+    target : (n,)
+        Index of the target.
+    face : (n,)
+        1 or 2.
+    series : (n,)
+        Numbers of sets that the file gives, 0 where it gives none; a change of it begins a set.
     """
     n = len(target)
     number, closing = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=bool)
-    said = np.zeros(n, dtype=np.int64) if series is None else series
+    given = np.zeros(n, dtype=np.int64) if series is None else series
     keys = list(zip(target.tolist(), face.tolist(), strict=True))
     seen: set[tuple[int, int]] = set()
     current, half = 0, 0
     for i, key in enumerate(keys):
-        fresh = i > 0 and said[i] != said[i - 1]
+        fresh = i > 0 and given[i] != given[i - 1]
         if i > 0 and keys[i - 1][1] != key[1]:
             half = i
         repeated = i > 0 and keys[i - 1] == key
@@ -80,26 +110,24 @@ def _ends(keys: list[tuple[int, int]], i: int) -> bool:
     return i + 1 == len(keys) or keys[i + 1][1] != keys[i][1] or keys[i + 1] == keys[i]
 
 
-# Rounds of angles: directions of several sets by least squares, zenith angles and distances.
-#
-# Each set has an orientation of its own; sets need not be complete. Values are face means in a
-# table with a row for each set and a column for each target, NaN where a target was not read.
-# For complete sets the directions are the plain means of the sets reduced to one of them
-# (Ghilani, "Adjustment Computations"; ISO 17123-3).
-
-
 @dataclass(frozen=True)
 class Rounds:
-    """Directions of t targets from s sets [rad].
-
-    direction (t,) within [0, 2 pi), in the orientation of the first set; orientation (s,) of the
-    sets against it; residual (s, t) observed less adjusted.
+    """Adjusted directions of t targets from s sets.
 
     Attributes
     ----------
+    direction : (t,)
+        Within [0, 2 pi), in the orientation of the first set [rad].
+    orientation : (s,)
+        Of the sets against the first [rad].
+    residual : (s, t)
+        Observed less adjusted [rad].
     sigma
-        Of a direction in one set from the residuals, NaN without redundancy; sigma_mean (t,) of the
-        adjusted ones; dof.
+        Of a direction in one set from the residuals [rad], NaN without redundancy.
+    sigma_mean : (t,)
+        Of the adjusted directions [rad].
+    dof
+        Degrees of freedom.
     """
 
     direction: Array
@@ -112,7 +140,21 @@ class Rounds:
 
 @dataclass(frozen=True)
 class Repeats:
-    """Means (t,) of values that need no orientation; residual (s, t), sigma and dof as above."""
+    """Means of values that need no orientation: t targets in s sets [rad or m].
+
+    Attributes
+    ----------
+    mean : (t,)
+        Over the sets.
+    residual : (s, t)
+        Observed less mean.
+    sigma
+        Of a value in one set from the residuals, NaN without redundancy.
+    sigma_mean : (t,)
+        Of the means.
+    dof
+        Degrees of freedom.
+    """
 
     mean: Array
     residual: Array
@@ -128,7 +170,9 @@ def wrapped(angle: Array) -> Array:
 
 
 def adjust_rounds(directions: Array) -> Rounds:
-    """Adjust directions (s, t) [rad]; sets that share no target stay apart."""
+    """Adjust directions (s, t) [rad] of s sets to t targets; sets that share no target stay
+    apart.
+    """
     known = np.isfinite(directions)
     orientation, direction = _approximate(directions, known)
     misclosure = np.where(
@@ -177,6 +221,7 @@ def adjust_repeats(values: Array) -> Repeats:
 
 
 def _sigma(residual: Array, known: NDArray[np.bool_], dof: int) -> float:
+    """Standard deviation of one value from its residuals; NaN without redundancy."""
     return float(np.sqrt((residual[known] ** 2).sum() / dof)) if dof > 0 else float("nan")
 
 
@@ -204,37 +249,26 @@ def _approximate(directions: Array, known: NDArray[np.bool_]) -> tuple[Array, Ar
     return orientation, direction
 
 
-# Both faces of a total station: means, collimation and index error, and what is out of line.
-#
-# Half the difference of the faces of target i is ``(H_F - H_B -+ pi) / 2 = c / sin V + t cot V``
-# for directions, with the collimation error c and the tilt t of the trunnion axis, and ``(V_F +
-# V_B - 2 pi) / 2 = i`` for zenith angles, with the index error i (method section 4.4; Deumlich &
-# Staiger, "Instrumentenkunde der Vermessungstechnik"). The mean of the faces is free of all
-# three.
-
-
-#: face differences are out of line beyond so many robust standard deviations, and beyond this
-LIMIT, FLOOR = 5.0, 20 * SEC
-
-
-#: zenith angles spread at least so much where the tilt of the trunnion axis can be told apart
-SPREAD = np.radians(30)
-
-
 @dataclass(frozen=True)
 class AxisErrors:
     """Axis errors of an instrument from n pairs of faces [rad].
 
-    collimation, index with their sigmas; trunnion and its sigma, NaN where sights are too level.
-
     Attributes
     ----------
+    collimation, sigma_collimation
+        The collimation error and its standard deviation.
+    trunnion, sigma_trunnion
+        Tilt of the trunnion axis; NaN where sights are too level.
+    index, sigma_index
+        The index error of zenith angles.
     sigma_direction, sigma_zenith
-        Of a reading in one face, from the scatter of the differences; residual_direction,
-        residual_zenith (n,) of half differences; far_direction, far_zenith (n,) True where one is
-        out of line, which is then left out of everything else.
+        Of a reading in one face, from the scatter of the differences.
+    residual_direction, residual_zenith : (n,)
+        Of half differences.
+    far_direction, far_zenith : (n,)
+        True where a difference is out of line; it is then left out of everything else.
     pairs
-        Used.
+        How many were used.
     """
 
     collimation: float
@@ -253,7 +287,15 @@ class AxisErrors:
 
 
 def fold(direction: Array, zenith: Array, face: NDArray[np.int8]) -> tuple[Array, Array]:
-    """Readings (n,) as face 1 would give them: ``H - pi``, ``2 pi - V`` where the face is 2."""
+    """Readings as face 1 would give them: ``H - pi`` and ``2 pi - V`` where the face is 2.
+
+    Parameters
+    ----------
+    direction, zenith : (n,)
+        As read [rad].
+    face : (n,)
+        1 or 2.
+    """
     second = face == 2
     folded = np.where(second, direction - np.pi, direction) % (2 * np.pi)
     return folded, np.where(second, 2 * np.pi - zenith, zenith)
@@ -266,9 +308,16 @@ def half_difference(first: Array, second: Array) -> Array:
 
 
 def axis_errors(half_direction: Array, half_zenith: Array, zenith: Array) -> AxisErrors:
-    """Axis errors by least squares from half differences (n,) and zenith angles (n,) [rad].
+    """Axis errors by least squares from half differences.
 
-    NaN half differences take no part. What is out of line is found from medians, beforehand.
+    What is out of line is found from medians beforehand.
+
+    Parameters
+    ----------
+    half_direction, half_zenith : (n,)
+        Half differences of the faces [rad]; NaN takes no part.
+    zenith : (n,)
+        Zenith angles [rad].
     """
     slope = 1 / np.sin(zenith)
     known = np.isfinite(half_direction) & np.isfinite(slope)
@@ -303,7 +352,7 @@ def axis_errors(half_direction: Array, half_zenith: Array, zenith: Array) -> Axi
 
 
 def _far(values: Array, known: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Values (n,) that lie off the median by more than chance and any instrument explain."""
+    """True where values (n,) lie off the median by more than chance or any instrument explains."""
     far = np.zeros(len(values), dtype=bool)
     if known.sum() < 3:
         # with one or two pairs nothing says which is wrong, unless no instrument is so bad
@@ -330,20 +379,22 @@ def _fit(design: Array, values: Array, use: NDArray[np.bool_]) -> tuple[Array, A
     return np.asarray(estimate, dtype=float), sigma, residual, s
 
 
-#: sets whose common targets differ by less were read with the circle unmoved [rad]
-UNMOVED = 1e-3
-
-
-#: sets times targets of one set-up
-MOST_CELLS = 10_000_000
-
-
 @dataclass(frozen=True)
 class TelescopeReadings:
     """n readings in the order they were taken.
 
-    setup, target (n,) indices; face (n,) 1 or 2; direction, zenith (n,) as read [rad]; distance
-    (n,) corrected [m]; NaN where not read; series (n,) number of the set if it is known, else 0.
+    Attributes
+    ----------
+    setup, target : (n,)
+        Indices.
+    face : (n,)
+        1 or 2.
+    direction, zenith : (n,)
+        As read [rad], NaN where not read.
+    distance : (n,)
+        Corrected [m], NaN where not read.
+    series : (n,)
+        Number of the set if it is known, else 0.
     """
 
     setup: Index
@@ -357,12 +408,24 @@ class TelescopeReadings:
 
 @dataclass(frozen=True)
 class TargetMeans:
-    """n means of a target in a set of a set-up.
+    """n means of a target in one set of one set-up.
 
-    setup, set, target (n,); direction, zenith (n,) means of faces, or what one face says;
-    distance (n,); half_direction, half_zenith (n,) half differences of the faces, NaN where only
-    one was read; directions, zeniths, distances (n,) how many readings; first (n,) index of the
-    first reading; far_direction, far_zenith (n,) faces too far apart.
+    Attributes
+    ----------
+    setup, set, target : (n,)
+        Indices.
+    direction, zenith : (n,)
+        Means of the faces, or the value of the one face that was read [rad].
+    distance : (n,)
+        Mean [m].
+    half_direction, half_zenith : (n,)
+        Half differences of the faces [rad], NaN where only one was read.
+    directions, zeniths, distances : (n,)
+        How many readings.
+    first : (n,)
+        Index of the first reading.
+    far_direction, far_zenith : (n,)
+        True where the faces are too far apart.
     """
 
     setup: Index
@@ -383,7 +446,15 @@ class TargetMeans:
 
 @dataclass(frozen=True)
 class Closures:
-    """n closed horizons: set-up, set, target, face (n,) and last less first reading (n,) [rad]."""
+    """n closed horizons.
+
+    Attributes
+    ----------
+    setup, set, target, face : (n,)
+        Of the closing reading.
+    difference : (n,)
+        Last less first reading [rad].
+    """
 
     setup: Index
     set: Index
@@ -394,7 +465,19 @@ class Closures:
 
 @dataclass(frozen=True)
 class SetupReduction:
-    """The rounds of a set-up: targets (t,) and sets (s,) of its tables, adjusted."""
+    """The adjusted rounds of one set-up.
+
+    Attributes
+    ----------
+    setup
+        Index of the set-up.
+    targets : (t,)
+        Targets of its tables.
+    sets : (s,)
+        Sets of its tables.
+    rounds, zeniths, distances
+        The adjusted values.
+    """
 
     setup: int
     targets: Index
@@ -408,9 +491,20 @@ class SetupReduction:
 class Means:
     """n values for the network.
 
-    setup, target (n,); circle (n,) counts positions of the circle in a set-up, from 0; value (n,);
-    readings (n,) that it is the mean of; first (n,) index of the first; far (n,) True if the faces
-    of all its readings were too far apart.
+    Attributes
+    ----------
+    setup, target : (n,)
+        Indices.
+    circle : (n,)
+        Position of the circle within the set-up, counted from 0.
+    value : (n,)
+        [rad or m].
+    readings : (n,)
+        How many readings it is the mean of.
+    first : (n,)
+        Index of the first of them.
+    far : (n,)
+        True if the faces of all its readings were too far apart.
     """
 
     setup: Index
@@ -424,7 +518,21 @@ class Means:
 
 @dataclass(frozen=True)
 class Reduction:
-    """All that the readings of a file give."""
+    """All results of the readings of a file.
+
+    Attributes
+    ----------
+    cells
+        Means of faces for each target of each set.
+    axes
+        Axis errors of the instrument.
+    closures
+        Closed horizons.
+    setups
+        Adjusted rounds, one for each set-up.
+    directions, zeniths, distances
+        Values for the network.
+    """
 
     cells: TargetMeans
     axes: AxisErrors
@@ -436,7 +544,7 @@ class Reduction:
 
 
 def reduce(readings: TelescopeReadings) -> Reduction:
-    """Pair faces, adjust rounds, average.
+    """Pairs faces, adjusts rounds and averages.
 
     Raises
     ------
@@ -447,8 +555,8 @@ def reduce(readings: TelescopeReadings) -> Reduction:
     closing = np.zeros(len(readings.setup), dtype=bool)
     for setup in np.unique(readings.setup):
         rows = np.flatnonzero(readings.setup == setup)
-        found = find_sets(readings.target[rows], readings.face[rows], readings.series[rows])
-        number[rows], closing[rows] = found.number, found.closing
+        sets = find_sets(readings.target[rows], readings.face[rows], readings.series[rows])
+        number[rows], closing[rows] = sets.number, sets.closing
     folded, zenith = fold(readings.direction, readings.zenith, readings.face)
     cells, axes = _cells(readings, number, folded, zenith)
     setups, circles = [], np.zeros(len(cells.setup), dtype=np.int64)
@@ -472,13 +580,7 @@ def reduce(readings: TelescopeReadings) -> Reduction:
 
 
 def _mean(values: Array, group: Index, size: int, *, turn: bool = False) -> tuple[Array, Index]:
-    """Means (size,) and counts of values by group.
-
-    Parameters
-    ----------
-    turn
-        Angles around the circle.
-    """
+    """Means (size,) and counts of values by group; ``turn`` for angles around the circle."""
     known = np.isfinite(values)
     count = np.bincount(group[known], minlength=size)
     base = np.full(size, np.nan)
@@ -563,7 +665,8 @@ def _rounds(cells: TargetMeans, rows: Index) -> tuple[SetupReduction, Array]:
 def _circles(table: Array) -> Index:
     """Position of the circle of each set (s,): a new one where common targets show that it moved.
 
-    A set is compared with the first one of the current position, and of those before it.
+    A set is compared with the first set of the current position, then with those of earlier
+    positions.
     """
     s, t = table.shape
     circle = np.zeros(s, dtype=np.int64)

@@ -1,10 +1,10 @@
-"""How does the noise of one scanned point depend on its range, its beam and the surface it hit?
+"""Noise of one scanned point as a function of its range, the beam and the surface it hit.
 
-``C_int`` of method sections 5.1 and 5.2: range ``s_0 + s_ppm rho``, divided by the cosine of the
-incidence angle where that is known; angles of the encoders; and the place of the echo within the
-beam's footprint, ``delta / 4`` in both directions across the beam, with the beam's diameter
-``d(rho) = hypot(d0, gamma rho)`` and ``delta = d / rho`` (Lichti and Gordon 2004). Metres and
-radians.
+This is ``C_int`` of method sections 5.1 and 5.2. It has three parts: the range, ``s_0 + s_ppm
+rho``, divided by the cosine of the incidence angle where that is known; the angles of the encoders;
+and the place of the echo within the beam's footprint, ``delta / 4`` in both directions across the
+beam, with the beam's diameter ``d(rho) = hypot(d0, gamma rho)`` and ``delta = d / rho`` (Lichti and
+Gordon 2004). Metres and radians.
 """
 
 from __future__ import annotations
@@ -22,13 +22,16 @@ __all__ = ["ScanNoise"]
 class ScanNoise:
     """Standard deviations of single points of a scanner.
 
-    range [m] and range_scale [m/m] add linearly.
-
     Attributes
     ----------
+    range, range_scale
+        Of ranges [m] and [m/m], added linearly.
     horizontal, vertical
-        Encoder readings [rad]; beam_exit [m] and beam_divergence [rad, full angle] : zero leaves
-        the footprint out.
+        Of encoder readings [rad].
+    beam_exit
+        Diameter of the beam where it leaves the scanner [m].
+    beam_divergence
+        Full angle of the beam [rad]; with both at zero the footprint is left out.
     """
 
     range: float
@@ -44,12 +47,20 @@ class ScanNoise:
         return diameter
 
     def beam_angle(self, length: Array) -> Array:
-        """Sigma (n,) [rad] of the echo's place within the footprint, ``delta / 4``."""
+        """Standard deviation (n,) [rad] of the echo's place within the footprint, ``delta / 4``."""
         angle: Array = self.beam_diameter(length) / length / 4
         return angle
 
     def range_sigma(self, length: Array, cosine: Array | float = 1.0) -> Array:
-        """Sigmas (n,) [m] of ranges (n,) on surfaces hit at an incidence of this cosine."""
+        """Standard deviations (n,) [m] of ranges.
+
+        Parameters
+        ----------
+        length : (n,)
+            Ranges [m].
+        cosine : (n,) or float
+            Of the incidence angle on the surface.
+        """
         sigma: Array = (self.range + self.range_scale * length) / cosine
         return sigma
 
