@@ -117,7 +117,8 @@ def test_a_scan_can_be_moved_parted_and_corrected_at_once() -> None:
     number = np.concatenate([chunk.values["intensity"] for chunk in back.chunks()]).astype(int)
     off = np.hypot(xyz[number, 0], xyz[number, 1]) > 1e-6
     assert (face[number][off] == -1).all()
-    np.testing.assert_allclose(got, correction.corrected(xyz[number]), atol=1e-6)
+    expected = correction.corrected(xyz[number])
+    np.testing.assert_allclose(got[off], expected[off], atol=1e-9)
     assert not back.as_stored
     assert whole.as_stored
     # a second correction takes the place of the first
