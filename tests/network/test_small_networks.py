@@ -28,6 +28,24 @@ def test_one_line_with_inner_constraints() -> None:
     covariance = adjustment.covariance("a")
     assert np.sqrt(covariance[0, 0]) == pytest.approx(0.0005, rel=1e-3)
     assert np.sqrt(covariance[2, 2]) == pytest.approx(10 * 2e-4 / 2, rel=1e-3)
+    # nothing tells how large the errors were, so that covariances stay what they are
+    assert np.isnan(adjustment.posterior_factor)
+    assert adjustment.variance_factor(posterior=True) == 1.0
+
+
+@pytest.mark.parametrize("misclosure", [0.0, 0.003])
+def test_covariances_are_scaled_by_what_the_residuals_tell(misclosure: float) -> None:
+    """A height that was levelled twice; equal readings tell nothing of their errors."""
+    survey = Survey()
+    survey.point("a", (0, 0, 0), free=(False, False, False))
+    survey.point("b", (0, 0, 1), free=(False, False, True))
+    rises = [1.0, 1.0 + misclosure]
+    survey.add(HeightDifferences, values=rises, sigma=0.001, start=["a"] * 2, end=["b"] * 2)
+    adjustment = adjust(survey.network())
+    assert adjustment.dof == 1
+    assert adjustment.variance_factor(posterior=False) == 1.0
+    expected = misclosure**2 / 2 / 0.001**2 if misclosure else 1.0
+    assert adjustment.variance_factor(posterior=True) == pytest.approx(expected)
 
 
 def test_nothing_unknown() -> None:

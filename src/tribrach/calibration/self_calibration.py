@@ -259,7 +259,7 @@ def _analysed(
 ) -> SelfCalibration:
     """All figures of an adjusted calibration."""
     posterior = wishes.posterior and adjustment.dof > 0
-    factor = adjustment.posterior_factor if posterior else 1.0
+    factor = adjustment.variance_factor(posterior=posterior)
     before = _without_parameters(adjustment, names, wishes)
     own = {name.split("(")[0] for name in names}
     omitted = [

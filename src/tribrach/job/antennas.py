@@ -55,8 +55,7 @@ def add_antennas(
     """
     if not any(o.kind in _KINDS and len(o) for o in adjustment.network.observations):
         return content, {}
-    posterior = content.settings.posterior and content.summary.dof > 0
-    factor = adjustment.posterior_factor if posterior else 1.0
+    factor = adjustment.variance_factor(posterior=content.settings.posterior)
     angle, origin = content.settings.angle, content.sigma_origin
     chapters, files = list(content.chapters), {}
     warnings = [*content.warnings, *height_sentences(adjustment)]

@@ -97,7 +97,7 @@ def georeference(
     """Write poses and clouds through the adjusted stations; the chapter of the report."""
     frame = output_frame(project)
     work = work.corrected(adjustment)
-    factor = adjustment.posterior_factor if project.adjustment.posterior else 1.0
+    factor = adjustment.variance_factor(posterior=project.adjustment.posterior)
     stations = set(adjustment.layout.names["pose"])
     lost = [scan.station for scan in work.scans if scan.station not in stations]
     if lost:
@@ -152,7 +152,7 @@ def compare(
     project: Project, work: ScanWork, adjustment: Adjustment, progress: Progress
 ) -> tuple[ComparisonChapter, ...]:
     """The comparisons between stations that the project asks for."""
-    factor = adjustment.posterior_factor if project.adjustment.posterior else 1.0
+    factor = adjustment.variance_factor(posterior=project.adjustment.posterior)
     scans = {scan.name: scan for scan in work.corrected(adjustment).scans}
     wished = [wish.of(scans) for wish in work.comparisons]
     frame = output_frame(project)

@@ -54,8 +54,8 @@ class Adjustment:
     state : adjusted unknowns in the work frame; residuals ``v = h(x) - l`` (n,) in metres and
     radians of the active values listed in ``rows``; ``vtpv`` their weighted sum of squares;
     ``defect`` the number of open motions that inner constraints closed. Covariances are a
-    priori: those given with the observations taken as they are. ``posterior_factor`` scales
-    them.
+    priori: those given with the observations taken as they are. ``variance_factor`` says
+    what scales them.
     """
 
     network: Network
@@ -120,6 +120,23 @@ class Adjustment:
     def posterior_factor(self) -> float:
         """``v^T P v / r``: what scales covariances from a priori to a posteriori; NaN if r = 0."""
         return self.vtpv / self.dof if self.dof > 0 else float("nan")
+
+    def variance_factor(self, *, posterior: bool) -> float:
+        """Return what multiplies a-priori covariances of unknowns.
+
+        Parameters
+        ----------
+        posterior
+            Are covariances wanted a posteriori?
+
+        Returns
+        -------
+        float
+            ``v^T P v / r`` if that is wanted and the residuals tell it; 1 if it is not wanted,
+            without redundancy, or with residuals that are all zero.
+        """
+        factor = self.posterior_factor
+        return factor if posterior and factor > 0 else 1.0
 
     @cached_property
     def whitener(self) -> sp.csr_array:

@@ -31,8 +31,7 @@ __all__ = [
 
 def variance_factor(adjustment: Adjustment, settings: ReportSettings) -> float:
     """What multiplies the a-priori covariances: 1, or ``v^T P v / r`` with ``posterior``."""
-    factor = adjustment.posterior_factor
-    return factor if settings.posterior and factor > 0 else 1.0
+    return adjustment.variance_factor(posterior=settings.posterior)
 
 
 def sigma_origin(adjustment: Adjustment, settings: ReportSettings) -> str:

@@ -40,8 +40,7 @@ class _Row:
 def add_georeferencing(content: Content, project: Project, adjustment: Adjustment) -> Content:
     """The content of a report with the chapter, where a network in space has three places."""
     posterior = content.settings.posterior and adjustment.dof > 0
-    factor = adjustment.posterior_factor if posterior else 1.0
-    found = site_accuracy(adjustment, factor)
+    found = site_accuracy(adjustment, adjustment.variance_factor(posterior=posterior))
     if found is None:
         return content
     common = sessions(adjustment)
