@@ -17,8 +17,9 @@ from tribrach.cli import app
 from tribrach.errors import InputError
 from tribrach.gnss.baseline import Processing, compute_baseline, doubts_of_length
 from tribrach.gnss.engine import engines
-from tribrach.gnss.orbits import check_precise, read_orbits
+from tribrach.gnss.orbits import check_precise
 from tribrach.io.gnss.observation_file import read_observations
+from tribrach.io.gnss.orbit_files import read_orbits
 from tribrach.io.gnss.precise_file import joined, read_sp3, sp3_text
 
 from .rinex_samples import navigation, rinex_2

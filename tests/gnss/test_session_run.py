@@ -13,7 +13,7 @@ from tribrach.errors import InputError
 from tribrach.gnss import sessions as session_run
 from tribrach.gnss.antennas import AntennaSetup
 from tribrach.gnss.baseline import Baseline, Processing
-from tribrach.gnss.sessions import Occupation, SessionWish, run_sessions
+from tribrach.gnss.sessions import Occupation, Session, run_sessions
 from tribrach.network.adjustment import adjust
 from tribrach.project import Project
 
@@ -67,7 +67,7 @@ class Engine:
         )  # fmt: skip
 
 
-def session(folder: Path, name: str, points: str, star: str | None = None) -> SessionWish:
+def session(folder: Path, name: str, points: str, star: str | None = None) -> Session:
     (folder / "day.nav").write_text(navigation())
     occupations = []
     for point in points:
@@ -76,7 +76,7 @@ def session(folder: Path, name: str, points: str, star: str | None = None) -> Se
         there = f"{x:14.4f}{y:14.4f}{z:14.4f}"
         path.write_text(rinex_2().replace("  4157177.0658   671230.4766  4774767.0311", there))
         occupations.append(Occupation(point, path))
-    return SessionWish(name, tuple(occupations), (folder / "day.nav",), star)
+    return Session(name, tuple(occupations), (folder / "day.nav",), star)
 
 
 def test_baselines_start_where_coordinates_are_known(

@@ -1,31 +1,49 @@
-"""Antennas over marks: heights, offsets, types, and phase centres from an ANTEX file.
+"""Antennas over marks: heights, offsets, types and phase centres.
 
 The engine gets the antenna reference point as height, east and north over the mark (RINEX
-``ANTENNA: DELTA H/E/N``), so that its vectors run from mark to mark. Without an ANTEX file phase
-centres are left out, which cancels between equal antennas on short baselines.
+``ANTENNA: DELTA H/E/N``), so that its vectors run from mark to mark. Phase centres come from an
+ANTEX file. Without one they are left out, which cancels between equal antennas on short baselines.
 """
 
 from __future__ import annotations
 
-import re
-import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
 from tribrach.errors import InputError
+from tribrach.io.gnss.antex_file import AntexFile
 from tribrach.io.gnss.observation_file import RinexObservations
 
-__all__ = ["AntennaSetup", "antenna_options", "antenna_warnings", "satellite_options"]
+__all__ = [
+    "ANTEX_NAME",
+    "AntennaSetup",
+    "antenna_options",
+    "antenna_warnings",
+    "satellite_options",
+]
 
+#: name of the ANTEX file in the engine's work folder
+ANTEX_NAME = "antennas.atx"
 #: antennas are lower than this above their marks [m]
 HIGHEST = 100.0
-#: an antenna of a satellite: its number stands where others have their dome or serial number
-_SATELLITE = re.compile(rb"^.{20}[GRECJIS]\d\d .{36}TYPE", re.M)
 
 
 @dataclass(frozen=True)
 class AntennaSetup:
-    """An antenna over a mark: type with dome; height, east, north of its reference point [m]."""
+    """An antenna over a mark.
+
+    Attributes
+    ----------
+    type
+        IGS name with dome.
+    height, east, north
+        Of the antenna reference point over the mark [m].
+
+    Raises
+    ------
+    InputError
+        A height or offset of 100 m or more.
+    """
 
     type: str = ""
     height: float = 0.0
@@ -41,20 +59,37 @@ class AntennaSetup:
 
     @classmethod
     def of(cls, file: RinexObservations, *, height: float | None = None) -> AntennaSetup:
-        """What the header of a file says; a height of the user's goes before it."""
+        """The antenna that the header of a file describes.
+
+        Parameters
+        ----------
+        file
+            Observations with their header.
+        height
+            Height over the mark [m]; overrides that of the header.
+        """
         up, east, north = (float(value) for value in file.delta)
         return cls(file.antenna, up if height is None else height, east, north)
 
 
 def antenna_options(
-    base: AntennaSetup, rover: AntennaSetup, antex: Path | None, folder: Path
+    base: AntennaSetup, rover: AntennaSetup, antex: AntexFile | None, folder: Path
 ) -> dict[str, object]:
-    """Options of the engine; the ANTEX file is copied into its folder.
+    """Options of the engine for both antennas.
+
+    Parameters
+    ----------
+    base, rover
+        The antennas.
+    antex
+        Phase centres, None to leave them out.
+    folder
+        The engine's work folder, which holds the ANTEX file as :data:`ANTEX_NAME`.
 
     Raises
     ------
     InputError
-        The ANTEX file is none or lacks an antenna.
+        The ANTEX file lacks an antenna.
     """
     options: dict[str, object] = {}
     for key, antenna in (("ant1", rover), ("ant2", base)):
@@ -62,53 +97,38 @@ def antenna_options(
         options[f"{key}-antdeln"] = antenna.north
         options[f"{key}-antdelu"] = antenna.height
         if antex is not None:
-            options[f"{key}-anttype"] = _known(antex, antenna.type)
+            options[f"{key}-anttype"] = antex.receiver_antenna(antenna.type)
     if antex is not None:
-        copy = folder / "antennas.atx"
-        shutil.copyfile(antex, copy)
-        options["file-rcvantfile"] = copy
+        options["file-rcvantfile"] = folder / ANTEX_NAME
         options["pos1-posopt2"] = 1  # phase centres of receivers
     return options
 
 
-def satellite_options(antex: Path | None, folder: Path) -> dict[str, object]:
-    """Options for precise orbits, which are those of centres of mass: phase centres of satellites.
+def satellite_options(antex: AntexFile | None, folder: Path) -> dict[str, object]:
+    """Options for precise orbits, which refer to centres of mass: phase centres of satellites.
 
-    Empty where no ANTEX file has any.
+    Parameters
+    ----------
+    antex
+        Phase centres, None if there are none.
+    folder
+        The engine's work folder, as in :func:`antenna_options`.
+
+    Returns
+    -------
+    dict
+        Empty if the file has no antennas of satellites.
     """
-    if antex is None or _SATELLITE.search(antex.read_bytes()) is None:
+    if antex is None or not antex.has_satellites:
         return {}
-    # the copy that antenna_options has made
-    return {"file-satantfile": folder / "antennas.atx", "pos1-posopt1": 1}
+    return {"file-satantfile": folder / ANTEX_NAME, "pos1-posopt1": 1}
 
 
 def antenna_warnings(base: AntennaSetup, rover: AntennaSetup, antex: Path | None) -> list[str]:
-    """Different antennas whose phase centres are not known."""
+    """A sentence if the antennas differ and their phase centres are not known."""
     if antex is not None or base.type.split() == rover.type.split():
         return []
     return [
         f"the antennas {base.type or '(no type)'} and {rover.type or '(no type)'} differ and no "
         "ANTEX file is given: their phase centres may differ by centimetres in height"
     ]
-
-
-def _known(antex: Path, name: str) -> str:
-    """The antenna's name as the ANTEX file writes it."""
-    try:
-        data = antex.read_bytes()
-    except OSError as error:
-        raise InputError(
-            f"the file cannot be read ({error.strerror})", file=antex, cure="check the path"
-        ) from error
-    if b"ANTEX VERSION / SYST" not in data[:200]:
-        raise InputError("this is no ANTEX file", file=antex)
-    words = name.split()
-    wanted = f"{words[0]:<16}{words[1] if len(words) > 1 else 'NONE':<4}" if words else ""
-    found = re.search(rb"^" + re.escape(wanted.encode("latin-1")) + rb".{40}TYPE", data, re.M)
-    if not words or found is None:
-        raise InputError(
-            f"the antenna {name or '(no type)'} is not in the ANTEX file",
-            file=antex,
-            cure="give a file that holds it, or leave the ANTEX file out",
-        )
-    return wanted

@@ -1,9 +1,10 @@
 """A static baseline from the RINEX files of two receivers.
 
-Files are checked first, so that what cannot work is said in a sentence; then the engine runs, and
-its solution becomes a vector from mark to mark with a covariance that is scaled as
-:mod:`~tribrach.instruments.gnss_solutions` says. ECEF in the frame of the base coordinates and the
-broadcast orbits, metres. Method section 2.7.
+Files are checked first, so that a user reads in a sentence what cannot work; then the engine runs,
+and its solution becomes a vector from mark to mark with a covariance that is scaled as
+:mod:`~tribrach.instruments.gnss_solutions` describes. What makes a baseline doubtful (its base, its
+files, its ambiguities, its length) becomes a warning. ECEF in the frame of the base coordinates and
+the broadcast orbits, metres. Method section 2.7.
 """
 
 from __future__ import annotations
@@ -20,16 +21,18 @@ from numpy.typing import ArrayLike, NDArray
 from tribrach._types import Array, Progress
 from tribrach.errors import InputError
 from tribrach.gnss.antennas import (
+    ANTEX_NAME,
     AntennaSetup,
     antenna_options,
     antenna_warnings,
     satellite_options,
 )
-from tribrach.gnss.engine import EngineName, run_engine
-from tribrach.gnss.orbits import Orbits, check_precise, check_together, read_orbits, usable_systems
+from tribrach.gnss.engine import EngineName, run_engine, staged
+from tribrach.gnss.orbits import check_precise, check_together, usable_systems
 from tribrach.instruments.gnss_solutions import SOURCE, sigma_factor
-from tribrach.io.gnss.navigation_file import NavigationFile
+from tribrach.io.gnss.antex_file import read_antex
 from tribrach.io.gnss.observation_file import RinexObservations, read_observations
+from tribrach.io.gnss.orbit_files import Orbits, read_orbits
 from tribrach.io.gnss.precise_file import sp3_text
 from tribrach.io.gnss.solution_file import (
     FIXED,
@@ -42,23 +45,26 @@ from tribrach.io.gnss.solution_file import (
 
 __all__ = ["Baseline", "Processing", "compute_baseline", "doubts_of_length"]
 
-# What makes a baseline doubtful, in sentences: its base, its files, its ambiguities.
-
-
 #: fixed epochs of the second half of a session agree better than this [m]
 DISAGREEING = 0.05
-
-
 #: receivers know their place better than this [m]
 ASTRAY = 100.0
-
-
 #: beyond this length the covariance is too small [m]
 LONG = 20_000.0
+#: bits of RTKLIB's satellite systems
+_SYSTEM_BITS = {"G": 1, "S": 2, "R": 4, "E": 8, "J": 16, "C": 32, "I": 64}
 
 
 def doubts_of_place(base: RinexObservations, reference: Array) -> list[str]:
-    """Coordinates of the base that are not where its receiver believed to be."""
+    """A sentence if the base is far from where its receiver believed to be.
+
+    Parameters
+    ----------
+    base
+        Its observations.
+    reference : (3,)
+        Given ECEF coordinates of the base [m].
+    """
     away = float(np.linalg.norm(reference - base.approximate))
     # no position in the header is not a number, and never too far
     if not away > ASTRAY:
@@ -71,7 +77,7 @@ def doubts_of_place(base: RinexObservations, reference: Array) -> list[str]:
 
 
 def doubts_of_files(*files: RinexObservations) -> list[str]:
-    """Epochs that were counted anew."""
+    """A sentence for each file whose epochs had to be counted anew."""
     return [
         f"{file.path.name}: {file.recounted} of {len(file.times)} epochs promise more satellites "
         "than they list; they were counted anew"
@@ -83,7 +89,21 @@ def doubts_of_files(*files: RinexObservations) -> list[str]:
 def doubts_of_fixes(
     name: str, solution: Solution, fixed: NDArray[np.int64], share: float, best: int
 ) -> list[str]:
-    """Sentences on ambiguities that are float, rarely fixed, or fixed in different ways."""
+    """Sentences on ambiguities that are float, rarely fixed, or fixed in different ways.
+
+    Parameters
+    ----------
+    name
+        Of the baseline.
+    solution
+        All its epochs.
+    fixed : (k,)
+        Epochs with fixed ambiguities.
+    share
+        Of the epochs that are fixed.
+    best
+        The epoch that is taken.
+    """
     if not len(fixed):
         return [f"{name}: the ambiguities could not be fixed, the baseline is a float solution"]
     out = []
@@ -100,14 +120,18 @@ def doubts_of_fixes(
 
 
 def doubts_of_length(name: str, length: float, *, precise: bool, satellites: bool) -> list[str]:
-    """What a long baseline [m] suffers from and the covariance leaves out.
+    """What a long baseline suffers from and the covariance leaves out.
 
     Parameters
     ----------
+    name
+        Of the baseline.
+    length
+        Its length [m].
     precise
-        Orbits are precise ones.
+        Precise orbits are used.
     satellites
-        With their phase centres.
+        Phase centres of satellites are known.
     """
     if length <= LONG:
         return []
@@ -122,10 +146,6 @@ def doubts_of_length(name: str, length: float, *, precise: bool, satellites: boo
     ]
 
 
-#: bits of RTKLIB's satellite systems
-_SYSTEM_BITS = {"G": 1, "S": 2, "R": 4, "E": 8, "J": 16, "C": 32, "I": 64}
-
-
 @dataclass(frozen=True)
 class Processing:
     """How baselines are computed.
@@ -137,16 +157,19 @@ class Processing:
     frequencies
         1, 2 or 3.
     systems
-        Letters, those that files have in common are used; atmosphere False switches troposphere and
-        ionosphere models off (simulated data, or receivers side by side).
+        Letters of satellite systems; those that the files have in common are used.
+    atmosphere
+        Model troposphere and ionosphere; False for simulated data, or receivers side by side.
     ratio
         Threshold of the ambiguity test.
     factor
-        On formal sigmas, None for the default.
+        On formal standard deviations, None for the default.
     antex
         File of antenna phase centres.
+    engine
+        ``auto``, ``pyrtklib`` or ``rnx2rtkp``.
     seconds
-        Time limit.
+        Time limit of the engine.
     """
 
     mask: float = 15.0
@@ -166,16 +189,42 @@ class Baseline:
 
     Attributes
     ----------
-    base, rover
-        ECEF (3,) [m] of the marks; covariance (3, 3) [m^2], formal times ``factor`` squared;
-        ambiguities of the chosen epoch; epochs with a solution and those both files have;
-        fixed_share of the solved epochs; ratio median of them; satellites mean; start, end [s]
-        since 1980-01-06, interval [s]; formal (3, 3); systems that were used.
+    base, rover : (3,)
+        ECEF coordinates of the marks [m].
+    covariance : (3, 3)
+        Of the vector [m^2]: ``formal`` times ``factor`` squared.
+    formal : (3, 3)
+        Covariance that the engine states [m^2].
+    factor, factor_source
+        The factor, and where it comes from.
+    ambiguities
+        Of the epoch that was taken.
+    fixed_share
+        Of the solved epochs.
+    epochs, epochs_common
+        Epochs with a solution, and epochs that both files have.
+    ratio
+        Median over the solved epochs.
+    satellites
+        Mean over the solved epochs.
+    start, end
+        First and last epoch [s] since 1980-01-06.
+    interval
+        Time between epochs [s].
+    systems
+        Letters of the systems that were used.
+    engine
+        Which one computed it.
     residual
         Root mean square of the phases' double differences [m], None if the engine does not give it.
+    names, files
+        Of the marks and of the observations, base first.
     orbits
-        Files of precise ones, none if broadcast orbits were used; heights [m] of the antennas over
-        the marks.
+        Files of precise orbits; empty if broadcast orbits were used.
+    heights
+        Of the antennas over the marks [m], base first.
+    warnings
+        Sentences.
     """
 
     base: Array
@@ -228,16 +277,26 @@ def compute_baseline(
 
     Parameters
     ----------
-    base_xyz
-        ECEF (3,) [m] of the base mark; antennas : None takes height and type of the file.
+    base, rover
+        Observation files.
+    navigation
+        Files of broadcast and precise orbits.
+    base_xyz : (3,)
+        ECEF coordinates of the base mark [m].
+    processing
+        How it is computed.
+    base_antenna, rover_antenna
+        The antennas; None takes height and type of the file.
+    progress
+        Called with what is being done, how much is done and how much there is.
 
     Raises
     ------
     InputError
-        Files damaged, truncated, empty, of other days, without common satellites, no solution,
+        Files damaged, truncated, empty, of other days, without common satellites; no solution;
         engine missing or too slow.
     """
-    wish = processing or Processing()
+    settings = processing or Processing()
     reference = np.asarray(base_xyz, dtype=float)
     if reference.shape != (3,) or not 6e6 < np.linalg.norm(reference) < 7e6:
         raise InputError(
@@ -248,7 +307,7 @@ def compute_baseline(
     first, second = read_observations(base), read_observations(rover)
     orbits = read_orbits(navigation)
     check_together(first, second, orbits.broadcast)
-    systems = usable_systems(first, second, orbits.broadcast, wish.systems)
+    systems = usable_systems(first, second, orbits.broadcast, settings.systems)
     if orbits.precise is not None:
         check_precise(orbits.precise, first, second)
     setups = (
@@ -256,31 +315,31 @@ def compute_baseline(
         rover_antenna or AntennaSetup.of(second),
     )
     progress("computing baseline", 0, 1)
-    options = _options(wish, reference, systems) | {"pos2-maxage": _tolerance(first, second)}
+    options = _options(settings, reference, systems) | {"pos2-maxage": _tolerance(first, second)}
     options["pos1-sateph"] = 0 if orbits.precise is None else 1
-    solution, used, engine = _solved(first, second, orbits, setups, wish, options)
+    solution, used, engine = _solved(first, second, orbits, setups, settings, options)
     progress("computing baseline", 1, 1)
     warnings = [
         *doubts_of_place(first, reference),
         *doubts_of_files(first, second),
-        *antenna_warnings(*setups, wish.antex),
+        *antenna_warnings(*setups, settings.antex),
     ]
     if used is None:
         used = SatelliteUse(tuple(systems), None)
-    found = _baseline(first, second, reference, solution, wish, (used, engine), warnings)
+    baseline = _baseline(first, second, reference, solution, settings, (used, engine), warnings)
     far: list[str] = []
-    if wish.atmosphere:
+    if settings.atmosphere:
         far = doubts_of_length(
             f"{base.name} to {rover.name}",
-            found.length,
+            baseline.length,
             precise=orbits.precise is not None,
             satellites="file-satantfile" in options,
         )
     return replace(
-        found,
+        baseline,
         orbits=orbits.names,
         heights=(setups[0].height, setups[1].height),
-        warnings=(*found.warnings, *far),
+        warnings=(*baseline.warnings, *far),
     )
 
 
@@ -289,36 +348,44 @@ def _solved(
     second: RinexObservations,
     orbits: Orbits,
     setups: tuple[AntennaSetup, AntennaSetup],
-    wish: Processing,
+    settings: Processing,
     options: dict[str, object],
 ) -> tuple[Solution, SatelliteUse | None, EngineName]:
-    """A run of the engine in a folder of its own; the options get those of antennas."""
+    """Run the engine in a temporary folder; the options of the antennas are added to
+    ``options``.
+    """
     with tempfile.TemporaryDirectory(prefix="tribrach-") as name:
         folder = Path(name)
-        options |= antenna_options(*setups, wish.antex, folder)
-        files = _staged(folder, [second, first, *orbits.broadcast])
+        antex = None if settings.antex is None else read_antex(settings.antex)
+        options |= antenna_options(*setups, antex, folder)
+        if antex is not None:
+            staged(folder, {ANTEX_NAME: antex.data})
+        contents = {"rover.obs": second.text, "base.obs": first.text}
+        contents |= {f"orbits{k}.nav": file.text for k, file in enumerate(orbits.broadcast)}
         if orbits.precise is not None:
-            options |= satellite_options(wish.antex, folder)
-            files.append(folder / "precise.sp3")
+            options |= satellite_options(antex, folder)
             common = first.satellites & second.satellites
-            files[-1].write_bytes(sp3_text(orbits.precise, common))
-        out, engine = run_engine(options, files, folder, engine=wish.engine, seconds=wish.seconds)
+            contents["precise.sp3"] = sp3_text(orbits.precise, common)
+        files = staged(folder, contents)
+        out, engine = run_engine(
+            options, files, folder, engine=settings.engine, seconds=settings.seconds
+        )
         return read_solution(out), read_status(out.with_name(out.name + ".stat")), engine
 
 
-def _options(wish: Processing, base: Array, systems: str) -> dict[str, object]:
+def _options(settings: Processing, base: Array, systems: str) -> dict[str, object]:
     """Options of RTKLIB as numbers, which all its versions read alike."""
     return {
         "pos1-posmode": 3,  # static
-        "pos1-frequency": wish.frequencies,
+        "pos1-frequency": settings.frequencies,
         "pos1-soltype": 0,  # forward
-        "pos1-elmask": wish.mask,
-        "pos1-ionoopt": 1 if wish.atmosphere else 0,  # broadcast
-        "pos1-tropopt": 1 if wish.atmosphere else 0,  # Saastamoinen
+        "pos1-elmask": settings.mask,
+        "pos1-ionoopt": 1 if settings.atmosphere else 0,  # broadcast
+        "pos1-tropopt": 1 if settings.atmosphere else 0,  # Saastamoinen
         "pos1-navsys": sum(_SYSTEM_BITS[letter] for letter in systems),
         "pos2-armode": 1,  # continuous
         "pos2-gloarmode": 0,
-        "pos2-arthres": wish.ratio,
+        "pos2-arthres": settings.ratio,
         "out-solformat": 1,  # x/y/z
         "out-outhead": 1,
         "out-outopt": 1,
@@ -333,17 +400,6 @@ def _options(wish: Processing, base: Array, systems: str) -> dict[str, object]:
         "ant2-pos2": f"{base[1]:.6f}",
         "ant2-pos3": f"{base[2]:.6f}",
     }
-
-
-def _staged(folder: Path, files: Sequence[RinexObservations | NavigationFile]) -> list[Path]:
-    """Plain RINEX of all files in a folder, under names the engine cannot misread."""
-    out = []
-    for k, file in enumerate(files):
-        suffix = "obs" if isinstance(file, RinexObservations) else "nav"
-        path = folder / f"file{k}.{suffix}"
-        path.write_bytes(file.text)
-        out.append(path)
-    return out
 
 
 def _tolerance(first: RinexObservations, second: RinexObservations) -> float:
@@ -365,7 +421,7 @@ def _baseline(
     second: RinexObservations,
     reference: Array,
     solution: Solution,
-    wish: Processing,
+    settings: Processing,
     run: tuple[SatelliteUse, EngineName],
     warnings: list[str],
 ) -> Baseline:
@@ -386,7 +442,7 @@ def _baseline(
     chosen = fixed if len(fixed) else phase
     best = int(chosen[np.argmin(np.einsum("nii->n", solution.covariance[chosen]))])
     interval = max(first.interval, second.interval)
-    factor, source = wish.factor, "given"
+    factor, source = settings.factor, "given"
     if factor is None:
         factor, source = sigma_factor(interval, len(phase)), SOURCE
     share = len(fixed) / len(phase)

@@ -1,8 +1,11 @@
 """RTKLIB behind one interface: the program ``rnx2rtkp`` or the wheel ``pyrtklib``.
 
 Both get the same file of options and leave the same kind of solution file, so that one can check
-the other. Each run is a process of its own with a time limit. T. Takasu, RTKLIB 2.4.3 manual,
-appendix B (options) and E.4 to E.7 (static baselines, LAMBDA ambiguities).
+the other. Each run is a process of its own with a time limit. RTKLIB takes everything from files,
+so this module writes what a run needs into a temporary folder: nobody else reads those files.
+
+T. Takasu, RTKLIB 2.4.3 manual, appendix B (options) and E.4 to E.7 (static baselines, LAMBDA
+ambiguities).
 """
 
 from __future__ import annotations
@@ -17,22 +20,24 @@ from typing import Literal
 
 from tribrach.errors import InputError
 
-__all__ = ["EngineName", "engines", "run_engine"]
+__all__ = ["EngineName", "engines", "run_engine", "staged"]
 
 EngineName = Literal["auto", "pyrtklib", "rnx2rtkp"]
 PROGRAM = "rnx2rtkp"
+#: exit status of each engine where there was nothing to compute
 _NOTHING = {"rnx2rtkp": 1, "pyrtklib": 4}
+#: runs the wheel in a process of its own
 WORKER = Path(__file__).with_name("engine_worker.py")
 
 
 def engines() -> tuple[EngineName, ...]:
-    """Engines that are installed, the preferred one first."""
-    found: list[EngineName] = []
+    """Names of the engines that are installed, the preferred one first."""
+    installed: list[EngineName] = []
     if importlib.util.find_spec("pyrtklib") is not None:
-        found.append("pyrtklib")
+        installed.append("pyrtklib")
     if shutil.which(PROGRAM) is not None:
-        found.append("rnx2rtkp")
-    return tuple(found)
+        installed.append("rnx2rtkp")
+    return tuple(installed)
 
 
 def run_engine(
@@ -43,47 +48,76 @@ def run_engine(
     engine: EngineName = "auto",
     seconds: float = 600.0,
 ) -> tuple[Path, EngineName]:
-    """Solution file of a run in a folder of the caller's, and the engine that made it.
+    """Run RTKLIB on the files of one baseline.
 
     Parameters
     ----------
+    options
+        RTKLIB's options by name.
     files
-        Observations of the rover, of the base, then navigation files.
+        Observations of the rover, of the base, then files of orbits.
+    folder
+        Work folder of the caller's.
+    engine
+        ``auto`` takes the preferred one of those installed.
     seconds
         Time limit.
+
+    Returns
+    -------
+    solution : Path
+        The solution file, empty if there was nothing to compute; the status file lies beside it.
+    engine : str
+        The engine that made it.
 
     Raises
     ------
     InputError
         The engine is not installed, fails or does not end in time.
     """
-    known = engines()
-    if engine == "auto" and not known:
+    installed = engines()
+    if engine == "auto" and not installed:
         raise InputError(
             "baselines need RTKLIB, and neither pyrtklib nor rnx2rtkp is installed",
             cure="install pyrtklib, or the package rtklib of the system",
         )
-    if engine != "auto" and engine not in known:
+    if engine != "auto" and engine not in installed:
         raise InputError(
             f"the engine {engine} is not installed",
-            cure=f"use {known[0]}" if known else "install pyrtklib",
+            cure=f"use {installed[0]}" if installed else "install pyrtklib",
         )
-    chosen = known[0] if engine == "auto" else engine
-    wishes, out = folder / "rtklib.conf", folder / "rtklib.pos"
-    wishes.write_text("".join(f"{key} ={value}\n" for key, value in options.items()))
+    chosen = installed[0] if engine == "auto" else engine
+    settings, out = folder / "rtklib.conf", folder / "rtklib.pos"
+    settings.write_text("".join(f"{key} ={value}\n" for key, value in options.items()))
     out.unlink(missing_ok=True)
     names = [str(path) for path in files]
     if chosen == "rnx2rtkp":
-        command = [PROGRAM, "-k", str(wishes), "-o", str(out), *names]
+        command = [PROGRAM, "-k", str(settings), "-o", str(out), *names]
     else:
-        command = [sys.executable, "-P", str(WORKER), str(wishes), str(out), *names]
+        command = [sys.executable, "-P", str(WORKER), str(settings), str(out), *names]
     _run(command, folder, chosen, seconds)
     if not out.is_file():
         out.write_text("")
     return out, chosen
 
 
+def staged(folder: Path, contents: Mapping[str, bytes]) -> list[Path]:
+    """Write files of the given names and contents into the work folder, in this order."""
+    paths = []
+    for name, content in contents.items():
+        paths.append(folder / name)
+        paths[-1].write_bytes(content)
+    return paths
+
+
 def _run(command: list[str], folder: Path, engine: EngineName, seconds: float) -> None:
+    """Run the command and wait for it.
+
+    Raises
+    ------
+    InputError
+        It cannot be started, crashes, fails or does not end in time.
+    """
     try:
         done = subprocess.run(
             command,

@@ -14,7 +14,22 @@ __all__ = ["main"]
 
 
 def main(options: str, out: str, files: list[str]) -> int:
-    """Compute positions with the options of a file; the exit status."""
+    """Compute positions with the options of a file.
+
+    Parameters
+    ----------
+    options
+        Path of the file of options.
+    out
+        Path of the solution file.
+    files
+        Paths of observations and orbits.
+
+    Returns
+    -------
+    int
+        Exit status: 0, 3 or 4, see the module.
+    """
     pyrtklib = importlib.import_module("pyrtklib")
     pyrtklib.resetsysopts()
     if not pyrtklib.loadopts(options, pyrtklib.sysopts.ptr):

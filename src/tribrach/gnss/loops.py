@@ -1,4 +1,4 @@
-"""Which loops do baselines close, and how well?
+"""Loops that baselines close, and their closures.
 
 Minimal loops are those of a minimum cycle basis: as many independent loops as the network has, the
 shortest ones (Horton 1987, SIAM J. Comput. 16). Repeated baselines are loops of two. Triangles that
@@ -36,13 +36,24 @@ class BaselineLoop:
     Attributes
     ----------
     points
-        Numbers of points in order.
+        Indices of the points in the order they are walked.
     walk
-        Baselines with their directions; closure (3,) [m]; covariance (3, 3) [m^2]; length [m] of
-        all sides; statistic against ``limit`` with dof, which is less than three where the
-        covariance is singular, zero where the loop tells nothing.
+        Baselines with their directions, +1 or -1.
+    closure : (3,)
+        Sum of the vectors [m].
+    covariance : (3, 3)
+        Of the closure [m^2].
+    length
+        Of all sides [m].
+    statistic
+        ``w^T C_w^-1 w``.
+    dof
+        Its degrees of freedom: fewer than three where the covariance is singular, zero where the
+        loop tells nothing.
+    limit
+        Above it the loop does not pass.
     independent
-        Part of the basis.
+        The loop is part of the basis.
     """
 
     points: tuple[int, ...]
@@ -62,17 +73,25 @@ class BaselineLoop:
 
     @property
     def ppm(self) -> float:
-        """Closure per length of the loop, in parts per million."""
+        """Closure per length of the loop [1e-6]."""
         return 1e6 * self.size / self.length if self.length > 0 else 0.0
 
     @property
     def passes(self) -> bool:
-        """True if the closure is what the covariances let expect."""
+        """True if the closure is no larger than the covariances let expect."""
         return self.dof == 0 or self.statistic <= self.limit
 
 
 def minimal_loops(start: Index, end: Index, length: Array) -> list[Walk]:
-    """Loops of a minimum cycle basis of baselines (n,) between numbered points; see the module."""
+    """Loops of a minimum cycle basis, repeated baselines first, then by length.
+
+    Parameters
+    ----------
+    start, end : (n,)
+        Indices of the points of each baseline.
+    length : (n,)
+        Of each baseline [m].
+    """
     sides, repeated = _sides(start, end)
     pairs: list[Walk] = [
         ((first, 1), (k, -1 if start[first] == start[k] else 1)) for first, k in repeated
@@ -93,22 +112,28 @@ def minimal_loops(start: Index, end: Index, length: Array) -> list[Walk]:
 
 
 def triangles(start: Index, end: Index) -> list[Walk]:
-    """All triangles of baselines, without repeated ones; at most :data:`MOST_TRIANGLES`."""
+    """All triangles of baselines without repeated ones, at most :data:`MOST_TRIANGLES`.
+
+    Parameters
+    ----------
+    start, end : (n,)
+        Indices of the points of each baseline.
+    """
     sides, _ = _sides(start, end)
     neighbours: dict[int, dict[int, int]] = {}
     for k in sides:
         a, b = int(start[k]), int(end[k])
         neighbours.setdefault(a, {})[b] = int(k)
         neighbours.setdefault(b, {})[a] = int(k)
-    found: list[Walk] = []
+    walks: list[Walk] = []
     for a, b, c in _triples(neighbours):
         edges = (neighbours[a][b], neighbours[b][c], neighbours[c][a])
-        found.append(
+        walks.append(
             tuple((k, 1 if start[k] == p else -1) for k, p in zip(edges, (a, b, c), strict=True))
         )
-        if len(found) == MOST_TRIANGLES:
+        if len(walks) == MOST_TRIANGLES:
             break
-    return found
+    return walks
 
 
 def close_loops(
@@ -123,13 +148,20 @@ def close_loops(
 ) -> list[BaselineLoop]:
     """Closures of loops.
 
-    vectors (n, 3) [m]; covariance (3n, 3n) of all vectors, dense or sparse rows, or (n, 3, 3) of
-    uncorrelated ones.
-
     Parameters
     ----------
+    walks
+        The loops.
+    start, end : (n,)
+        Indices of the points of each baseline.
+    vectors : (n, 3)
+        The baselines [m].
+    covariance
+        Of all vectors [m^2]: (3n, 3n), dense or sparse rows, or (n, 3, 3) if they are uncorrelated.
     independent
-        How many of the walks, the first ones, are of the basis (all if None).
+        How many of the walks, counted from the first, are of the basis; all if None.
+    alpha
+        Level of the test.
     """
     many = len(walks) if independent is None else independent
     out = []

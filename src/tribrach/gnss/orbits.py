@@ -1,40 +1,33 @@
-"""Orbits of a baseline: broadcast ones, and precise ones where files of them are given.
+"""Checks that the files of a baseline belong together: time, satellites and orbits.
 
 Precise orbits take the place of the broadcast ones; these are still needed for the times at which
-signals were sent. Satellite clocks cancel in the differences of a baseline, so files of clocks
-have nothing to add.
+signals were sent. Times are seconds since 1980-01-06.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from datetime import datetime, timedelta
-from pathlib import Path
 
 import numpy as np
 
 from tribrach.errors import InputError
-from tribrach.io.gnss.navigation_file import NavigationFile, read_navigation
+from tribrach.io.gnss.navigation_file import NavigationFile
 from tribrach.io.gnss.observation_file import RinexObservations
-from tribrach.io.gnss.precise_file import PreciseOrbits, is_sp3, joined, read_sp3
-from tribrach.io.gnss.rinex_file import read_packed
+from tribrach.io.gnss.precise_file import PreciseOrbits
 
-__all__ = ["Orbits", "calendar", "check_precise", "check_together", "read_orbits", "usable_systems"]
-
-# Do the files of a baseline belong together: the same time, common satellites, their orbits?
-
+__all__ = ["calendar", "check_precise", "check_together", "usable_systems"]
 
 #: broadcast orbits are used up to this far from their time [s]
 ORBIT_AGE = 14400.0
-
-
 #: phases of fewer satellites give no position
 FEWEST = 4
+#: epochs that the engine's polynomials go through, and their largest step [s]
+EPOCHS, STEP = 11, 901.0
 
 
 def calendar(seconds: float) -> str:
-    """Date and time of seconds since 1980-01-06, in the same time system."""
+    """Date and time, as text, of seconds since 1980-01-06 in the same time system."""
     return f"{datetime(1980, 1, 6) + timedelta(seconds=round(seconds)):%Y-%m-%d %H:%M:%S}"
 
 
@@ -42,6 +35,13 @@ def check_together(
     base: RinexObservations, rover: RinexObservations, orbits: Sequence[NavigationFile]
 ) -> None:
     """Refuse files that cannot give a baseline.
+
+    Parameters
+    ----------
+    base, rover
+        Observations of the two receivers.
+    orbits
+        Broadcast orbits.
 
     Raises
     ------
@@ -88,83 +88,54 @@ def usable_systems(
 ) -> str:
     """Letters of the wanted satellite systems that all files have.
 
+    Parameters
+    ----------
+    base, rover
+        Observations of the two receivers.
+    orbits
+        Broadcast orbits.
+    wanted
+        Letters of systems in the order of preference.
+
     Raises
     ------
     InputError
-        None of them.
+        There is none of them.
     """
     of_orbits = {str(name)[0] for orbit in orbits for name in orbit.satellites}
-    found = "".join(
+    systems = "".join(
         letter
         for letter in dict.fromkeys(wanted.upper())
         if letter in base.systems and letter in rover.systems and letter in of_orbits
     )
-    if not found:
+    if not systems:
         raise InputError(
             f"the files have none of the satellite systems {wanted} in common",
             file=rover.path,
             cure="name others, such as GREC",
         )
-    return found
+    return systems
 
 
 def _span(file: RinexObservations) -> str:
+    """First and last epoch of a file as text."""
     return f"{calendar(file.times[0])} to {calendar(file.times[-1])}"
 
 
 def _count(n: int) -> str:
+    """A number of satellites in words."""
     return {0: "no satellite", 1: "one satellite"}.get(n, f"{n} satellites")
-
-
-#: epochs that the engine's polynomials go through, and their largest step [s]
-EPOCHS, STEP = 11, 901.0
-
-
-@dataclass(frozen=True, eq=False)
-class Orbits:
-    """Broadcast orbits by file, precise ones of all files together or None, names of the latter."""
-
-    broadcast: tuple[NavigationFile, ...]
-    precise: PreciseOrbits | None = None
-    names: tuple[str, ...] = ()
-
-
-def read_orbits(paths: Sequence[Path]) -> Orbits:
-    """Navigation files and SP3 files, told apart by what is in them.
-
-    Raises
-    ------
-    InputError
-        What a file says wrong, a file of clocks, precise orbits alone.
-    """
-    broadcast: list[NavigationFile] = []
-    precise: list[PreciseOrbits] = []
-    for path in paths:
-        data = read_packed(path)
-        if is_sp3(data):
-            precise.append(read_sp3(path, data))
-        elif b"CLOCK DATA" in data[:60]:
-            raise InputError(
-                "this is a file of satellite clocks, which cancel in a baseline",
-                file=path,
-                cure="leave it out",
-            )
-        else:
-            broadcast.append(read_navigation(path))
-    if precise and not broadcast:
-        raise InputError(
-            "precise orbits alone do not suffice: broadcast ones give the times of transmission",
-            file=precise[0].path,
-            cure="give the navigation file of the day as well",
-        )
-    if not precise:
-        return Orbits(tuple(broadcast))
-    names = tuple(file.path.name for file in precise)
-    return Orbits(tuple(broadcast), joined(precise), names)
 
 
 def check_precise(orbits: PreciseOrbits, base: RinexObservations, rover: RinexObservations) -> None:
     """Refuse precise orbits that do not cover the common time of two receivers.
+
+    Parameters
+    ----------
+    orbits
+        Precise orbits of all files together.
+    base, rover
+        Observations of the two receivers.
 
     Raises
     ------

@@ -1,8 +1,11 @@
-"""Which baselines of a session are independent, and how are they correlated?
+"""Baselines of sessions: which ones are independent, their computation and their correlation.
 
 n receivers that observe together give n - 1 independent baselines; all others are combinations of
-them and would pretend a control that is none (method section 2.7). The shortest ones are taken: a
-minimum spanning tree, or a star around one station.
+them and would pretend a check that they do not give (method section 2.7). The shortest ones are
+taken: a minimum spanning tree, or a star around one station. Each baseline starts at a station
+whose coordinates are known, given or just computed. If none is known, the header of the first file
+gives them, with a warning: ten metres of error there turn and stretch a baseline by about one part
+in a million.
 
 Two baselines that share a receiver share its errors. With equal shares of both receivers in the
 variance of a baseline the correlation is 1/2, the same as that of single differences (Hofmann-
@@ -28,8 +31,8 @@ from tribrach.io.gnss.observation_file import RinexObservations, read_observatio
 
 __all__ = [
     "Occupation",
+    "Session",
     "SessionResult",
-    "SessionWish",
     "independent_baselines",
     "run_sessions",
     "session_covariance",
@@ -41,15 +44,15 @@ def independent_baselines(
 ) -> list[tuple[int, int]]:
     """The n - 1 baselines (from, to) of n stations, each from a station reached before.
 
-    positions (n, 3) [m], approximate.
-
     Parameters
     ----------
+    positions : (n, 3)
+        Approximate coordinates [m].
     known
-        Stations with coordinates, the first one is where the chain starts (the first station if
-        none is known).
+        Stations with coordinates; the chain starts at the first one (at the first station if none
+        is known).
     star
-        Take all from this one.
+        Take all baselines from this station.
     """
     n = len(positions)
     root = star if star is not None else (known[0] if len(known) else 0)
@@ -66,7 +69,20 @@ def independent_baselines(
 
 
 def session_covariance(baselines: Sequence[tuple[int, int]], covariance: Array) -> Array:
-    """Covariance (3m, 3m) of m independent baselines of one session from their own (m, 3, 3)."""
+    """Joint covariance of m independent baselines of one session.
+
+    Parameters
+    ----------
+    baselines
+        (from, to) of each.
+    covariance : (m, 3, 3)
+        Of each baseline [m^2].
+
+    Returns
+    -------
+    (3m, 3m) array
+        Of all of them [m^2].
+    """
     m = len(baselines)
     names = {name: k for k, name in enumerate(dict.fromkeys(np.ravel(baselines).tolist()))}
     incidence = np.zeros((len(names), m))
@@ -79,16 +95,21 @@ def session_covariance(baselines: Sequence[tuple[int, int]], covariance: Array) 
     return joint.reshape(3 * m, 3 * m)
 
 
-# All baselines of a session: chosen, computed one after the other, correlated.
-#
-# Each baseline starts at a station whose coordinates are known, given or just computed. If none is
-# known, the header of the first file gives them, with a warning: ten metres of error there turn and
-# stretch a baseline by about one part in a million.
-
-
 @dataclass(frozen=True)
 class Occupation:
-    """A receiver over a point; antenna and height [m] None as its file says."""
+    """A receiver over a point.
+
+    Attributes
+    ----------
+    point
+        Name of the point.
+    file
+        Its RINEX observations.
+    antenna
+        IGS name with dome; None takes that of the file.
+    height
+        Of the antenna reference point over the mark [m]; None takes that of the file.
+    """
 
     point: str
     file: Path
@@ -97,8 +118,20 @@ class Occupation:
 
 
 @dataclass(frozen=True)
-class SessionWish:
-    """Receivers that observed together, their orbits, the centre of a star if there is one."""
+class Session:
+    """Receivers that observed together.
+
+    Attributes
+    ----------
+    name
+        Of the session.
+    occupations
+        The receivers.
+    navigation
+        Files of orbits.
+    star
+        Point from which all baselines are taken; None for the shortest ones.
+    """
 
     name: str
     occupations: tuple[Occupation, ...]
@@ -108,7 +141,19 @@ class SessionWish:
 
 @dataclass(frozen=True)
 class SessionResult:
-    """Baselines of a session with names of points, and their joint covariance (3m, 3m)."""
+    """Baselines of a session.
+
+    Attributes
+    ----------
+    name
+        Of the session.
+    baselines
+        m baselines with names of points.
+    covariance : (3m, 3m)
+        Of all baselines [m^2].
+    warnings
+        Sentences.
+    """
 
     name: str
     baselines: tuple[Baseline, ...]
@@ -117,7 +162,7 @@ class SessionResult:
 
 
 def run_sessions(
-    sessions: Sequence[SessionWish],
+    sessions: Sequence[Session],
     known: Mapping[str, Array],
     processing: Processing,
     progress: Progress = lambda what, done, total: None,
@@ -126,8 +171,14 @@ def run_sessions(
 
     Parameters
     ----------
+    sessions
+        In the order of computation; a later one may start at points of an earlier one.
     known
-        ECEF (3,) of points by name, the surest first.
+        ECEF (3,) [m] of points by name, the most certain first.
+    processing
+        How baselines are computed.
+    progress
+        Called with what is being done, how much is done and how much there is.
 
     Raises
     ------
@@ -153,11 +204,12 @@ def _step(progress: Progress, done: int, total: int, more: int) -> None:
 
 
 def _run(
-    session: SessionWish,
+    session: Session,
     places: Mapping[str, Array],
     processing: Processing,
     step: Callable[[int], None],
 ) -> SessionResult:
+    """Baselines of one session, each from a point that is known or has just been computed."""
     files = [read_observations(o.file) for o in session.occupations]
     names = [o.point for o in session.occupations]
     own = dict(places)
@@ -179,9 +231,9 @@ def _run(
     pairs = _pairs(session, files, own)
     baselines = []
     for k, (a, b) in enumerate(pairs):
-        found = _baseline(session, files, a, b, own, processing)
-        own.setdefault(names[b], found.rover)
-        baselines.append(found)
+        result = _baseline(session, files, a, b, own, processing)
+        own.setdefault(names[b], result.rover)
+        baselines.append(result)
         step(k + 1)
     blocks = np.array([baseline.covariance for baseline in baselines])
     return SessionResult(
@@ -190,8 +242,9 @@ def _run(
 
 
 def _pairs(
-    session: SessionWish, files: Sequence[RinexObservations], own: Mapping[str, Array]
+    session: Session, files: Sequence[RinexObservations], own: Mapping[str, Array]
 ) -> list[tuple[int, int]]:
+    """Indices (from, to) of the baselines to compute."""
     names = [o.point for o in session.occupations]
     near = np.array([own.get(n, f.approximate) for n, f in zip(names, files, strict=True)])
     missing = np.isnan(near).any(axis=1)
@@ -208,13 +261,14 @@ def _pairs(
 
 
 def _baseline(
-    session: SessionWish,
+    session: Session,
     files: Sequence[RinexObservations],
     a: int,
     b: int,
     own: Mapping[str, Array],
     processing: Processing,
 ) -> Baseline:
+    """The baseline between the receivers ``a`` and ``b`` of a session, with names of points."""
     ends = [session.occupations[k] for k in (a, b)]
     setups = []
     for occupation, file in zip(ends, (files[a], files[b]), strict=True):
@@ -222,7 +276,7 @@ def _baseline(
         setups.append(
             setup if occupation.antenna is None else replace(setup, type=occupation.antenna)
         )
-    found = compute_baseline(
+    baseline = compute_baseline(
         ends[0].file,
         ends[1].file,
         session.navigation,
@@ -231,4 +285,4 @@ def _baseline(
         base_antenna=setups[0],
         rover_antenna=setups[1],
     )
-    return replace(found, names=(ends[0].point, ends[1].point))
+    return replace(baseline, names=(ends[0].point, ends[1].point))

@@ -12,7 +12,7 @@ from tribrach.errors import InputError
 from tribrach.geodesy.epochs import Realisation, carry
 from tribrach.geodesy.site import EllipsoidSite, Site
 from tribrach.gnss.baseline import Processing
-from tribrach.gnss.sessions import Occupation, SessionResult, SessionWish, run_sessions
+from tribrach.gnss.sessions import Occupation, Session, SessionResult, run_sessions
 from tribrach.io.gnss.files import GnssContext
 from tribrach.network.survey import Survey
 from tribrach.observations.gnss import GnssBaselines
@@ -97,7 +97,7 @@ def compute_sessions(
             for r in session.receivers
         )
         orbits = tuple(folder / name for name in (*session.navigation, *section.navigation))
-        wishes.append(SessionWish(session.name or str(k + 1), receivers, orbits, session.star))
+        wishes.append(Session(session.name or str(k + 1), receivers, orbits, session.star))
     given = {n: p for n, p in survey.points.items() if np.isfinite(p.xyz).all()}
     surest = sorted(given, key=lambda n: given[n].role not in ("fixed", "control"))
     known = {name: site.to_ecef(given[name].xyz[None])[0] for name in surest}

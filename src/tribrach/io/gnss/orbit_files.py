@@ -1,0 +1,72 @@
+"""Files of orbits for a baseline: broadcast ones (RINEX) and precise ones (SP3).
+
+Precise orbits take the place of the broadcast ones; these are still needed for the times at which
+signals were sent. Satellite clocks cancel in the differences of a baseline, so files of clocks
+have nothing to add.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from tribrach.errors import InputError
+from tribrach.io.gnss.navigation_file import NavigationFile, read_navigation
+from tribrach.io.gnss.precise_file import PreciseOrbits, is_sp3, joined, read_sp3
+from tribrach.io.gnss.rinex_file import read_packed
+
+__all__ = ["Orbits", "read_orbits"]
+
+
+@dataclass(frozen=True, eq=False)
+class Orbits:
+    """Orbits of a baseline.
+
+    Attributes
+    ----------
+    broadcast
+        One entry for each navigation file.
+    precise
+        Precise orbits of all SP3 files together, None without any.
+    names
+        Names of the SP3 files.
+    """
+
+    broadcast: tuple[NavigationFile, ...]
+    precise: PreciseOrbits | None = None
+    names: tuple[str, ...] = ()
+
+
+def read_orbits(paths: Sequence[Path]) -> Orbits:
+    """Read navigation files and SP3 files, told apart by their content.
+
+    Raises
+    ------
+    InputError
+        A file is wrong, is a file of clocks, or the precise orbits come without broadcast ones.
+    """
+    broadcast: list[NavigationFile] = []
+    precise: list[PreciseOrbits] = []
+    for path in paths:
+        data = read_packed(path)
+        if is_sp3(data):
+            precise.append(read_sp3(path, data))
+        elif b"CLOCK DATA" in data[:60]:
+            raise InputError(
+                "this is a file of satellite clocks, which cancel in a baseline",
+                file=path,
+                cure="leave it out",
+            )
+        else:
+            broadcast.append(read_navigation(path))
+    if precise and not broadcast:
+        raise InputError(
+            "precise orbits alone do not suffice: broadcast ones give the times of transmission",
+            file=precise[0].path,
+            cure="give the navigation file of the day as well",
+        )
+    if not precise:
+        return Orbits(tuple(broadcast))
+    names = tuple(file.path.name for file in precise)
+    return Orbits(tuple(broadcast), joined(precise), names)
