@@ -24,13 +24,14 @@ from tribrach.io.survey import totalstation
 from tribrach.io.survey.csv import tables as csv_tables
 from tribrach.io.survey.csv.file import CsvTable, read_table
 from tribrach.io.survey.csv.reader import Context
-from tribrach.io.survey.formats import format_of, names_apart, read_files
+from tribrach.io.survey.formats import format_of, read_files
 from tribrach.job.calibrations import Calibrations
 from tribrach.job.gnss_observations import add_sessions, gnss_context, job_realisation, mover
 from tribrach.job.known_setups import add_known_setups
 from tribrach.job.lever_arms import add_lever_arms, add_mounted_points, lever_arms_of
 from tribrach.job.plumb_line import plumb_columns
 from tribrach.network.facts import Reference
+from tribrach.network.identity import names_apart
 from tribrach.network.network import Datum
 from tribrach.network.survey import Survey
 from tribrach.observations.scanner import Inclinations
@@ -68,7 +69,13 @@ class SurveyReader:
         self.survey = Survey(site=self.context.frame.site)
         self.calibrations = Calibrations(project, folder, locate)
         #: what tells files of one name apart
-        self.labels = names_apart(folder / name for e in project.observations for name in e.names)
+        self.labels = names_apart(
+            folder / name
+            for name in (
+                *(part.file for part in project.points),
+                *(name for entry in project.observations for name in entry.names),
+            )
+        )
 
     def read(self, further: Survey | None = None) -> Survey:
         """The survey of all sections, and of scans where there are any."""
@@ -174,8 +181,9 @@ class SurveyReader:
     def _points(self) -> None:
         for k, part in enumerate(self.project.points):
             carry = self._mover(part, ("points", k))
-            context = replace(self.context, role=part.role, carry=carry)
-            self._merge(csv_tables.read(self.folder / part.file, context))
+            path = self.folder / part.file
+            context = replace(self.context, role=part.role, carry=carry, label=self.labels[path])
+            self._merge(csv_tables.read(path, context))
 
     def _mover(
         self, part: EpochKeys, keys: tuple[str | int, ...]
@@ -223,7 +231,7 @@ class SurveyReader:
                 f"{min(stray)} says nothing about {entry.names[0]}",
                 "it belongs to CSV files of GNSS positions, and to pos, snx and gvx files",
             )
-        survey = read_files(paths, entry.format)
+        survey = read_files(paths, entry.format, self.labels)
         if survey.site != FlatSite() and self.project.site.model_fields_set:
             raise self.error(
                 ("site",),
@@ -249,7 +257,7 @@ class SurveyReader:
             context = gnss_context(entry, self.survey.site, self.job, known, placed=placed)
         except InputError as error:
             raise self.error(("observations", k), error.what, error.cure) from error
-        survey = gnss_files.read(paths, context)
+        survey = gnss_files.read(paths, context, self.labels)
         if not placed and known:
             raise self.error(
                 ("observations", k),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -13,6 +14,7 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geodesy.site import FlatSite, Site
 from tribrach.network.facts import Fact, Reference
+from tribrach.network.identity import observation_ids
 from tribrach.observations.base import Observations, Use
 from tribrach.observations.unknowns import State
 
@@ -145,6 +147,24 @@ class Network:
     title: str = ""
     reference: Reference = Reference()
     facts: tuple[Fact, ...] = ()
+
+    @cached_property
+    def ids(self) -> tuple[NDArray[np.object_], ...]:
+        """Id of every observation, ``kind:from:to:file:n``; an array (n,) for each table.
+
+        See :mod:`tribrach.network.identity`.
+        """
+        return self._all_ids[: len(self.observations)]
+
+    @cached_property
+    def constraint_ids(self) -> tuple[NDArray[np.object_], ...]:
+        """Id of every hard constraint; an array (n,) for each of ``constraints``."""
+        return self._all_ids[len(self.observations) :]
+
+    @cached_property
+    def _all_ids(self) -> tuple[NDArray[np.object_], ...]:
+        hard = tuple(constraint.observations for constraint in self.constraints)
+        return observation_ids((*self.observations, *hard), self.start.layout)
 
     def with_datum(self, datum: Datum) -> Network:
         """The same observations in another datum.

@@ -7,7 +7,7 @@ says how the marks move.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -21,6 +21,7 @@ from tribrach.io.gnss.records import GnssRecords
 from tribrach.io.gnss.rtklib_pos import read_rtklib
 from tribrach.io.gnss.sinex import read_sinex
 from tribrach.network.facts import Reference
+from tribrach.network.identity import names_apart
 from tribrach.network.survey import Survey
 from tribrach.observations.gnss import GnssBaselines, GnssPositions
 
@@ -55,8 +56,21 @@ class GnssContext:
     known: frozenset[str] = field(default_factory=frozenset)
 
 
-def read(paths: Sequence[Path], context: GnssContext | None = None) -> Survey:
+def read(
+    paths: Sequence[Path],
+    context: GnssContext | None = None,
+    labels: Mapping[Path, str] | None = None,
+) -> Survey:
     """Survey of files of GNSS results.
+
+    Parameters
+    ----------
+    paths : Sequence[Path]
+        The files.
+    context : GnssContext, optional
+        What the project says about them.
+    labels : Mapping[Path, str], optional
+        What tells files of the same name apart, by path; found for these files if not given.
 
     Raises
     ------
@@ -72,10 +86,13 @@ def read(paths: Sequence[Path], context: GnssContext | None = None) -> Survey:
             path, point=wish.point, base=wish.base, factor=wish.factor
         ),
     }
+    apart = names_apart(paths) if labels is None else labels
     found = []
     for path in paths:
-        reader = readers.get(path.suffix.lower(), read_sinex)
-        found.append((path, reader(path)))
+        records = readers.get(path.suffix.lower(), read_sinex)(path)
+        for sources in (records.position_sources, records.vector_sources):
+            sources[:] = [apart[path] + source.removeprefix(path.name) for source in sources]
+        found.append((path, records))
     return survey_of(found, wish)
 
 

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from tribrach.errors import InputError
 from tribrach.geodesy.site import FlatSite
 from tribrach.io.totalstation.formats import recognised
+from tribrach.network.identity import names_apart
 from tribrach.network.survey import Survey
 
-__all__ = ["FORMATS", "format_of", "names_apart", "read_files"]
+__all__ = ["FORMATS", "format_of", "read_files"]
 
 #: format name -> module of the reader in :mod:`tribrach.io`
 FORMATS = {
@@ -72,33 +73,21 @@ def format_of(path: Path) -> str:
     return SUFFIXES[suffix]
 
 
-def names_apart(paths: Iterable[Path]) -> dict[Path, str]:
-    """Tell files of one name apart by their folders.
+def read_files(
+    paths: Sequence[Path],
+    format: str | None = None,
+    labels: Mapping[Path, str] | None = None,
+) -> Survey:
+    """One survey of all files, in one format or in that which each file shows.
 
     Parameters
     ----------
-    paths : Iterable[Path]
-        Files that are read into one survey.
-
-    Returns
-    -------
-    dict
-        By path the name, with as many folders before it as no other file shares.
-    """
-    whole = list(dict.fromkeys(paths))
-    out = {}
-    for path in whole:
-        parts = path.parts
-        for length in range(1, len(parts) + 1):
-            tail = parts[-length:]
-            if sum(other.parts[-length:] == tail for other in whole) == 1:
-                break
-        out[path] = "/".join(tail)
-    return out
-
-
-def read_files(paths: Sequence[Path], format: str | None = None) -> Survey:
-    """One survey of all files, in one format or in that which each file shows.
+    paths : Sequence[Path]
+        The files.
+    format : str, optional
+        Their format; found for each file if not given.
+    labels : Mapping[Path, str], optional
+        What tells files of the same name apart, by path; found for these files if not given.
 
     Raises
     ------
@@ -109,13 +98,17 @@ def read_files(paths: Sequence[Path], format: str | None = None) -> Survey:
     for path in paths:
         by_format.setdefault(format or format_of(path), []).append(path)
     surveys: list[Survey] = []
-    apart = names_apart(paths)
+    apart = names_apart(paths) if labels is None else labels
     for name, files in by_format.items():
         module = importlib.import_module(f"tribrach.io.{FORMATS[name]}")
-        if name in JOINT:
+        if name == "gnss":
+            surveys.append(module.read(files, labels=apart))
+        elif name in JOINT:
             surveys.append(module.read(files))
         elif name == "csv":
             surveys += [module.read(path, module.Context(label=apart[path])) for path in files]
+        elif name == "gama":
+            surveys += [module.read(path, apart[path]) for path in files]
         else:
             surveys += [module.read(path) for path in files]
     first, *others = surveys

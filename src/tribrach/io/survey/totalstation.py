@@ -23,10 +23,10 @@ from tribrach.geodesy.site import FlatSite, Site
 from tribrach.instruments.atmosphere import first_velocity_ppm
 from tribrach.instruments.precision import Precision
 from tribrach.instruments.reduction import LIMIT, Means, Reduction, TelescopeReadings, reduce
-from tribrach.io.survey.formats import names_apart
 from tribrach.io.totalstation import formats
 from tribrach.io.totalstation.records import RawFile
 from tribrach.network.facts import Fact, facts_of
+from tribrach.network.identity import names_apart
 from tribrach.network.network import Datum
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Observations, Use

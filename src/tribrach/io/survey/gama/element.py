@@ -51,10 +51,11 @@ ATTRIBUTES = {
 
 @dataclass(frozen=True)
 class Element:
-    """``node`` of the XML tree of the file ``path``."""
+    """``node`` of the XML tree of the file ``path``; ``label`` is what sources call the file."""
 
     node: Any
     path: Path
+    label: str = ""
 
     def __post_init__(self) -> None:
         if self.tag not in ATTRIBUTES:
@@ -73,7 +74,7 @@ class Element:
     @property
     def source(self) -> str:
         """``file:line``."""
-        return f"{self.path.name}:{self.node.sourceline}"
+        return f"{self.label or self.path.name}:{self.node.sourceline}"
 
     def error(self, what: str, cure: str | None = None) -> InputError:
         """An error with file and line, to be raised."""
@@ -90,7 +91,7 @@ class Element:
         for node in self.node:
             if not isinstance(node.tag, str):
                 continue
-            child = Element(node, self.path)
+            child = Element(node, self.path, self.label)
             if allowed is not None and child.tag not in allowed:
                 raise child.error(
                     f"<{child.tag}> is unknown in <{self.tag}>", f"use {', '.join(allowed)}"

@@ -45,7 +45,7 @@ INDIFFERENT = (
 )
 
 
-def read(path: Path) -> Survey:
+def read(path: Path, label: str = "") -> Survey:
     """The survey in a ``.gkf`` file.
 
     ``survey.facts`` keeps the :class:`GamaFacts` of the file.
@@ -56,7 +56,7 @@ def read(path: Path) -> Survey:
         The file, with its line, and what is wrong there.
     """
     path = Path(path)
-    root = Element(xml_file.load(path, *ROOTS), path)
+    root = Element(xml_file.load(path, *ROOTS), path, label)
     networks = list(root.children(("network",)))
     if len(networks) != 1:
         raise root.error(f"there are {len(networks)} <network> elements", "give one")

@@ -1,0 +1,139 @@
+"""The id of an observation: ``kind:from:to:file:n``, such as ``slope_distance:A:B:traverse.gsi:1``.
+
+Reports, results and edits name an observation by its id. It consists of what a surveyor would say
+of the observation, so it stays the same when other observations are switched off, when files are
+given in another order, and whether the network is adjusted by itself or within a whole project:
+
+* ``kind``: the name of the kind;
+* ``from``, ``to``: names of its ends, empty where there is none;
+* ``file``: where it was written, without folders; of two files with one name as many of their
+  folders as tell them apart (``day1/traverse.gsi``); empty for observations that come from no file;
+* ``n``: 1 for the first of those that agree in all of this, 2 for the second, in the order of
+  their lines.
+
+A colon or backslash within a part has a backslash before it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from pathlib import PurePath
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.observations.base import Observations
+from tribrach.observations.unknowns import Layout
+
+__all__ = ["escaped", "file_and_line", "names_apart", "observation_ids"]
+
+AnyPath = TypeVar("AnyPath", bound=PurePath)
+
+#: ``file:line``, or ``scan: what was found in it``
+_WITH_LINE = re.compile(r"(.+?):(\d+)$")
+_WITH_WORDS = re.compile(r"(.+?): ")
+_SPECIAL = re.compile(r"([\\:])")
+
+
+def escaped(part: str) -> str:
+    r"""A part of an id, colons and backslashes with a backslash before them.
+
+    Examples
+    --------
+    >>> escaped("pillar 4:2")
+    'pillar 4\\:2'
+    """
+    return _SPECIAL.sub(r"\\\1", part) if ":" in part or "\\" in part else part
+
+
+def file_and_line(source: str) -> tuple[str, int]:
+    """What an observation was written in, and its line; 0 where it has none.
+
+    Examples
+    --------
+    >>> file_and_line("traverse.gsi:43")
+    ('traverse.gsi', 43)
+    >>> file_and_line("S1: checkerboard")
+    ('S1', 0)
+    >>> file_and_line("scale bar 1")
+    ('scale bar 1', 0)
+    """
+    line = _WITH_LINE.match(source)
+    if line:
+        return line[1], int(line[2])
+    words = _WITH_WORDS.match(source)
+    return (words[1] if words else source), 0
+
+
+def names_apart(paths: Iterable[AnyPath]) -> dict[AnyPath, str]:
+    """Tell files of one name apart by their folders.
+
+    Parameters
+    ----------
+    paths : Iterable[PurePath]
+        Files that are read into one survey.
+
+    Returns
+    -------
+    dict
+        By path the name, with as many folders before it as no other file shares.
+
+    Examples
+    --------
+    >>> apart = names_apart(map(PurePath, ["job/day1/a.gsi", "job/day2/a.gsi", "job/b.csv"]))
+    >>> list(apart.values())
+    ['day1/a.gsi', 'day2/a.gsi', 'b.csv']
+    """
+    whole = list(dict.fromkeys(paths))
+    ends: Counter[tuple[str, ...]] = Counter()
+    for path in whole:
+        ends.update(path.parts[-k:] for k in range(1, len(path.parts) + 1))
+    out = {}
+    for path in whole:
+        lengths = range(1, len(path.parts) + 1)
+        # a path that another one ends with is given whole
+        length = next((k for k in lengths if ends[path.parts[-k:]] == 1), len(lengths))
+        out[path] = PurePath(*path.parts[-length:]).as_posix()
+    return out
+
+
+def observation_ids(
+    tables: Sequence[Observations], layout: Layout
+) -> tuple[NDArray[np.object_], ...]:
+    """Ids (n,) of all observations of each table; see the head of this module.
+
+    Parameters
+    ----------
+    tables : all observations of a network, hard constraints included, whatever their use.
+    layout : names of the unknowns.
+
+    Returns
+    -------
+    Per table an array (n,) of strings; no two are equal.
+    """
+    places = {str(s): file_and_line(str(s)) for o in tables for s in o.source}
+    files = dict.fromkeys(file for file, _ in places.values())
+    paths = {file: PurePath(file.replace("\\", "/")) for file in files if file}
+    apart = names_apart(paths.values())
+    written = {file: escaped(apart[path]) for file, path in paths.items()} | {"": ""}
+    stems: list[str] = []
+    lines: list[int] = []
+    groups: list[str] = []
+    for o in tables:
+        kind = escaped(o.kind)
+        for (start, end), source in zip(o.ends(layout), o.source, strict=True):
+            name, line = places[str(source)]
+            file = written[name]
+            stems.append(f"{kind}:{escaped(str(start))}:{escaped(str(end))}:{file}")
+            lines.append(line)
+        groups += [o.group] * len(o)
+    ids = np.empty(len(stems), dtype=object)
+    count: dict[str, int] = {}
+    for k in sorted(range(len(stems)), key=lambda k: (lines[k], groups[k])):
+        number = count[stems[k]] = count.get(stems[k], 0) + 1
+        ids[k] = f"{stems[k]}:{number}"
+    ends = np.cumsum([len(o) for o in tables])
+    return tuple(np.split(ids, ends[:-1])) if len(tables) else ()
