@@ -1,4 +1,4 @@
-"""Ready GNSS vectors and positions as a survey: GVX, SINEX, solutions of RTKLIB.
+"""Survey of ready GNSS vectors and positions: GVX, SINEX, solutions of RTKLIB.
 
 All files of one call share a work frame: that of the job, or one centred on what they hold.
 Coordinates of other frames and epochs are carried to those of the job, or refused where nothing
@@ -37,10 +37,17 @@ class GnssContext:
     site
         The ellipsoidal work frame, None if the files bring it.
     job
-        Frame and epoch of the project; source : frame of the files where they say none, epoch
-        before theirs; motion of marks.
+        Frame and epoch of the project.
+    frame
+        Frame of the files; overrides what they say.
+    epoch
+        Epoch of the files as a decimal year; overrides what they say.
+    motion
+        How marks move.
     point, base
-        Names of a solution of RTKLIB; factor on its formal sigmas.
+        Names for a solution of RTKLIB.
+    factor
+        On the formal standard deviations of a solution of RTKLIB, None for the default.
     known
         Points that have coordinates already.
     """
@@ -65,85 +72,100 @@ def read(
 
     Parameters
     ----------
-    paths : Sequence[Path]
-        The files.
-    context : GnssContext, optional
+    paths
+        GVX (``.gvx``, ``.xml``), solutions of RTKLIB (``.pos``), else SINEX.
+    context
         What the project says about them.
-    labels : Mapping[Path, str], optional
-        What tells files of the same name apart, by path; found for these files if not given.
+    labels
+        What tells files of the same name apart, by path; derived from these files if not given.
 
     Raises
     ------
     InputError
-        Of the readers; epochs that do not fit; a flat work frame.
+        Errors of the readers; epochs that do not fit; a flat work frame.
     """
-    wish = context or GnssContext()
+    settings = context or GnssContext()
     readers: dict[str, Callable[[Path], GnssRecords]] = {
         ".gvx": read_gvx,
         ".xml": read_gvx,
         ".snx": read_sinex,
         ".pos": lambda path: read_rtklib(
-            path, point=wish.point, base=wish.base, factor=wish.factor
+            path, point=settings.point, base=settings.base, factor=settings.factor
         ),
     }
     apart = names_apart(paths) if labels is None else labels
-    found = []
+    files = []
     for path in paths:
         records = readers.get(path.suffix.lower(), read_sinex)(path)
         for sources in (records.position_sources, records.vector_sources):
             sources[:] = [apart[path] + source.removeprefix(path.name) for source in sources]
-        found.append((path, records))
-    return survey_of(found, wish)
+        files.append((path, records))
+    return survey_of(files, settings)
 
 
-def survey_of(found: Sequence[tuple[Path, GnssRecords]], wish: GnssContext) -> Survey:
-    """Survey of what files hold; see :func:`read`."""
-    job = _job(found, wish)
-    for path, records in found:
-        _carried(path, records, wish, job)
-    site = wish.site
+def survey_of(files: Sequence[tuple[Path, GnssRecords]], context: GnssContext) -> Survey:
+    """Survey of what files hold.
+
+    Parameters
+    ----------
+    files
+        Paths and records.
+    context
+        What the project says about them.
+
+    Raises
+    ------
+    InputError
+        Epochs that do not fit; vectors without coordinates of any point.
+    """
+    job = _job(files, context)
+    for path, records in files:
+        _carried(path, records, context, job)
+    site = context.site
     if site is None:
-        places = [r.xyz for _, r in found if len(r.xyz)]
-        places += [np.array(list(r.approximate.values())) for _, r in found if r.approximate]
+        places = [r.xyz for _, r in files if len(r.xyz)]
+        places += [np.array(list(r.approximate.values())) for _, r in files if r.approximate]
         if not places:
             raise InputError(
                 "the vectors bring no coordinates of any point",
-                file=found[0][0],
+                file=files[0][0],
                 cure="use them in a project with a site and points",
             )
         site = EllipsoidSite.centred(np.concatenate(places))
     survey = Survey(site=site)
     if job is not None:
         survey.reference = Reference(frame=job.frame, epoch=job.epoch)
-    for _, records in found:
-        _add(survey, site, records, wish)
+    for _, records in files:
+        _add(survey, site, records, context)
         survey.warnings += records.warnings
     return survey
 
 
-def _job(found: Sequence[tuple[Path, GnssRecords]], wish: GnssContext) -> Realisation | None:
-    """Frame and epoch of the job: of the project, or of the first file that states them."""
-    if wish.job is not None:
-        return wish.job
-    for _, records in found:
-        if records.frame or wish.frame:
-            epoch = records.epoch if wish.epoch is None else wish.epoch
-            return Realisation(wish.frame or records.frame, epoch)
+def _job(files: Sequence[tuple[Path, GnssRecords]], context: GnssContext) -> Realisation | None:
+    """Frame and epoch of the job: those of the project, or of the first file that states them."""
+    if context.job is not None:
+        return context.job
+    for _, records in files:
+        if records.frame or context.frame:
+            epoch = records.epoch if context.epoch is None else context.epoch
+            return Realisation(context.frame or records.frame, epoch)
     return None
 
 
-def _carried(path: Path, records: GnssRecords, wish: GnssContext, job: Realisation | None) -> None:
-    """Coordinates of a file in the frame and at the epoch of the job."""
+def _carried(
+    path: Path, records: GnssRecords, context: GnssContext, job: Realisation | None
+) -> None:
+    """Carry the coordinates of a file into the frame and to the epoch of the job."""
     if job is None:
         return
-    name = wish.frame or records.frame
+    name = context.frame or records.frame
     if not name and len(records.xyz):
         records.warnings.append(
             f"{path.name} does not name its frame; its coordinates are taken as {job.frame}"
         )
-    epoch = records.epoch if wish.epoch is None else wish.epoch
+    epoch = records.epoch if context.epoch is None else context.epoch
     source = Realisation(name or job.frame, job.epoch if epoch is None else epoch)
-    motion = wish.motion
+    motion = context.motion
     if motion is None and records.velocity is not None:
         motion = Motion(velocity=records.velocity)
         _add_velocity_covariance(records, source, job)
@@ -169,10 +191,12 @@ def _add_velocity_covariance(records: GnssRecords, source: Realisation, job: Rea
     records.covariance = move @ records.velocity_covariance @ move.T
 
 
-def _add(survey: Survey, site: EllipsoidSite, records: GnssRecords, wish: GnssContext) -> None:
-    """Observations of one file; coordinates of points that nothing else gives start values."""
+def _add(survey: Survey, site: EllipsoidSite, records: GnssRecords, context: GnssContext) -> None:
+    """Add the observations of one file, and start values for points that have no coordinates
+    yet.
+    """
     turn = site.w_from_ecef
-    named = set(survey.points) | wish.known
+    named = set(survey.points) | context.known
     for name, xyz in records.approximate.items():
         if name not in named:
             survey.point(name, site.from_ecef(xyz[None])[0])

@@ -27,7 +27,7 @@ def read_gvx(path: Path) -> GnssRecords:
     Raises
     ------
     InputError
-        No GVX, other units than metres, missing or malformed numbers, unknown points, no
+        Not GVX, other units than metres, missing or malformed numbers, unknown points, no
         covariance, no vectors.
     """
     root = load(path, "GVX")
@@ -74,7 +74,7 @@ def read_gvx(path: Path) -> GnssRecords:
 def _add_point(
     path: Path, records: GnssRecords, point: etree._Element, name: str, systems: dict[str, str]
 ) -> None:
-    """Approximate coordinates of a point, and what they say of frame and epoch."""
+    """Approximate coordinates of a point, and its frame and epoch."""
     place = point.find(".//GEOCENTRIC_COORDINATES")
     if place is not None and _text(place, "X"):
         xyz = [_number(path, place, axis) for axis in "XYZ"]
@@ -96,6 +96,7 @@ def _add_point(
 
 
 def _covariance(path: Path, vector: etree._Element) -> np.ndarray[tuple[int, int]]:
+    """Covariance (3, 3) [m^2] of a vector."""
     sigma = np.array([_number(path, vector, f"SD{axis}") for axis in "XYZ"])
     correlation = np.eye(3)
     for (i, j), name in (((0, 1), "PXY"), ((0, 2), "PXZ"), ((1, 2), "PYZ")):
@@ -112,12 +113,13 @@ def _covariance(path: Path, vector: etree._Element) -> np.ndarray[tuple[int, int
 
 
 def _text(element: etree._Element, tag: str) -> str:
-    """Text of the first element of a name inside of another, "" if none."""
-    found = element.find(f".//{tag}")
-    return "" if found is None else (found.text or "").strip()
+    """Text of the first element of a name inside another, "" if there is none."""
+    child = element.find(f".//{tag}")
+    return "" if child is None else (child.text or "").strip()
 
 
 def _needed(path: Path, element: etree._Element, tag: str) -> str:
+    """Text of an element that must be there."""
     text = _text(element, tag)
     if not text:
         raise InputError(f"<{element.tag}> has no <{tag}>", file=path, line=line_of(element))
@@ -125,6 +127,7 @@ def _needed(path: Path, element: etree._Element, tag: str) -> str:
 
 
 def _number(path: Path, element: etree._Element, tag: str) -> float:
+    """Number of an element that must be there."""
     text = _needed(path, element, tag)
     try:
         value = float(text)

@@ -1,4 +1,7 @@
-"""For which satellites and times does a RINEX navigation file hold orbits?"""
+"""Satellites and times of the broadcast orbits in a RINEX navigation file.
+
+The engine reads the orbits themselves; here the file is checked to be whole.
+"""
 
 from __future__ import annotations
 
@@ -15,34 +18,34 @@ from tribrach.io.gnss.rinex_file import read_rinex
 
 __all__ = ["NavigationFile", "read_navigation"]
 
+#: first line of a record in RINEX 2 and 3: satellite, date and time
 _RECORD_2 = re.compile(
     rb"^([ \d]\d) (\d\d) ([ \d]\d) ([ \d]\d) ([ \d]\d) ([ \d]\d)((?: {2}| \d|\d\d)\d\.\d)", re.M
 )
-
-
 _RECORD_3 = re.compile(
     rb"^([GREJCIS])([ \d]\d) (\d{4}) ([ \d]\d) ([ \d]\d) ([ \d]\d) ([ \d]\d) ([ \d]\d)", re.M
 )
-
-
 _LINE = re.compile(rb"^.+$", re.M)
-
-
+#: what a line of a record may consist of
 _NUMBERS = re.compile(rb"^(?:[GREJCIS][ \d]\d)?[ \d+.DEde-]*\r?$")
-
-
 #: RINEX 2 keeps one system in a file: the letter of the file's type gives it
 _SYSTEMS_2 = {"N": "G", "G": "R", "H": "S"}
 
 
 @dataclass(frozen=True)
 class NavigationFile:
-    """Broadcast orbits:
+    """Broadcast orbits of one file.
 
     Attributes
     ----------
+    path
+        Where it was read.
     text
-        Plain RINEX; satellites (n,), times (n,) [s] of their clocks.
+        Plain RINEX.
+    satellites : (n,)
+        Names such as ``G07``.
+    times : (n,)
+        Of their clocks [s] since 1980-01-06.
     """
 
     path: Path
@@ -57,7 +60,7 @@ def read_navigation(path: Path) -> NavigationFile:
     Raises
     ------
     InputError
-        No navigation file, damaged, or without orbits.
+        Not a navigation file, damaged, or without orbits.
     """
     data = read_rinex(path)
     lines, start = header_text(path, data)
@@ -70,9 +73,9 @@ def read_navigation(path: Path) -> NavigationFile:
             cure="give the navigation file here",
         )
     names, years, rest = [], [], []
-    found = list((_RECORD_3 if version >= 3 else _RECORD_2).finditer(data, start))
-    _check_lines(path, data, start, found)
-    for match in found:
+    records = list((_RECORD_3 if version >= 3 else _RECORD_2).finditer(data, start))
+    _check_lines(path, data, start, records)
+    for match in records:
         words = match.groups()
         system = words[0].decode() if version >= 3 else _SYSTEMS_2[letter]
         number, year, *date = (float(word) for word in words[version >= 3 :])
@@ -93,8 +96,8 @@ def read_navigation(path: Path) -> NavigationFile:
     return NavigationFile(path, data, np.array(names), times)
 
 
-def _check_lines(path: Path, data: bytes, start: int, found: list[re.Match[bytes]]) -> None:
-    """Lines of numbers only, and a last record with as many lines as the one before it."""
+def _check_lines(path: Path, data: bytes, start: int, records: list[re.Match[bytes]]) -> None:
+    """Refuse lines that are no numbers, and a last record shorter than the one before it."""
     for match in _LINE.finditer(data, start):
         if not _NUMBERS.match(match.group()):
             raise InputError(
@@ -103,13 +106,13 @@ def _check_lines(path: Path, data: bytes, start: int, found: list[re.Match[bytes
                 line=data.count(b"\n", 0, match.start()) + 1,
                 cure="download or transfer it again",
             )
-    if len(found) < 2:
+    if len(records) < 2:
         return
-    last = data[found[-1].start() :].rstrip()
+    last = data[records[-1].start() :].rstrip()
     # other systems have other lengths: the shortest record has four lines
-    same = [m for m in found[:-1] if m.group()[:1] == last[:1]] or found[:-1]
-    k = found.index(same[-1])
-    whole = data[found[k].start() : found[k + 1].start()].rstrip()
+    same = [m for m in records[:-1] if m.group()[:1] == last[:1]] or records[:-1]
+    k = records.index(same[-1])
+    whole = data[records[k].start() : records[k + 1].start()].rstrip()
     lines, model = last.split(b"\n"), whole.split(b"\n")
     # without its newline the last line may have lost its end
     cut = not data.endswith((b"\n", b"\r")) and len(lines[-1]) < len(model[-1])

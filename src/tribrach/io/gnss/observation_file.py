@@ -1,9 +1,8 @@
-"""What does a RINEX observation file hold, and is it whole?
+"""Header, epochs and satellites of a RINEX observation file, with a check that the file is whole.
 
-The engine reads the measurements; here the header, the epochs and the satellites are read, and
-every record is counted against what its epoch line promises, so that a damaged or truncated file
-is refused and not silently shortened. Times in seconds since 1980-01-06 in the file's own time
-system (GPS time in all but pure GLONASS files).
+The engine reads the measurements. Here every record is counted against what its epoch line
+promises, so that a damaged or truncated file is refused and not silently shortened. Times in
+seconds since 1980-01-06 in the file's own time system (GPS time in all but pure GLONASS files).
 """
 
 from __future__ import annotations
@@ -21,26 +20,17 @@ from tribrach.io.gnss.rinex_file import read_rinex
 __all__ = ["RinexObservations", "header_of", "header_text", "read_observations", "seconds_of"]
 
 _CLOCK = rb" ([ \d]\d) ([ \d]\d) ([ \d]\d) ([ \d]\d)((?: {2}| \d|\d\d)\d\.\d{7})"
-
-
-# events other than measurements may leave the date blank
+#: epoch lines: date and time, flag, number of satellites or lines, and the rest; events other than
+#: measurements may leave the date blank
 _EPOCH_2 = re.compile(
     rb"^(?: ([ \d]\d)" + _CLOCK + rb"| {26})  (\d)((?: {2}| \d|\d\d)\d)(.*)$", re.M
 )
-
-
 _EPOCH_3 = re.compile(
     rb"^>(?: (\d{4})" + _CLOCK + rb"| {28})  (\d)((?: {2}| \d|\d\d)\d)(.*)$", re.M
 )
-
-
 _SATELLITE_3 = re.compile(rb"^[GREJCIS][ \d]\d", re.M)
-
-
 #: what a line of measurements may consist of
 _VALUES = re.compile(rb"^(?:[GREJCIS][ \d]\d)?[ \d.+-]*$")
-
-
 _FIRST_DAY = np.datetime64("1980-01-06T00:00:00", "us")
 
 
@@ -50,18 +40,24 @@ class RinexObservations:
 
     Attributes
     ----------
+    path
+        Where it was read.
     text
         Plain RINEX.
+    version
+        Of RINEX.
     marker
-        Name of the station, "" if none.
-    approximate
-        ECEF (3,) [m] of the header, NaN if none.
+        Name of the station, "" if there is none.
+    approximate : (3,)
+        ECEF coordinates of the header [m], NaN if there are none.
     antenna
         Type with its dome.
-    delta
-        Height, east, north (3,) [m] of the antenna reference point over the mark; times (n,) [s].
+    delta : (3,)
+        Height, east, north of the antenna reference point over the mark [m].
+    times : (n,)
+        Of the epochs [s].
     satellites
-        Such as G07.
+        Names such as ``G07``.
     recounted
         Epochs whose number of satellites was wrong in the file and is right in ``text``.
     """
@@ -79,7 +75,7 @@ class RinexObservations:
 
     @property
     def interval(self) -> float:
-        """Usual time between epochs [s]; 0 of a single epoch."""
+        """Usual time between epochs [s]; 0 with a single epoch."""
         return float(np.median(np.diff(self.times))) if len(self.times) > 1 else 0.0
 
     @property
@@ -89,7 +85,21 @@ class RinexObservations:
 
 
 def header_text(path: Path, data: bytes) -> tuple[list[tuple[str, str]], int]:
-    """Header lines as (label, content), and where the body starts.
+    """Header lines, and where the body starts.
+
+    Parameters
+    ----------
+    path
+        For messages.
+    data
+        Plain RINEX.
+
+    Returns
+    -------
+    lines : list of (str, str)
+        Label and content.
+    start : int
+        Offset of the body.
 
     Raises
     ------
@@ -107,6 +117,13 @@ def header_text(path: Path, data: bytes) -> tuple[list[tuple[str, str]], int]:
 
 def header_of(path: Path, lines: list[tuple[str, str]]) -> tuple[float, str]:
     """Version and type letters of the first header line.
+
+    Parameters
+    ----------
+    path
+        For messages.
+    lines
+        Label and content.
 
     Raises
     ------
@@ -134,7 +151,7 @@ def read_observations(path: Path) -> RinexObservations:
     Raises
     ------
     InputError
-        No observation file, damaged, truncated, without epochs.
+        Not an observation file, damaged, truncated, without epochs.
     """
     data = read_rinex(path)
     lines, start = header_text(path, data)
@@ -172,6 +189,7 @@ def read_observations(path: Path) -> RinexObservations:
 
 
 def _first(lines: list[tuple[str, str]], label: str) -> str:
+    """Content of the first header line of a label, "" without one."""
     return next((text for name, text in lines if name == label), "")
 
 
@@ -191,6 +209,13 @@ def _numbers(path: Path, lines: list[tuple[str, str]], label: str) -> NDArray[np
 def seconds_of(years: list[int], rest: list[tuple[int, int, int, int, float]]) -> list[float]:
     """Seconds since 1980-01-06 of calendar dates.
 
+    Parameters
+    ----------
+    years
+        With four digits.
+    rest
+        Month, day, hour, minute and second of each.
+
     Raises
     ------
     ValueError
@@ -204,10 +229,10 @@ def seconds_of(years: list[int], rest: list[tuple[int, int, int, int, float]]) -
     return [float(w + h * 3600 + n * 60 + s) for w, (*_, h, n, s) in zip(whole, rest, strict=True)]
 
 
-def _times(path: Path, data: bytes, found: list[re.Match[bytes]]) -> NDArray[np.float64]:
+def _times(path: Path, data: bytes, epochs: list[re.Match[bytes]]) -> NDArray[np.float64]:
     """Seconds (n,) of epoch lines."""
     years, rest = [], []
-    for match in found:
+    for match in epochs:
         year, month, day, hour, minute = (int(word) for word in match.groups()[:5])
         # two-digit years of RINEX 2: 80 to 99 and 00 to 79
         years.append(year if year > 99 else year + (1900 if year >= 80 else 2000))
@@ -215,42 +240,46 @@ def _times(path: Path, data: bytes, found: list[re.Match[bytes]]) -> NDArray[np.
     try:
         return np.array(seconds_of(years, rest))
     except ValueError as error:
-        raise _damaged(path, data, found[0].start(), "a date that does not exist") from error
+        raise _damaged(path, data, epochs[0].start(), "a date that does not exist") from error
 
 
 def _epochs_3(
     path: Path, data: bytes, start: int, lines: list[tuple[str, str]]
 ) -> tuple[bytes, int, NDArray[np.float64], frozenset[str]]:
+    """The text, how many epochs were recounted, times and satellites of RINEX 3."""
     del lines
-    found = list(_EPOCH_3.finditer(data, start))
-    short = _check_records(path, data, start, found, 1)
+    epochs = list(_EPOCH_3.finditer(data, start))
+    short = _check_records(path, data, start, epochs, 1)
     satellites = {m.group().decode().replace(" ", "0") for m in _SATELLITE_3.finditer(data[start:])}
-    times = _times(path, data, _measured(found))
-    return _recounted(data, found, short), len(short), times, frozenset(satellites)
+    times = _times(path, data, _measured(epochs))
+    return _recounted(data, epochs, short), len(short), times, frozenset(satellites)
 
 
-def _recounted(data: bytes, found: list[re.Match[bytes]], short: dict[int, int]) -> bytes:
-    """The text with the numbers of satellites that are really there; lines name their own."""
+def _recounted(data: bytes, epochs: list[re.Match[bytes]], short: dict[int, int]) -> bytes:
+    """The text with the right numbers of satellites in the epochs ``short``; every line names its
+    own.
+    """
     if not short:
         return data
     parts, last = [], 0
     for k, count in short.items():
-        parts += [data[last : found[k].start(8)], b"%3d" % count]
-        last = found[k].end(8)
+        parts += [data[last : epochs[k].start(8)], b"%3d" % count]
+        last = epochs[k].end(8)
     return b"".join([*parts, data[last:]])
 
 
 def _epochs_2(
     path: Path, data: bytes, start: int, lines: list[tuple[str, str]]
 ) -> tuple[bytes, int, NDArray[np.float64], frozenset[str]]:
+    """The text, how many epochs were recounted (none), times and satellites of RINEX 2."""
     try:
         kinds = int(_first(lines, "# / TYPES OF OBSERV")[:6])
     except ValueError:
         raise InputError("the header does not say what is observed", file=path) from None
-    found = list(_EPOCH_2.finditer(data, start))
-    _check_records(path, data, start, found, -(-kinds // 5))
+    epochs = list(_EPOCH_2.finditer(data, start))
+    _check_records(path, data, start, epochs, -(-kinds // 5))
     names: set[str] = set()
-    for match in _measured(found):
+    for match in _measured(epochs):
         count = int(match.group(8))
         further = max(-(-count // 12) - 1, 0)
         text = match.group(9)[:36]
@@ -259,27 +288,28 @@ def _epochs_2(
         text += b"".join(line[32:68] for line in rest)
         words = [text[k : k + 3].decode("latin-1") for k in range(0, 3 * count, 3)]
         names |= {(w[:1].strip() or "G") + w[1:].replace(" ", "0") for w in words if w.strip()}
-    return data, 0, _times(path, data, _measured(found)), frozenset(names)
+    return data, 0, _times(path, data, _measured(epochs)), frozenset(names)
 
 
-def _measured(found: list[re.Match[bytes]]) -> list[re.Match[bytes]]:
+def _measured(epochs: list[re.Match[bytes]]) -> list[re.Match[bytes]]:
     """Epochs with measurements: flag 0, or 1 after a power failure."""
-    return [match for match in found if match.group(7) in b"01"]
+    return [match for match in epochs if match.group(7) in b"01"]
 
 
 def _check_records(
-    path: Path, data: bytes, start: int, found: list[re.Match[bytes]], each: int
+    path: Path, data: bytes, start: int, epochs: list[re.Match[bytes]], each: int
 ) -> dict[int, int]:
-    """Every epoch has the lines it promises, ``each`` per satellite, and they are numbers.
+    """Check that every epoch has the lines it promises, ``each`` per satellite, and that they are
+    numbers.
 
-    The epochs of RINEX 3 that list fewer satellites than they promise, with the number they list:
-    some receivers write such files, and every line names its satellite.
+    The result are the epochs of RINEX 3 that list fewer satellites than they promise, with the
+    number they list: some receivers write such files, and every line names its satellite.
     """
-    if data[start : found[0].start() if found else len(data)].strip():
+    if data[start : epochs[0].start() if epochs else len(data)].strip():
         raise _damaged(path, data, start, "no epoch where one is due")
     short: dict[int, int] = {}
-    for k, match in enumerate(found):
-        end = found[k + 1].start() if k + 1 < len(found) else len(data)
+    for k, match in enumerate(epochs):
+        end = epochs[k + 1].start() if k + 1 < len(epochs) else len(data)
         flag, count = int(match.group(7)), int(match.group(8))
         # the first part is the rest of the epoch line, the last one what follows the last newline
         here = data[match.end() : end].split(b"\n")[1:]
@@ -287,7 +317,7 @@ def _check_records(
         names = max(-(-count // 12) - 1, 0) if match.re is _EPOCH_2 and flag < 2 else 0
         expected = count if 1 < flag < 6 else names + count * each
         missing = expected - len(here)
-        last = k + 1 == len(found)
+        last = k + 1 == len(epochs)
         if missing > 0:
             whole = match.re is _EPOCH_3 and flag < 2 and (not last or (short and _ended(data)))
             if not whole:
@@ -309,6 +339,7 @@ def _check_values(path: Path, data: bytes, match: re.Match[bytes], lines: list[b
 
 
 def _short(path: Path, data: bytes, match: re.Match[bytes], last: bool) -> InputError:
+    """The error of an epoch with too few lines."""
     when = " ".join(match.group().decode("latin-1")[:28].strip("> ").split())
     if not last:
         return _damaged(path, data, match.start(), f"lines are missing in the epoch {when}")
@@ -321,11 +352,12 @@ def _short(path: Path, data: bytes, match: re.Match[bytes], last: bool) -> Input
 
 
 def _ended(data: bytes) -> bool:
+    """True if the last line is complete."""
     return data.endswith((b"\n", b"\r"))
 
 
 def _cut(match: re.Match[bytes], here: list[bytes]) -> bool:
-    """True if the last line stops inside of a number, or before the others of its epoch do."""
+    """True if the last line stops inside a number, or before the others of its epoch do."""
     first = 0 if match.re is _EPOCH_2 else 3
     if not here:
         return False
@@ -334,6 +366,7 @@ def _cut(match: re.Match[bytes], here: list[bytes]) -> bool:
 
 
 def _damaged(path: Path, data: bytes, at: int, what: str) -> InputError:
+    """The error of a place in the file that cannot be read."""
     return InputError(
         f"the RINEX is damaged: {what}",
         file=path,
@@ -343,4 +376,5 @@ def _damaged(path: Path, data: bytes, at: int, what: str) -> InputError:
 
 
 def _line(data: bytes, at: int) -> int:
+    """Number of the line at an offset."""
     return data.count(b"\n", 0, at) + 1

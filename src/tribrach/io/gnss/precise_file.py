@@ -1,9 +1,9 @@
-"""Precise orbits from SP3 files, and one plain SP3-c file of what is needed of them.
+"""Precise orbits: reads SP3 files and writes the one SP3-c file that the engine needs.
 
 The engine reads SP3 by line numbers: more satellites than 85, more comments than four or lines of
-correlations put it out of step. So files are read here, several of them (neighbouring days) put
-together, and a file as SP3-c wants it is written of the satellites of the session. S. Hilla (2010,
-2016), The Extended Standard Product 3 Orbit Format, SP3-c and SP3-d.
+correlations put it out of step. So files are read here, several of them (neighbouring days) are put
+together, and an SP3-c file of the satellites of the session is written. S. Hilla (2010, 2016), The
+Extended Standard Product 3 Orbit Format, SP3-c and SP3-d.
 """
 
 from __future__ import annotations
@@ -25,23 +25,14 @@ __all__ = ["MOST_SATELLITES", "PreciseOrbits", "is_sp3", "joined", "read_sp3", "
 
 #: satellites that an SP3-c file can hold
 MOST_SATELLITES = 85
-
-
 #: seconds that time systems of SP3 are ahead of GPS time
 _AHEAD = {"GPS": 0.0, "GAL": 0.0, "QZS": 0.0, "IRN": 0.0, "ccc": 0.0, "": 0.0, "BDT": -14.0,
           "TAI": 19.0}  # fmt: skip
-
-
-#: what a clock says that is not known [microseconds]
+#: the value of a clock that is not known [microseconds]
 _NO_CLOCK = 999_999.0
-
-
 _EPOCH = re.compile(rb"^\*  (\d{4}) ([ \d]\d) ([ \d]\d) ([ \d]\d) ([ \d]\d) ([ \d]\d\.\d+)", re.M)
-
-
 _POSITION = re.compile(rb"^P([ A-Z][ \d]\d)(.*)$", re.M)
-
-
+#: a line that none of the records of SP3 begins like
 _LINE = re.compile(rb"^(?!\*  \d|P[ A-Z][ \d]\d|V|E[PVO]|/\*|[ \r]*$).*$", re.M)
 
 
@@ -49,8 +40,18 @@ _LINE = re.compile(rb"^(?!\*  \d|P[ A-Z][ \d]\d|V|E[PVO]|/\*|[ \r]*$).*$", re.M)
 class PreciseOrbits:
     """Orbits of satellites at epochs, in the Earth-fixed frame of the file.
 
-    satellites (m,) such as ``G01``; times (n,) [s] GPS time since 1980-01-06; xyz (n, m, 3) [m] and
-    clocks (n, m) [s], NaN where there are none.
+    Attributes
+    ----------
+    path
+        Where they were read.
+    satellites
+        m names such as ``G01``.
+    times : (n,)
+        GPS time [s] since 1980-01-06.
+    xyz : (n, m, 3)
+        Positions [m], NaN where there are none.
+    clocks : (n, m)
+        Errors of the clocks [s], NaN where there are none.
     """
 
     path: Path
@@ -61,17 +62,24 @@ class PreciseOrbits:
 
 
 def is_sp3(data: bytes) -> bool:
-    """Does a file begin as SP3 files do?"""
+    """True if the data begin as SP3 files do."""
     return re.match(rb"#[a-d][PV]", data) is not None
 
 
 def read_sp3(path: Path, data: bytes) -> PreciseOrbits:
     """The orbits of an SP3 file.
 
+    Parameters
+    ----------
+    path
+        For messages.
+    data
+        Its unpacked content.
+
     Raises
     ------
     InputError
-        Damaged, truncated, without orbits, in a time system that is not known.
+        Damaged, truncated, without orbits, or in a time system that is not known.
     """
     again = "download or transfer it again"
     begin = re.search(rb"^\*", data, re.M)
@@ -84,13 +92,13 @@ def read_sp3(path: Path, data: bytes) -> PreciseOrbits:
     if re.search(rb"^EOF", data, re.M) is None:
         raise InputError("the SP3 file ends before its last line", file=path, cure=again)
     epochs = list(_EPOCH.finditer(data, begin.start()))
-    found = list(_POSITION.finditer(data, begin.start()))
-    if not found or len(epochs) != len(re.findall(rb"^\*", data, re.M)):
+    positions = list(_POSITION.finditer(data, begin.start()))
+    if not positions or len(epochs) != len(re.findall(rb"^\*", data, re.M)):
         raise InputError("the SP3 file is damaged: epochs", file=path, cure=again)
-    names = [match.group(1).replace(b" ", b"0").decode() for match in found]
+    names = [match.group(1).replace(b" ", b"0").decode() for match in positions]
     names = [f"G{name[1:]}" if name[0] == "0" else name for name in names]
-    values = _values(path, data, found)
-    at = np.searchsorted([e.start() for e in epochs], [match.start() for match in found]) - 1
+    values = _values(path, data, positions)
+    at = np.searchsorted([e.start() for e in epochs], [match.start() for match in positions]) - 1
     satellites, which = np.unique(names, return_inverse=True)
     xyz = np.full((len(epochs), len(satellites), 3), np.nan)
     clocks = np.full(xyz.shape[:2], np.nan)
@@ -104,8 +112,8 @@ def read_sp3(path: Path, data: bytes) -> PreciseOrbits:
 
 def _time_system(path: Path, header: bytes) -> float:
     """Seconds that the times of a file are ahead of GPS time."""
-    found = re.search(rb"^%c .{6}(\w{3})", header, re.M)
-    name = "" if found is None else found.group(1).decode()
+    line = re.search(rb"^%c .{6}(\w{3})", header, re.M)
+    name = "" if line is None else line.group(1).decode()
     if name not in _AHEAD:
         raise InputError(
             f"the times of the SP3 file are in {name}, which is not read",
@@ -115,9 +123,9 @@ def _time_system(path: Path, header: bytes) -> float:
     return _AHEAD[name]
 
 
-def _values(path: Path, data: bytes, found: Sequence[re.Match[bytes]]) -> Array:
+def _values(path: Path, data: bytes, positions: Sequence[re.Match[bytes]]) -> Array:
     """X, Y, Z [km] and clock [microseconds] (n, 4) of position lines."""
-    cells = [match.group(2)[k : k + 14] for match in found for k in (0, 14, 28, 42)]
+    cells = [match.group(2)[k : k + 14] for match in positions for k in (0, 14, 28, 42)]
     cells = [cell.strip() or b"999999.999999" for cell in cells]
     try:
         out: Array = np.array(cells).astype(float).reshape(-1, 4)
@@ -126,7 +134,7 @@ def _values(path: Path, data: bytes, found: Sequence[re.Match[bytes]]) -> Array:
         whole = False
     if not whole:
         number = re.compile(rb"( *-?\d+\.\d+){3}")
-        bad = next((m for m in found if number.match(m.group(2)[:42]) is None), found[0])
+        bad = next((m for m in positions if number.match(m.group(2)[:42]) is None), positions[0])
         raise InputError(
             "the SP3 file is damaged: no numbers",
             file=path,
@@ -167,7 +175,15 @@ def joined(files: Sequence[PreciseOrbits]) -> PreciseOrbits:
 
 
 def sp3_text(orbits: PreciseOrbits, wanted: Collection[str]) -> bytes:
-    """An SP3-c file of some of the satellites, 85 at most; times are GPS time."""
+    """An SP3-c file of some of the satellites.
+
+    Parameters
+    ----------
+    orbits
+        Times are written as GPS time.
+    wanted
+        Names of the satellites; the first 85 are written.
+    """
     chosen = [k for k, name in enumerate(orbits.satellites) if name in wanted][:MOST_SATELLITES]
     names = [orbits.satellites[k] for k in chosen]
     lines = _header(names, orbits.times)
@@ -181,7 +197,7 @@ def sp3_text(orbits: PreciseOrbits, wanted: Collection[str]) -> bytes:
 
 
 def _header(names: Sequence[str], times: Array) -> list[str]:
-    """The 22 lines that SP3-c files begin with."""
+    """The 22 lines that an SP3-c file begins with."""
     first, step = float(times[0]), float(np.median(np.diff(times)))
     week, seconds = divmod(first, 604_800.0)
     days, share = divmod(first, 86_400.0)

@@ -1,4 +1,4 @@
-"""What files of GNSS results hold, before it is anyone's work frame: geocentric metres, names."""
+"""The content of files of GNSS results: geocentric metres and names, before any work frame."""
 
 from __future__ import annotations
 
@@ -19,15 +19,29 @@ class GnssRecords:
     Attributes
     ----------
     positions
-        Names of the n points measured as such; xyz (n, 3), covariance (3n, 3n) [m^2], velocity (n,
-        3) [m/year] or None.
+        Names of the n points that were measured as positions.
+    xyz : (n, 3)
+        Their coordinates.
+    covariance : (3n, 3n)
+        Of the coordinates [m^2].
+    velocity : (n, 3) or None
+        In m/year.
+    velocity_covariance : (6n, 6n) or None
+        Of coordinates and velocities.
     start, end
-        Names of m vectors; vectors (m, 3), blocks (m, 3, 3); group : of their variance component.
+        Names of the ends of m vectors.
+    vectors : (m, 3)
+        End minus start.
+    blocks : (m, 3, 3)
+        Their covariances [m^2].
     approximate
-        Further points by name.
+        Coordinates (3,) of further points by name.
     frame, epoch
-        As the file states them, "" and None if it does not. sources of positions and vectors
-        ``file:line``.
+        As the file states them, "" and None if it does not.
+    position_sources, vector_sources
+        ``file:line`` of each.
+    warnings
+        Sentences.
     """
 
     positions: list[str] = field(default_factory=list)
@@ -47,7 +61,9 @@ class GnssRecords:
     warnings: list[str] = field(default_factory=list)
 
     def realisation(self, default: Realisation | None) -> Realisation | None:
-        """Frame and epoch of the coordinates; what the file leaves out is that of the job."""
+        """Frame and epoch of the coordinates; what the file leaves out is taken from
+        ``default``.
+        """
         name = self.frame or (default.frame if default else "")
         if not name:
             return None

@@ -1,7 +1,8 @@
-"""Bytes of a RINEX file, whatever it is packed in, bounded in size.
+"""The bytes of a RINEX file, unpacked and bounded in size.
 
-Plain text, gzip and Unix compress, Hatanaka compression (RINEX ``.crx``, ``.yyd``) with the package
-``hatanaka``. Reading: Gurtner and Estey, RINEX 2.11 and 3.05; Hatanaka (2008), Bull. GSI 55.
+Plain text, gzip and Unix compress, and Hatanaka compression (RINEX ``.crx``, ``.yyd``) with the
+package ``hatanaka``. Formats: Gurtner and Estey, RINEX 2.11 and 3.05; Hatanaka (2008), Bull. GSI
+55.
 """
 
 from __future__ import annotations
@@ -18,21 +19,19 @@ __all__ = ["MAX_BYTES", "read_packed", "read_rinex"]
 
 #: unpacked files above this are refused: a day of four systems at 1 s has about 700 MB
 MAX_BYTES = 1_000_000_000
-
-
+#: first bytes of packed files
 _GZIP, _COMPRESS = b"\x1f\x8b", b"\x1f\x9d"
-
-
+#: bytes that are unpacked at a time
 _CHUNK = 1 << 22
 
 
 def read_rinex(path: Path) -> bytes:
-    """Plain RINEX text of a file that is there, not empty and whole as far as its packing says.
+    """Plain RINEX text of a file that may be packed.
 
     Raises
     ------
     InputError
-        It cannot be read, is empty, too large, damaged or truncated, or not RINEX.
+        The file cannot be read, is empty, too large, damaged or truncated, or not RINEX.
     """
     data = read_packed(path)
     if b"RINEX VERSION / TYPE" not in data[:400]:
@@ -50,7 +49,7 @@ def read_packed(path: Path) -> bytes:
     Raises
     ------
     InputError
-        It cannot be read, is empty, too large, damaged or truncated.
+        The file cannot be read, is empty, too large, damaged or truncated.
     """
     try:
         if path.stat().st_size > MAX_BYTES:
@@ -72,6 +71,7 @@ def read_packed(path: Path) -> bytes:
 
 
 def _gunzip(path: Path, data: bytes) -> bytes:
+    """Text out of gzip, in chunks so that its size is bounded."""
     out, total = [], 0
     try:
         with gzip.open(io.BytesIO(data)) as stream:

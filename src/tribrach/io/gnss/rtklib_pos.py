@@ -1,8 +1,8 @@
-"""A mark measured by RTKLIB: one position or baseline out of the epochs of a ``.pos`` file.
+"""A mark measured with RTKLIB: one position or baseline out of the epochs of a ``.pos`` file.
 
 A static solution has used all epochs up to each line: its best determined fixed epoch stands for
 the session. Epochs of a kinematic solution are averaged with their covariances, fixed ones if there
-are any. Formal sigmas are scaled as those of our own baselines
+are any. Formal standard deviations are scaled as those of our own baselines
 (:mod:`tribrach.instruments.gnss_solutions`).
 """
 
@@ -25,23 +25,30 @@ __all__ = ["read_rtklib"]
 def read_rtklib(
     path: Path, *, point: str = "", base: str = "", factor: float | None = None
 ) -> GnssRecords:
-    """The mark ``point`` (the file's name if not given), or the vector from ``base`` to it.
+    """The position of a mark, or the vector from a base to it.
 
     Parameters
     ----------
+    path
+        Solution file.
+    point
+        Name of the mark, that of the file if not given.
+    base
+        Name of the base of a baseline.
     factor
-        On formal sigmas, None for the default.
+        On formal standard deviations, None for the default.
 
     Raises
     ------
     InputError
-        As the reader of the solution; no epochs; a baseline without its base.
+        As :func:`~tribrach.io.gnss.solution_file.read_solution`; no epochs; a baseline without its
+        base.
     """
     solution = read_solution(path)
     if not len(solution):
         raise InputError("the file has no epochs", file=path)
     name = point or path.stem
-    value, covariance, used = _one(path, solution)
+    value, covariance, used = _one(solution)
     interval = float(np.median(np.diff(solution.times))) if len(solution) > 1 else 0.0
     scale = sigma_factor(interval, used) if factor is None else factor
     covariance = covariance * scale**2
@@ -79,12 +86,12 @@ def read_rtklib(
     return records
 
 
-def _one(path: Path, solution: Solution) -> tuple[Array, Array, int]:
-    """One value (3,) with its formal covariance, and how many epochs are in it."""
+def _one(solution: Solution) -> tuple[Array, Array, int]:
+    """One value (3,) with its formal covariance (3, 3), and the number of epochs it comes from."""
     best = solution.quality == solution.quality.min()
     chosen = np.flatnonzero(best)
     covariance = solution.covariance[chosen]
-    if _is_static(path):
+    if solution.static:
         k = int(np.argmin(np.einsum("nii->n", covariance)))
         return solution.values[chosen[k]], covariance[k], len(solution)
     weight = np.linalg.inv(covariance)
@@ -94,14 +101,7 @@ def _one(path: Path, solution: Solution) -> tuple[Array, Array, int]:
     return origin + total @ shift, total, len(chosen)
 
 
-def _is_static(path: Path) -> bool:
-    """True if the header says so."""
-    head = path.read_text(encoding="latin-1")[:20000].lower()
-    mode = [line.partition(":")[2] for line in head.splitlines() if line.startswith("% pos mode")]
-    return bool(mode) and "static" in mode[0]
-
-
 def _turned(vector: Array, covariance: Array, reference: Array) -> tuple[Array, Array]:
-    """East, north, up at the base along the axes of ECEF."""
+    """A vector and covariance in east, north, up at the base, along the axes of ECEF."""
     axes = EllipsoidSite.centred(reference[None]).w_from_ecef
     return axes.T @ vector, axes.T @ covariance @ axes

@@ -1,6 +1,6 @@
 """Station coordinates of a SINEX file, with the covariance of all of them.
 
-Blocks ``SOLUTION/ESTIMATE`` (STAX, STAY, STAZ, and VELX to VELZ where they are) and
+Blocks ``SOLUTION/ESTIMATE`` (STAX, STAY, STAZ, and VELX to VELZ if there are any) and
 ``SOLUTION/MATRIX_ESTIMATE`` (covariance, correlation or its inverse, either triangle). Format: IERS
 SINEX 2.02. Sizes are bounded.
 """
@@ -21,19 +21,18 @@ from tribrach.io.gnss.records import GnssRecords
 
 __all__ = ["read_sinex"]
 
-
+#: files above this are refused
 MAX_BYTES = 300_000_000
-
-
 #: parameters of a solution; their matrix has 200 MB
 MOST_PARAMETERS = 5000
-
-
+#: parameters that are read
 _KINDS = ("STAX", "STAY", "STAZ", "VELX", "VELY", "VELZ")
 
 
 @dataclass(frozen=True)
 class _Parameter:
+    """One line of the estimate."""
+
     index: int
     kind: str
     station: str
@@ -44,13 +43,13 @@ class _Parameter:
 
 
 def read_sinex(path: Path) -> GnssRecords:
-    """Positions with their covariance.
+    """Positions with their joint covariance, and velocities if the file has them.
 
     Raises
     ------
     InputError
-        Unreadable, no SINEX, no coordinates, malformed lines, several epochs, a matrix that is
-        none.
+        Unreadable, not SINEX, no coordinates, malformed lines, several epochs, or a matrix that is
+        not positive definite.
     """
     lines = _lines(path)
     parameters = [_parameter(path, n, line) for n, line in _block(path, lines, "SOLUTION/ESTIMATE")]
@@ -100,6 +99,13 @@ def read_sinex(path: Path) -> GnssRecords:
 
 
 def _lines(path: Path) -> list[str]:
+    """Lines of the file.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, is too large or not SINEX.
+    """
     try:
         if path.stat().st_size > MAX_BYTES:
             raise InputError(f"the file has more than {MAX_BYTES / 1e6:.0f} MB", file=path)
@@ -132,6 +138,7 @@ def _block(path: Path, lines: list[str], name: str) -> Iterator[tuple[int, str]]
 
 
 def _parameter(path: Path, number: int, line: str) -> _Parameter:
+    """The parameter of one line of the estimate."""
     words = line.split()
     try:
         index, kind, station, _, _, epoch, _, _, value, sigma = words[:10]

@@ -1,9 +1,14 @@
-"""Solution files of RTKLIB (``.pos``): positions or baselines, epoch by epoch.
+"""Files that RTKLIB writes: solutions (``.pos``), epoch by epoch, and the status beside them.
 
-The three columns after the standard deviations are *signed roots* of covariances: ``sdne = -0.002``
-says that the covariance is ``-(0.002)^2``. Their order is xy, yz, zx for geocentric coordinates,
-ne, eu, un for latitude, longitude and height, en, nu, ue for baselines. Source: RTKLIB 2.4.3
-manual, appendix B.1.
+**Solutions** hold positions or baselines. The three columns after the standard deviations are
+*signed roots* of covariances: ``sdne = -0.002`` says that the covariance is ``-(0.002)^2``. Their
+order is xy, yz, zx for geocentric coordinates, ne, eu, un for latitude, longitude and height, en,
+nu, ue for baselines (RTKLIB 2.4.3 manual, appendix B.1).
+
+**Status files** have a line for each satellite, frequency and epoch: ``$SAT,week,
+seconds,satellite,frequency,azimuth,elevation,code residual,phase residual,valid,...`` (appendix
+B.2). They tell which satellites were used: the engine leaves some out that the files hold, for
+their health or a bad accuracy index.
 """
 
 from __future__ import annotations
@@ -21,22 +26,34 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geodesy.site import ecef_from_geodetic, enu_rotation
 
-__all__ = ["FIXED", "SatelliteUse", "Solution", "read_solution", "read_status"]
+__all__ = ["FIXED", "FLOAT", "SatelliteUse", "Solution", "read_solution", "read_status"]
 
-# Which satellites did a run of RTKLIB really use, and how large were their phase residuals?
-#
-# The status file beside the solution has a line for each satellite, frequency and epoch:
-# ``$SAT,week, seconds,satellite,frequency,azimuth,elevation,code residual,phase
-# residual,valid,...`` (RTKLIB 2.4.3 manual, appendix B.2). Satellites that files hold may be
-# left out by the engine, for their health or a bad accuracy index.
+Kind = Literal["ecef", "geodetic", "baseline"]
 
-
+#: quality of an epoch: ambiguities are integers, or real numbers
+FIXED, FLOAT = 1, 2
+#: files above this are refused
+MAX_BYTES = 500_000_000
+#: half of the last decimal of the standard deviations [m]
+ROUNDING = 5e-5
+_WGS84 = (6378137.0, 1 / 298.257223563)
+_STAMP = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(\.\d*)?")
+_GPS_START = np.datetime64("1980-01-06T00:00:00", "us")
+#: a line of the status file with valid phases: satellite and residual
 _LINE = re.compile(rb"^\$SAT,\d+,[\d.]+,([A-Z]\d\d),\d,[-\d.]+,[-\d.]+,[-\d.]+,([-\d.]+),1,", re.M)
 
 
 @dataclass(frozen=True)
 class SatelliteUse:
-    """Satellites by name, and the root mean square of their phase residuals [m], None if none."""
+    """The satellites that a run of the engine used.
+
+    Attributes
+    ----------
+    satellites
+        Their names.
+    residual
+        Root mean square of their phase residuals [m], None if there are none.
+    """
 
     satellites: tuple[str, ...]
     residual: float | None
@@ -51,37 +68,14 @@ def read_status(path: Path) -> SatelliteUse | None:
     """What a status file says; None where the engine wrote none."""
     if not path.is_file():
         return None
-    found = _LINE.findall(path.read_bytes())
-    if not found:
+    lines = _LINE.findall(path.read_bytes())
+    if not lines:
         return None
-    residuals = np.array([word for _, word in found], dtype=float)
+    residuals = np.array([word for _, word in lines], dtype=float)
     # the reference satellite of the double differences has none
     others = residuals[residuals != 0]
     rms = float(np.sqrt((others**2).mean())) if len(others) else None
-    return SatelliteUse(tuple(sorted({name.decode() for name, _ in found})), rms)
-
-
-Kind = Literal["ecef", "geodetic", "baseline"]
-
-
-FIXED, FLOAT = 1, 2
-
-
-#: files above this are refused
-MAX_BYTES = 500_000_000
-
-
-#: half of the last decimal of the standard deviations [m]
-ROUNDING = 5e-5
-
-
-_WGS84 = (6378137.0, 1 / 298.257223563)
-
-
-_STAMP = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(\.\d*)?")
-
-
-_GPS_START = np.datetime64("1980-01-06T00:00:00", "us")
+    return SatelliteUse(tuple(sorted({name.decode() for name, _ in lines})), rms)
 
 
 @dataclass(frozen=True)
@@ -91,11 +85,25 @@ class Solution:
     Attributes
     ----------
     kind
-        What ``values`` (n, 3) are: ECEF positions [m], or E, N, U of the baseline [m]; covariance
-        (n, 3, 3) [m^2] along the same axes; times (n,) seconds since 1980-01-06; quality (n,) 1
-        fixed, 2 float, 4 code differences, 5 single; satellites (n,); ratio (n,) of the ambiguity
-        test; reference (3,) ECEF of the base, NaN if the header does not say; lines (n,) of the
-        file.
+        What ``values`` are: ``baseline``, or a position, which is ECEF whatever the file has.
+    values : (n, 3)
+        ECEF positions [m], or E, N, U of the baseline [m].
+    covariance : (n, 3, 3)
+        Along the same axes [m^2].
+    times : (n,)
+        Seconds since 1980-01-06.
+    quality : (n,)
+        1 fixed, 2 float, 4 code differences, 5 single.
+    satellites : (n,)
+        How many.
+    ratio : (n,)
+        Of the ambiguity test.
+    reference : (3,)
+        ECEF coordinates of the base [m], NaN if the header does not give them.
+    lines : (n,)
+        Of the file.
+    static
+        The header says that the receiver did not move.
     """
 
     kind: Kind
@@ -107,18 +115,19 @@ class Solution:
     ratio: Array
     reference: Array
     lines: NDArray[np.int64]
+    static: bool = False
 
     def __len__(self) -> int:
         return len(self.values)
 
 
 def read_solution(path: Path) -> Solution:
-    """All epochs of a ``.pos`` file, geodetic positions turned into ECEF.
+    """All epochs of a ``.pos`` file; geodetic positions are converted to ECEF.
 
     Raises
     ------
     InputError
-        Unreadable, no solution file, malformed numbers, a covariance that is none.
+        Unreadable, not a solution file, malformed numbers, or no covariance matrix.
     """
     text = _text(path)
     kind = _kind(path, text)
@@ -132,7 +141,7 @@ def read_solution(path: Path) -> Solution:
         count = np.zeros(0, dtype=np.int64)
         return Solution(
             kind, nothing, np.zeros((0, 3, 3)), np.zeros(0), count, count, np.zeros(0),
-            _reference(text), count,
+            _reference(text), count, _is_static(text),
         )  # fmt: skip
     where = np.array(lines)
     times, table = _table(path, rows, where)
@@ -152,11 +161,19 @@ def read_solution(path: Path) -> Solution:
     covariance = np.einsum("nij,nj,nkj->nik", vectors, whole, vectors)
     quality, satellites = (table[:, k].astype(np.int64) for k in (3, 4))
     return Solution(
-        kind, values, covariance, times, quality, satellites, table[:, 12], _reference(text), where
-    )
+        kind, values, covariance, times, quality, satellites, table[:, 12], _reference(text), where,
+        _is_static(text),
+    )  # fmt: skip
 
 
 def _text(path: Path) -> str:
+    """Text of the file.
+
+    Raises
+    ------
+    InputError
+        It cannot be read or is too large.
+    """
     try:
         if path.stat().st_size > MAX_BYTES:
             raise InputError(f"the file has more than {MAX_BYTES / 1e6:.0f} MB", file=path)
@@ -168,6 +185,7 @@ def _text(path: Path) -> str:
 
 
 def _kind(path: Path, text: str) -> Kind:
+    """The kind of solution that the header announces."""
     head = "\n".join(line for line in text[:20000].splitlines() if line.startswith("%")).lower()
     for sign, kind in (("x-ecef", "ecef"), ("e-baseline", "baseline"), ("latitude", "geodetic")):
         if sign in head:
@@ -204,8 +222,8 @@ def _table(path: Path, rows: list[str], lines: NDArray[np.int64]) -> tuple[Array
             whole = np.loadtxt(io.StringIO(joined), ndmin=2, usecols=range(15))
             times, table = whole[:, 0] * 604800 + whole[:, 1], whole[:, 2:]
     except (ValueError, IndexError) as error:
-        found = re.search(r"row (\d+)", str(error))
-        row = int(found.group(1)) if found else 0
+        place = re.search(r"row (\d+)", str(error))
+        row = int(place.group(1)) if place else 0
         raise InputError(
             "the line has no time and thirteen numbers",
             file=path,
@@ -238,13 +256,20 @@ def _covariances(kind: Kind, table: Array) -> tuple[Array, Array]:
     return ecef, axes.transpose(0, 2, 1) @ covariance @ axes
 
 
+def _is_static(text: str) -> bool:
+    """True if the header says that the receiver did not move."""
+    head = text[:20000].lower()
+    mode = [line.partition(":")[2] for line in head.splitlines() if line.startswith("% pos mode")]
+    return bool(mode) and "static" in mode[0]
+
+
 def _reference(text: str) -> Array:
-    """ECEF (3,) of the base from the header, NaN if it is not there."""
-    found = re.search(r"^%\s*ref pos\s*:\s*(\S+)\s+(\S+)\s+(\S+)", text[:20000], re.M)
-    if found is None:
+    """ECEF (3,) [m] of the base from the header, NaN if it is not there."""
+    line = re.search(r"^%\s*ref pos\s*:\s*(\S+)\s+(\S+)\s+(\S+)", text[:20000], re.M)
+    if line is None:
         return np.full(3, np.nan)
     try:
-        numbers = np.array([float(word) for word in found.groups()])
+        numbers = np.array([float(word) for word in line.groups()])
     except ValueError:
         return np.full(3, np.nan)
     if np.abs(numbers[:2]).max() <= 360:  # latitude, longitude, height
