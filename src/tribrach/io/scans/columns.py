@@ -54,7 +54,7 @@ _TYPES = {
 def known_name(name: str) -> str | None:
     """Our name of a column: ``x``, ``y``, ``z`` or a field of the table; None if it is another.
 
-    Case, ``scalar_``, underscores, quotes and units in metres behind the name do not matter.
+    Case, ``scalar_``, underscores, quotes and a unit of metres after the name do not matter.
     """
     bare = re.sub(r"(\[m\]|\(m\)|_m)$", "", name.strip().lower())
     bare = re.sub(r"[\s_\"'#/-]", "", bare.removeprefix("scalar_"))
@@ -63,18 +63,18 @@ def known_name(name: str) -> str | None:
 
 @dataclass(frozen=True)
 class ColumnRoles:
-    """Which columns are coordinates and which are fields.
+    """Which columns of a file are coordinates and which are fields.
 
     Attributes
     ----------
     xyz
-        Names in the file.
+        Names of the coordinates in the file.
     fields
-        As the scan has them.
+        The fields of the scan.
     sources
         Their names in the file.
     factors
-        By which colours become 0 to 65535, 1 for everything else.
+        That stretch colours to 65535, 1 for everything else.
     """
 
     xyz: tuple[str, str, str]
@@ -100,11 +100,13 @@ class ColumnRoles:
         Parameters
         ----------
         columns
-            File name to (n,) or (n, k).
+            (n,) or (n, k) by name in the file.
+        path
+            Of the file, for messages.
         extra
             Further fields by our names.
         zero_is_nothing
-            0, 0, 0 says that nothing came back.
+            A point at 0, 0, 0 stands for a direction without a return.
 
         Raises
         ------
@@ -131,16 +133,18 @@ def arranged(
     path: Path,
     intensity: tuple[float | None, float | None] = (None, None),
 ) -> ColumnRoles:
-    """The columns of a file by their names.
+    """The roles of the columns of a file, by their names.
 
     Parameters
     ----------
     types
         Numpy types by name, in the file's order.
     sample
-        Some values of each, which tell whether colours are 0 to 1, 255 or 65535.
+        Some values of each, which tell whether colours go to 1, 255 or 65535.
+    path
+        Of the file, for messages.
     intensity
-        Its limits if the format states them.
+        Limits of the intensity, if the format states them.
 
     Raises
     ------
@@ -179,7 +183,7 @@ def arranged(
 
 
 def _colour_factor(channels: Sequence[NDArray[Any]]) -> float:
-    """What makes a channel 0 to 65535: by its type, for text and floats by the values."""
+    """Factor that stretches colours to 65535: by their type, for text and floats by the values."""
     if not channels or all(channel.dtype == np.uint8 for channel in channels):
         return 257.0
     if all(channel.dtype.kind in "iu" and channel.dtype.itemsize == 2 for channel in channels):
@@ -194,7 +198,16 @@ def _colour_factor(channels: Sequence[NDArray[Any]]) -> float:
 
 
 def cast(column: NDArray[Any], kind: np.dtype[Any], name: str, path: Path) -> NDArray[Any]:
-    """A column in another type, rounded if that is a whole number; a fresh contiguous array.
+    """A column in another type, as a fresh contiguous array; rounded if the type is a whole number.
+
+    Parameters
+    ----------
+    column : (n,) or (n, k)
+        Values.
+    kind
+        The type.
+    name, path
+        Of the column and the file, for messages.
 
     Raises
     ------

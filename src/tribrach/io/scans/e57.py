@@ -1,10 +1,13 @@
 """E57: several scans in a file, each in its scanner frame with its pose, read in chunks.
 
 Headers come from the XML section, points through libE57. Coordinates are Cartesian or range,
-azimuth (counter-clockwise from x) and elevation (from the xy plane). Records that the file marks
-as invalid, or that are no finite numbers, are dropped; so are points at exactly zero in scans with
-a grid but without marks, which stand for no return. ``return_number`` counts from 1 (0 in the
-file); values that the file flags as invalid are zero, intensities their low limit.
+azimuth (counter-clockwise from x) and elevation (from the xy plane). Records that the file marks as
+invalid, or that are no finite numbers, are dropped; so are points at exactly zero in scans with a
+grid but without marks, which stand for no return. ``return_number`` counts from 1 (0 in the file);
+values that the file flags as invalid are zero, intensities their low limit.
+
+The file has three parts: columns and the fields they become; the header of a scan (pose, grid,
+bounds, names, origin); and the scan itself with its buffers.
 """
 
 from __future__ import annotations
@@ -32,21 +35,13 @@ from tribrach.scan.scan import CHUNK, Chunk, Field, Origin, Scan
 
 __all__ = ["E57Scan", "pose_of", "read"]
 
-# Which column of an E57 scan becomes which field, and through which buffer?
-
-
 Values = NDArray[Any]
 
-
+#: names of the columns of coordinates
 CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
-
-
 SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
-
-
 _COLOURS = {"colorRed": "red", "colorGreen": "green", "colorBlue": "blue"}
-
-
+#: fields and types of columns that have names of ours
 _KNOWN = {
     "intensity": ("intensity", "float32"),
     **{theirs: (ours, "uint16") for theirs, ours in _COLOURS.items()},
@@ -59,26 +54,41 @@ _KNOWN = {
     "normalY": ("normal_y", "float32"),
     "normalZ": ("normal_z", "float32"),
 }
-
-
-#: columns that say which values of others mean nothing
+#: columns that flag values of others as invalid
 _FLAGS = {
     "isIntensityInvalid": ("intensity",),
     "isColorInvalid": ("red", "green", "blue"),
     "isTimeStampInvalid": ("time",),
 }
-
-
 #: buffers that pye57 takes by type; other integers go through "q", for "l" is 32 bits to it
 _BUFFERS = {"int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "float32": "f", "float64": "d"}
-
-
 _INTEGERS = ("uint8", "int8", "uint16", "int16", "int32", "uint32", "int64")
+#: the scanner cannot be at zero if that is farther from the points than they extend and than this
+FAR = 10.0
+#: stated bounds beyond this are placeholders [m]
+_ENDLESS = 1e9
+#: entries of the header that are kept as facts
+_TEXTS = {
+    "description": "description",
+    "sensorVendor": "sensor vendor",
+    "sensorModel": "sensor model",
+    "sensorSerialNumber": "sensor serial number",
+    "guid": "guid",
+}
+_NUMBERS = {
+    "temperature": "temperature [C]",
+    "relativeHumidity": "relative humidity [%]",
+    "atmosphericPressure": "atmospheric pressure [Pa]",
+}
+#: records that libE57 decodes at a time
+_BLOCK = 50_000
+#: points that are looked at to tell placed ones from others
+_GLANCE = 1000
 
 
 @dataclass(frozen=True)
 class FieldColumn:
-    """A column on its way from the file into a field.
+    """A column of the file that becomes a field.
 
     Attributes
     ----------
@@ -102,9 +112,15 @@ class FieldColumn:
     flag: str | None = None
 
     def values(self, raw: Values, invalid: Values | None) -> Values:
-        """The field from what the buffer holds (n,); invalid (n,) : values that mean nothing.
+        """The field's values.
 
-        These become zero, intensities the low limit.
+        Parameters
+        ----------
+        raw : (n,)
+            Content of the buffer.
+        invalid : (n,) or None
+            Not zero where a value means nothing; such values become zero, intensities the low
+            limit.
 
         Raises
         ------
@@ -118,7 +134,7 @@ class FieldColumn:
         return out
 
     def _converted(self, raw: Values) -> Values:
-        """A new array of the field's type."""
+        """The content of the buffer in the field's type, as a new array."""
         if self.field.name in _COLOURS.values():
             if (self.low, self.high) == (0, 65535) and raw.dtype == np.uint16:
                 return raw.copy()
@@ -139,7 +155,7 @@ class FieldColumn:
 
 
 def integer_type(low: float | None, high: float | None) -> str:
-    """The smallest integers that hold low to high; 64 bits if that is not said."""
+    """The smallest integer type that holds low to high; 64 bits if a limit is not stated."""
     if low is None or high is None:
         return "int64"
     fits = (n for n in _INTEGERS if np.iinfo(n).min <= low and high <= np.iinfo(n).max)
@@ -149,17 +165,26 @@ def integer_type(low: float | None, high: float | None) -> str:
 def columns(
     scan: etree._Element, prototype: etree._Element, taken: Sequence[str], notes: dict[str, str]
 ) -> tuple[tuple[FieldColumn, ...], tuple[str, ...]]:
-    """Columns besides those that coordinates are made of, and sentences about the odd ones.
+    """Columns besides those that coordinates are made of.
 
     Parameters
     ----------
+    scan, prototype
+        Elements of the XML section.
     taken
         Columns that are coordinates.
     notes
         Descriptions by name of a column.
+
+    Returns
+    -------
+    columns : tuple of FieldColumn
+        In the file's order.
+    warnings : tuple of str
+        Sentences about columns that are unusual.
     """
-    found: list[FieldColumn] = []
-    odd: list[str] = []
+    fields: list[FieldColumn] = []
+    warnings: list[str] = []
     for element in prototype:
         if not isinstance(element.tag, str):
             continue
@@ -168,22 +193,22 @@ def columns(
         if path in taken:
             continue
         if element.get("type") not in ("Float", "Integer", "ScaledInteger"):
-            odd.append(f"column {path} holds no numbers and is left out")
+            warnings.append(f"column {path} holds no numbers and is left out")
             continue
         column = _column(scan, element, local, path, notes.get(local, ""))
-        if column.field.name in {one.field.name for one in found}:
+        if column.field.name in {one.field.name for one in fields}:
             column = replace(column, field=replace(column.field, name=path))
-        found.append(column)
+        fields.append(column)
         if column.field.name in _COLOURS.values() and column.high <= column.low:
-            odd.append(f"the limits of {path} are empty")
-    flags = {n: f for f, names in _FLAGS.items() for n in names if f in {c.path for c in found}}
-    return tuple(replace(c, flag=flags.get(c.field.name)) for c in found), tuple(odd)
+            warnings.append(f"the limits of {path} are empty")
+    flags = {n: f for f, names in _FLAGS.items() for n in names if f in {c.path for c in fields}}
+    return tuple(replace(c, flag=flags.get(c.field.name)) for c in fields), tuple(warnings)
 
 
 def _column(
     scan: etree._Element, element: etree._Element, local: str, path: str, note: str
 ) -> FieldColumn:
-    """One column by its element of the prototype."""
+    """One column, by its element of the prototype."""
     low, high = _limits(element)
     kind = _type(element, low, high)
     known = _KNOWN.get(local) if element.prefix is None or local.startswith("normal") else None
@@ -204,7 +229,7 @@ def _column(
 
 
 def _type(element: etree._Element, low: float | None, high: float | None) -> str:
-    """What a column holds, as numpy calls it."""
+    """Type of a column's values as numpy calls it."""
     if element.get("type") == "Integer":
         return integer_type(low, high)
     single = element.get("type") == "Float" and element.get("precision") == "single"
@@ -212,7 +237,7 @@ def _type(element: etree._Element, low: float | None, high: float | None) -> str
 
 
 def _limits(element: etree._Element) -> tuple[float | None, float | None]:
-    """Limits of a column, scaled; None where it has none."""
+    """Limits of a column, scaled; None where it states none."""
     try:
         low, high = (float(element.attrib[k]) for k in ("minimum", "maximum"))
         if element.get("type") == "ScaledInteger":
@@ -231,43 +256,32 @@ def _stated(
     return (low, high) if None in stated else (stated[0], stated[1])
 
 
-# What does an E57 file say of a scan besides its points: pose, grid, bounds, names, origin?
-
-
-#: the scanner cannot be at zero if that is farther from the points than they extend and than this
-FAR = 10.0
-
-
-#: stated bounds beyond this are placeholders [m]
-_ENDLESS = 1e9
-
-
-_TEXTS = {
-    "description": "description",
-    "sensorVendor": "sensor vendor",
-    "sensorModel": "sensor model",
-    "sensorSerialNumber": "sensor serial number",
-    "guid": "guid",
-}
-
-
-_NUMBERS = {
-    "temperature": "temperature [C]",
-    "relativeHumidity": "relative humidity [%]",
-    "atmosphericPressure": "atmospheric pressure [Pa]",
-}
-
-
 @dataclass(frozen=True)
 class ScanHeader:
-    """A scan's header.
+    """The header of a scan: all that the XML section says about it.
 
     Attributes
     ----------
+    records
+        Number of records, valid or not.
+    pose
+        World from scanner, None if there is none.
     coordinates
-        Names of the three columns, empty if there are none.
+        Names of the three columns of coordinates, empty if there are none.
     state
-        The column that marks records without a point; bounds (2, 3) [m] as stated.
+        The column that marks records without a point.
+    columns
+        The other columns.
+    grid
+        Rows and columns.
+    bounds : (2, 3)
+        Smallest and largest coordinates as stated [m].
+    origin
+        Whether the scanner is at zero.
+    warnings
+        Sentences.
+    facts
+        Other entries as text.
     """
 
     records: int
@@ -285,10 +299,17 @@ class ScanHeader:
 def scan_header(scan: etree._Element, path: Path, index: int) -> ScanHeader:
     """The header of one child of ``data3D``.
 
+    Parameters
+    ----------
+    scan
+        The element.
+    path, index
+        File and place in it, for messages.
+
     Raises
     ------
     InputError
-        A count that is none, or points without coordinates.
+        A count of points that is no number, or points without coordinates.
     """
     warnings: list[str] = []
     records = _records(scan, path, index)
@@ -303,16 +324,16 @@ def scan_header(scan: etree._Element, path: Path, index: int) -> ScanHeader:
     state = axes[0][: len("cartesian")] + "InvalidState" if axes else None
     state = state if state in local else None
     taken = (*axes, state) if state else axes
-    found: tuple[FieldColumn, ...] = ()
+    fields: tuple[FieldColumn, ...] = ()
     if prototype is not None:
-        found, odd = columns(scan, prototype, taken, _notes(scan))
-        warnings += odd
+        fields, unusual = columns(scan, prototype, taken, _notes(scan))
+        warnings += unusual
     pose = pose_of(scan, warnings)
     bounds = _bounds(scan)
     origin = _origin(pose, bounds if records else None, warnings)
-    grid = _grid(scan, {c.field.name for c in found})
+    grid = _grid(scan, {c.field.name for c in fields})
     return ScanHeader(
-        records, pose, axes, state, found, grid, bounds, origin, tuple(warnings), _facts(scan)
+        records, pose, axes, state, fields, grid, bounds, origin, tuple(warnings), _facts(scan)
     )
 
 
@@ -328,7 +349,14 @@ def _records(scan: etree._Element, path: Path, index: int) -> int:
 def pose_of(scan: etree._Element, warnings: list[str]) -> Pose | None:
     """World from the frame of a scan or picture; None without a pose.
 
-    A part that is missing or no motion is the identity, with a warning added.
+    A part that is missing or is no motion is replaced by the identity.
+
+    Parameters
+    ----------
+    scan
+        The element of the scan or picture.
+    warnings
+        Sentences are added to it.
     """
     if child(scan, "pose") is None:
         return None
@@ -364,13 +392,15 @@ def _bounds(scan: etree._Element) -> Array | None:
 
 
 def distance(bounds: Array, point: Array) -> float:
-    """How far a point (3,) lies outside bounds, less what is allowed; positive if too far [m]."""
+    """How far a point (3,) lies outside bounds (2, 3), less what is allowed; positive if too far
+    [m].
+    """
     away = float(np.linalg.norm(np.maximum(np.maximum(bounds[0] - point, point - bounds[1]), 0)))
     return away - max(FAR, float(np.linalg.norm(bounds[1] - bounds[0])))
 
 
 def _origin(pose: Pose | None, bounds: Array | None, warnings: list[str]) -> Origin:
-    """E57 has points in the scanner frame; unless they are placed already and no pose says so."""
+    """E57 has points in the scanner frame, unless they are far from zero and no pose moves them."""
     moved = pose is not None and not np.allclose(pose.matrix, np.eye(4), rtol=0, atol=1e-9)
     if moved or bounds is None or distance(bounds, np.zeros(3)) <= 0:
         return "stated"
@@ -397,7 +427,7 @@ def _grid(scan: etree._Element, names: set[str]) -> tuple[int, int] | None:
 
 
 def _facts(scan: etree._Element) -> dict[str, str]:
-    """What else the header says."""
+    """Texts, numbers and the date of the header."""
     facts = {}
     for name, title in _TEXTS.items():
         element = child(scan, name)
@@ -414,7 +444,7 @@ def _facts(scan: etree._Element) -> dict[str, str]:
 
 
 def _notes(scan: etree._Element) -> dict[str, str]:
-    """Descriptions of our own columns."""
+    """Descriptions of the columns that our own writer adds."""
     group = next(
         (e for e in scan if isinstance(e.tag, str) and etree.QName(e).localname == "descriptions"),
         None,
@@ -425,7 +455,9 @@ def _notes(scan: etree._Element) -> dict[str, str]:
 
 
 def crs_of(root: etree._Element) -> tuple[str | None, str]:
-    """WKT of the file's reference system, None if PROJ does not know it; and the text itself."""
+    """WKT of the file's reference system, None if PROJ does not know it, and the text of the
+    file.
+    """
     element = child(root, "coordinateMetadata")
     text = "" if element is None else (element.text or "").strip()
     if not text:
@@ -437,9 +469,16 @@ def crs_of(root: etree._Element) -> tuple[str | None, str]:
 
 
 def unique_names(scans: list[etree._Element], path: Path) -> list[tuple[str, tuple[str, ...]]]:
-    """A name for each scan and what is to be said of it.
+    """A name for each scan, and warnings about it.
 
     Scans without a name take the file's, and their number if there are several.
+
+    Parameters
+    ----------
+    scans
+        Children of ``data3D``.
+    path
+        Of the file.
     """
     stated = [(child(scan, "name"), k) for k, scan in enumerate(scans)]
     out: list[tuple[str, tuple[str, ...]]] = []
@@ -451,29 +490,32 @@ def unique_names(scans: list[etree._Element], path: Path) -> list[tuple[str, tup
         while free in given:
             free, number_ = f"{name}-{number_}", number_ + 1
         given.add(free)
-        said = f"another scan has the name {name!r} too, this one is called {free!r}"
-        out.append((free, (said,) if free != name else ()))
+        warning = f"another scan has the name {name!r} too, this one is called {free!r}"
+        out.append((free, (warning,) if free != name else ()))
     return out
-
-
-#: records that libE57 decodes at a time
-_BLOCK = 50_000
-
-
-#: points that are looked at to tell placed ones from others
-_GLANCE = 1000
 
 
 @dataclass(frozen=True)
 class E57Scan(Scan):
-    """One scan of an E57 file; ``columns`` are those besides the coordinates and their state."""
+    """One scan of an E57 file.
+
+    Attributes
+    ----------
+    coordinates
+        Names of the three columns of coordinates.
+    state
+        The column that marks records without a point.
+    columns
+        The other columns.
+    """
 
     coordinates: tuple[str, ...] = CARTESIAN
     state: str | None = None
     columns: tuple[FieldColumn, ...] = ()
 
     def stored(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
-        """The points in the file's order, a little under ``size`` if that is many blocks.
+        """Read the points in the file's order, in chunks a little under ``size`` if that is many
+        blocks.
 
         Raises
         ------
@@ -506,7 +548,13 @@ class E57Scan(Scan):
             image.close()
 
     def _read(self, reader: Any, done: int) -> int:
-        """Fill the buffers; the number of records."""
+        """Fill the buffers with the next records.
+
+        Returns
+        -------
+        int
+            The number of records.
+        """
         with _damage(self.path):
             count = int(reader.read())
         if count == 0:
@@ -528,7 +576,7 @@ class _Gathered:
         self.values = [np.empty(size, dtype=c.field.dtype) for c in scan.columns]
 
     def add(self, buffers: _Buffers, first: int, last: int) -> None:
-        """Records first to last of the buffers, valid ones only."""
+        """Add the valid ones among the records first to last of the buffers."""
         scan, raw = self.scan, buffers.xyz[first:last]
         xyz = raw if scan.coordinates == CARTESIAN else _cartesian(raw)
         kept = _kept(xyz, buffers.state[first:last], scan.state is None and scan.grid is not None)
@@ -551,7 +599,7 @@ class _Gathered:
         self.dropped += len(xyz) - len(kept)
 
     def chunk(self) -> Chunk:
-        """What was gathered."""
+        """The chunk of everything that was added."""
         names = (c.field.name for c in self.scan.columns)
         values = {n: v[: self.points] for n, v in zip(names, self.values, strict=True)}
         return Chunk(self.xyz[: self.points], values, self.dropped)
@@ -586,13 +634,7 @@ class _Buffers:
 
 @njit(cache=True, nogil=True)
 def _kept(xyz, state, zeros):  # type: ignore[no-untyped-def]
-    """Numbers of the records that hold a point.
-
-    Parameters
-    ----------
-    zeros
-        Do coordinates of zero stand for none?
-    """
+    """Indices of the records that hold a point; with ``zeros`` a point at 0, 0, 0 is none."""
     out = np.empty(len(xyz), dtype=np.intp)
     count = 0
     for n in range(len(xyz)):
@@ -623,7 +665,7 @@ def read(path: Path) -> tuple[Scan, ...]:
     Raises
     ------
     InputError
-        No E57 file, truncated, damaged, or without scans.
+        Not an E57 file, truncated, damaged, or without scans.
     """
     root = xml_of(path)
     elements = scan_elements(root)
@@ -633,7 +675,7 @@ def read(path: Path) -> tuple[Scan, ...]:
         raise InputError(f"the file holds no scan{besides}", file=path, cure="give another file")
     crs, text = crs_of(root)
     scans: list[Scan] = []
-    for k, (element, (name, said)) in enumerate(
+    for k, (element, (name, notes)) in enumerate(
         zip(elements, unique_names(elements, path), strict=True)
     ):
         header = scan_header(element, path, k)
@@ -649,7 +691,7 @@ def read(path: Path) -> tuple[Scan, ...]:
             grid=header.grid,
             crs=crs,
             bounds=header.bounds if header.records else None,
-            warnings=(*said, *header.warnings),
+            warnings=(*notes, *header.warnings),
             facts=facts,
             coordinates=header.coordinates,
             state=header.state,
@@ -665,7 +707,7 @@ def xml_of(path: Path) -> etree._Element:
     Raises
     ------
     InputError
-        It cannot be read, is no E57 file, is damaged.
+        The file cannot be read, is not E57, or is damaged.
     """
     try:
         with path.open("rb") as file:
@@ -683,9 +725,10 @@ def scan_elements(root: etree._Element) -> list[etree._Element]:
 
 
 def _glanced(scan: E57Scan, header: ScanHeader) -> E57Scan:
-    """Tell apart what stated bounds around the pose's position can mean.
+    """The scan with its origin or bounds corrected where they lie around the pose's position.
 
-    Some programs place the points and keep the pose; others place only the bounds.
+    Some programs place the points and keep the pose; others place only the bounds. A few points
+    tell.
     """
     if header.pose is None or scan.bounds is None or distance(scan.bounds, np.zeros(3)) <= 0:
         return scan
@@ -693,15 +736,15 @@ def _glanced(scan: E57Scan, header: ScanHeader) -> E57Scan:
         return scan
     first = next(scan.chunks(min(_GLANCE, header.records)))
     if len(first) and distance(scan.bounds, np.median(first.xyz, axis=0)) <= 0:
-        said = "the points lie around the pose's position: they seem to be placed already"
-        return replace(scan, origin="unknown", warnings=(*scan.warnings, said))
-    said = "the stated bounds are not those of the points and are left out"
-    return replace(scan, bounds=None, warnings=(*scan.warnings, said))
+        warning = "the points lie around the pose's position: they seem to be placed already"
+        return replace(scan, origin="unknown", warnings=(*scan.warnings, warning))
+    warning = "the stated bounds are not those of the points and are left out"
+    return replace(scan, bounds=None, warnings=(*scan.warnings, warning))
 
 
 @contextmanager
 def _damage(path: Path) -> Iterator[None]:
-    """What libE57 raises, as a sentence."""
+    """Turn what libE57 raises into an InputError."""
     try:
         yield
     except libe57.E57Exception as error:

@@ -1,4 +1,4 @@
-"""Which reader reads a file of scans? The one of what the file begins with, else of its suffix.
+"""Chooses the reader for a file of scans: by how the file begins, else by its suffix.
 
 Readers are modules in this package with a function ``read``, loaded for the first file of theirs.
 """
@@ -16,7 +16,7 @@ from tribrach.scan.scan import Scan
 
 __all__ = ["READERS", "read_scans"]
 
-#: by suffix
+#: modules of this package by suffix
 READERS: dict[str, str] = {
     ".e57": "e57",
     ".las": "las",
@@ -31,7 +31,7 @@ READERS: dict[str, str] = {
     ".asc": "xyz",
 }
 
-#: what files begin with
+#: modules of this package by what files begin with
 _MAGIC: tuple[tuple[re.Pattern[bytes], str], ...] = (
     (re.compile(rb"LASF"), "las"),
     (re.compile(rb"ASTM-E57"), "e57"),
@@ -44,12 +44,17 @@ _PACKED = (".gz", ".xz", ".bz2")
 
 
 def read_scans(path: Path) -> tuple[Scan, ...]:
-    """The scans of a file, headers only.
+    """The scans of a file; only headers are read.
+
+    Parameters
+    ----------
+    path
+        Any format of :data:`READERS`; text may be compressed.
 
     Raises
     ------
     InputError
-        No such file, an unknown format, or what the reader has to say.
+        No such file, an unknown format, or an error of the reader.
     """
     if not path.is_file():
         raise InputError("there is no such file", file=path, cure="check its name and folder")
@@ -67,11 +72,12 @@ def read_scans(path: Path) -> tuple[Scan, ...]:
 
 
 def _module(reader: str) -> Any:
+    """The module of a reader."""
     return import_module(f"tribrach.io.scans.{reader}")
 
 
 def _reader(path: Path, start: bytes) -> str:
-    """The reader for the first bytes of a file, or for its suffix if they say nothing."""
+    """The reader for the first bytes of a file, or for its suffix if they do not tell."""
     for magic, reader in _MAGIC:
         if magic.match(start):
             return reader
@@ -96,11 +102,12 @@ def _reader(path: Path, start: bytes) -> str:
 
 
 def _is_text(start: bytes) -> bool:
+    """True if the bytes look like text."""
     return b"\0" not in start and sum(byte < 9 for byte in start) == 0
 
 
 def _shape(path: Path) -> str | None:
-    """PTX, PTS or other lines of numbers, by the first of them; None if they are none."""
+    """PTX, PTS or other lines of numbers, by the first lines; None if they are no numbers."""
     ptx, xyz = _module("ptx"), _module("xyz")
     with opened(path) as file:
         lines = Lines(file, path).peek(len(ptx.HEADER))

@@ -1,4 +1,8 @@
-"""What is in a scan, and what looks wrong with it, in words."""
+"""Describes a scan and what looks wrong with it, for ``tribrach info`` and reports.
+
+One pass over the points, in bounded memory, gives the statistics; a description states them in
+words and as JSON.
+"""
 
 from __future__ import annotations
 
@@ -19,30 +23,46 @@ from tribrach.scan.scan import Chunk, Scan
 
 __all__ = ["Description", "describe"]
 
-# What one pass over the points of a scan tells, in bounded memory.
-
-
-#: first points, for what needs neighbours; points from all over the scan
+#: points that are kept: the first ones, for what needs neighbours, and some from all over the scan
 _FIRST, _SPREAD = 1_500_000, 300_000
-
-
 #: points that are compared with each other to find doubles
 _COMPARED = 300_000
-
-
+#: what is worth a sentence: resolution and step [m], bounds that differ by [m], share of doubles
+_RESOLUTION, _STEP, _BOUNDS, _DOUBLED = 1e-4, 1e-3, 1e-3, 1e-3
+#: no scan is wider [m]
+_WIDEST = 2e4
+#: steps of decimal numbers, the coarsest first [m]
+_STEPS = (1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001)
+_QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
+#: fewer points do not tell the angular step
+_FEW = 1000
+_ORIGIN = {
+    "stated": "at zero, as the format says",
+    "assumed": "at zero, assumed because that lies among the points",
+    "unknown": "unknown",
+}
+#: odd multipliers of the hash of a point
 _MIX = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], dtype=np.uint64)
 
 
 @dataclass
 class FieldRange:
-    """Smallest and largest value of a field, and how many are not finite."""
+    """The values of one field.
+
+    Attributes
+    ----------
+    low, high
+        Smallest and largest finite value.
+    bad
+        How many are not finite.
+    """
 
     low: float = np.inf
     high: float = -np.inf
     bad: int = 0
 
     def add(self, column: NDArray[Any]) -> None:
-        """Take in a column (n,) or (n, k)."""
+        """Take a column (n,) or (n, k) into account."""
         if column.dtype.kind == "f":
             finite = np.isfinite(column)
             if not finite.all():
@@ -55,19 +75,28 @@ class FieldRange:
 
 @dataclass
 class Statistics:
-    """Of the valid points of a scan.
-
-    bounds (2, 3) [m].
+    """The valid points of a scan in figures.
 
     Attributes
     ----------
+    points
+        How many.
+    dropped
+        Records that hold no point.
+    bounds : (2, 3)
+        Smallest and largest coordinates [m], None without points.
     zeros
         Points at exactly 0, 0, 0.
     single
         All coordinates are numbers of 32 bits.
     doubled
-        Share of points that are there before; first (k, 3) : the first points; spread (k, 3) :
-        points from all over.
+        Share of points that occurred before.
+    fields
+        Range of each field.
+    first : (k, 3)
+        The first points [m].
+    spread : (k, 3)
+        Points from all over the scan [m].
     """
 
     points: int = 0
@@ -110,7 +139,7 @@ def statistics(scan: Scan) -> Statistics:
 
 
 def _add(out: Statistics, chunk: Chunk) -> None:
-    """Bounds, zeros, float resolution and the fields of one chunk."""
+    """Bounds, zeros, float resolution and the fields of one more chunk."""
     bounds = np.stack([chunk.xyz.min(axis=0), chunk.xyz.max(axis=0)])
     if out.bounds is not None:
         bounds[0] = np.minimum(bounds[0], out.bounds[0])
@@ -124,14 +153,14 @@ def _add(out: Statistics, chunk: Chunk) -> None:
 
 
 class _Doubles:
-    """Counts doubles among those points whose hash ends in enough zeros, wherever they stand."""
+    """Counts doubled points among those whose hash ends in enough zeros, wherever they stand."""
 
     def __init__(self) -> None:
         self._kept: NDArray[np.uint64] = np.zeros(0, dtype=np.uint64)
         self._bits = 0
 
     def add(self, xyz: Array) -> None:
-        """Take in points (n, 3)."""
+        """Take points (n, 3) into account."""
         bits = np.ascontiguousarray(xyz + 0.0).view(np.uint64)
         mixed = np.zeros(len(xyz), dtype=np.uint64)
         for k in range(3):
@@ -143,42 +172,16 @@ class _Doubles:
             self._kept = self._chosen(self._kept)
 
     def _chosen(self, mixed: NDArray[np.uint64]) -> NDArray[np.uint64]:
-        """Those whose lowest bits are zero."""
+        """The hashes whose lowest bits are zero."""
         mask = np.uint64((1 << self._bits) - 1)
         return np.asarray(mixed[(mixed & mask) == 0])
 
     @property
     def share(self) -> float:
-        """Share of points that are there before."""
+        """Share of points that occurred before."""
         if len(self._kept) == 0:
             return 0.0
         return 1 - len(np.unique(self._kept)) / len(self._kept)
-
-
-#: what is worth a sentence: resolution and step [m], bounds that differ by [m], share of doubles
-_RESOLUTION, _STEP, _BOUNDS, _DOUBLED = 1e-4, 1e-3, 1e-3, 1e-3
-
-
-#: no scan is wider [m]
-_WIDEST = 2e4
-
-
-#: steps of decimal numbers, the coarsest first [m]
-_STEPS = (1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001)
-
-
-_QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
-
-
-#: fewer points tell no angular step
-_FEW = 1000
-
-
-_ORIGIN = {
-    "stated": "at zero, as the format says",
-    "assumed": "at zero, assumed because that lies among the points",
-    "unknown": "unknown",
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,20 +190,22 @@ class Description:
 
     Attributes
     ----------
-    found
-        Of its points.
+    scan
+        The scan.
+    figures
+        Figures of its points.
     among
-        Scans in its file.
+        Number of scans in its file.
     step
         Between neighbouring directions (H, V) [rad], None if not known.
     ranges
-        0, 5, 50, 95 and 100 % quantiles [m].
+        0, 5, 50, 95 and 100 % quantiles of the ranges [m], empty if the origin is not known.
     coarse
         Step [m] that all coordinates are multiples of, None if it is fine.
     """
 
     scan: Scan
-    found: Statistics
+    figures: Statistics
     among: int
     step: tuple[float, float] | None
     ranges: tuple[float, ...]
@@ -208,18 +213,21 @@ class Description:
 
     @property
     def title(self) -> str:
-        """File and scan."""
+        """Name of file and scan."""
         return self.scan.source
 
     def rows(self) -> list[tuple[str, str]]:
-        """Names and values, in the order in which they are read."""
-        scan, found = self.scan, self.found
+        """Names and values, in the order of reading."""
+        scan, figures = self.scan, self.figures
         records = "not stated" if scan.records is None else f"{scan.records}"
         rows = [
-            ("points", f"{found.points} of {records} records, {found.dropped} hold no point"),
+            (
+                "points",
+                f"{figures.points} of {records} records, {figures.dropped} hold no point",
+            ),
         ]
-        if found.bounds is not None:
-            for name, low, high in zip("xyz", *found.bounds, strict=True):
+        if figures.bounds is not None:
+            for name, low, high in zip("xyz", *figures.bounds, strict=True):
                 rows.append((f"extent {name}", f"{low:.4f} to {high:.4f} m ({high - low:.3f} m)"))
         if scan.grid is not None:
             rows.append(("grid", f"{scan.grid[0]} rows, {scan.grid[1]} columns"))
@@ -241,60 +249,62 @@ class Description:
 
     def _field_words(self, name: str, dtype: str) -> str:
         """Type and range of a field."""
-        found = self.found.fields.get(name)
-        if found is None or found.low > found.high:
-            return f"{dtype}, no values" if found is not None else f"{dtype}, zero throughout"
-        return f"{dtype}, {found.low:g} to {found.high:g}"
+        values = self.figures.fields.get(name)
+        if values is None or values.low > values.high:
+            return f"{dtype}, no values" if values is not None else f"{dtype}, zero throughout"
+        return f"{dtype}, {values.low:g} to {values.high:g}"
 
     def sentences(self) -> list[str]:
         """What looks wrong or is worth knowing, one sentence each."""
         out = [f"{w[:1].upper()}{w[1:].rstrip('.')}." for w in self.scan.warnings]
-        if self.found.points == 0:
+        if self.figures.points == 0:
             return out or ["The scan has no points."]
         return out + self._of_coordinates() + self._of_values() + self._of_pose()
 
     def _of_coordinates(self) -> list[str]:
-        """Resolution, doubles, zeros, bounds."""
-        scan, found, out = self.scan, self.found, []
-        far = 0.0 if found.bounds is None else float(np.abs(found.bounds).max())
-        across = 0.0 if found.bounds is None else float((found.bounds[1] - found.bounds[0]).max())
+        """Sentences on resolution, doubled points, zeros and bounds."""
+        scan, figures, out = self.scan, self.figures, []
+        far = 0.0 if figures.bounds is None else float(np.abs(figures.bounds).max())
+        across = (
+            0.0 if figures.bounds is None else float((figures.bounds[1] - figures.bounds[0]).max())
+        )
         if across > _WIDEST:
             out.append(f"The points spread over {across / 1e3:.4g} km: are the coordinates metres?")
         with np.errstate(over="ignore"):
             resolution = single_resolution(far)
         if self.coarse is not None:
             out.append(f"All coordinates are multiples of {1e3 * self.coarse:g} mm.")
-        elif found.single and resolution >= _RESOLUTION:
+        elif figures.single and resolution >= _RESOLUTION:
             out.append(
                 f"The coordinates are numbers of 32 bits: at {far:.0f} m they resolve "
                 f"{1e3 * resolution:.2g} mm."
             )
-        if found.zeros:
-            out.append(f"{found.zeros} points lie at exactly 0, 0, 0.")
-        if found.doubled >= _DOUBLED:
-            out.append(f"{found.doubled:.1%} of the points are there more than once.")
-        if found.dropped and scan.grid is None:
-            share = found.dropped / (found.dropped + found.points)
+        if figures.zeros:
+            out.append(f"{figures.zeros} points lie at exactly 0, 0, 0.")
+        if figures.doubled >= _DOUBLED:
+            out.append(f"{figures.doubled:.1%} of the points are there more than once.")
+        if figures.dropped and scan.grid is None:
+            share = figures.dropped / (figures.dropped + figures.points)
             out.append(
-                f"{found.dropped} records ({share:.1%}) hold no point: invalid, or not finite."
+                f"{figures.dropped} records ({share:.1%}) hold no point: invalid, or not finite."
             )
-        if scan.bounds is not None and found.bounds is not None:
-            out += _of_bounds(scan.bounds, found.bounds)
+        if scan.bounds is not None and figures.bounds is not None:
+            out += _of_bounds(scan.bounds, figures.bounds)
         return out
 
     def _of_values(self) -> list[str]:
-        """Intensities that say nothing, values that are not finite."""
+        """Sentences on intensities that are all alike and on values that are not finite."""
         out = []
-        found = self.found.fields.get("intensity")
-        if found is not None and found.low == found.high and self.found.points > 1:
-            out.append(f"All intensities are {found.low:g}.")
-        for name, values in self.found.fields.items():
+        intensity = self.figures.fields.get("intensity")
+        if intensity is not None and intensity.low == intensity.high and self.figures.points > 1:
+            out.append(f"All intensities are {intensity.low:g}.")
+        for name, values in self.figures.fields.items():
             if values.bad:
                 out.append(f"{values.bad} values of {name} are not finite.")
         return out
 
     def _of_pose(self) -> list[str]:
-        """The frame of the points."""
+        """Sentences on the frame of the points."""
         out, pose = [], self.scan.pose
         if pose is not None:
             if np.linalg.det(pose.rotation) < 0:
@@ -312,18 +322,18 @@ class Description:
         return out
 
     def to_json(self) -> dict[str, Any]:
-        """The same as numbers, with metres and radians."""
-        scan, found = self.scan, self.found
+        """The description as numbers, with metres and radians."""
+        scan, figures = self.scan, self.figures
         return {
             "file": str(scan.path),
             "scan": scan.name,
             "index": scan.index,
-            "points": found.points,
+            "points": figures.points,
             "records": scan.records,
-            "dropped": found.dropped,
-            "bounds": None if found.bounds is None else found.bounds.tolist(),
+            "dropped": figures.dropped,
+            "bounds": None if figures.bounds is None else figures.bounds.tolist(),
             "fields": [
-                {"name": f.name, "dtype": f.dtype, **_limits(found, f.name)} for f in scan.fields
+                {"name": f.name, "dtype": f.dtype, **_limits(figures, f.name)} for f in scan.fields
             ],
             "grid": None if scan.grid is None else list(scan.grid),
             "pose": None if scan.pose is None else scan.pose.matrix.tolist(),
@@ -332,7 +342,7 @@ class Description:
             "angular_step": None if self.step is None else list(self.step),
             "range_quantiles": list(self.ranges),
             "coordinate_step": self.coarse,
-            "doubled_share": found.doubled,
+            "doubled_share": figures.doubled,
             "facts": dict(scan.facts),
             "sentences": self.sentences(),
         }
@@ -343,6 +353,8 @@ def describe(scan: Scan, among: int = 1) -> Description:
 
     Parameters
     ----------
+    scan
+        The scan.
     among
         Number of scans in its file.
 
@@ -351,17 +363,17 @@ def describe(scan: Scan, among: int = 1) -> Description:
     InputError
         A damaged file.
     """
-    found = statistics(scan)
+    figures = statistics(scan)
     step: tuple[float, float] | None = None
     ranges: tuple[float, ...] = ()
     # coordinates that nothing can be computed with are described as they are
     with np.errstate(over="ignore", invalid="ignore"):
-        if scan.origin != "unknown" and found.points:
-            distance = np.linalg.norm(found.spread, axis=1)
+        if scan.origin != "unknown" and figures.points:
+            distance = np.linalg.norm(figures.spread, axis=1)
             ranges = tuple(float(q) for q in np.quantile(distance, _QUANTILES))
-            step = _step(found.first)
-        coarse = _coarse(found.spread)
-    return Description(scan, found, among, step, ranges, coarse)
+            step = _step(figures.first)
+        coarse = _coarse(figures.spread)
+    return Description(scan, figures, among, step, ranges, coarse)
 
 
 def _step(xyz: Array) -> tuple[float, float] | None:
@@ -386,23 +398,23 @@ def _coarse(xyz: Array) -> float | None:
     return None
 
 
-def _of_bounds(stated: Array, found: Array) -> list[str]:
-    """Do the bounds of the header (2, 3) [m] enclose the points as closely as they should?"""
+def _of_bounds(stated: Array, bounds: Array) -> list[str]:
+    """A sentence if the bounds of the header are not those of the points; both (2, 3) [m]."""
     if not np.isfinite(stated).all():
         if np.isfinite(stated).any():
             return ["Some bounds in the header are not finite numbers."]
         return ["None of the bounds in the header is a finite number."]
-    off = np.abs(stated - found).max()
+    off = np.abs(stated - bounds).max()
     if off <= _BOUNDS:
         return []
     return [f"The bounds in the header differ from the points' by {off:.3f} m."]
 
 
-def _limits(found: Statistics, name: str) -> dict[str, float | None]:
-    """Range of a field for JSON; a field that was nowhere given is zero."""
-    values = found.fields.get(name)
+def _limits(statistics: Statistics, name: str) -> dict[str, float | None]:
+    """Range of a field for JSON; a field that occurred nowhere is zero."""
+    values = statistics.fields.get(name)
     if values is None:
-        return {"low": 0.0, "high": 0.0} if found.points else {"low": None, "high": None}
+        return {"low": 0.0, "high": 0.0} if statistics.points else {"low": None, "high": None}
     if values.low > values.high:
         return {"low": None, "high": None}
     return {"low": values.low, "high": values.high}

@@ -1,7 +1,12 @@
 """LAS, LAZ and COPC, read in chunks.
 
-The format says nothing of a scanner: it is assumed at (0, 0, 0) where that lies among the points.
-Every dimension passes through under its own name, ``gps_time`` as ``time``.
+The format says nothing about a scanner: it is assumed at (0, 0, 0) where that lies among the
+points. Every dimension passes through under its own name, ``gps_time`` as ``time``.
+
+What the header promises is checked against the size of the file before anything is read: laspy
+takes what is missing for zeros and believes every count, and lazrs reserves memory for as many
+chunks as a file names, so that a few wrong bytes would cost all memory. Positions are those of LAS
+1.4 R15, tables 3 (header), 6 (record headers), and of the chunk table of LASzip.
 """
 
 from __future__ import annotations
@@ -24,26 +29,18 @@ from tribrach.scan.scan import CHUNK, Chunk, Field, Scan
 
 __all__ = ["read"]
 
-# What the header of a LAS file promises, checked against the size of the file before it is read.
-#
-# laspy takes what is missing for zeros and believes every count, lazrs reserves memory for as
-# many chunks as a file names: a few wrong bytes would cost all memory. Positions are those of
-# LAS 1.4 R15, tables 3 (header), 6 (record headers), and of the chunk table of LASzip.
-
-
 CURE = "copy the file again from its source"
-
-
-#: bytes of the header of a record in front of the points, and of one behind them
+#: bytes of the header of a record before the points, and of one after them
 _RECORD, _EXTENDED = 54, 60
-
-
-#: the shortest header, and that of LAS 1.4
+#: bytes of the shortest header, and of that of LAS 1.4
 _SHORTEST, _LONG = 227, 375
-
-
 #: bit of the point format that says that points are compressed
 _COMPRESSED = 0x80
+#: dimensions that are not called as in the file
+_RENAMED = {"gps_time": "time"}
+_COORDINATES = ("X", "Y", "Z")
+#: scales and offsets beyond these are no lengths in metres
+_COARSEST, _FARTHEST = 1e3, 1e12
 
 
 def check_header(path: Path) -> None:
@@ -52,7 +49,7 @@ def check_header(path: Path) -> None:
     Raises
     ------
     InputError
-        Positions, numbers of records or of chunks lie outside of the file.
+        Positions, numbers of records or of chunks that lie outside the file.
     """
     size = path.stat().st_size
     with path.open("rb") as file:
@@ -75,7 +72,7 @@ def check_header(path: Path) -> None:
 
 
 def _check_extended(file: BinaryIO, head: bytes, size: int, path: Path) -> None:
-    """Records behind the points: each lies in the file."""
+    """Refuse records after the points that reach beyond the end of the file."""
     at, records = struct.unpack_from("<QI", head, 235)
     if records and at + _EXTENDED * records > size:
         raise _refused(f"the header names {records} records at byte {at}, more than fit", path)
@@ -85,7 +82,7 @@ def _check_extended(file: BinaryIO, head: bytes, size: int, path: Path) -> None:
 
 
 def _ends(file: BinaryIO, at: int, records: int) -> Iterator[int]:
-    """Where each of the records behind the points ends."""
+    """Where each of the records after the points ends."""
     for _ in range(records):
         file.seek(at)
         head = file.read(_EXTENDED)
@@ -94,7 +91,7 @@ def _ends(file: BinaryIO, at: int, records: int) -> Iterator[int]:
 
 
 def _check_chunks(file: BinaryIO, begin: int, size: int, path: Path) -> None:
-    """Chunks of compressed points: no more than there are bytes for."""
+    """Refuse more chunks of compressed points than there are bytes for."""
     file.seek(begin)
     at = _integer(file)
     if at == -1:
@@ -111,6 +108,7 @@ def _check_chunks(file: BinaryIO, begin: int, size: int, path: Path) -> None:
 
 
 def _integer(file: BinaryIO) -> int:
+    """The next eight bytes as a signed integer."""
     return int.from_bytes(file.read(8), "little", signed=True)
 
 
@@ -118,22 +116,12 @@ def _refused(what: str, path: Path) -> InputError:
     return InputError(what, file=path, cure=CURE)
 
 
-_RENAMED = {"gps_time": "time"}
-
-
-_COORDINATES = ("X", "Y", "Z")
-
-
-#: scales and offsets beyond these are no lengths in metres
-_COARSEST, _FARTHEST = 1e3, 1e12
-
-
 @dataclass(frozen=True)
 class LasScan(Scan):
     """The points of a LAS, LAZ or COPC file."""
 
     def stored(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
-        """The points in the file's order.
+        """Read the points in the file's order.
 
         Raises
         ------
@@ -157,7 +145,7 @@ class LasScan(Scan):
                 yield self._chunk(points)
 
     def _chunk(self, points: laspy.ScaleAwarePointRecord) -> Chunk:
-        """Coordinates and values of a record."""
+        """Coordinates and values of some records."""
         array = points.array
         xyz = np.empty((len(points), 3))
         for k, name in enumerate(_COORDINATES):
@@ -213,7 +201,7 @@ def read(path: Path) -> tuple[Scan, ...]:
     Raises
     ------
     InputError
-        Not a LAS file, truncated, or its header contradicts itself.
+        Not a LAS file, truncated, or with a header that contradicts itself.
     """
     with _damage(path):
         check_header(path)
@@ -253,7 +241,7 @@ def _coordinate(name: str) -> bool:
 
 
 def _wkt(header: laspy.LasHeader) -> str | None:
-    """The reference system of the coordinates, if the file says one that PROJ knows."""
+    """The reference system of the coordinates, if the file has one that PROJ knows."""
     try:
         crs = header.parse_crs()
     except Exception:  # PROJ and VLR parsing raise whatever they meet
@@ -273,7 +261,7 @@ def _short(path: Path, read: int, records: int) -> InputError:
 
 @contextmanager
 def _damage(path: Path) -> Iterator[None]:
-    """What laspy and lazrs raise about a damaged file, as a sentence."""
+    """Turn what laspy and lazrs raise about a damaged file into an InputError."""
     try:
         yield
     except (InputError, GeneratorExit, KeyboardInterrupt):

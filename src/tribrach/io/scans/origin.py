@@ -1,4 +1,7 @@
-"""Where is the scanner, if the format does not say? At (0, 0, 0) if that lies among the points."""
+"""Where the scanner stood, and what a scan is called, if the format does not say.
+
+The scanner is taken to be at (0, 0, 0) if that lies among the points.
+"""
 
 from __future__ import annotations
 
@@ -14,10 +17,14 @@ __all__ = ["assumed_origin", "bounds_of", "scan_name"]
 
 #: the scanner is taken to be at zero if that lies within the bounds and this margin [m]
 MARGIN = 10.0
+#: suffixes of compressed text
+_PACKED = (".gz", ".xz", ".bz2")
 
 
 def assumed_origin(bounds: Array | None) -> Origin:
-    """``assumed`` if zero lies within bounds (2, 3) [m] and `MARGIN`, ``unknown`` otherwise."""
+    """``assumed`` if zero lies within bounds (2, 3) [m] and :data:`MARGIN`, ``unknown``
+    otherwise.
+    """
     if bounds is None or not np.isfinite(bounds).all():
         return "unknown"
     inside = (bounds[0] - MARGIN <= 0).all() and (bounds[1] + MARGIN >= 0).all()
@@ -30,14 +37,8 @@ def bounds_of(xyz: Array) -> Array | None:
     return None if len(finite) == 0 else np.stack([finite.min(axis=0), finite.max(axis=0)])
 
 
-# What a scan is called whose file does not say.
-
-
-_PACKED = (".gz", ".xz", ".bz2")
-
-
 def scan_name(path: Path, index: int = 0) -> str:
-    """The file's name without its suffixes; a number behind all scans but the first."""
+    """The file's name without its suffixes, with a number after it for all scans but the first."""
     name = path.name
     for packed in _PACKED:
         if name.lower().endswith(packed):

@@ -2,6 +2,10 @@
 
 ``VIEWPOINT`` is the pose unless it is the identity that every program writes. The format does not
 say which frame the points are in: the scanner is assumed at (0, 0, 0) where that lies among them.
+
+Compressed files hold column after column in one run of LZF. Libraries unpack such a run in memory
+as a whole, up to 4 GB; the few lines at the end of this file unpack it into a temporary file that
+is mapped, so that memory stays bounded as with any other format.
 """
 
 from __future__ import annotations
@@ -40,13 +44,22 @@ _CURE = "export the file again"
 
 @dataclass
 class _Header:
-    """
+    """The header of a file.
+
     Attributes
     ----------
-    dtype
-        Of a record, fields of several values as such.
+    words
+        Words after each keyword.
     size, lines
-        Of the header.
+        Bytes and lines of the header.
+    names
+        Of the fields.
+    dtype
+        Of a record; fields with several values have a shape.
+    width, height
+        Points in a row, and rows.
+    pose
+        World from scanner, None if there is none.
     """
 
     words: dict[str, list[str]]
@@ -60,6 +73,7 @@ class _Header:
 
     @property
     def points(self) -> int:
+        """The number of points."""
         return self.width * self.height
 
 
@@ -90,10 +104,10 @@ class PcdTextScan(TextScan):
 
 @dataclass(frozen=True)
 class PcdCompressedScan(PcdScan):
-    """The points of a compressed file, unpacked into a temporary one: column after column."""
+    """The points of a compressed file, unpacked into a temporary file first."""
 
     def stored(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
-        """The points in the file's order.
+        """Read the points in the file's order.
 
         Raises
         ------
@@ -114,7 +128,7 @@ def read(path: Path) -> tuple[Scan, ...]:
     Raises
     ------
     InputError
-        A header that is none or contradicts itself, a count that the file does not hold.
+        A header that cannot be read or contradicts itself, or fewer points than it states.
     """
     header = _header(path)
     encoding = header.words["DATA"][0].lower()
@@ -155,7 +169,7 @@ def read(path: Path) -> tuple[Scan, ...]:
 def _text(
     path: Path, header: _Header, common: dict[str, Any]
 ) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-    """A sample of an ASCII file and where its points begin; its lines are counted."""
+    """A sample of an ASCII file, and the further fields of its scan; its lines are counted."""
     with opened(path) as file:
         lines = Lines(file, path, mark=Mark(header.size, 0, header.lines))
         mark = lines.mark
@@ -192,7 +206,7 @@ def _header(path: Path) -> _Header:
 
 
 def _understand(header: _Header) -> None:
-    """Types, counts and viewpoint; what is wrong raises KeyError, IndexError or ValueError."""
+    """Fill in types, counts and viewpoint; errors are KeyError, IndexError or ValueError."""
     words = header.words
     names = words["FIELDS"] if "FIELDS" in words else words["COLUMNS"]
     if not words["DATA"] or words["DATA"][0].lower() not in _ENCODINGS:
@@ -224,11 +238,12 @@ def _understand(header: _Header) -> None:
 
 
 def _values_of(dtype: np.dtype[Any]) -> int:
+    """How many values a field has."""
     return int(np.prod(dtype.shape)) if dtype.shape else 1
 
 
 def _width(layout: np.dtype[Any]) -> int:
-    """Values in a line."""
+    """How many values a line has."""
     return sum(_values_of(layout[name]) for name in layout.names or ())
 
 
@@ -262,7 +277,9 @@ def _coloured(values: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
 def _place(
     grid: tuple[int, int] | None, columns: ColumnRoles, n: int, done: int
 ) -> dict[str, NDArray[Any]]:
-    """Row and column of n records after others, if the file is a grid that does not say them."""
+    """Row and column of n records after ``done`` others, if the file is a grid that does not state
+    them.
+    """
     if grid is None or not _GRID.isdisjoint(f.name for f in columns.fields):
         return {}
     place = np.arange(done, done + n)
@@ -275,7 +292,7 @@ def _place(
 def _unpacked(
     path: Path, offset: int, dtype: np.dtype[Any], records: int, scratch: Any
 ) -> dict[str, NDArray[Any]]:
-    """The columns of a compressed file, mapped from a temporary file that they are written to.
+    """The columns of a compressed file, mapped from the temporary file ``scratch``.
 
     Raises
     ------
@@ -308,7 +325,13 @@ def _unpacked(
 
 @njit(cache=True, nogil=True)
 def _unpack(data, out):  # type: ignore[no-untyped-def]
-    """Undo the compression LZF; the bytes written, -1 if the data point outside themselves."""
+    """Undo the compression LZF.
+
+    Returns
+    -------
+    int
+        The number of bytes written, -1 if the data point outside themselves.
+    """
     at = made = 0
     while at < len(data):
         control = int(data[at])

@@ -1,7 +1,9 @@
 """PLY: text, or binary of either byte order; the points are the element ``vertex``.
 
-Nothing is said of a scanner. Elements behind the vertices (faces) are passed over. Comments
+The format has no place for a scanner. Elements after the vertices (faces) are passed over. Comments
 ``crs: ...`` give the reference system, as our own writer puts it there; others are kept as facts.
+
+The header is read here and not by plyfile, whose licence (GPL-3) does not go with ours.
 """
 
 from __future__ import annotations
@@ -58,7 +60,15 @@ class PlyTextScan(TextScan):
 
 @dataclass
 class _Element:
-    """Name, count, and properties by name: numpy type, None for a list."""
+    """An element of the header.
+
+    Attributes
+    ----------
+    name, count
+        As in the file.
+    types
+        Numpy type of each property by name, None for a list.
+    """
 
     name: str
     count: int
@@ -66,16 +76,31 @@ class _Element:
 
     @property
     def fixed(self) -> bool:
+        """True if all records of the element have the same length."""
         return None not in self.types.values()
 
     def dtype(self, order: _Order) -> np.dtype[Any]:
-        """A record of this element without lists."""
+        """A record of this element without its lists."""
         pairs = [(n, np.dtype(t).newbyteorder(order)) for n, t in self.types.items() if t]
         return np.dtype(pairs)
 
 
 @dataclass
 class _Header:
+    """The header of a file.
+
+    Attributes
+    ----------
+    order
+        Byte order, ``=`` for text.
+    elements
+        In the file's order.
+    facts
+        Comments by their key.
+    size, lines
+        Bytes and lines of the header.
+    """
+
     order: _Order | None
     elements: list[_Element]
     facts: dict[str, str]
@@ -89,7 +114,7 @@ def read(path: Path) -> tuple[Scan, ...]:
     Raises
     ------
     InputError
-        A header that is none, no vertices with x, y and z, a count that the file does not hold.
+        A header that cannot be read, no vertices with x, y and z, or fewer than it states.
     """
     header = _header(path)
     before: list[_Element] = []
@@ -132,7 +157,7 @@ def _header(path: Path) -> _Header:
 
 
 def _header_line(header: _Header, words: list[str], line: str) -> None:
-    """One line; whatever is wrong with it raises KeyError, IndexError or ValueError."""
+    """Take one line into the header; errors are KeyError, IndexError or ValueError."""
     if not words:
         return
     if words[0] == "format":
@@ -197,7 +222,7 @@ def _binary(
 def _text(
     path: Path, header: _Header, vertex: _Element, before: list[_Element], after: list[_Element]
 ) -> PlyTextScan:
-    """The scan of an ASCII file, whose lines are counted."""
+    """The scan of an ASCII file; its lines are counted."""
     types = {name: np.dtype(kind).name for name, kind in vertex.types.items() if kind}
     first = sum(e.count for e in before)
     with opened(path) as file:

@@ -1,6 +1,7 @@
-"""PTS: a count, then so many lines ``x y z [intensity] [red green blue]``; perhaps several blocks.
+"""PTS: a count, then as many lines ``x y z [intensity] [red green blue]``; there may be several
+blocks.
 
-Intensities are from -2048 to 2047. Nothing is said of a scanner.
+Intensities are from -2048 to 2047. The format has no place for the scanner.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ def read(path: Path) -> tuple[Scan, ...]:
     Raises
     ------
     InputError
-        No count where one belongs, or points more or fewer than it states.
+        No count where one belongs, or more or fewer points than it states.
     """
     scans: list[PtsScan] = []
     with opened(path) as file:
@@ -49,7 +50,7 @@ def read(path: Path) -> tuple[Scan, ...]:
 
 
 def _block(lines: Lines, index: int) -> PtsScan:
-    """The next block; its points are passed over."""
+    """The scan of the next block; its lines are passed over."""
     path = lines.path
     name = scan_name(path, index)
     head = lines.take(1)

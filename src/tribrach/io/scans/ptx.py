@@ -1,8 +1,8 @@
 """PTX: scans of a grid, one after the other, each with its pose.
 
-Points are in the scanner's own frame, column after column. ``x y z 1`` in a row times the 4x4
-matrix gives the world; the four lines before it, position and axes of the scanner, say the same
-again. Directions without a return are ``0 0 0``.
+Points are in the scanner's own frame, column after column. ``x y z 1`` as a row times the 4x4
+matrix gives the world; the four lines before the matrix, position and axes of the scanner, say the
+same again. Directions without a return are ``0 0 0``.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _CURE = "export the scan again"
 
 @dataclass(frozen=True)
 class PtxScan(TextScan):
-    """One scan of a PTX file; row and column are counted along it."""
+    """One scan of a PTX file; row and column follow from the order of the points."""
 
     def _numbers(self, lines: Lines, block: LineBlock, columns: int) -> list[Array]:
         """The table of a block, where lines without a return may be shorter."""
@@ -65,12 +65,13 @@ class PtxScan(TextScan):
 
 
 def read(path: Path) -> tuple[Scan, ...]:
-    """All scans of a file, whose lines are counted on the way.
+    """All scans of a file; the lines are counted on the way.
 
     Raises
     ------
     InputError
-        A header that is none, points more or fewer than it states, a pose that is no rigid motion.
+        A header that is wrong, more or fewer points than it states, or a pose that is no rigid
+        motion.
     """
     scans: list[PtxScan] = []
     with opened(path) as file:
@@ -154,7 +155,9 @@ def _header(lines: Lines, name: str, index: int) -> list[list[float]]:
 
 
 def _pose(numbers: list[list[float]], path: Path, name: str) -> tuple[Pose, list[str], bool]:
-    """Pose from the matrix; what is odd; False if the points may no longer be the scanner's."""
+    """The pose of the matrix, warnings, and False if the points may not be in the scanner's
+    frame.
+    """
     matrix, axes = np.array(numbers[6:10]).T, np.array(numbers[3:6]).T
     try:
         pose = Pose.from_matrix(matrix)

@@ -22,14 +22,24 @@ _PLACES, _RECORDS = 64, 256
 
 @dataclass(frozen=True)
 class RecordScan(Scan):
-    """Points in records of the type ``dtype`` from byte ``offset`` of the file."""
+    """Points in binary records.
+
+    Attributes
+    ----------
+    offset
+        Byte of the file where the points begin.
+    dtype
+        Type of a record.
+    columns
+        Which fields of a record are coordinates and which are values.
+    """
 
     offset: int = 0
     dtype: np.dtype[Any] = np.dtype(np.uint8)
     columns: ColumnRoles = ColumnRoles(("x", "y", "z"), (), (), ())
 
     def stored(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
-        """The points in the file's order.
+        """Read the points in the file's order.
 
         Raises
         ------
@@ -47,7 +57,7 @@ class RecordScan(Scan):
                 done += len(data)
 
     def _chunk(self, values: dict[str, NDArray[Any]], done: int) -> Chunk:
-        """The points of columns, before which there are ``done`` records."""
+        """The points of some columns; ``done`` records lie before them."""
         return self.columns.chunk(values, self.path)
 
 
@@ -62,7 +72,17 @@ def native(data: NDArray[Any]) -> dict[str, NDArray[Any]]:
 def sampled(
     path: Path, offset: int, dtype: np.dtype[Any], records: int
 ) -> Mapping[str, NDArray[Any]]:
-    """Records from all over a file, by field."""
+    """Records from all over a file, by field.
+
+    Parameters
+    ----------
+    path, offset
+        The file, and the byte where its records begin.
+    dtype
+        Type of a record.
+    records
+        How many there are.
+    """
     parts = [np.zeros(0, dtype=dtype)]
     starts = np.unique(np.linspace(0, max(records - _RECORDS, 0), _PLACES).astype(np.int64))
     with path.open("rb") as file:

@@ -1,8 +1,8 @@
-"""Tables of numbers in text, read by blocks of lines: any delimiter, compressed or not.
+"""The lines of text files with numbers, read by blocks: any delimiter, compressed or not.
 
-Lines are counted without the blank ones. Before anything looks at them, delimiters and runs of
-blanks become one space, so that polars parses every dialect alike; a line that it refuses is then
-looked for and named by its number in the file.
+Lines are counted without the blank ones. Before anything else, delimiters and runs of blanks become
+one space, so that polars parses every dialect alike; a line that it refuses is then looked for and
+named by its number in the file.
 """
 
 from __future__ import annotations
@@ -35,29 +35,19 @@ __all__ = [
 
 #: bytes read at a time; no line may be longer
 BLOCK = 1 << 23
-
-
 #: of so many lines so many are looked at beforehand
 _STRIDE, _SAMPLE = 1 << 16, 256
-
-
 _CURE = "copy the file again from its source"
-
-
+#: how to unpack a file, by its first bytes
 _COMPRESSED: dict[bytes, Callable[[BinaryIO], Any]] = {
     b"\x1f\x8b": gzip.open,
     b"\xfd7zXZ\x00": lzma.open,
     b"BZh": bz2.open,
 }
-
-
-#: tabs are spaces
+#: translation of tabs into spaces
 BLANKS = bytes.maketrans(b"\t\v\f", b"   ")
-
-
+#: commas and semicolons are delimiters as well
 _COMMAS = bytes.maketrans(b"\t\v\f,;", b"     ")
-
-
 #: 1,5;2,5 has commas for decimal points
 _DECIMAL_COMMAS = bytes.maketrans(b"\t\v\f;,", b"    .")
 
@@ -99,7 +89,17 @@ def opened(path: Path) -> Iterator[BinaryIO]:
 
 @dataclass(frozen=True)
 class Mark:
-    """A place to go on from: bytes, lines that are not blank, and lines of the file before it."""
+    """A place in a file to go on from.
+
+    Attributes
+    ----------
+    offset
+        Bytes before it.
+    ordinal
+        Lines before it that are not blank.
+    line
+        Lines before it, blank ones included.
+    """
 
     offset: int = 0
     ordinal: int = 0
@@ -108,7 +108,19 @@ class Mark:
 
 @dataclass(frozen=True)
 class LineBlock:
-    """Consecutive lines, each with its newline, after ``first`` others; ``mark`` lies before."""
+    """Consecutive lines.
+
+    Attributes
+    ----------
+    text
+        The lines, each with its newline.
+    count
+        How many.
+    first
+        Lines before the block that are not blank.
+    mark
+        A place at or before the block.
+    """
 
     text: bytes
     count: int
@@ -117,7 +129,16 @@ class LineBlock:
 
 
 class Lines:
-    """The lines of an opened file that are not blank, in order, from a mark onwards.
+    """The lines of an opened file that are not blank, in order.
+
+    Parameters
+    ----------
+    file, path
+        The file, and its path for messages.
+    blanks
+        Translation table that makes spaces of the delimiters.
+    mark
+        Place to begin at.
 
     Raises
     ------
@@ -160,7 +181,13 @@ class Lines:
         return LineBlock(b"".join(parts), n - left, first, mark)
 
     def skip(self, n: int) -> int:
-        """Pass over n lines; returns how many there were."""
+        """Pass over n lines.
+
+        Returns
+        -------
+        int
+            How many there were.
+        """
         left = n
         while left > 0 and (self._at < len(self._ends) or self._fill()):
             k = min(left, len(self._ends) - self._at)
@@ -168,7 +195,15 @@ class Lines:
         return n - left
 
     def survey(self, n: int | None = None) -> tuple[int, list[bytes]]:
-        """Pass over n lines, or all; their number and a sample from all over them."""
+        """Pass over n lines, or all.
+
+        Returns
+        -------
+        count : int
+            How many there were.
+        sample : list of bytes
+            Lines from all over them.
+        """
         passed, sample = 0, self.peek(min(_SAMPLE * 8, n or _SAMPLE * 8))
         while n is None or passed < n:
             stride = _STRIDE if n is None else min(_STRIDE, n - passed)
@@ -187,7 +222,7 @@ class Lines:
         return self._text[start : int(self._ends[high - 1])]
 
     def _fill(self, keep: bool = False) -> bool:
-        """Read on, past what is there or in place of it; False at the end of the file."""
+        """Read on, appending to the text or replacing it; False at the end of the file."""
         if self._ended:
             return False
         raw = self._file.read(BLOCK)
@@ -219,7 +254,7 @@ class Lines:
         return b"   " + raw[3:] if raw[:3] == b"\xef\xbb\xbf" else raw
 
     def number(self, block: LineBlock, k: int) -> int:
-        """The number in the file, from 1, of line k of a block, counted from 0."""
+        """Number in the file, from 1, of line k of a block, counted from 0."""
         with opened(self.path) as file:
             file.seek(block.mark.offset)
             left = block.first - block.mark.ordinal + k
@@ -232,7 +267,7 @@ class Lines:
 
 
 def _normal(raw: bytes, blanks: bytes) -> bytes:
-    """One space between values, none at the ends of lines, no blank line."""
+    """The text with one space between values, none at the ends of lines, and no blank line."""
     out = np.empty(len(raw), dtype=np.uint8)
     made = _squeezed(np.frombuffer(raw, dtype=np.uint8), np.frombuffer(blanks, np.uint8), out)
     return out[:made].tobytes()
@@ -240,7 +275,7 @@ def _normal(raw: bytes, blanks: bytes) -> bytes:
 
 @njit(cache=True, nogil=True)
 def _squeezed(raw, blanks, out):  # type: ignore[no-untyped-def]
-    """The bytes written; carriage returns and quotation marks are left out."""
+    """The number of bytes written to ``out``; carriage returns and quotation marks are left out."""
     made, begun, gap = 0, False, False
     for byte in raw:
         c = blanks[byte]

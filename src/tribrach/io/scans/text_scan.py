@@ -1,4 +1,7 @@
-"""Scans whose points are lines of text; each format adds its header and what its columns mean."""
+"""Scans whose points are lines of text; each format adds its header and what its columns mean.
+
+The lines of a block become columns all at once; if that fails, the line at fault is looked for.
+"""
 
 from __future__ import annotations
 
@@ -20,15 +23,21 @@ from tribrach.scan.scan import CHUNK, Chunk, Scan
 
 __all__ = ["TextScan", "rows", "short", "table"]
 
-# Lines of numbers become columns, all at once; one that is none is then looked for by itself.
-
-
-#: what programs write for a number that is none; polars knows nan and inf
+#: what programs write for a value that is no number; polars knows nan and inf
 _ODD = re.compile(rb"(?i)(?<![^ \n])[-+]?(?:1\.#\w+|nan\(\w*\)|n/a|null)(?![^ \n])")
 
 
 def table(lines: Lines, block: LineBlock, columns: int) -> list[Array]:
-    """The numbers of a block: one array (n,) for each column.
+    """The numbers of a block, as one array (n,) for each column.
+
+    Parameters
+    ----------
+    lines
+        The file, for the number of a wrong line.
+    block
+        The lines.
+    columns
+        How many values each line has.
 
     Raises
     ------
@@ -45,7 +54,7 @@ def table(lines: Lines, block: LineBlock, columns: int) -> list[Array]:
 
 
 def _parsed(text: bytes, columns: int) -> list[Array] | None:
-    """The columns, None if any line is not as it should be."""
+    """The columns, None if any line is wrong."""
     if not text:
         return [np.zeros(0) for _ in range(columns)]
     try:
@@ -64,7 +73,7 @@ def _parsed(text: bytes, columns: int) -> list[Array] | None:
 
 
 def _malformed(lines: Lines, block: LineBlock, columns: int) -> InputError:
-    """Which line of the block, and what about it?"""
+    """The error of the first wrong line of a block."""
     k, what = 0, "a line cannot be read"
     for k, line in enumerate(_ODD.sub(b"nan", block.text).split(b"\n")[:-1]):  # noqa: B007
         values = line.split(b" ")
@@ -80,6 +89,7 @@ def _malformed(lines: Lines, block: LineBlock, columns: int) -> InputError:
 
 
 def _number(value: bytes) -> bool:
+    """True if a value is a number."""
     try:
         float(value)
     except ValueError:
@@ -88,7 +98,7 @@ def _number(value: bytes) -> bool:
 
 
 def rows(sample: list[bytes], columns: int) -> Array:
-    """Those lines, as rows (k, columns), that have so many values and nothing but numbers."""
+    """The sampled lines that have as many numbers as there are columns, as rows (k, columns)."""
     text = b"".join(line + b"\n" for line in sample if line.count(b" ") == columns - 1)
     frame: Any = pl.read_csv(
         text or b"\n",
@@ -104,18 +114,20 @@ def rows(sample: list[bytes], columns: int) -> Array:
 
 @dataclass(frozen=True)
 class TextScan(Scan):
-    """Points in lines.
+    """Points in lines of text.
 
     Attributes
     ----------
     mark
-        Shortly before the first point.
+        A place shortly before the first point.
     first
-        Lines, not counting blank ones, before it.
+        Lines before the first point, blank ones not counted.
     blanks
-        What separates values.
+        Translation table that makes spaces of the delimiters.
     types
         Numpy types by name, of every column in order.
+    columns
+        Which columns are coordinates and which are values.
     """
 
     mark: Mark = Mark()
@@ -125,7 +137,7 @@ class TextScan(Scan):
     columns: ColumnRoles = ColumnRoles(("x", "y", "z"), (), (), ())
 
     def stored(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
-        """The points in the file's order.
+        """Read the points in the file's order.
 
         Raises
         ------
@@ -156,17 +168,26 @@ class TextScan(Scan):
         }
 
     def _numbers(self, lines: Lines, block: LineBlock, columns: int) -> list[Array]:
+        """The table of a block; formats with exceptions override it."""
         return table(lines, block, columns)
 
     def _chunk(self, values: dict[str, NDArray[Any]], done: int) -> Chunk:
-        """The points of columns, before which there are ``done`` records."""
+        """The points of some columns; ``done`` records lie before them."""
         return self.columns.chunk(values, self.path)
 
 
-def short(path: Path, stated: int, found: int, record: str | None = None) -> InputError:
-    """The sentence about a header that does not count right."""
+def short(path: Path, stated: int, present: int, record: str | None = None) -> InputError:
+    """The error of a header that states more points than there are.
+
+    Parameters
+    ----------
+    path, record
+        File and scan.
+    stated, present
+        Numbers of points.
+    """
     return InputError(
-        f"the header states {stated} points and the file holds {found}",
+        f"the header states {stated} points and the file holds {present}",
         file=path,
         record=record,
         cure="copy the file again from its source",

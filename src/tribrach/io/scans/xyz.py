@@ -1,8 +1,8 @@
-"""Text with one point in a line: .xyz, .txt, .csv, .asc, as they are or compressed.
+"""Text with one point in a line: .xyz, .txt, .csv, .asc, plain or compressed.
 
 Columns are named by a first line of words, as a comment or not; otherwise their number tells.
-Values are parted by blanks, commas, semicolons or tabs. A count of the points may stand before
-them. Nothing is said of a scanner.
+Values are separated by blanks, commas, semicolons or tabs. A count of the points may stand before
+them. The format has no place for a scanner.
 """
 
 from __future__ import annotations
@@ -36,7 +36,17 @@ class XyzScan(TextScan):
 
 @dataclass
 class _Head:
-    """What stands before the points: names of the columns if any, a count if any, lines."""
+    """The lines before the points.
+
+    Attributes
+    ----------
+    names
+        Of the columns, empty if they are not named.
+    count
+        Of the points, None if it is not stated.
+    lines
+        How many lines.
+    """
 
     names: list[str]
     count: int | None
@@ -53,7 +63,7 @@ def numeric(line: bytes) -> bool:
 
 
 def read(path: Path) -> tuple[Scan, ...]:
-    """The one scan of a file, whose lines are counted on the way.
+    """The one scan of a file; the lines are counted on the way.
 
     Raises
     ------
@@ -114,7 +124,9 @@ def _scan(
 
 
 def _blanks(lines: list[bytes]) -> bytes:
-    """What parts the values: as in the first line that begins with a digit and has several."""
+    """Translation table of the delimiters of the first line that begins with a digit and has
+    several.
+    """
     for line in lines:
         if line[:1] in b"+-.0123456789" and not line.isdigit():
             return delimiters(line)
@@ -122,7 +134,7 @@ def _blanks(lines: list[bytes]) -> bytes:
 
 
 def _head(lines: Lines) -> _Head:
-    """Everything before the first line of several numbers."""
+    """The lines before the first line of several numbers."""
     head = _Head([], None, 0)
     following = lines.peek(_HEAD + 1)
     for k, line in enumerate(following[:_HEAD]):
@@ -145,11 +157,12 @@ def _head(lines: Lines) -> _Head:
 
 
 def _several(lines: list[bytes]) -> bool:
+    """True if the first of these lines has three values or more."""
     return bool(lines) and len(lines[0].split()) >= 3
 
 
 def _unique(names: list[str]) -> list[str]:
-    """Names of which none is there twice."""
+    """Names of which none occurs twice."""
     out: list[str] = []
     for name in names:
         while name in out:
@@ -159,7 +172,7 @@ def _unique(names: list[str]) -> list[str]:
 
 
 def _guessed(values: Array, width: int) -> list[str]:
-    """Names by what the columns hold: colours are whole numbers, normals have length one."""
+    """Names by the values of the columns: colours are whole numbers, normals have length one."""
     rest, names = values[:, 3:], ["x", "y", "z"]
     k = 0
     while k < width - 3:
@@ -177,12 +190,12 @@ def _guessed(values: Array, width: int) -> list[str]:
 
 
 def _colours(three: Array) -> bool:
-    """Do whole numbers from 0 to 65535 stand in three columns?"""
+    """True if three columns hold whole numbers from 0 to 65535."""
     whole = (np.rint(three) == three).all() and (three >= 0).all() and (three <= _COLOUR).all()
     return bool(whole and len(three) > 0)
 
 
 def _normals(three: Array) -> bool:
-    """Are three columns vectors of length one?"""
+    """True if three columns are vectors of length one."""
     square = (np.clip(three, -2, 2) ** 2).sum(axis=1)
     return bool(len(three) > 0 and (np.abs(square - 1) < 0.02).mean() > 0.9)
