@@ -28,8 +28,16 @@ __all__ = ["StationModel", "add_priors", "calibrate_survey", "polar_of_centres",
 class StationModel:
     """The calibration model of a station.
 
-    model : its parameters; owner : instrument or station that they belong to; architecture : a
-    hybrid scanner has no back face; face : of target centres that do not say it, +1 or -1.
+    Attributes
+    ----------
+    model
+        Its parameters.
+    owner
+        Instrument or station that they belong to.
+    architecture
+        A hybrid scanner has no back face.
+    face
+        Of target centres that do not say it, +1 or -1.
     """
 
     model: CalibrationModel
@@ -55,8 +63,9 @@ def calibrate_survey(survey: Survey, models: Mapping[str, StationModel]) -> None
 
     Raises
     ------
-    InputError : a back face of a hybrid scanner, a target too near or above the scanner, a target
-        centre with a scale of its own, or one that shares a covariance with others.
+    InputError
+        A back face of a hybrid scanner, a target too near or above the scanner, a target centre
+        with a scale of its own, or one that shares a covariance with others.
     """
     joint = survey.joint_tables()
     tables: list[list[ObservationTable]] = []
@@ -154,7 +163,8 @@ def polar_of_centres(xyz: Array, covariance: Array, sources: Sequence[str]) -> t
 
     Raises
     ------
-    InputError : a target nearer than 0.3 m, or within half a degree of the standing axis.
+    InputError
+        A target nearer than 0.3 m, or within half a degree of the standing axis.
     """
     polar = polar_from_xyz(xyz)
     require_defined(polar, np.asarray(sources, dtype=object))

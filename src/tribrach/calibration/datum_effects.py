@@ -30,8 +30,18 @@ _PAIRS = 60
 class DatumSigmas:
     """Sigmas in one datum.
 
-    datum : in words; parameters (k,); stations (S, 6) of E, N, U [m], tilts and heading [rad];
-    points (P, 3) [m]; distances (m,) [m] of some pairs of points, estimable.
+    Attributes
+    ----------
+    datum
+        In words.
+    parameters
+        (k,).
+    stations : array (S, 6)
+        Of E, N, U [m], tilts and heading [rad].
+    points : array (P, 3)
+        [m].
+    distances : array (m,)
+        Of some pairs of points, estimable [m].
     """
 
     datum: str

@@ -48,8 +48,16 @@ class Left:
 class EstimableSet:
     """Parameters that can be estimated.
 
-    names : in the order of the network; covariance (k, k) of them, a priori; left : what cannot be
-    separated; hardly : what can be, but only just.
+    Attributes
+    ----------
+    names
+        In the order of the network.
+    covariance : array (k, k)
+        Of them, a priori.
+    left
+        What cannot be separated.
+    hardly
+        What can be, but only just.
     """
 
     names: tuple[str, ...]
@@ -81,9 +89,14 @@ class EstimableSet:
 class Estimability:
     """What is open in a network.
 
-    open : combinations that neither the observations nor the datum determine, one sentence each;
-    datum : motions of the network as a whole that inner constraints close, in words; gap :
-    largest singular value taken as zero and smallest taken as not.
+    Attributes
+    ----------
+    open
+        Combinations that neither the observations nor the datum determine, one sentence each.
+    datum
+        Motions of the network as a whole that inner constraints close, in words.
+    gap
+        Largest singular value taken as zero and smallest taken as not.
     """
 
     open: tuple[str, ...]
@@ -121,11 +134,15 @@ def propose(
 ) -> EstimableSet:
     """The parameters (scalars by name) that the network can separate, at a state.
 
-    near : correlation above which two parameters are hardly separated.
+    Parameters
+    ----------
+    near
+        Correlation above which two parameters are hardly separated.
 
     Raises
     ------
-    SingularMatrix : the network without parameters leaves unknowns open.
+    SingularMatrix
+        The network without parameters leaves unknowns open.
     """
     columns = parameter_columns_of(network, names)
     system = linearise(network, state, columns)
@@ -159,7 +176,12 @@ def _rank_of(name: str) -> int:
 def _select(names: Sequence[str], rest: Array, given: Array) -> tuple[list[int], list[Left]]:
     """Numbers of independent columns, in the order of plain meaning, and what the others are like.
 
-    given (n, k) : columns of the parameters; rest (n, k) : what the other unknowns leave of them.
+    Parameters
+    ----------
+    given : array (n, k)
+        Columns of the parameters.
+    rest : array (n, k)
+        What the other unknowns leave of them.
     """
     basis = np.zeros((len(rest), 0))
     length = np.linalg.norm(given, axis=0)

@@ -45,7 +45,8 @@ def linearise(network: Network, state: State, held: Index) -> System:
 
     Raises
     ------
-    SingularMatrix : the remaining unknowns cannot be separated.
+    SingularMatrix
+        The remaining unknowns cannot be separated.
     """
     free = network.free.copy()
     free[held] = False
@@ -83,7 +84,10 @@ def model_columns(
 ) -> Array:
     """Whitened columns (n, k) of a model's parameters in all active polar observations.
 
-    station : mask over the poses; only observations from these stations get the columns.
+    Parameters
+    ----------
+    station
+        Mask over the poses; only observations from these stations get the columns.
     """
     out = np.zeros((len(assembly.rows), len(model.parameters)))
     first = 0

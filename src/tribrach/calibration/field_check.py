@@ -32,8 +32,12 @@ class Earlier:
 class FieldCheck:
     """Everything that was tested.
 
-    alpha : error probability of the whole, alpha_each of one test; notes : what could not be
-    tested, and why.
+    Attributes
+    ----------
+    alpha
+        Error probability of the whole, alpha_each of one test.
+    notes
+        What could not be tested, and why.
     """
 
     title: str
@@ -86,7 +90,8 @@ def check_readings(
 
     Raises
     ------
-    InputError : nothing can be tested, or a target is there twice.
+    InputError
+        Nothing can be tested, or a target is there twice.
     """
     means, pairs = face_means(readings), face_pairs(readings)
     notes: list[str] = []

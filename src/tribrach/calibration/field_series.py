@@ -50,13 +50,24 @@ class FTest:
 class SeriesCheck:
     """All series together.
 
-    scans, targets, series : how many; s : experimental standard deviation of a coordinate of a
-    target centre [m], all coordinates weighted equally, with dof; s_station (stations,) within each
-    station's own series; sigma : what the stated precision makes of a coordinate, mean [m];
-    statistic, critical : weighted sum of squares with the stated precision against its limit;
-    s_bound : largest true standard deviation that s does not contradict [m]; stations : what they
-    differ by against their own scatter, None without repeated series; residuals : largest of a
-    coordinate [m] and where.
+    Attributes
+    ----------
+    scans, targets, series
+        How many.
+    s
+        Experimental standard deviation of a coordinate of a target centre [m], all coordinates
+        weighted equally, with dof.
+    s_station : array (stations,)
+        Within each station's own series.
+    sigma
+        What the stated precision makes of a coordinate, mean [m].
+    statistic, critical
+        Weighted sum of squares with the stated precision against its limit.
+    s_bound
+        Largest true standard deviation that s does not contradict [m].
+    stations
+        What they differ by against their own scatter, None without repeated series; residuals :
+        largest of a coordinate [m] and where.
     """
 
     scans: int
@@ -84,11 +95,15 @@ class SeriesCheck:
 def check_series(readings: ScannerReadings, alpha: float = 0.05) -> SeriesCheck:
     """Adjust all series and test them.
 
-    readings : means of faces, every scan a station and a series.
+    Parameters
+    ----------
+    readings
+        Means of faces, every scan a station and a series.
 
     Raises
     ------
-    InputError : fewer than two scans, or fewer than three targets common to all.
+    InputError
+        Fewer than two scans, or fewer than three targets common to all.
     """
     targets, scans = _complete(readings)
     keep = np.isin(readings.target, targets)

@@ -66,8 +66,10 @@ def adjust_minimum_norm(network: Network) -> Adjustment:
 
     Raises
     ------
-    InputError : too many unknowns for dense algebra.
-    NotConverged : the iteration did not settle.
+    InputError
+        Too many unknowns for dense algebra.
+    NotConverged
+        The iteration did not settle.
     """
     network = network.with_start(find_start(network))
     assembly = Assembly(network)

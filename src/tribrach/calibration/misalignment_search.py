@@ -53,8 +53,14 @@ _INDEPENDENT = 1e-6
 class Cause:
     """A parameter that explains something.
 
-    value and sigma [m or rad], beside the other causes; t : value over sigma; alternatives : others
-    that the observations do not tell from it.
+    Attributes
+    ----------
+    value, sigma
+        Beside the other causes [m or rad].
+    t
+        Value over sigma.
+    alternatives
+        Others that the observations do not tell from it.
     """
 
     name: str
@@ -73,8 +79,14 @@ class Cause:
 class Explanation:
     """What the observations point to.
 
-    before and after : weighted sum of squares without and with the causes; dof and limit of the
-    latter; t_limit : from which on a parameter counts.
+    Attributes
+    ----------
+    before, after
+        Weighted sum of squares without and with the causes.
+    dof, limit
+        Of the latter.
+    t_limit
+        From which on a parameter counts.
     """
 
     causes: tuple[Cause, ...]
@@ -93,7 +105,10 @@ class Explanation:
 def whitened(covariance: Array, rank: int, *others: Array) -> tuple[Array, ...]:
     """``W y`` of arrays (n, k) or (n,) with ``W C W^T = I`` on the range of C (n, n).
 
-    rank : directions that C has; what is beyond is rounding, or of second order.
+    Parameters
+    ----------
+    rank
+        Directions that C has; what is beyond is rounding, or of second order.
     """
     value, vector = np.linalg.eigh((covariance + covariance.T) / 2)
     largest = value[-rank:]
@@ -111,7 +126,12 @@ def explain(
 ) -> Explanation:
     """Parameters that explain whitened observations (n,), with whitened columns (n, k).
 
-    alpha0 : error probability of each parameter; alpha : of the test of what is left.
+    Parameters
+    ----------
+    alpha0
+        Error probability of each parameter.
+    alpha
+        Of the test of what is left.
     """
     limit = float(norm.ppf(1 - alpha0 / 2))
     rest, chosen = observed.copy(), list[int]()

@@ -120,7 +120,12 @@ _STEEP_RANGE = 3.0
 class Remedy:
     """What an addition to the network would give.
 
-    what : in words; proposal : the parameters that could be estimated with it.
+    Attributes
+    ----------
+    what
+        In words.
+    proposal
+        The parameters that could be estimated with it.
     """
 
     what: str

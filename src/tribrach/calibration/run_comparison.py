@@ -91,7 +91,8 @@ def compare_runs(first: SelfCalibration, second: SelfCalibration) -> Compared:
 
     Raises
     ------
-    InputError : the runs have no unknowns in common.
+    InputError
+        The runs have no unknowns in common.
     """
     lines = [*_parameters(first, second), *_stations(first, second)]
     if not lines:

@@ -24,8 +24,18 @@ Names = NDArray[np.object_]
 class ScannerReadings:
     """Readings (n,) of targets.
 
-    station, series, target (n,) names; face (n,) +1 front, -1 back; polar (n, 3) folded; covariance
-    (n, 3, 3) of r, H, V [m, rad]; source (n,) where each came from.
+    Attributes
+    ----------
+    station, series, target : array (n,)
+        Names.
+    face : array (n,)
+        +1 front, -1 back.
+    polar : array (n, 3)
+        Folded.
+    covariance : array (n, 3, 3)
+        Of r, H, V [m, rad].
+    source : array (n,)
+        Where each came from.
     """
 
     station: Names
@@ -50,8 +60,14 @@ class ScannerReadings:
 class FacePairs:
     """Targets (n,) measured in both faces, see :class:`ScannerReadings`.
 
-    half (n, 3) half of front less back; covariance (n, 3, 3) of it, which is that of the mean too;
-    polar (n, 3) mean of both faces.
+    Attributes
+    ----------
+    half, half : array (n, 3)
+        Of front less back.
+    covariance : array (n, 3, 3)
+        Of it, which is that of the mean too.
+    polar : array (n, 3)
+        Mean of both faces.
     """
 
     station: Names
@@ -102,7 +118,8 @@ def _by_face(
 
     Raises
     ------
-    InputError : a target twice on one face in one series.
+    InputError
+        A target twice on one face in one series.
     """
     number, first = _groups(readings)
     sides = []
@@ -127,7 +144,8 @@ def face_pairs(readings: ScannerReadings) -> FacePairs:
 
     Raises
     ------
-    InputError : a target twice on one face in one series.
+    InputError
+        A target twice on one face in one series.
     """
     first, front, back = _by_face(readings)
     both = (front >= 0) & (back >= 0)
@@ -152,7 +170,8 @@ def face_means(readings: ScannerReadings) -> ScannerReadings:
 
     Raises
     ------
-    InputError : a target twice on one face in one series.
+    InputError
+        A target twice on one face in one series.
     """
     first, front, back = _by_face(readings)
     both = (front >= 0) & (back >= 0)

@@ -59,11 +59,24 @@ __all__ = [
 class Wishes:
     """How a calibration is done.
 
-    near : correlation above which two parameters are hardly separated; limit_t : of a significant
-    parameter; posterior : are sigmas scaled with the sigma0 that the residuals give; minimum_norm :
-    what is open is closed by the smallest solution; reduce : what cannot be separated is
-    left out; back : has the scanner a back face; snoop : are blunders searched for; alpha : of the
-    tests of parameters that are no unknowns, all together.
+    Attributes
+    ----------
+    near
+        Correlation above which two parameters are hardly separated.
+    limit_t
+        Of a significant parameter.
+    posterior
+        Are sigmas scaled with the sigma0 that the residuals give.
+    minimum_norm
+        What is open is closed by the smallest solution.
+    reduce
+        What cannot be separated is left out.
+    back
+        Has the scanner a back face.
+    snoop
+        Are blunders searched for.
+    alpha
+        Of the tests of parameters that are no unknowns, all together.
     """
 
     near: float = 0.95
@@ -106,8 +119,18 @@ class Parameter:
 class PolarReadings:
     """Polar observations that took part, all (n,) or (n, 3).
 
-    stations : pose index; polar : measured r, H, V folded to the front; face; sigma (n, 3); after :
-    residuals; before : residuals of the same network without parameters, None if it has none.
+    Attributes
+    ----------
+    stations
+        Pose index.
+    polar
+        Measured r, H, V folded to the front; face.
+    sigma
+        (n, 3).
+    after
+        Residuals.
+    before
+        Residuals of the same network without parameters, None if it has none.
     """
 
     stations: NDArray[np.int64]
@@ -184,13 +207,19 @@ def calibrate(
 ) -> SelfCalibration:
     """Calibrate the scanners of a network.
 
-    models : whose parameters are tested where they are no unknowns.
+    Parameters
+    ----------
+    models
+        Whose parameters are tested where they are no unknowns.
 
     Raises
     ------
-    InputError : the network has no calibration parameters.
-    RankDefect : unknowns are open, in sentences; also what could be estimated and what would help.
-    AdjustmentError : there are no start values, or the iteration does not converge.
+    InputError
+        The network has no calibration parameters.
+    RankDefect
+        Unknowns are open, in sentences; also what could be estimated and what would help.
+    AdjustmentError
+        There are no start values, or the iteration does not converge.
     """
     wishes = wishes or Wishes()
     names = calibration_names(network)

@@ -30,8 +30,13 @@ _RANK = 1e-6
 class BlockTest:
     """Several parameters tested against zero together.
 
-    statistic : quadratic form over its degrees of freedom; with ``posterior`` an F value of
-    (freedom, redundancy), else chi-square over freedom; p : probability of as much by chance.
+    Attributes
+    ----------
+    statistic
+        Quadratic form over its degrees of freedom; with ``posterior`` an F value of (freedom,
+        redundancy), else chi-square over freedom.
+    p
+        Probability of as much by chance.
     """
 
     freedom: int
@@ -45,8 +50,14 @@ class BlockTest:
 class Omitted:
     """A parameter that is no unknown: what it would be, and the test that it is zero.
 
-    value, sigma : as one further unknown [m, rad or 1]; w : standard normal if it is zero; limit :
-    of w for all such tests together.
+    Attributes
+    ----------
+    value, sigma
+        As one further unknown [m, rad or 1].
+    w
+        Standard normal if it is zero.
+    limit
+        Of w for all such tests together.
     """
 
     name: str
@@ -87,8 +98,14 @@ def omitted_parameters(
 ) -> list[Omitted]:
     """Tests of a model's parameters, each as the only further unknown.
 
-    alpha : significance of all tests together; factor : variance of unit weight that the sigmas
-    are scaled with. Parameters that the unknowns imitate entirely are left out.
+    Parameters that the unknowns imitate entirely are left out.
+
+    Parameters
+    ----------
+    alpha
+        Significance of all tests together.
+    factor
+        Variance of unit weight that the sigmas are scaled with.
     """
     given = model_columns(adjustment.assembly, adjustment.state, model)
     rest = unexplained(adjustment.design, adjustment.cofactor, given)

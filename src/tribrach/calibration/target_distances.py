@@ -43,11 +43,21 @@ _ONE_FACE = ("x2", "x4", "x6", "x3", "x7", "x9n")
 class DistanceCheck:
     """Differences (p,) of distances between targets, first station less second.
 
-    pairs (p,) of target names; lengths (p, 2) [m] from either station; difference, sigma and limit
-    (p,) [m], the limits so that all hold together with 1 - alpha or more; statistic against its
-    chi-square limit with dof; zero, sigma_zero : range zero from the differences alone [m];
-    faces : is every reading a mean of both? in_common : targets that both stations saw, of which
-    40 are compared at most.
+    Attributes
+    ----------
+    pairs : array (p,)
+        Of target names.
+    lengths : array (p, 2)
+        From either station [m].
+    difference, sigma, limit : array (p,)
+        The limits so that all hold together with 1 - alpha or more [m].
+    statistic
+        Against its chi-square limit with dof.
+    zero, sigma_zero
+        Range zero from the differences alone [m].
+    faces
+        Is every reading a mean of both? in_common : targets that both stations saw, of which 40
+        are compared at most.
     """
 
     stations: tuple[str, str]
@@ -79,11 +89,15 @@ def compare_distances(
 ) -> DistanceCheck:
     """Distances between the targets that two stations have in common, in one series.
 
-    readings : means of faces.
+    Parameters
+    ----------
+    readings
+        Means of faces.
 
     Raises
     ------
-    InputError : fewer than three common targets.
+    InputError
+        Fewer than three common targets.
     """
     mine = [_of(readings, station, series) for station in (first, second)]
     common = [t for t in mine[0] if t in mine[1]]

@@ -42,8 +42,14 @@ COMPONENTS = ("range", "horizontal", "zenith")
 class ComponentTest:
     """Half differences of one reading against noise.
 
-    rms : of the half differences [m, rad]; rms_mm : across or along the beam [m]; largest, at : the
-    largest one and its target; statistic against its chi-square limit with dof.
+    Attributes
+    ----------
+    rms
+        Of the half differences [m, rad]; rms_mm : across or along the beam [m].
+    largest, at
+        The largest one and its target.
+    statistic
+        Against its chi-square limit with dof.
     """
 
     name: str
@@ -66,9 +72,13 @@ class ComponentTest:
 class TwoFaceTest:
     """The test of all components and what it points to.
 
-    detectable (k,) : smallest misalignment of each signature, alone, that is found with 80 % at an
-    error probability of 0.1 % [m or rad], infinite where the readings do not show it; alpha : error
-    probability of the components and of the signatures together.
+    Attributes
+    ----------
+    detectable : array (k,)
+        Smallest misalignment of each signature, alone, that is found with 80 % at an error
+        probability of 0.1 % [m or rad], infinite where the readings do not show it.
+    alpha
+        Error probability of the components and of the signatures together.
     """
 
     pairs: FacePairs

@@ -98,13 +98,18 @@ def point_budget(
 ) -> PointBudget:
     """Budget of points of a scan.
 
-    station : shares (6, 6) of the station's covariance by name, one share ``station`` if not
-    given; normals : unit normals (n, 3) of the scanner frame, NaN where unknown; incidence adds
-    nothing there.
+    Parameters
+    ----------
+    station
+        Shares (6, 6) of the station's covariance by name, one share ``station`` if not given.
+    normals
+        Unit normals (n, 3) of the scanner frame, NaN where unknown; incidence adds nothing
+        there.
 
     Raises
     ------
-    ValueError : the placement has no noise of single points, or the shares do not add up to its
+    ValueError
+        The placement has no noise of single points, or the shares do not add up to its
         covariance.
     """
     noise = placement.noise

@@ -23,11 +23,15 @@ _BLOCK = 50_000
 def share_of(xyz: Array, placement: Placement) -> Array:
     """Covariances (n, 6) [m^2] as xx, yy, zz, xy, xz, yz in the axes of the world.
 
-    xyz : corrected points (n, 3) of the scanner frame.
+    Parameters
+    ----------
+    xyz
+        Corrected points (n, 3) of the scanner frame.
 
     Raises
     ------
-    ValueError : the placement has no calibration.
+    ValueError
+        The placement has no calibration.
     """
     share = placement.calibration
     if share is None:

@@ -23,11 +23,15 @@ def place_with_sigmas(
 ) -> tuple[Array, Single]:
     """World coordinates (n, 3) and sigmas (n, 3) along the axes of the world.
 
-    cosine : of the incidence angle (n,), where normals were asked for.
+    Parameters
+    ----------
+    cosine
+        Of the incidence angle (n,), where normals were asked for.
 
     Raises
     ------
-    ValueError : the placement has no noise of single points.
+    ValueError
+        The placement has no noise of single points.
     """
     if placement.noise is None:
         raise ValueError("points without a scanner origin have no covariance")
@@ -58,7 +62,8 @@ def covariances(xyz: Array, placement: Placement, cosine: Array | None = None) -
 
     Raises
     ------
-    ValueError : the placement has no noise of single points.
+    ValueError
+        The placement has no noise of single points.
     """
     if placement.noise is None:
         raise ValueError("points without a scanner origin have no covariance")

@@ -18,8 +18,15 @@ __all__ = ["CalibrationShare", "Placement"]
 class CalibrationShare:
     """What the uncertainty of a calibration adds to points that were corrected with it.
 
-    correction : model, parameters, faces; own (k, k) : covariance of the parameters; cross (6, k) :
-    with the translation and the left rotation increments of the station, in the axes of the world.
+    Attributes
+    ----------
+    correction
+        Model, parameters, faces.
+    own : array (k, k)
+        Covariance of the parameters.
+    cross : array (6, k)
+        With the translation and the left rotation increments of the station, in the axes of the
+        world.
     """
 
     correction: Correction
@@ -35,10 +42,17 @@ class CalibrationShare:
 class Placement:
     """An adjusted station, for its cloud.
 
-    pose : world from scanner; covariance (6, 6) of translation [m] and left rotation increments
-    [rad] about the axes of the world; noise : of single points, None where the scanner's origin
-    is not known, so that points have no covariance; calibration : of the scanner, if its points
-    were corrected.
+    Attributes
+    ----------
+    pose
+        World from scanner.
+    covariance : array (6, 6)
+        Of translation [m] and left rotation increments [rad] about the axes of the world.
+    noise
+        Of single points, None where the scanner's origin is not known, so that points have no
+        covariance.
+    calibration
+        Of the scanner, if its points were corrected.
     """
 
     station: str

@@ -55,7 +55,10 @@ _SAMPLE = 4000
 class CloudSummary:
     """Points so far, of which with a sigma; sums of squared sigmas (3,); extremes; sample.
 
-    sample (k, 4) : x, y, z in the frame of the cloud and the three-dimensional sigma.
+    Attributes
+    ----------
+    sample : array (k, 4)
+        X, y, z in the frame of the cloud and the three-dimensional sigma.
     """
 
     points: int = 0

@@ -229,10 +229,20 @@ class Signed:
 class C2C:
     """Distances of a cloud of ``count`` points with a neighbour within the limit [m].
 
-    beyond : share without; floor and pitches are None where no surface was found; debiased : RMS
-    across the surface [m], None where nothing is left beside sampling; plane : None where no plane
-    was found; sample (k, 4) : points and their distances; places (p, 3) and normals (p, 3) : where
-    the surface was looked at, NaN where it is none.
+    Attributes
+    ----------
+    beyond
+        Share without.
+    floor
+        And pitches are None where no surface was found.
+    debiased
+        RMS across the surface [m], None where nothing is left beside sampling.
+    plane
+        None where no plane was found.
+    sample : array (k, 4)
+        Points and their distances.
+    places, normals : array (p, 3)
+        Where the surface was looked at, NaN where it is none.
     """
 
     limit: float
@@ -267,12 +277,19 @@ def cloud_to_cloud(
 ) -> C2C:
     """Distances from every point of a cloud to the nearest of a reference within a limit [m].
 
-    viewpoint (3,) : distances from local planes are positive towards it; size : points of a cloud
-    in memory at a time; progress : called with the number of points done.
+    Parameters
+    ----------
+    viewpoint : array (3,)
+        Distances from local planes are positive towards it.
+    size
+        Points of a cloud in memory at a time.
+    progress
+        Called with the number of points done.
 
     Raises
     ------
-    ValueError : the limit is not a length.
+    ValueError
+        The limit is not a length.
     """
     work = _Work(limit, viewpoint)
     for part in parts(compared, reference, limit, size):

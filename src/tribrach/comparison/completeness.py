@@ -59,7 +59,8 @@ class PatchGrid:
 
         Raises
         ------
-        InputError : a point is too far from the origin for cells of this size.
+        InputError
+            A point is too far from the origin for cells of this size.
         """
         index = np.floor((xyz - self.origin) / self.size)
         if len(index) and np.abs(index).max() >= _HALF - 1:
@@ -103,7 +104,8 @@ class SurfacePatches:
 
         Raises
         ------
-        InputError : more cells than fit.
+        InputError
+            More cells than fit.
         """
         found, where, counts = np.unique(keys, return_inverse=True, return_counts=True)
         sums: Array = np.zeros(len(found))
@@ -120,7 +122,8 @@ class SurfacePatches:
 
         Raises
         ------
-        InputError : more cells than fit.
+        InputError
+            More cells than fit.
         """
         if not self._waiting:
             return
@@ -172,9 +175,22 @@ class Gap:
 class Completeness:
     """Cells of the surface and what the stations know of them.
 
-    size : of a cell [m]; modelled : is the surface that of a model, else of all clouds; centres
-    (n, 3) [m]; seen (n,) : by how many stations; sigma (n,) [m] of the best, NaN where none is
-    known; required : the sigma asked for [m]; shares : of the cells that each station sees.
+    Attributes
+    ----------
+    size
+        Of a cell [m].
+    modelled
+        Is the surface that of a model, else of all clouds.
+    centres : array (n, 3)
+        [m].
+    seen : array (n,)
+        By how many stations.
+    sigma : array (n,)
+        Of the best, NaN where none is known [m].
+    required
+        The sigma asked for [m].
+    shares
+        Of the cells that each station sees.
     """
 
     size: float
@@ -265,8 +281,14 @@ def assess_completeness(
 ) -> Completeness:
     """Assess merged patches of stations by name.
 
-    model : cells (n,) of the surface, the union of the stations if not given; required : sigma
-    [m]; gaps : how many of the largest to name of each sort.
+    Parameters
+    ----------
+    model
+        Cells (n,) of the surface, the union of the stations if not given.
+    required
+        Sigma [m].
+    gaps
+        How many of the largest to name of each sort.
     """
     cells = _union(stations) if model is None else np.unique(model)
     seen = np.zeros(len(cells), dtype=np.int64)

@@ -33,8 +33,16 @@ _UP = np.array([0.0, 0.0, 1.0])
 class Normals:
     """Normals (m, 3) of core points, NaN where fewer than five points are near.
 
-    scale (m,) : the diameter D that was used [m]; roughness (m,) : standard deviation [m] of the
-    points along the normal; planarity (m,) : ``(l2 - l3) / l1``; count (m,) : points used.
+    Attributes
+    ----------
+    scale : array (m,)
+        The diameter D that was used [m].
+    roughness : array (m,)
+        Standard deviation [m] of the points along the normal.
+    planarity : array (m,)
+        ``(l2 - l3) / l1``.
+    count : array (m,)
+        Points used.
     """
 
     vectors: Array
@@ -54,12 +62,17 @@ def core_normals(
 ) -> Normals:
     """Normals at core points (m, 3) from a cloud at one or several scales D [m].
 
-    scanner (3,) : normals look towards it; direction (3,) : else their component along it is
-    positive; upwards if neither is given.
+    Parameters
+    ----------
+    scanner : array (3,)
+        Normals look towards it.
+    direction : array (3,)
+        Else their component along it is positive; upwards if neither is given.
 
     Raises
     ------
-    InputError : no scale, or one that is not positive.
+    InputError
+        No scale, or one that is not positive.
     """
     if len(scales) == 0 or not min(scales) > 0:
         raise InputError("normals need scales that are positive lengths")
@@ -170,7 +183,8 @@ def core_points(cloud: Source, spacing: float, most: int = MOST) -> Array:
 
     Raises
     ------
-    InputError : the spacing is not positive, the cloud is empty or needs more than ``most`` points,
+    InputError
+        The spacing is not positive, the cloud is empty or needs more than ``most`` points,.
     or it is wider than two million cells.
     """
     if not spacing > 0:

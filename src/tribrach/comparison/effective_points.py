@@ -55,8 +55,13 @@ def overlap_factor(ratio: Array) -> Array:
 def effective_number(count: Array, area: float, footprint: Array) -> Array:
     """Independent points (m,) among ``count`` (m,) evenly spread ones, at least one.
 
-    area : of the patch that they lie on [m^2]; footprint : area (m,) of the beam on the same
-    surface [m^2], that across the beam over the cosine of the incidence angle.
+    Parameters
+    ----------
+    area
+        Of the patch that they lie on [m^2].
+    footprint
+        Area (m,) of the beam on the same surface [m^2], that across the beam over the cosine of
+        the incidence angle.
     """
     ratio = np.sqrt(4 / np.pi * footprint * count / area)
     number: Array = np.where(count > 0, np.maximum(count / overlap_factor(ratio), 1.0), 0.0)
@@ -77,7 +82,8 @@ def beam_areas(core: Array, normals: Array, placement: Placement) -> Array:
 
     Raises
     ------
-    InputError : the scan's origin is not known.
+    InputError
+        The scan's origin is not known.
     """
     if placement.noise is None:
         raise InputError(f"scan {placement.station} has no known origin, so no beams")

@@ -84,14 +84,25 @@ _MEDIAN_COST = np.pi / 2
 class M3C2Settings:
     """What M3C2 is told.
 
-    scales : diameters D of the neighbourhoods for normals [m], the most planar one is taken;
-    diameter d and depth to each side [m] of the cylinder; registration : its sigma along the normal
-    [m]; median : instead of means; scanner (3,) : normals look towards it; direction (3,) : else
-    along it, upwards if neither is given.
+    Attributes
+    ----------
+    scales
+        Diameters D of the neighbourhoods for normals [m], the most planar one is taken.
+    diameter
+        d and depth to each side [m] of the cylinder.
+    registration
+        Its sigma along the normal [m].
+    median
+        Instead of means.
+    scanner : array (3,)
+        Normals look towards it.
+    direction : array (3,)
+        Else along it, upwards if neither is given.
 
     Raises
     ------
-    InputError : a length is not positive, or the registration negative.
+    InputError
+        A length is not positive, or the registration negative.
     """
 
     scales: Sequence[float]
@@ -114,9 +125,14 @@ class M3C2Settings:
 class M3C2:
     """Distances at core points (m, 3) with normals, and what they rest on; all in metres.
 
-    first, second : points, position along the normal and spread in each cloud; independent (m, 2) :
-    effective numbers of points, None where the beams are not known; distance (m,) : second minus
-    first, NaN with fewer than five points in either.
+    Attributes
+    ----------
+    first, second
+        Points, position along the normal and spread in each cloud.
+    independent : array (m, 2)
+        Effective numbers of points, None where the beams are not known.
+    distance : array (m,)
+        Second minus first, NaN with fewer than five points in either.
     """
 
     core: Array
@@ -203,12 +219,18 @@ def m3c2(
 ) -> M3C2:
     """Distances of the second cloud from the first at core points (m, 3) [m].
 
-    normals : at the core points, from the first cloud if not given; footprints : areas [m^2] of the
-    beams of both clouds on the surface, each (m,) or one number, for the effective numbers.
+    Parameters
+    ----------
+    normals
+        At the core points, from the first cloud if not given.
+    footprints
+        Areas [m^2] of the beams of both clouds on the surface, each (m,) or one number, for the
+        effective numbers.
 
     Raises
     ------
-    InputError : no core points, coordinates that are not numbers, settings that make no sense.
+    InputError
+        No core points, coordinates that are not numbers, settings that make no sense.
     """
     checked_core(core)
     if normals is None:
@@ -232,7 +254,8 @@ def checked_core(core: Array) -> None:
 
     Raises
     ------
-    InputError : there are none, or a coordinate is not a number.
+    InputError
+        There are none, or a coordinate is not a number.
     """
     if len(core) == 0:
         raise InputError("there are no core points to compare at")

@@ -67,7 +67,8 @@ def weighted_means(cloud: Source, cylinders: Cylinders) -> WeightedPositions:
 
     Raises
     ------
-    InputError : a part of the cloud has no covariances.
+    InputError
+        A part of the cloud has no covariances.
     """
     sums = np.zeros((len(cylinders.core), 10))
     for part in centred(cloud, cylinders.origin, *cylinders.box):
@@ -138,8 +139,14 @@ _SPATIAL_95 = float(chi2.ppf(0.95, 3))
 class M3C2EP:
     """Distances at core points (m, 3) with propagated uncertainty; all in metres.
 
-    first, second : weighted positions in each cloud; independent (m, 2) : effective numbers of
-    points; registration (m, 3, 3) : C_reg at the core points.
+    Attributes
+    ----------
+    first, second
+        Weighted positions in each cloud.
+    independent : array (m, 2)
+        Effective numbers of points.
+    registration : array (m, 3, 3)
+        C_reg at the core points.
     """
 
     core: Array
@@ -231,12 +238,19 @@ def m3c2_ep(
 ) -> M3C2EP:
     """Distances of the second cloud from the first at core points (m, 3) [m], with their sigmas.
 
-    first, second : with the random covariance of every point; settings : its registration and
-    median are not used; normals and footprints as in plain M3C2.
+    Parameters
+    ----------
+    first, second
+        With the random covariance of every point.
+    settings
+        Its registration and median are not used.
+    normals, footprints
+        As in plain M3C2.
 
     Raises
     ------
-    InputError : points without covariances, no core points, coordinates that are not numbers.
+    InputError
+        Points without covariances, no core points, coordinates that are not numbers.
     """
     checked_core(core)
     if normals is None:

@@ -35,7 +35,8 @@ class Neighbours:
 
     Raises
     ------
-    ValueError : coordinates that are not finite.
+    ValueError
+        Coordinates that are not finite.
     """
 
     def __init__(self, reference: Array) -> None:
@@ -62,7 +63,8 @@ class Neighbours:
 
         Raises
         ------
-        ValueError : coordinates that are not finite.
+        ValueError
+            Coordinates that are not finite.
         """
         distances, found = self.local_query(points, limit, k)
         return distances, found if self._order is None else self._order[found]
@@ -99,7 +101,8 @@ def nearest(query: Array, reference: Array, limit: float = np.inf) -> tuple[Arra
 
     Raises
     ------
-    ValueError : coordinates that are not finite.
+    ValueError
+        Coordinates that are not finite.
     """
     return Neighbours(reference).query(query, limit)
 

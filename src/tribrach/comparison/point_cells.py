@@ -31,9 +31,22 @@ _ROUNDING = 1e-9
 class PointCells(NamedTuple):
     """Points (n, 3) in the order of their cells.
 
-    order (n,) : where each point was before; corner (3,) : of the first cell; size : of a cell [m];
-    shape : columns along x and y. base (columns + 1,) : where the table of each column, x-major,
-    begins; lowest (columns,) : its first layer; start (cells + 1,) : first point of each cell.
+    Attributes
+    ----------
+    order : array (n,)
+        Where each point was before.
+    corner : array (3,)
+        Of the first cell.
+    size
+        Of a cell [m].
+    shape
+        Columns along x and y.
+    base : array (columns + 1,)
+        Where the table of each column, x-major, begins.
+    lowest : array (columns,)
+        Its first layer.
+    start : array (cells + 1,)
+        First point of each cell.
     """
 
     xyz: Array
@@ -181,9 +194,13 @@ def _layers(low, high, column, size, base, lowest, start):  # type: ignore[no-un
 def _heights(dx, dy, normal, radius, depth, size):  # type: ignore[no-untyped-def]
     """Heights relative to a cylinder's centre that it can have within a column; low > high: none.
 
-    dx, dy : from the cylinder's centre to the middle of the column. A point of the cylinder is
-    ``t n + w`` with ``|t| <= depth``, ``|w| <= radius`` and w across n, so that w reaches at most
-    ``radius |n_z|`` along the shadow of n and ``radius |n_xy|`` upwards.
+    A point of the cylinder is ``t n + w`` with ``|t| <= depth``, ``|w| <= radius`` and w across n,
+    so that w reaches at most ``radius |n_z|`` along the shadow of n and ``radius |n_xy|`` upwards.
+
+    Parameters
+    ----------
+    dx, dy
+        From the cylinder's centre to the middle of the column.
     """
     half = 0.7071068 * size
     flat = np.sqrt(normal[0] * normal[0] + normal[1] * normal[1])

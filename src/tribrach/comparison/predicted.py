@@ -52,13 +52,19 @@ def with_random(
 ) -> Source:
     """A cloud with the random covariance of its points, ``C_int`` carried into its frame.
 
-    stream : points (n, 3) in the frame of the placement; core (m, 3), normals (m, 3) : where the
-    surface is known; a point takes the normal of the nearest. incidence : are sigmas of ranges
-    divided by the cosine of the incidence angle?
+    Parameters
+    ----------
+    stream
+        Points (n, 3) in the frame of the placement.
+    core, normals : array (m, 3)
+        Where the surface is known; a point takes the normal of the nearest.
+    incidence
+        Are sigmas of ranges divided by the cosine of the incidence angle?
 
     Raises
     ------
-    ValueError : the placement has no noise of single points.
+    ValueError
+        The placement has no noise of single points.
     """
     alone = Placement(placement.station, placement.pose, np.zeros((6, 6)), placement.noise)
     known = np.isfinite(normals[:, 0])
@@ -82,12 +88,24 @@ def with_random(
 class Prediction:
     """A site: what was predicted along its normal and what was observed, all in metres.
 
-    noise, scatter : of single points of the first and the second cloud, predicted and observed;
-    dof : degrees of freedom of each scatter; registration : predicted sigma between the stations at
-    the site; offset : mean distance of the second cloud from the first; offset_noise : sigma of
-    it from the points alone; row (6,) : what a relative pose about the middle of both stations
-    does to it; lod95, lod95_additive, lod95_spatial : mean levels of detection with propagated
-    uncertainty; changed : share of the distances beyond the first.
+    Attributes
+    ----------
+    noise, scatter
+        Of single points of the first and the second cloud, predicted and observed.
+    dof
+        Degrees of freedom of each scatter.
+    registration
+        Predicted sigma between the stations at the site.
+    offset
+        Mean distance of the second cloud from the first.
+    offset_noise
+        Sigma of it from the points alone.
+    row : array (6,)
+        What a relative pose about the middle of both stations does to it.
+    lod95, lod95_additive, lod95_spatial
+        Mean levels of detection with propagated uncertainty.
+    changed
+        Share of the distances beyond the first.
     """
 
     noise: tuple[float, float]
@@ -169,7 +187,10 @@ class Prediction:
 def predict(found: M3C2EP, stations: StationPair, diameter: float) -> Prediction | None:
     """What distances with propagated uncertainty say of a site; None without any distance.
 
-    diameter : of the cylinders [m]; those that share points count for less.
+    Parameters
+    ----------
+    diameter
+        Of the cylinders [m]; those that share points count for less.
     """
     used = found.usable & np.isfinite(found.distance) & np.isfinite(found.sigma)
     if not used.any():
@@ -221,8 +242,12 @@ def _pooled(sigma: Array, dof: NDArray[np.int64]) -> float:
 class OffsetTest:
     """Offsets of k sites against the joint covariance of both stations.
 
-    statistic : ``L^T C^-1 L`` with ``C = A C_q A^T + D``, what the sites share included; least,
-    limit : 2.5 and 97.5 % of chi-square of k.
+    Attributes
+    ----------
+    statistic
+        ``L^T C^-1 L`` with ``C = A C_q A^T + D``, what the sites share included.
+    least, limit
+        2.5 and 97.5 % of chi-square of k.
     """
 
     count: int

@@ -31,7 +31,10 @@ _QUARTILES = 1.3489795003921634
 class Cylinders:
     """Axes through core points (m, 3) along unit normals (m, 3), relative to ``origin`` (3,).
 
-    radius, depth : half the diameter, and how far it reaches to each side [m].
+    Attributes
+    ----------
+    radius, depth
+        Half the diameter, and how far it reaches to each side [m].
     """
 
     origin: Array
@@ -84,7 +87,10 @@ def means(cloud: Source, cylinders: Cylinders) -> Positions:
 def medians(cloud: Source, cylinders: Cylinders, most: int = MOST_KEPT) -> Positions:
     """Median, and interquartile range over 1.349 as spread, which is sigma for normal noise.
 
-    most : distances kept at the same time; the cloud is read once more for each such block.
+    Parameters
+    ----------
+    most
+        Distances kept at the same time; the cloud is read once more for each such block.
     """
     count = means(cloud, cylinders).count
     position, spread = np.full(len(count), np.nan), np.full(len(count), np.nan)

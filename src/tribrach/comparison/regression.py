@@ -53,8 +53,12 @@ class Term:
 class RegressionFit:
     """A fitted model of ``y``.
 
-    scatter : standard deviation of the residuals, in units of y; fitted (n,) : what the model
-    says for each row.
+    Attributes
+    ----------
+    scatter
+        Standard deviation of the residuals, in units of y.
+    fitted : array (n,)
+        What the model says for each row.
     """
 
     model: str
@@ -85,7 +89,8 @@ def fit_terms(
 
     Raises
     ------
-    InputError : too few values, a y that does not vary, columns that depend on each other.
+    InputError
+        Too few values, a y that does not vary, columns that depend on each other.
     """
     n, u = len(y), len(columns)
     on = ", ".join(x)
@@ -139,7 +144,10 @@ _ANGLES = {"deg": "deg", "°": "deg", "gon": "gon", "rad": "rad"}
 class Relation:
     """One quantity against one cause: both fits, and whether the curvature is significant.
 
-    limit : of the absolute t of the quadratic term.
+    Attributes
+    ----------
+    limit
+        Of the absolute t of the quadratic term.
     """
 
     y: str
@@ -266,12 +274,16 @@ def regress(
 ) -> Regression:
     """Regressions of quantities ``y`` on causes ``x``, names of columns (n,).
 
-    units : by column; the cause in ``deg``, ``gon`` or ``rad``, or whose name begins with
-    ``inc``, is the incidence angle (degrees if not said).
+    Parameters
+    ----------
+    units
+        By column; the cause in ``deg``, ``gon`` or ``rad``, or whose name begins with ``inc``,
+        is the incidence angle (degrees if not said).
 
     Raises
     ------
-    InputError : too few rows or values that do not vary, angles of 90 degrees and more.
+    InputError
+        Too few rows or values that do not vary, angles of 90 degrees and more.
     """
     units = units or {}
     n = len(values[y[0]])

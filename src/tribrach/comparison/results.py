@@ -25,9 +25,16 @@ SCHEMA = 1
 class M3C2Figures:
     """Distances along normals over a site: how many, mean and standard deviation [m].
 
-    lod95 : mean level of detection as published, lod95_quadratic with variances added; changed :
-    share of the distances beyond their quadratic level; cylinder, scale : diameters [m] of the
-    cylinders and of the neighbourhoods of the normals. Figures are None where nothing was usable.
+    Figures are None where nothing was usable.
+
+    Attributes
+    ----------
+    lod95
+        Mean level of detection as published, lod95_quadratic with variances added.
+    changed
+        Share of the distances beyond their quadratic level.
+    cylinder, scale
+        Diameters [m] of the cylinders and of the neighbourhoods of the normals.
     """
 
     count: int
@@ -63,8 +70,13 @@ class M3C2Figures:
 class SiteResult:
     """A site: points n of the compared cloud in it, how both scanners saw it, its figures.
 
-    seen_a, seen_b : None where the scanner's place is not known; prediction : of the distance
-    along the normal and what was observed of it, None where the stations are not known.
+    Attributes
+    ----------
+    seen_a, seen_b
+        None where the scanner's place is not known.
+    prediction
+        Of the distance along the normal and what was observed of it, None where the stations
+        are not known.
     """
 
     name: str

@@ -133,7 +133,10 @@ class SamplingPattern:
 def pattern(cloud: Neighbours, places: Array, limit: float = np.inf) -> SamplingPattern:
     """How the points of a cloud lie around places (n, 3) on or near its surface.
 
-    limit [m] : distances beyond it have no part in the floor.
+    Parameters
+    ----------
+    limit
+        Distances beyond it have no part in the floor [m].
     """
     count = len(places)
     figures = np.full((count, 9), np.nan)

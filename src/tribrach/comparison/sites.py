@@ -122,8 +122,14 @@ def choose_sites(
 ) -> list[ComparisonSite]:
     """Up to ``count`` balls on surfaces in both clouds, numbered from 1.
 
-    clouds : points (n, 3) and unit normals (n, 3), NaN where unknown, of either, in one frame;
-    scanners : places (3,) of both; size : diameter of the balls [m].
+    Parameters
+    ----------
+    clouds
+        Points (n, 3) and unit normals (n, 3), NaN where unknown, of either, in one frame.
+    scanners
+        Places (3,) of both.
+    size
+        Diameter of the balls [m].
     """
     origin = np.mean([x.mean(axis=0) for x, _ in clouds if len(x)], axis=0)
     cells = [_cells(*cloud, origin, size) for cloud in clouds]

@@ -30,12 +30,17 @@ _ROUNDING = 1e-9
 class StationPair:
     """Two stations with one covariance.
 
-    first, second : their places (3,) [m]; covariance (12, 12) : of translation [m] and left
-    rotation increment [rad] of the first, then of the second.
+    Attributes
+    ----------
+    first, second
+        Their places (3,) [m].
+    covariance : array (12, 12)
+        Of translation [m] and left rotation increment [rad] of the first, then of the second.
 
     Raises
     ------
-    InputError : the matrix is not a covariance of twelve unknowns.
+    InputError
+        The matrix is not a covariance of twelve unknowns.
     """
 
     first: Array

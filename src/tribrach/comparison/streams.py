@@ -88,13 +88,18 @@ def joined(chunks: Iterator[Array]) -> Array:
 def parts(queries: Stream, reference: Stream, limit: float, size: int = SIZE) -> Iterator[Part]:
     """Cut two clouds so that about ``size`` points of the reference are in memory at a time.
 
-    limit [m] : how far from its query a point of the reference can matter. Boxes are not cut
-    narrower than eight limits, whatever lies in them. References up to the size are not cut and
-    leave the disk alone; else both clouds pass through a temporary folder.
+    Boxes are not cut narrower than eight limits, whatever lies in them. References up to the size
+    are not cut and leave the disk alone; else both clouds pass through a temporary folder.
+
+    Parameters
+    ----------
+    limit
+        How far from its query a point of the reference can matter [m].
 
     Raises
     ------
-    ValueError : the limit is not a length.
+    ValueError
+        The limit is not a length.
     """
     if not (np.isfinite(limit) and limit > 0):
         raise ValueError("the limit must be above zero and finite")

@@ -32,11 +32,18 @@ __all__ = ["Adjustment", "Options", "adjust"]
 class Options:
     """How the iteration ends.
 
-    max_iterations : linearisations before giving up.
-    step_sigma : largest last step in units of its own sigma.
-    step_metres, step_radians : largest last step of lengths and angles.
-    vtpv_change : largest last relative change of the sum of squares.
-    progress : called with (iteration, sum of squares) after each step.
+    Attributes
+    ----------
+    max_iterations
+        Linearisations before giving up.
+    step_sigma
+        Largest last step in units of its own sigma.
+    step_metres, step_radians
+        Largest last step of lengths and angles.
+    vtpv_change
+        Largest last relative change of the sum of squares.
+    progress
+        Called with (iteration, sum of squares) after each step.
     """
 
     max_iterations: int = 60
@@ -51,11 +58,17 @@ class Options:
 class Adjustment:
     """An adjusted network: estimates, covariances on request, residuals.
 
-    state : adjusted unknowns in the work frame; residuals ``v = h(x) - l`` (n,) in metres and
-    radians of the active values listed in ``rows``; ``vtpv`` their weighted sum of squares;
-    ``defect`` the number of open motions that inner constraints closed. Covariances are a
-    priori: those given with the observations taken as they are. ``variance_factor`` says
-    what scales them.
+    Covariances are a priori: those given with the observations taken as they are.
+    ``posterior_factor`` scales them.
+
+    Attributes
+    ----------
+    state
+        Adjusted unknowns in the work frame.
+    residuals
+        ``v = h(x) - l`` (n,) in metres and radians of the active values listed in ``rows``;
+        ``vtpv`` their weighted sum of squares; ``defect`` the number of open motions that inner
+        constraints closed.
     """
 
     network: Network
@@ -206,9 +219,12 @@ def adjust(network: Network, *, options: Options | None = None) -> Adjustment:
 
     Raises
     ------
-    NoStartValues : unknowns that no chain of observations reaches.
-    RankDefect : combinations of unknowns that the observations leave open, in sentences.
-    NotConverged : the iteration did not reach a minimum.
+    NoStartValues
+        Unknowns that no chain of observations reaches.
+    RankDefect
+        Combinations of unknowns that the observations leave open, in sentences.
+    NotConverged
+        The iteration did not reach a minimum.
     """
     options = options or Options()
     network = network.with_start(find_start(network))

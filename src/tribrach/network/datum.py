@@ -75,8 +75,14 @@ def generators(state: State) -> Array:
 class OpenMotions:
     """Motions that no observation sees.
 
-    basis (u, d) over the free columns; mix (7, d) their composition from the generators;
-    gap (largest singular value taken as zero, smallest taken as non-zero).
+    Attributes
+    ----------
+    basis : array (u, d)
+        Over the free columns.
+    mix : array (7, d)
+        Their composition from the generators.
+    gap
+        (largest singular value taken as zero, smallest taken as non-zero).
     """
 
     basis: Array
@@ -185,18 +191,18 @@ class Cofactor:
 
     Parameters
     ----------
-    normal : ``A^T A`` (u, u) of the whitened design.
-    point_of : point number of each column, -1 for others.
-    constraints : hard constraints C (q, u).
-    motions : open motions G (u, d).
-    datum : mask (u,) of the unknowns that carry the inner constraints.
-
-    ``Q = S Q1 S^T`` with ``Q1 = Z - Z C^T (C Z C^T)^-1 C Z``, Z the inverse of the pinned normal
-    matrix and ``S = I - G (B^T G)^-1 B^T``, B = G on the datum unknowns (method 3.2, 3.3).
+    normal : ``A^T A`` (u, u) of the whitened design.  <<<<
+    point_of : point number of each column, -1 for others.  <<<<
+    constraints : hard constraints C (q, u).  <<<<
+    motions : open motions G (u, d).  <<<<
+    datum : mask (u,) of the unknowns that carry the inner constraints.  <<<<
+    ``Q = S Q1 S^T`` with ``Q1 = Z - Z C^T (C Z C^T)^-1 C Z``, Z the inverse of the pinned normal  <<<<
+    matrix and ``S = I - G (B^T G)^-1 B^T``, B = G on the datum unknowns (method 3.2, 3.3).  <<<<
 
     Raises
     ------
-    SingularMatrix : more is open than the motions, or the constraints contradict each other.
+    SingularMatrix
+        More is open than the motions, or the constraints contradict each other.
     """
 
     def __init__(

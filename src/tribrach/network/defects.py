@@ -80,9 +80,12 @@ def _screw(mix: Array) -> str:
 def sentences(assembly: Assembly, null: Array, motions: Array, length: Array) -> list[str]:
     """One sentence per open combination of unknowns, each naming as few as possible.
 
-    null (u, d) null vectors over the free columns, motions (u, k) those of the network as a
-    whole, which are spoken of elsewhere, length (u,) of the columns of the whitened design: it
-    makes metres, radians and parameters comparable.
+    Parameters
+    ----------
+    null, null : array (u, d)
+        Vectors over the free columns, motions (u, k) those of the network as a whole, which are
+        spoken of elsewhere, length (u,) of the columns of the whitened design: it makes metres,
+        radians and parameters comparable.
     """
     layout = assembly.layout
     columns = assembly.free_columns
@@ -338,7 +341,8 @@ def check_datum(
 
     Raises
     ------
-    RankDefect : control is missing, or the datum points cannot carry the inner constraints.
+    RankDefect
+        Control is missing, or the datum points cannot carry the inner constraints.
     """
     d = motions.basis.shape[1]
     if d == 0:
@@ -377,7 +381,8 @@ def check_rank(
 
     Raises
     ------
-    RankDefect : one sentence for each combination of unknowns that is open.
+    RankDefect
+        One sentence for each combination of unknowns that is open.
     """
     vectors, values = _spectrum(design, constraints, motions)
     zero = values <= RANK_TOLERANCE

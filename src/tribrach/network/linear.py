@@ -60,11 +60,15 @@ class Factor(Protocol):
 def factorise(normal: sp.csc_array, point_of: Index) -> Factor:
     """Factor a normal matrix (u, u) in the way that suits its structure.
 
-    point_of (u,): number of the point a column belongs to, -1 for other unknowns.
+    Parameters
+    ----------
+    point_of : array (u,)
+        Number of the point a column belongs to, -1 for other unknowns.
 
     Raises
     ------
-    SingularMatrix : a pivot is zero or negative.
+    SingularMatrix
+        A pivot is zero or negative.
     """
     diagonal = normal.diagonal()
     if not (diagonal > 0).all():

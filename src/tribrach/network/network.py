@@ -46,7 +46,10 @@ _HEIGHTS = frozenset({"height", "height_difference", "equal_height_difference"})
 def axes_in_use(tables: Iterable[tuple[str, Any]], site: Site) -> NDArray[np.bool_]:
     """Axes E, N, U (3,) that observations depend on.
 
-    tables : kinds of observations; with single coordinates of points their axes (n,), else None.
+    Parameters
+    ----------
+    tables
+        Kinds of observations; with single coordinates of points their axes (n,), else None.
     """
     found = {_kind(kind, axis) for kind, axis in tables}
     used = np.ones(3, dtype=bool)
@@ -85,11 +88,16 @@ def axes_sentence(used: NDArray[np.bool_]) -> str | None:
 class Datum:
     """What fixes the frame.
 
-    kind : ``"control"``: the given control (fixed or weighted) and nothing else;
-        ``"free"``: inner constraints, the corrections of the datum unknowns have minimum norm;
-        ``"fixed"``: the named points are held at their given coordinates.
-    names : points and stations that carry the datum; with ``free`` all of them if empty.
-    components : optional mask (n_columns,) of the full tangent vector that carries the inner
+    Attributes
+    ----------
+    kind
+        ``"control"``: the given control (fixed or weighted) and nothing else; ``"free"``: inner
+        constraints, the corrections of the datum unknowns have minimum norm; ``"fixed"``: the
+        named points are held at their given coordinates.
+    names
+        Points and stations that carry the datum; with ``free`` all of them if empty.
+    components
+        Optional mask (n_columns,) of the full tangent vector that carries the inner
         constraints, for networks whose points are datum points in some coordinates only.
     """
 
@@ -102,9 +110,15 @@ class Datum:
 class JointCovariance:
     """One covariance matrix over values of several observations, across kinds.
 
-    table (k,) index into ``Network.observations``, item (k,), row (k,) of each value;
-    covariance (k, k) in metres and radians, in that order. It replaces the values' own
-    covariances. If any of the values is switched off, its rows and columns are left out.
+    It replaces the values' own covariances. If any of the values is switched off, its rows and
+    columns are left out.
+
+    Attributes
+    ----------
+    table : array (k,)
+        Index into ``Network.observations``, item (k,), row (k,) of each value.
+    covariance : array (k, k)
+        In metres and radians, in that order.
     """
 
     table: NDArray[np.int64]
@@ -125,14 +139,22 @@ class Constraint:
 class Network:
     """Everything the adjustment needs.
 
-    start : values of all unknowns, NaN where they are to be found from the observations.
-    free : mask (n_columns,) of the full tangent vector; False for fixed or unused components.
-    observations : the kinds, each with all its observations.
-    joint : covariances across observations.
-    constraints : hard constraints.
-    sigma0 : a-priori standard deviation of unit weight (covariances already include it).
-    title : of the file or project, "" if it has none; reference : system of the coordinates;
-    facts : what readers learned besides, for the report.
+    Attributes
+    ----------
+    start
+        Values of all unknowns, NaN where they are to be found from the observations.
+    free
+        Mask (n_columns,) of the full tangent vector; False for fixed or unused components.
+    observations
+        The kinds, each with all its observations.
+    joint
+        Covariances across observations.
+    constraints
+        Hard constraints.
+    sigma0
+        A-priori standard deviation of unit weight (covariances already include it).
+    info
+        Title, coordinate system and other facts for the report.
     """
 
     start: State
@@ -176,7 +198,8 @@ class Network:
 
         Raises
         ------
-        InputError : a name that is no point or station, or a fixed point without coordinates.
+        InputError
+            A name that is no point or station, or a fixed point without coordinates.
         """
         if datum.kind == "control":
             return replace(self, datum=datum)

@@ -28,9 +28,17 @@ _SHOWN = {"m": (1e-3, " mm"), "rad": (1e-3, " mrad")}
 class Reactions:
     """Tests of the hard constraints, arrays (q,) in the order of ``labels``.
 
-    gap : by how much the other observations miss the constraint [m or rad]; sigma its a-priori
-    standard deviation; test their ratio, standard normal if the constraint is true. NaN where
-    the constraint only fixes the datum, which no observation can contradict. units : m, rad or 1.
+    Attributes
+    ----------
+    gap
+        By how much the other observations miss the constraint [m or rad].
+    sigma
+        Its a-priori standard deviation.
+    test
+        Their ratio, standard normal if the constraint is true. NaN where the constraint only
+        fixes the datum, which no observation can contradict.
+    units
+        M, rad or 1.
     """
 
     labels: tuple[str, ...]

@@ -41,8 +41,18 @@ BUDGET = 4_000_000
 class WeightedResiduals:
     """Weighted residuals and what belongs to them, in the order of ``adjustment.rows``.
 
-    rows (n, u) is ``P A``; pull (n,) is ``P v`` [1/m, 1/rad]; weight (n,) the diagonal of P; s (n,)
-    the diagonal of ``P Q_vv P``; controlled (n,) where s is not just rounding.
+    Attributes
+    ----------
+    rows : array (n, u)
+        Is ``P A``.
+    pull : array (n,)
+        Is ``P v`` [1/m, 1/rad].
+    weight : array (n,)
+        The diagonal of P.
+    s : array (n,)
+        The diagonal of ``P Q_vv P``.
+    controlled : array (n,)
+        Where s is not just rounding.
     """
 
     adjustment: Adjustment
@@ -111,7 +121,10 @@ def correlations_of_tests(system: WeightedResiduals, chosen: Index) -> Array:
 class External:
     """Largest displacement [m] (n,) of a position by the error given, at which position (n,).
 
-    exact (n,) is False where only the positions that the value itself touches were looked at.
+    Attributes
+    ----------
+    exact : array (n,)
+        Is False where only the positions that the value itself touches were looked at.
     """
 
     displacement: Array

@@ -32,8 +32,14 @@ def selected_inverse(
 ) -> tuple[Array, Array]:
     """Entries of ``(L D L^T)^-1`` on the pattern of L, as ``data`` (k,), and its diagonal (n,).
 
-    indptr, indices, data : L in compressed columns, its unit diagonal left out, row numbers in
-    order; d (n,) : D; widest : columns of a panel and of a strip, at most.
+    Parameters
+    ----------
+    indptr, indices, data
+        L in compressed columns, its unit diagonal left out, row numbers in order.
+    d : array (n,)
+        D.
+    widest
+        Columns of a panel and of a strip, at most.
     """
     first = _panels(indptr, indices, widest)
     value, diagonal = _selected(indptr, indices, data, d, first, widest)
@@ -123,7 +129,10 @@ def _times_gathered(  # type: ignore[no-untyped-def]
 ):
     """``Z_RR B`` (m, w), Z_RR from the entries that are known already.
 
-    where (n,) : -1 everywhere, before and after.
+    Parameters
+    ----------
+    where : array (n,)
+        -1 everywhere, before and after.
     """
     m = len(rows)
     out = np.zeros(b.shape)

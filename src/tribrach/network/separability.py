@@ -60,8 +60,11 @@ class ConfusablePair:
 class Separability:
     """Pairs of values of different observations, the strongest first.
 
-    first, second (k,) rows of the adjustment, correlation (k,). ``complete`` is False where only
-    the least controlled values of a large network were compared with all others.
+    Attributes
+    ----------
+    first, second : array (k,)
+        Rows of the adjustment, correlation (k,). ``complete`` is False where only the least
+        controlled values of a large network were compared with all others.
     """
 
     first: Index

@@ -32,10 +32,24 @@ _MOST = 60
 class SiteAccuracy:
     """Standard deviations of a site.
 
-    names : of the k positions; radius [m] : of the site in plan about its centroid; point (3,) :
-    root mean square of the positions along E, N, U; shift (3,) : of the site as a whole; turn (3,)
-    [rad] : about E, N and U; inner (3,) : root mean square without shift and turn; pair (3,) :
-    median of differences between two positions; worst (3,) : the largest, between worst_names.
+    Attributes
+    ----------
+    names
+        Of the k positions.
+    radius
+        Of the site in plan about its centroid [m].
+    point : array (3,)
+        Root mean square of the positions along E, N, U.
+    shift : array (3,)
+        Of the site as a whole.
+    turn : array (3,)
+        About E, N and U [rad].
+    inner : array (3,)
+        Root mean square without shift and turn.
+    pair : array (3,)
+        Median of differences between two positions.
+    worst : array (3,)
+        The largest, between worst_names.
     """
 
     names: tuple[str, ...]
@@ -61,8 +75,12 @@ class CommonShift:
 def site_accuracy(adjustment: Adjustment, factor: float = 1.0) -> SiteAccuracy | None:
     """The accuracy of a site's points and stations, marks under targets apart.
 
-    factor : on covariances (a posteriori variance). None for fewer than three positions that are
-    free in all three coordinates.
+    None for fewer than three positions that are free in all three coordinates.
+
+    Parameters
+    ----------
+    factor
+        On covariances (a posteriori variance).
     """
     names, xyz, columns = _positions(adjustment)
     k = len(names)

@@ -78,8 +78,9 @@ def estimate_components(
 
     Raises
     ------
-    AdjustmentError : a joint covariance ties observations of different groups together, or the
-        network is too large for the full estimate.
+    AdjustmentError
+        A joint covariance ties observations of different groups together, or the network is too
+        large for the full estimate.
     """
     groups = _Groups(network)
     low, high = limits[0] ** 2, limits[1] ** 2
@@ -122,7 +123,8 @@ class _Groups:
 
     Raises
     ------
-    AdjustmentError : a joint covariance ties observations of different groups together.
+    AdjustmentError
+        A joint covariance ties observations of different groups together.
     """
 
     def __init__(self, network: Network) -> None:

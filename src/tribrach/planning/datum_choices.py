@@ -30,9 +30,17 @@ _MOST = 40
 class DatumChoice:
     """A datum and its figures.
 
-    sigma, mean : largest sigma in any direction of the named positions and root of the mean of
-    their variances [m], both of this datum only; distance : largest sigma of a distance between
-    them [m]; redundancy : smallest; dof; refused : why it is no datum of this network, else "".
+    Attributes
+    ----------
+    sigma, mean
+        Largest sigma in any direction of the named positions and root of the mean of their
+        variances [m], both of this datum only.
+    distance
+        Largest sigma of a distance between them [m].
+    redundancy
+        Smallest; dof.
+    refused
+        Why it is no datum of this network, else "".
     """
 
     words: str
@@ -68,7 +76,10 @@ def distance_sigmas(adjustment: Adjustment, names: tuple[str, ...]) -> Array:
 def compare_datums(network: Network, criterion: Criterion) -> list[DatumChoice]:
     """The datum of the network, and others that it could have.
 
-    network : predicted or not; control that it has is switched off for inner constraints.
+    Parameters
+    ----------
+    network
+        Predicted or not; control that it has is switched off for inner constraints.
     """
     layout = network.start.layout
     own = "as the project has it: "

@@ -50,7 +50,8 @@ def prospect_for(
 
     Raises
     ------
-    InputError : as :func:`~tribrach.planning.prospect.prospect`.
+    InputError
+        As :func:`~tribrach.planning.prospect.prospect`.
     """
     wanted = [np.zeros(0, dtype=np.int64)]
     for network in further:
@@ -68,12 +69,17 @@ def coming(
 ) -> list[Blocks]:
     """Blocks of candidates.
 
-    further : their observations; groups : number of the group of every unknown that is new.
+    Parameters
+    ----------
+    further
+        Their observations.
+    groups
+        Number of the group of every unknown that is new.
 
     Raises
     ------
-    InputError : correlated values where their redundancy is asked for, or a new unknown of no
-        group.
+    InputError
+        Correlated values where their redundancy is asked for, or a new unknown of no group.
     """
     further = with_parameters(further)
     assembly = Assembly(further)

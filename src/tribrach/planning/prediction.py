@@ -62,10 +62,20 @@ CRITERIA: dict[CriterionKind, str] = {
 class Criterion:
     """What a design is judged by.
 
-    kind : see :data:`CRITERIA`; names : points, stations or lever arms that count, all points if
-    empty; parameters : scalars whose correlations with each other and with the stations count, all
-    scalars if empty; stations : those stations, all if empty (a candidate's own pose counts once it
-    is part of the plan); alpha0, power : of the test that an undetected error slips through.
+    Attributes
+    ----------
+    kind
+        See :data:`CRITERIA`.
+    names
+        Points, stations or lever arms that count, all points if empty.
+    parameters
+        Scalars whose correlations with each other and with the stations count, all scalars if
+        empty.
+    stations
+        Those stations, all if empty (a candidate's own pose counts once it is part of the
+        plan).
+    alpha0, power
+        Of the test that an undetected error slips through.
     """
 
     kind: CriterionKind = "sigma"
@@ -85,11 +95,20 @@ class Criterion:
 class Figures:
     """The criteria of one design, a priori.
 
-    names (p,) and sigma (p,) : largest standard deviation in any direction of each named position
-    [m], in the network's datum; redundancy : the smallest, see :func:`redundancy_rows`;
-    undetected : largest displacement of a named position by an error that stays undetected [m],
-    infinite where an uncontrolled value reaches one; correlation : the largest, NaN without
-    parameters. The last three have their places in words.
+    The last three have their places in words.
+
+    Attributes
+    ----------
+    names, sigma : array (p,)
+        Largest standard deviation in any direction of each named position [m], in the network's
+        datum.
+    redundancy
+        The smallest, see :func:`redundancy_rows`.
+    undetected
+        Largest displacement of a named position by an error that stays undetected [m], infinite
+        where an uncontrolled value reaches one.
+    correlation
+        The largest, NaN without parameters.
     """
 
     names: tuple[str, ...]
@@ -139,8 +158,10 @@ def predict(network: Network) -> Adjustment:
 
     Raises
     ------
-    InputError : an unknown has no approximate value.
-    RankDefect : what the planned observations leave open, in sentences.
+    InputError
+        An unknown has no approximate value.
+    RankDefect
+        What the planned observations leave open, in sentences.
     """
     network = with_parameters(network)
     missing = network.start.missing()
@@ -161,7 +182,8 @@ def position_columns(layout: Layout, names: Sequence[str]) -> tuple[tuple[str, .
 
     Raises
     ------
-    InputError : a name that is no point, station or lever arm.
+    InputError
+        A name that is no point, station or lever arm.
     """
     chosen = tuple(names) or layout.names["point"]
     arms = np.zeros(len(chosen), dtype=bool)
@@ -186,7 +208,8 @@ def parameter_columns(layout: Layout, criterion: Criterion) -> tuple[Index, Inde
 
     Raises
     ------
-    InputError : a name that is no scalar.
+    InputError
+        A name that is no scalar.
     """
     chosen = criterion.parameters or layout.names["scalar"]
     for name in chosen:
@@ -227,7 +250,8 @@ def figures(adjustment: Adjustment, criterion: Criterion) -> Figures:
 
     Raises
     ------
-    InputError : the criterion names what the network does not have.
+    InputError
+        The criterion names what the network does not have.
     """
     names, columns = position_columns(adjustment.layout, criterion.names)
     covariances = adjustment.cofactor.blocks(adjustment.reduced[columns])
@@ -253,7 +277,8 @@ def criterion_value(adjustment: Adjustment, criterion: Criterion) -> float:
 
     Raises
     ------
-    InputError : the criterion names what the network does not have.
+    InputError
+        The criterion names what the network does not have.
     """
     _, columns = position_columns(adjustment.layout, criterion.names)
     if criterion.kind == "sigma":

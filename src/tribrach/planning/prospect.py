@@ -54,9 +54,14 @@ _SPARED = 1e-9
 class Scores:
     """What each group (c,) would do.
 
-    value (c,) of the criterion afterwards, NaN where the group cannot come or go; worse (c,) the
-    same with the sign that grows with disadvantage; mean (c,) of what the criterion is the
-    extreme of, for ties.
+    Attributes
+    ----------
+    value : array (c,)
+        Of the criterion afterwards, NaN where the group cannot come or go.
+    worse : array (c,)
+        The same with the sign that grows with disadvantage.
+    mean : array (c,)
+        Of what the criterion is the extreme of, for ties.
     """
 
     value: Array
@@ -80,11 +85,19 @@ class Scores:
 class Prospect:
     """Covariance and effects of a design.
 
-    columns (k,) of the full tangent vector that are kept; covariance (k, k) of them; share (n,) of
-    its weight that is controlled and effect (n, k) of an error of one sigma on the kept columns,
-    for all active values, or empty where the criterion needs neither; points (p, 3) columns of the
-    named positions in the kept order, -1 where held; parameters and partners : the same of scalars
-    and of stations for correlations.
+    Attributes
+    ----------
+    columns : array (k,)
+        Of the full tangent vector that are kept.
+    covariance : array (k, k)
+        Of them.
+    share : array (n,)
+        Of its weight that is controlled and effect (n, k) of an error of one sigma on the kept
+        columns, for all active values, or empty where the criterion needs neither.
+    points, columns : array (p, 3)
+        Of the named positions in the kept order, -1 where held.
+    parameters, partners
+        The same of scalars and of stations for correlations.
     """
 
     criterion: Criterion
@@ -272,11 +285,15 @@ class Prospect:
 def prospect(adjustment: Adjustment, criterion: Criterion, further: Index) -> Prospect:
     """The prospect of a predicted network.
 
-    further : columns of the full tangent vector that groups will touch, -1 for none.
+    Parameters
+    ----------
+    further
+        Columns of the full tangent vector that groups will touch, -1 for none.
 
     Raises
     ------
-    InputError : the criterion names what there is not, or more would have to be kept than
+    InputError
+        The criterion names what there is not, or more would have to be kept than
         :data:`LARGEST` unknowns.
     """
     _, points = position_columns(adjustment.layout, criterion.names)

@@ -40,9 +40,18 @@ class Pick:
 class Search:
     """A proposal.
 
-    picks : in the order of choice, with the criterion after each; start : the criterion without
-    any; single (c,) : the criterion with each group alone, NaN where it is impossible; number (c,)
-    of each group; judged : how many designs were looked at.
+    Attributes
+    ----------
+    picks
+        In the order of choice, with the criterion after each.
+    start
+        The criterion without any.
+    single : array (c,)
+        The criterion with each group alone, NaN where it is impossible.
+    number : array (c,)
+        Of each group.
+    judged
+        How many designs were looked at.
     """
 
     picks: tuple[Pick, ...]
@@ -77,7 +86,10 @@ def propose(
 ) -> Search:
     """Choose up to ``count`` of the groups.
 
-    required : no more groups than are needed to reach this value of the criterion.
+    Parameters
+    ----------
+    required
+        No more groups than are needed to reach this value of the criterion.
     """
     before = start.value()
     if not parts or count <= 0:

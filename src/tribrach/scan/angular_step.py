@@ -30,7 +30,8 @@ def angular_step(xyz: Array) -> tuple[float, float]:
 
     Raises
     ------
-    InputError : too few points with a direction to tell.
+    InputError
+        Too few points with a direction to tell.
     """
     rng = np.random.default_rng(0)
     some = min(len(xyz), _SAMPLE)

@@ -23,7 +23,10 @@ LIMIT = 100_000_000
 class Loaded:
     """Points (n, 3) float64 [m], scanner frame, and what the search for targets needs besides.
 
-    intensity (n,) float32 in the file's unit, row and column (n,) int32; None if the scan has none.
+    Attributes
+    ----------
+    intensity : array (n,)
+        Float32 in the file's unit, row and column (n,) int32; None if the scan has none.
     """
 
     xyz: Array
@@ -37,7 +40,8 @@ def load(scan: Scan, limit: int = LIMIT) -> Loaded:
 
     Raises
     ------
-    InputError : more than ``limit`` points, none at all, or a damaged file.
+    InputError
+        More than ``limit`` points, none at all, or a damaged file.
     """
     chunks: list[Chunk] = []
     total = 0

@@ -27,7 +27,10 @@ def normals(
 ) -> Array:
     """Unit normals (n, 3) towards the scanner of points (n, 3); NaN with too few points.
 
-    rows (k,) : only those of these points, (k, 3), among all.
+    Parameters
+    ----------
+    rows : array (k,)
+        Only those of these points, (k, 3), among all.
     """
     at = xyz if rows is None else xyz[rows]
     if len(xyz) <= neighbours:
@@ -43,7 +46,10 @@ def incidence_cosines(
 ) -> Array:
     """Cosines (n,) of the incidence angle, at least 0.1; 1 where no normal is known.
 
-    rows (k,) : only those of these points, (k,).
+    Parameters
+    ----------
+    rows : array (k,)
+        Only those of these points, (k,).
     """
     normal = normals(xyz, neighbours, rows)
     at = xyz if rows is None else xyz[rows]

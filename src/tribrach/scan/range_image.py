@@ -216,10 +216,17 @@ _FULL_CIRCLE = 0.98
 class RangeImage:
     """Single over directions, and the point behind every pixel.
 
-    index (rows, columns) int32 : number of the point, -1 where there is none; range (rows,
-    columns) float32 : [m], NaN where there is none; first_h, first_v, step_h, step_v : directions
-    of pixel centres [rad]; wraps : is the last column the neighbour of the first? gridded : does
-    the layout come from the scanner's rows and columns?
+    Attributes
+    ----------
+    index : array (rows, columns)
+        Int32 : number of the point, -1 where there is none.
+    range : array (rows, columns)
+        Float32 : [m], NaN where there is none.
+    first_h, first_v, step_h, step_v
+        Directions of pixel centres [rad].
+    wraps
+        Is the last column the neighbour of the first? gridded : does the layout come from the
+        scanner's rows and columns?
     """
 
     index: Indices
@@ -269,12 +276,17 @@ def organise(
 ) -> RangeImage:
     """The range image of points (n, 3) [m] of the scanner frame.
 
-    rows, columns (n,) : the scanner's grid; one that does not follow H and V is not used.
-    step : step in H and V [rad] where there is no grid; estimated if not given.
+    Parameters
+    ----------
+    rows, columns : array (n,)
+        The scanner's grid; one that does not follow H and V is not used.
+    step
+        Step in H and V [rad] where there is no grid; estimated if not given.
 
     Raises
     ------
-    InputError : fewer than two points that have a direction.
+    InputError
+        Fewer than two points that have a direction.
     """
     if len(xyz) < 2 or not np.any(xyz[1:] != xyz[0]):
         raise InputError("a range image takes two points with different directions")

@@ -41,7 +41,8 @@ def surface_sample(scan: Scan) -> SurfaceSample:
 
     Raises
     ------
-    InputError : as the chunks of the scan.
+    InputError
+        As the chunks of the scan.
     """
     xyz, normals = [np.zeros((0, 3))], [np.zeros((0, 3))]
     for block in _blocks(scan):

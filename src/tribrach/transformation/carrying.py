@@ -20,7 +20,10 @@ __all__ = ["Carrier"]
 class Carrier:
     """Carries points (n, 3), or (n, 2) by one in the plane; backwards from B to A.
 
-    covariance (k, k) : of the parameters; None leaves them out.
+    Attributes
+    ----------
+    covariance : array (k, k)
+        Of the parameters; None leaves them out.
     """
 
     transformation: Transformation

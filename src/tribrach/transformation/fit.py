@@ -32,8 +32,16 @@ _RANK = 1e-8
 class CommonPoints:
     """Points by name in both systems.
 
-    a, b (n, d) [m]; their covariances; used (n,) : False for check points and what is off;
-    check (n,) : held out to be compared; reasons (n,) : why a point is off.
+    Attributes
+    ----------
+    a, b : array (n, d)
+        [m]; their covariances.
+    used : array (n,)
+        False for check points and what is off.
+    check : array (n,)
+        Held out to be compared.
+    reasons : array (n,)
+        Why a point is off.
     """
 
     names: tuple[str, ...]
@@ -61,11 +69,17 @@ class CommonPoints:
 class TransformationFit:
     """A fitted transformation.
 
-    cofactor (k, k) of the parameters in the order of ``transformation.model.parameters``, from the
-    given covariances (from unit weights if none are given); difference (n, d) : b - T(a) of all
-    points, also of those held out; residual_a, residual_b (n, d) : zero where a point is not used;
-    lever (n, d, k) : derivatives; weight (m, d, d) and solved (m, d, k) : blocks of C^-1 and C^-1 A
-    of the m used points.
+    Attributes
+    ----------
+    cofactor : array (k, k)
+        Of the parameters in the order of ``transformation.model.parameters``, from the given
+        covariances (from unit weights if none are given).
+    difference : array (n, d)
+        b - T(a) of all points, also of those held out.
+    residual_a, residual_b : array (n, d)
+        Zero where a point is not used; lever (n, d, k) : derivatives.
+    weight (m, d, d), solved (m, d, k)   <<<<
+        Blocks of C^-1 and C^-1 A of the m used points.
     """
 
     points: CommonPoints
@@ -136,12 +150,19 @@ def fit_transformation(
 ) -> TransformationFit:
     """The transformation of points a (n, d) to b (n, d).
 
-    model : its number of parameters; covariance_a, covariance_b : (n, d, d) or (n d, n d) [m^2];
-    check (n,) : points held out.
+    Parameters
+    ----------
+    model
+        Its number of parameters.
+    covariance_a, covariance_b
+        (n, d, d) or (n d, n d) [m^2].
+    check : array (n,)
+        Points held out.
 
     Raises
     ------
-    InputError : other shapes, not finite, too few points; RankDefect : parameters left open.
+    InputError
+        Other shapes, not finite, too few points; RankDefect : parameters left open.
     """
     a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
     if a.shape != b.shape or a.ndim != 2 or a.shape[1] not in (2, 3):
@@ -170,7 +191,8 @@ def fit_points(points: CommonPoints, model: Model) -> TransformationFit:
 
     Raises
     ------
-    InputError : too few points; RankDefect : parameters left open; NotConverged.
+    InputError
+        Too few points; RankDefect : parameters left open; NotConverged.
     """
     used, d = points.used, points.dimension
     a, b = points.a[used], points.b[used]

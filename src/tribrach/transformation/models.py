@@ -27,7 +27,12 @@ _AXES = ("x", "y", "z")
 class Model:
     """What may change: turn (``none``, ``heading`` about the vertical, ``free``) and scales.
 
-    count : number of parameters; dimension : 3 in space, 2 in the plane.
+    Attributes
+    ----------
+    count
+        Number of parameters.
+    dimension
+        3 in space, 2 in the plane.
     """
 
     count: int
@@ -84,7 +89,8 @@ def find_model(count: int, dimension: int) -> Model:
 
     Raises
     ------
-    InputError : there is none in this dimension.
+    InputError
+        There is none in this dimension.
     """
     for model in MODELS:
         if (model.count, model.dimension) == (count, dimension):
@@ -188,7 +194,8 @@ def start(model: Model, a: Array, b: Array) -> Transformation:
 
     Raises
     ------
-    InputError : too few points, or all on one line or in one plane.
+    InputError
+        Too few points, or all on one line or in one plane.
     """
     d, centre, shift = model.dimension, a.mean(axis=0), b.mean(axis=0)
     plain = Transformation(model, centre, shift, np.eye(d), np.ones(d))

@@ -42,7 +42,12 @@ _FLAT = 1e-3
 def axis_sentences(a: Array, b: Array, model: Model, titles: tuple[str, ...]) -> list[str]:
     """What looks wrong with the columns, in words.
 
-    a, b (n, d) [m] : points that belong together; titles : names of the columns.
+    Parameters
+    ----------
+    a, b : array (n, d)
+        Points that belong together [m].
+    titles
+        Names of the columns.
     """
     d = model.dimension
     if len(a) * d < model.count or model.turn == "affine":
@@ -162,7 +167,14 @@ ALPHA, CHECK = 0.05, 0.99
 class Outcome:
     """A fit examined.
 
-    odd : what looks wrong with the columns; steps : what snooping did; removed : the names.
+    Attributes
+    ----------
+    odd
+        What looks wrong with the columns.
+    steps
+        What snooping did.
+    removed
+        The names.
     """
 
     fit: TransformationFit
@@ -232,7 +244,8 @@ def examine(points: CommonPoints, model: Model, titles: tuple[str, ...], *, snoo
 
     Raises
     ------
-    InputError : too few points; AdjustmentError : parameters left open.
+    InputError
+        Too few points; AdjustmentError : parameters left open.
     """
     used = points.used
     odd = tuple(axis_sentences(points.a[used], points.b[used], model, titles))

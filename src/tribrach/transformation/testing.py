@@ -27,9 +27,16 @@ ALPHA0 = 0.001
 class PointTests:
     """Tests of the m used points, in their order.
 
-    statistic, limit (m,) : NaN where nothing controls a point; redundancy (m,) : sum of its
-    redundancy numbers, 0 to d; error (m, d) [m] : estimated blunder in B's axes; left (m,) :
-    ``v^T P v`` of the fit without the point.
+    Attributes
+    ----------
+    statistic, limit : array (m,)
+        NaN where nothing controls a point.
+    redundancy : array (m,)
+        Sum of its redundancy numbers, 0 to d.
+    error : array (m, d)
+        Estimated blunder in B's axes [m].
+    left : array (m,)
+        ``v^T P v`` of the fit without the point.
     """
 
     statistic: Array
@@ -56,7 +63,10 @@ def point_tests(
 ) -> PointTests:
     """Tests of all used points.
 
-    prior : judge by the given covariances; if None, where there are some.
+    Parameters
+    ----------
+    prior
+        Judge by the given covariances; if None, where there are some.
     """
     d, m = fit.points.dimension, len(fit.force)
     own = fit.weight - fit.solved @ fit.cofactor @ fit.solved.transpose(0, 2, 1)
@@ -91,9 +101,16 @@ def point_tests(
 class CheckResult:
     """Points held out against the transformation.
 
-    place (c,) : numbers among all points; difference (c, d) : b - T(a) [m] with its predicted
-    covariance (c, d, d); statistic (c,) : squared in that metric; dof : of the variance factor,
-    None where it is not estimated.
+    Attributes
+    ----------
+    place : array (c,)
+        Numbers among all points.
+    difference : array (c, d)
+        b - T(a) [m] with its predicted covariance (c, d, d).
+    statistic : array (c,)
+        Squared in that metric.
+    dof
+        Of the variance factor, None where it is not estimated.
     """
 
     place: NDArray[np.int64]

@@ -67,7 +67,8 @@ def given_spread(covariance: Array | None, n: int, d: int, which: str) -> Spread
 
     Raises
     ------
-    InputError : another shape, not finite, not symmetric, or with a negative variance.
+    InputError
+        Another shape, not finite, not symmetric, or with a negative variance.
     """
     if covariance is None:
         return Spread()
@@ -102,7 +103,8 @@ class Metric:
 
     Raises
     ------
-    InputError : C is singular: a point without any uncertainty.
+    InputError
+        C is singular: a point without any uncertainty.
     """
 
     def __init__(self, a: Spread, b: Spread, matrix: Array, n: int) -> None:

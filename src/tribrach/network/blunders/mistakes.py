@@ -49,9 +49,18 @@ _STEP, _UNSEEN = 1e-3, 1e-6
 class CommonCause:
     """A mistake that explains several observations.
 
-    words : what is wrong; size : what is to be added to it (k,) [m], with its sigma (k,);
-    statistic : T of k degrees of freedom; rest : ``v^T P v`` without it; alternatives : causes in
-    words that explain as much.
+    Attributes
+    ----------
+    words
+        What is wrong.
+    size
+        What is to be added to it (k,) [m], with its sigma (k,).
+    statistic
+        T of k degrees of freedom.
+    rest
+        ``v^T P v`` without it.
+    alternatives
+        Causes in words that explain as much.
     """
 
     words: str
@@ -305,7 +314,10 @@ def swapped_names(
 ) -> SwappedNames | None:
     """The exchange of two names that makes a network fit which does not; None if there is none.
 
-    adjustment : of the network as it is, None if it could not be adjusted.
+    Parameters
+    ----------
+    adjustment
+        Of the network as it is, None if it could not be adjusted.
     """
     before = np.inf if adjustment is None else adjustment.posterior_factor
     if not before > _GROSS**2 or (adjustment is not None and _one_alone(adjustment, run)):
@@ -399,8 +411,10 @@ def first_adjustment(network: Network) -> Adjustment:
 
     Raises
     ------
-    InputError : it does not converge because two names are exchanged.
-    AdjustmentError : it cannot be adjusted for another reason.
+    InputError
+        It does not converge because two names are exchanged.
+    AdjustmentError
+        It cannot be adjusted for another reason.
     """
     try:
         return adjust(network)

@@ -55,8 +55,13 @@ def weight_function(method: Method, vbar: Array) -> Array:
 class RobustResult:
     """The reweighted solution.
 
-    weights and standardised (n,): factor on the weight, and residual over its own standard
-    deviation under the given weights and the robust scale, of each row; warnings in words.
+    Attributes
+    ----------
+    weights, standardised : array (n,)
+        Factor on the weight, and residual over its own standard deviation under the given
+        weights and the robust scale, of each row.
+    warnings
+        In words.
     """
 
     adjustment: Adjustment

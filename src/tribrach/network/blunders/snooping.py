@@ -54,7 +54,10 @@ APART = 0.1
 class SnoopingStep:
     """One decision: the observation, its statistic against its limit, and what was done.
 
-    alternatives : observations in words that could as well be the wrong one.
+    Attributes
+    ----------
+    alternatives
+        Observations in words that could as well be the wrong one.
     """
 
     observation: str
@@ -118,12 +121,17 @@ def snoop(
 ) -> tuple[Adjustment, SnoopingLog]:
     """Adjust, test, switch the worst suspect off, repeat.
 
-    include_control : may given coordinates be switched off? Otherwise they are named as
-        suspicious and kept. max_removed : at most this many; a third of the observations if None.
-    suspects : observations that a robust estimate points at with their standardised residuals;
-        switched off to begin with and tried again at the end like the others.
-
     The redundancy never falls below one.
+
+    Parameters
+    ----------
+    include_control
+        May given coordinates be switched off? Otherwise they are named as suspicious and kept.
+    max_removed
+        At most this many; a third of the observations if None.
+    suspects
+        Observations that a robust estimate points at with their standardised residuals;
+        switched off to begin with and tried again at the end like the others.
     """
     limit = max(1, network.count() // 3) if max_removed is None else max_removed
     search = _Search(run(network), alpha0, include_control, limit, run)

@@ -25,9 +25,16 @@ Key = tuple[int, int]
 class Suspect:
     """A rejected observation.
 
-    row : the row of its largest test value; statistic against critical : the size of w for single
-    values, T for blocks; log_p : logarithm of its significance; gross_error : estimated error in
-    ``unit``, 0 where it has no single size.
+    Attributes
+    ----------
+    row
+        The row of its largest test value.
+    statistic
+        Against critical : the size of w for single values, T for blocks.
+    log_p
+        Logarithm of its significance.
+    gross_error
+        Estimated error in ``unit``, 0 where it has no single size.
     """
 
     key: Key

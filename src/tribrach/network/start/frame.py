@@ -28,10 +28,18 @@ Kind = Literal["world", "oriented", "levelled", "rigid"]
 class Frame:
     """Places and orientations found so far.
 
-    turn (S, 3, 3) world from scanner; orientation (K,) of sets [rad]; normal (L, 3), offset (L,)
-    of planes; open_set (K,), open_pose (S,): may be placed in this frame. ``floating``: heights
-    count from an arbitrary zero; ``scaled``: lengths are true; ``handed``: not a mirror image.
-    ``guess``: two equally good places may be decided by choice.
+    Attributes
+    ----------
+    turn : array (S, 3, 3)
+        World from scanner.
+    orientation : array (K,)
+        Of sets [rad].
+    normal (L, 3), offset (L,)   <<<<
+        Of planes.
+    open_set (K,), open_pose (S,)   <<<<
+        May be placed in this frame. ``floating``: heights count from an arbitrary zero;
+        ``scaled``: lengths are true; ``handed``: not a mirror image. ``guess``: two equally
+        good places may be decided by choice.
     """
 
     kind: Kind

@@ -38,7 +38,8 @@ def find_start(network: Network) -> State:
 
     Raises
     ------
-    NoStartValues : no chain of observations leads to some unknowns; names the missing ties.
+    NoStartValues
+        No chain of observations leads to some unknowns; names the missing ties.
     """
     start = _given(network)
     if not start.missing():
