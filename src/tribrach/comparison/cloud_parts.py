@@ -26,8 +26,11 @@ CHUNK = 4_000_000
 class CloudChunk:
     """Some points (n, 3) of a cloud [m].
 
-    random : covariances (n, 6) [m^2] as xx, yy, zz, xy, xz, yz of what is new with every point
-    (without the station's part), None where nobody asked for them.
+    Attributes
+    ----------
+    random
+        Covariances (n, 6) [m^2] as xx, yy, zz, xy, xz, yz of what is new with every point
+        (without the station's part), None where nobody asked for them.
     """
 
     xyz: Array
@@ -71,7 +74,8 @@ def centred(
 
     Raises
     ------
-    InputError : a coordinate is not finite.
+    InputError
+        A coordinate is not finite.
     """
     waiting: list[CloudChunk] = []
     for part in source():

@@ -60,8 +60,13 @@ def alignment(
 ) -> PeerTransformation:
     """The uncertainty of the second station against the first for py4dgeo.
 
-    reference (3,) : near the clouds, in their frame [m]; motion : what the second cloud still has
-    to be moved by, nothing if it is in the frame of the first, as clouds of one project are.
+    Parameters
+    ----------
+    reference : array (3,)
+        Near the clouds, in their frame [m].
+    motion
+        What the second cloud still has to be moved by, nothing if it is in the frame of the
+        first, as clouds of one project are.
     """
     rotation = np.eye(3) if motion is None else motion.rotation
     # x' = R x + s, written about the reference

@@ -1,7 +1,7 @@
-"""The loop: linearise, whiten, solve, update, converge. And what comes out of it.
+"""Adjusts a network: linearise, whiten, solve, update, until nothing moves any more.
 
 Gauss-Newton on the manifold with Levenberg-Marquardt damping only where a full step would not
-descend; the covariance is always that of the undamped system at the solution (method 3.1).
+descend; the covariance is always that of the undamped system at the solution (method section 3.1).
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ __all__ = ["Adjustment", "Options", "adjust"]
 
 @dataclass(frozen=True)
 class Options:
-    """How the iteration ends.
+    """When the iteration ends.
 
     Attributes
     ----------
@@ -39,9 +39,9 @@ class Options:
     step_sigma
         Largest last step in units of its own sigma.
     step_metres, step_radians
-        Largest last step of lengths and angles.
+        Largest last step of lengths [m] and of angles [rad].
     vtpv_change
-        Largest last relative change of the sum of squares.
+        Largest last relative change of the weighted sum of squares.
     progress
         Called with (iteration, sum of squares) after each step.
     """
@@ -56,19 +56,37 @@ class Options:
 
 @dataclass(frozen=True)
 class Adjustment:
-    """An adjusted network: estimates, covariances on request, residuals.
+    """An adjusted network: estimates, residuals, and covariances on request.
 
     Covariances are a priori: those given with the observations taken as they are.
     ``posterior_factor`` scales them.
 
     Attributes
     ----------
+    network
+        The network as it was adjusted, with the start values that were found.
     state
-        Adjusted unknowns in the work frame.
-    residuals
-        ``v = h(x) - l`` (n,) in metres and radians of the active values listed in ``rows``;
-        ``vtpv`` their weighted sum of squares; ``defect`` the number of open motions that inner
-        constraints closed.
+        Adjusted unknowns in the work frame [m, rad].
+    rows
+        The active observed values, in the order of the residuals.
+    residuals : array (n,)
+        ``v = h(x) - l`` of the active values [m, rad].
+    whitened_residuals : array (n,)
+        ``W v``; their sum of squares is ``vtpv``.
+    design : sparse array (n, u)
+        Whitened Jacobian over the free columns, at the solution.
+    free_columns : array (u,)
+        Columns of the full tangent vector that are unknowns.
+    cofactor
+        Cofactor matrix of the unknowns in the datum of the network.
+    motions
+        Open motions that inner constraints closed.
+    iterations
+        Linearisations that were needed.
+    warnings
+        Sentences of the network and of its solution.
+    assembly
+        Evaluates the network at any state.
     """
 
     network: Network
@@ -91,22 +109,22 @@ class Adjustment:
 
     @property
     def n_observations(self) -> int:
-        """Active observed values."""
+        """Number of active observed values."""
         return len(self.rows)
 
     @property
     def n_unknowns(self) -> int:
-        """Free unknowns."""
+        """Number of free unknowns."""
         return len(self.free_columns)
 
     @property
     def n_constraints(self) -> int:
-        """Independent hard constraints."""
+        """Number of independent hard constraints."""
         return self.cofactor.n_constraints
 
     @property
     def defect(self) -> int:
-        """Open motions closed by inner constraints."""
+        """Number of open motions closed by inner constraints."""
         return int(self.motions.basis.shape[1])
 
     @property
@@ -131,7 +149,7 @@ class Adjustment:
 
     @property
     def posterior_factor(self) -> float:
-        """``v^T P v / r``: what scales covariances from a priori to a posteriori; NaN if r = 0."""
+        """``v^T P v / r``, which scales covariances from a priori to a posteriori; NaN if r = 0."""
         return self.vtpv / self.dof if self.dof > 0 else float("nan")
 
     def variance_factor(self, *, posterior: bool) -> float:
@@ -215,14 +233,26 @@ class Adjustment:
 
 
 def adjust(network: Network, *, options: Options | None = None) -> Adjustment:
-    """Adjust a network.
+    """Adjust a network by least squares (method section 3.1).
+
+    Parameters
+    ----------
+    network
+        Observations, unknowns and datum; missing start values are found.
+    options
+        When the iteration ends; the defaults of :class:`Options` if None.
+
+    Returns
+    -------
+    Adjustment
+        Estimates, residuals and covariances at the solution.
 
     Raises
     ------
     NoStartValues
-        Unknowns that no chain of observations reaches.
+        No chain of observations reaches some unknowns.
     RankDefect
-        Combinations of unknowns that the observations leave open, in sentences.
+        The observations leave combinations of unknowns open, named in sentences.
     NotConverged
         The iteration did not reach a minimum.
     """
@@ -249,10 +279,10 @@ def adjust(network: Network, *, options: Options | None = None) -> Adjustment:
         if options.progress:
             options.progress(iteration, cost)
         change = abs(vtpv - cost)
-        settled = change <= options.vtpv_change * cost + 1e-9
+        steady = change <= options.vtpv_change * cost + 1e-9
         vtpv, damped = cost, damping
         damping = 0.0 if damping < 1e-3 else damping / 10
-        if not damped and settled and _small(step, assembly, options):
+        if not damped and steady and _small(step, assembly, options):
             final = _finish(assembly, state, datum, motions, iteration)
             if _within_sigma(step, final, options):
                 return final
@@ -273,7 +303,7 @@ class _System:
         motions: OpenMotions | None,
         damping: float,
     ) -> None:
-        # observations between points at one place have no derivatives: said, not warned of
+        # observations between points at one place have no derivatives: refused below in words
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             self.design = assembly.design(state)
             self.white = assembly.whiten(assembly.misclosure(state))
@@ -297,21 +327,23 @@ class _System:
         if damping:
             normal = sp.csc_array(normal + damping * sp.diags_array(normal.diagonal()))
         point_of = point_numbers(state.layout, assembly.free_columns)
+        cofactor: Cofactor | None
         try:
-            self.cofactor = Cofactor(normal, point_of, self.constraints, self.motions.basis, datum)
-            weak = self.cofactor.factor.smallest_pivot < PIVOT_LIMIT
+            cofactor = Cofactor(normal, point_of, self.constraints, self.motions.basis, datum)
+            weak = cofactor.factor.smallest_pivot < PIVOT_LIMIT
         except SingularMatrix:
-            weak = True
+            cofactor, weak = None, True
         self.warnings: tuple[str, ...] = ()
         if weak:
             self.warnings = defects.check_rank(
                 assembly, self.design, self.constraints, self.motions.basis
             )
+        if cofactor is None:
+            raise AdjustmentError("the normal matrix cannot be factored")
+        self.cofactor: Cofactor = cofactor
 
     def step(self, moved: Array) -> Array:
         """Increment (u,) of the free columns."""
-        if not hasattr(self, "cofactor"):
-            raise AdjustmentError("the normal matrix cannot be factored")
         return self.cofactor.step(self.gradient, self.right, moved)
 
 
@@ -326,6 +358,7 @@ def _merit(assembly: Assembly, state: State) -> tuple[float, float]:
 
 
 def _full(step: Array, assembly: Assembly) -> Array:
+    """The step over all columns (size,) of the tangent vector, zero where they are fixed."""
     full = np.zeros(assembly.layout.size)
     full[assembly.free_columns] = step
     return full

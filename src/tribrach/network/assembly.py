@@ -1,8 +1,8 @@
-"""From observation kinds to one whitened sparse system ``A dx = w``.
+"""Makes one whitened sparse system ``A dx = w`` of the observations of a network.
 
-Rows are the active observed values in the order of ``Network.observations``; columns are the
-free components of the tangent vector. Whitening (``W C W^T = I``) is applied block by block, so
-that no kind knows about weights; joint covariances across observations are one sparse factor.
+Rows are the active observed values in the order of ``Network.observations``; columns are the free
+components of the tangent vector. Whitening (``W C W^T = I``) is applied block by block, so that no
+kind knows about weights; joint covariances across observations are one sparse factor.
 """
 
 from __future__ import annotations
@@ -24,7 +24,17 @@ __all__ = ["Assembly", "Rows"]
 
 @dataclass(frozen=True)
 class Rows:
-    """Which observed value each row is: table in ``Network.observations``, item, row; all (n,)."""
+    """The observed value that belongs to each row of the system.
+
+    Attributes
+    ----------
+    table : array (n,)
+        Index into ``Network.observations``.
+    item : array (n,)
+        Observation within the table.
+    row : array (n,)
+        Value within the observation.
+    """
 
     table: Index
     item: Index

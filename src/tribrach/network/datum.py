@@ -1,10 +1,10 @@
-"""What is left open by the observations, and how a datum closes it.
+"""Motions that the observations leave open, and how a datum closes them.
 
 A network without control may be shifted, turned or scaled as a whole without any observation
-noticing. Those motions are combinations of the seven similarity generators (method section
-3.2); :func:`open_motions` finds them exactly, and :class:`Cofactor` turns the factor of the
-pinned normal matrix into the cofactor matrix of the requested datum: hard constraints by their
-own elimination, inner constraints by the S-transformation (Baarda 1973).
+noticing. Those motions are combinations of the seven similarity generators (method section 3.2);
+:func:`open_motions` finds them exactly, and :class:`Cofactor` turns the factor of the pinned normal
+matrix into the cofactor matrix of the requested datum: hard constraints by their own elimination,
+inner constraints by the S-transformation (Baarda 1973).
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from tribrach.observations.unknowns import Layout, State, plane_basis
 __all__ = ["GENERATORS", "Cofactor", "generators", "open_motions", "pins_of", "point_numbers"]
 
 
+#: names of the similarity motions, in the order of :func:`generators`
 GENERATORS = (
     "shift in E",
     "shift in N",
@@ -41,10 +42,20 @@ NOISE = 1e-9
 
 
 def generators(state: State) -> Array:
-    """Tangents (size, 7) of three shifts [m], three turns about the centroid [rad] and scale.
+    """Tangents of the seven similarity motions of a network.
 
     Points and pose translations move, pose rotations and plane normals turn; scalars and vectors
     are left at zero, :func:`open_motions` finds how they go along.
+
+    Parameters
+    ----------
+    state
+        Unknowns in the work frame.
+
+    Returns
+    -------
+    array (size, 7)
+        Three shifts [m], three turns about the centroid [rad] and scale [1].
     """
     layout = state.layout
     out = np.zeros((layout.size, 7))
@@ -78,11 +89,11 @@ class OpenMotions:
     Attributes
     ----------
     basis : array (u, d)
-        Over the free columns.
+        The motions over the free columns.
     mix : array (7, d)
-        Their composition from the generators.
+        How each is composed of the generators.
     gap
-        (largest singular value taken as zero, smallest taken as non-zero).
+        Largest singular value taken as zero, smallest taken as not.
     """
 
     basis: Array
@@ -93,10 +104,26 @@ class OpenMotions:
 def open_motions(
     design: sp.csr_array, state: State, free_columns: Index, constraints: sp.csr_array
 ) -> OpenMotions:
-    """Similarity motions that the whitened design (n, u) and the constraints leave open.
+    """Find the similarity motions that observations and constraints leave open.
 
-    Scalars and vectors follow each motion as well as the observations let them, so a turn
-    about the vertical takes the orientation unknowns along.
+    Scalars and vectors follow each motion as well as the observations let them, so a turn about the
+    vertical takes the orientation unknowns along.
+
+    Parameters
+    ----------
+    design : sparse array (n, u)
+        Whitened Jacobian over the free columns.
+    state
+        Unknowns where it was linearised.
+    free_columns : array (u,)
+        Columns of the full tangent vector that are free.
+    constraints : sparse array (q, u)
+        Jacobian of the hard constraints.
+
+    Returns
+    -------
+    OpenMotions
+        The motions, none of them if the datum is complete.
     """
     full = generators(state)
     motion = full[free_columns]
@@ -156,13 +183,13 @@ def _unit_rows(constraints: sp.csr_array) -> sp.csr_array:
 def _follow(scaled: sp.csr_array, motion: Array, follows: NDArray[np.bool_]) -> Array:
     """Least-squares response (k, 7) of the following columns to the motion of the others."""
     columns = sp.csc_array(scaled)
-    mine, others = columns[:, np.flatnonzero(follows)], columns[:, np.flatnonzero(~follows)]
-    normal = sp.csc_array(mine.T @ mine + 1e-10 * sp.eye_array(mine.shape[1]))
+    followers, others = columns[:, np.flatnonzero(follows)], columns[:, np.flatnonzero(~follows)]
+    normal = sp.csc_array(followers.T @ followers + 1e-10 * sp.eye_array(followers.shape[1]))
     lu = sla.splu(normal)
-    response = np.zeros((mine.shape[1], motion.shape[1]))
+    response = np.zeros((followers.shape[1], motion.shape[1]))
     driven = others @ motion[~follows]
     for _ in range(6):  # iterative refinement takes the regularisation out again
-        response += lu.solve(-(mine.T @ (driven + mine @ response)))
+        response += lu.solve(-(followers.T @ (driven + followers @ response)))
     return response
 
 
@@ -191,18 +218,27 @@ class Cofactor:
 
     Parameters
     ----------
-    normal : ``A^T A`` (u, u) of the whitened design.  <<<<
-    point_of : point number of each column, -1 for others.  <<<<
-    constraints : hard constraints C (q, u).  <<<<
-    motions : open motions G (u, d).  <<<<
-    datum : mask (u,) of the unknowns that carry the inner constraints.  <<<<
-    ``Q = S Q1 S^T`` with ``Q1 = Z - Z C^T (C Z C^T)^-1 C Z``, Z the inverse of the pinned normal  <<<<
-    matrix and ``S = I - G (B^T G)^-1 B^T``, B = G on the datum unknowns (method 3.2, 3.3).  <<<<
+    normal
+        ``A^T A`` (u, u) of the whitened design.
+    point_of : array (u,)
+        Number of the point of each column, -1 for others.
+    constraints
+        Hard constraints C (q, u).
+    motions
+        Open motions G (u, d).
+    datum
+        Mask (u,) of the unknowns that carry the inner constraints.
 
     Raises
     ------
     SingularMatrix
         More is open than the motions, or the constraints contradict each other.
+
+    Notes
+    -----
+    ``Q = S Q1 S^T`` with ``Q1 = Z - Z C^T (C Z C^T)^-1 C Z``, Z the inverse of the pinned normal
+    matrix and ``S = I - G (B^T G)^-1 B^T``, B = G on the datum unknowns (method sections 3.2 and
+    3.3).
     """
 
     def __init__(
@@ -338,10 +374,21 @@ class Cofactor:
         return out
 
     def step(self, gradient: Array, right: Array, moved: Array) -> Array:
-        """Solution (u,) of the constrained system in the datum.
+        """Solve the constrained system in the datum.
 
-        gradient ``A^T w``; right-hand side c (q,) of the constraints; moved (u,) corrections so
-        far, so that the inner constraints hold for the sum.
+        Parameters
+        ----------
+        gradient : array (u,)
+            ``A^T w``.
+        right : array (q,)
+            Right-hand side c of the constraints.
+        moved : array (u,)
+            Corrections so far: the inner constraints hold for the sum.
+
+        Returns
+        -------
+        array (u,)
+            The next corrections [m, rad].
         """
         x = gradient
         if len(right):

@@ -1,7 +1,12 @@
-"""Rank defects in words, with a cure, before anything is inverted (method section 3.2).
+"""Finds rank defects before anything is inverted and says in words what is open, with a cure.
 
-Two questions are answered separately: does the datum close every motion of the network as a
-whole, and can the observations separate all remaining unknowns?
+Two questions are answered separately: does the datum close every motion of the network as a whole,
+and can the observations separate all remaining unknowns? (method section 3.2)
+
+Null vectors become sentences that name points, stations and parameters. Those that live on one
+point or one station are taken out first; the rest is reduced to echelon form with pivots on
+parameters other than points, so that each sentence names as few unknowns as possible; what happens
+to the points is recognised as a similarity motion where it is one.
 """
 
 from __future__ import annotations
@@ -29,63 +34,262 @@ __all__ = [
     "worst_misclosure",
 ]
 
-# Null vectors of a network as sentences that name points, stations and parameters.
-#
-# Null vectors that live on one point or one station are taken out first; the rest is reduced to
-# echelon form with pivots on parameters other than points, so that each sentence names as few
-# unknowns as possible; what happens to the points is recognised as a similarity motion where it
-# is one (method section 3.2).
+#: singular values of the column-scaled system below this are zero
+RANK_TOLERANCE = 1e-9
+#: and below this they are worth a warning
+WEAK_TOLERANCE = 1e-6
+#: unknowns up to which all singular values are computed
+DENSE_LIMIT = 1500
+#: misclosures beyond so many sigmas overflow when they are squared
+_WILD = 1e150
 
 
-def unit_columns(matrix: Array) -> Array:
-    """Columns scaled to unit length; zero columns stay."""
-    size = np.linalg.norm(matrix, axis=0)
-    return matrix / np.where(size > 0, size, 1.0)
+def datum_mask(network: Network, free_columns: Index) -> NDArray[np.bool_]:
+    """Mark the free columns that carry the inner constraints.
 
-
-def motion_words(mix: Array) -> list[str]:
-    """Motions of the whole network, given by their mix (7, d) of the generators, in words."""
-    basis, _ = np.linalg.qr(unit_columns(mix))
-    words: list[str] = []
-    left: list[str] = []
-    for k, name in enumerate(GENERATORS):
-        along = basis @ basis[k]
-        along[k] -= 1.0
-        (words if np.linalg.norm(along) < 1e-6 else left).append(name)
-    missing = basis.shape[1] - len(words)
-    if missing:
-        inside = np.array([n in words for n in GENERATORS])
-        rest = np.where(inside[:, None], 0.0, basis)
-        u, s, _ = np.linalg.svd(rest)
-        words += [_screw(u[:, i]) for i in range(missing) if s[i] > 1e-9]
-    return words
-
-
-def _screw(mix: Array) -> str:
-    """One general motion in words."""
-    turn = mix[3:6]
-    size = float(np.linalg.norm(turn))
-    if size < 1e-9:
-        terms = [f"{c:+.3g} {n}" for c, n in zip(mix, GENERATORS, strict=True) if abs(c) > 1e-6]
-        return " ".join(terms)
-    axis = turn / size
-    along = int(np.argmax(np.abs(axis)))
-    if abs(axis[along]) > 1 - 1e-9:
-        return GENERATORS[3 + along]
-    azimuth = np.degrees(np.arctan2(axis[0], axis[1])) % 360
-    elevation = np.degrees(np.arcsin(np.clip(axis[2], -1, 1)))
-    return f"rotation about an axis of azimuth {azimuth:.0f} deg and elevation {elevation:.0f} deg"
-
-
-def sentences(assembly: Assembly, null: Array, motions: Array, length: Array) -> list[str]:
-    """One sentence per open combination of unknowns, each naming as few as possible.
+    Those of the named points and stations; all points if none are named, all stations in a network
+    without points.
 
     Parameters
     ----------
-    null, null : array (u, d)
-        Vectors over the free columns, motions (u, k) those of the network as a whole, which are
-        spoken of elsewhere, length (u,) of the columns of the whitened design: it makes metres,
-        radians and parameters comparable.
+    network
+        The network and its datum.
+    free_columns : array (u,)
+        Free columns of the full tangent vector.
+
+    Returns
+    -------
+    array (u,)
+        True for columns of datum points and stations.
+    """
+    layout = network.start.layout
+    mask = np.zeros(layout.size, dtype=bool)
+    datum = network.datum
+    if datum.components is not None:
+        mask |= datum.components
+    elif datum.names:
+        for name in datum.names:
+            family = "point" if layout.has("point", name) else "pose"
+            mask[layout.columns(family, layout.index(family, name))] = True
+    elif layout.count("point"):
+        mask[: 3 * layout.count("point")] = True
+    else:
+        mask[: layout.offset["plane"]] = True
+    return mask[free_columns]
+
+
+def check_datum(
+    assembly: Assembly,
+    design: sp.csr_array,
+    constraints: sp.csr_array,
+    motions: OpenMotions,
+    datum: NDArray[np.bool_],
+) -> None:
+    """Refuse a network whose datum leaves motions open.
+
+    Parameters
+    ----------
+    assembly
+        The network.
+    design : sparse array (n, u)
+        Whitened Jacobian.
+    constraints : sparse array (q, u)
+        Jacobian of the hard constraints.
+    motions
+        Motions that no observation sees.
+    datum : array (u,)
+        Columns that carry the inner constraints.
+
+    Raises
+    ------
+    RankDefect
+        Control is missing, or the datum points cannot carry the inner constraints.
+    """
+    d = motions.basis.shape[1]
+    if d == 0:
+        return
+    moves = ", ".join(motion_words(motions.mix))
+    if assembly.network.datum.kind != "free":
+        null, _ = null_space(design, constraints, motions.basis)
+        length = column_length(design)
+        raise RankDefect(
+            "the network is not tied to a frame",
+            [
+                f"all points together can still move without any observation noticing: {moves} "
+                f"({d} in all); give more control coordinates, heights, an azimuth or GNSS, or ask "
+                "for inner constraints (datum free)",
+                *sentences(assembly, null, motions.basis, length),
+            ],
+        )
+    held = np.linalg.svd(unit_columns(motions.basis * datum[:, None]), compute_uv=False)
+    part = np.linalg.norm(motions.basis * datum[:, None], axis=0)
+    if (part == 0).any() or held[-1] < 1e-7:
+        raise RankDefect(
+            "the datum points cannot carry the inner constraints",
+            [
+                f"the network is open in {d} ways ({moves}) and the chosen datum points do not "
+                "close all of them; name more datum points that are not on one line"
+            ],
+        )
+
+
+def check_rank(
+    assembly: Assembly, design: sp.csr_array, constraints: sp.csr_array, motions: Array
+) -> tuple[str, ...]:
+    """Refuse a network whose unknowns cannot be separated, apart from the known motions.
+
+    Parameters
+    ----------
+    assembly
+        The network.
+    design : sparse array (n, u)
+        Whitened Jacobian.
+    constraints : sparse array (q, u)
+        Jacobian of the hard constraints.
+    motions : array (u, d)
+        Open motions that the datum closes.
+
+    Returns
+    -------
+    tuple of str
+        Warnings about combinations that are separated, but only just.
+
+    Raises
+    ------
+    RankDefect
+        With one sentence for each combination of unknowns that is open.
+    """
+    vectors, values = _spectrum(design, constraints, motions)
+    zero = values <= RANK_TOLERANCE
+    if zero.any():
+        count = int(zero.sum())
+        raise RankDefect(
+            f"the observations leave unknowns open: {count} combination"
+            f"{'s' if count > 1 else ''} cannot be determined (singular values "
+            f"{values[zero].max():.0e} against {values[~zero].min(initial=np.inf):.0e})",
+            sentences(assembly, vectors[:, zero], motions, column_length(design)),
+        )
+    weak = np.flatnonzero(values <= WEAK_TOLERANCE)[:3]
+    return tuple(
+        f"nearly open (singular value {values[i]:.0e}): "
+        f"{weak_words(assembly, vectors[:, i])}; its sigma depends on the last digits of the data"
+        for i in weak
+    )
+
+
+def null_space(
+    design: sp.csr_array, constraints: sp.csr_array, motions: Array
+) -> tuple[Array, tuple[float, float]]:
+    """Find the null vectors of a network, apart from the known motions.
+
+    Parameters
+    ----------
+    design : sparse array (n, u)
+        Whitened Jacobian.
+    constraints : sparse array (q, u)
+        Jacobian of the hard constraints.
+    motions : array (u, k)
+        Open motions that the datum closes.
+
+    Returns
+    -------
+    vectors : array (u, d)
+        Null vectors in metres, radians and parameters.
+    gap
+        Largest singular value taken as zero and smallest taken as not, of the system with
+        columns scaled to unit length.
+    """
+    vectors, values = _spectrum(design, constraints, motions)
+    zero = values <= RANK_TOLERANCE
+    gap = (float(values[zero].max(initial=0.0)), float(values[~zero].min(initial=np.inf)))
+    return vectors[:, zero], gap
+
+
+def _spectrum(
+    design: sp.csr_array, constraints: sp.csr_array, motions: Array
+) -> tuple[Array, Array]:
+    """Right singular vectors (u, k), in natural units, and values from the smallest upwards."""
+    length = column_length(design)
+    median = float(np.median(length))
+    rows = [design, sp.diags_array(median / _row_length(constraints)) @ constraints]
+    scaled = sp.csr_array(sp.csr_array(sp.vstack(rows)) @ sp.diags_array(1 / length))
+    known, _ = np.linalg.qr(motions * length[:, None])
+    small = scaled.shape[1] <= DENSE_LIMIT
+    find = _dense_null if small else _sparse_null
+    vectors, values = find(scaled, known)
+    order = np.argsort(values)
+    return vectors[:, order] / length[:, None], values[order]
+
+
+def column_length(design: sp.csr_array) -> Array:
+    """Lengths (u,) of the columns of the whitened design; the median where nothing observes."""
+    length = np.sqrt(np.asarray(design.multiply(design).sum(axis=0)).ravel())
+    seen = length > 0
+    return np.where(seen, length, np.median(length[seen]) if seen.any() else 1.0)
+
+
+def _row_length(matrix: sp.csr_array) -> Array:
+    """Lengths (n,) of the rows; one for rows of zeros."""
+    length = np.sqrt(np.asarray(matrix.multiply(matrix).sum(axis=1)).ravel())
+    return np.where(length > 0, length, 1.0)
+
+
+def _dense_null(scaled: sp.csr_array, known: Array) -> tuple[Array, Array]:
+    """Right singular vectors and all singular values, the known motions held."""
+    system = np.vstack([scaled.toarray(), known.T])
+    if system.shape[0] < system.shape[1]:
+        system = np.vstack([system, np.zeros((system.shape[1] - len(system), system.shape[1]))])
+    triangle = np.linalg.qr(system, mode="r")
+    _, values, vt = np.linalg.svd(triangle)
+    return vt.T, values
+
+
+def _sparse_null(scaled: sp.csr_array, known: Array) -> tuple[Array, Array]:
+    """Smallest singular values and vectors by inverse subspace iteration.
+
+    The regularised normal matrix only steers the iteration; the singular values come from
+    ``scaled @ X`` itself, so they keep full precision.
+    """
+    u = scaled.shape[1]
+    transposed = sp.csr_array(scaled.T)
+    normal = transposed @ scaled + 1e-11 * sp.eye_array(u)
+    pinned = np.zeros(u)
+    pinned[pins_of(known)] = 1.0
+    factor = SparseFactor(sp.csc_array(normal + sp.diags_array(pinned)), np.ones(u))
+    generator = np.random.default_rng(0)
+    width = 16
+    while True:
+        x = generator.standard_normal((u, min(width, u)))
+        for _ in range(4):
+            x -= known @ (known.T @ x)
+            x, _ = np.linalg.qr(factor.solve(x))
+        x -= known @ (known.T @ x)
+        x, _ = np.linalg.qr(x)
+        _, values, vt = np.linalg.svd(scaled @ x, full_matrices=False)
+        if values[0] > RANK_TOLERANCE or width >= min(u, 256):
+            return x @ vt.T, values
+        width *= 2
+
+
+def sentences(assembly: Assembly, null: Array, motions: Array, length: Array) -> list[str]:
+    """Describe each open combination of unknowns in one sentence that names as few as possible.
+
+    Parameters
+    ----------
+    assembly
+        The network.
+    null : array (u, d)
+        Null vectors over the free columns.
+    motions : array (u, k)
+        Motions of the network as a whole, which are described elsewhere.
+    length : array (u,)
+        Lengths of the columns of the whitened design: they make metres, radians and parameters
+        comparable.
+
+    Returns
+    -------
+    list of str
+        One sentence for each combination.
     """
     layout = assembly.layout
     columns = assembly.free_columns
@@ -96,11 +300,11 @@ def sentences(assembly: Assembly, null: Array, motions: Array, length: Array) ->
     everything = np.hstack([scaled, held])
     owner = _owners(layout, columns)
     local, rest = _local(everything, owner)
-    said = _basis(np.hstack([local, held]))
+    described = _basis(np.hstack([local, held]))
     vectors = _echelon(_at_rest(rest, held, is_point), family)
-    news = np.linalg.norm(vectors - said @ (said.T @ vectors), axis=0)
+    news = np.linalg.norm(vectors - described @ (described.T @ vectors), axis=0)
     new = np.flatnonzero(news > 1e-6 * np.linalg.norm(vectors, axis=0))
-    new = new[: _basis(everything).shape[1] - said.shape[1]]
+    new = new[: _basis(everything).shape[1] - described.shape[1]]
     # what an unknown does on its own is said once and taken out of the rest
     shared = vectors[:, new] - local @ (local.T @ vectors[:, new])
     shared[np.abs(shared) < 1e-6 * np.abs(shared).max(axis=0, initial=0.0)] = 0.0
@@ -160,9 +364,9 @@ def _local(null: Array, owner: Index) -> tuple[Array, Array]:
     if len(unknown) == 0:
         return np.zeros((len(null), 0)), basis
     mixes = vector[unknown, :, which].T
-    found = np.where(owner[:, None] == unknown, basis @ mixes, 0.0)
+    vectors = np.where(owner[:, None] == unknown, basis @ mixes, 0.0)
     left, _, _ = np.linalg.svd(mixes)
-    return found, basis @ left[:, mixes.shape[1] :]
+    return vectors, basis @ left[:, mixes.shape[1] :]
 
 
 def _echelon(null: Array, family: Index) -> Array:
@@ -224,13 +428,14 @@ def weak_words(assembly: Assembly, vector: Array) -> str:
     first = dict.fromkeys(int(owner[i]) for i in np.argsort(-share) if share[i] > 0.05)
     labels = []
     for unknown in first:
-        mine = np.flatnonzero(owner == unknown)
-        column = int(assembly.free_columns[mine[np.argmax(share[mine])]])
+        members = np.flatnonzero(owner == unknown)
+        column = int(assembly.free_columns[members[np.argmax(share[members])]])
         labels.append(assembly.layout.label(column))
     return _join(labels, 6)
 
 
 def _join(terms: Sequence[str], most: int = 8) -> str:
+    """Terms as an English list, the last of them counted if there are too many."""
     shown = list(terms[:most]) + ([f"{len(terms) - most} more"] if len(terms) > most else [])
     return shown[0] if len(shown) == 1 else ", ".join(shown[:-1]) + " and " + shown[-1]
 
@@ -294,191 +499,44 @@ def _ties(assembly: Assembly, name: str) -> list[str]:
     return out
 
 
-#: singular values of the column-scaled system below this are zero
-RANK_TOLERANCE = 1e-9
+def unit_columns(matrix: Array) -> Array:
+    """Columns scaled to unit length; zero columns stay."""
+    size = np.linalg.norm(matrix, axis=0)
+    return matrix / np.where(size > 0, size, 1.0)
 
 
-#: and below this they are worth a warning
-WEAK_TOLERANCE = 1e-6
+def motion_words(mix: Array) -> list[str]:
+    """Motions of the whole network, given by their mix (7, d) of the generators, in words."""
+    basis, _ = np.linalg.qr(unit_columns(mix))
+    words: list[str] = []
+    left: list[str] = []
+    for k, name in enumerate(GENERATORS):
+        along = basis @ basis[k]
+        along[k] -= 1.0
+        (words if np.linalg.norm(along) < 1e-6 else left).append(name)
+    missing = basis.shape[1] - len(words)
+    if missing:
+        inside = np.array([n in words for n in GENERATORS])
+        rest = np.where(inside[:, None], 0.0, basis)
+        u, s, _ = np.linalg.svd(rest)
+        words += [_screw(u[:, i]) for i in range(missing) if s[i] > 1e-9]
+    return words
 
 
-DENSE_LIMIT = 1500
-
-
-#: misclosures beyond so many sigmas overflow when they are squared
-_WILD = 1e150
-
-
-def datum_mask(network: Network, free_columns: Index) -> NDArray[np.bool_]:
-    """Free columns (u,) that carry the inner constraints: the named points and stations.
-
-    All points if none are named; all stations in a network without points.
-    """
-    layout = network.start.layout
-    mask = np.zeros(layout.size, dtype=bool)
-    datum = network.datum
-    if datum.components is not None:
-        mask |= datum.components
-    elif datum.names:
-        for name in datum.names:
-            family = "point" if layout.has("point", name) else "pose"
-            mask[layout.columns(family, layout.index(family, name))] = True
-    elif layout.count("point"):
-        mask[: 3 * layout.count("point")] = True
-    else:
-        mask[: layout.offset["plane"]] = True
-    return mask[free_columns]
-
-
-def check_datum(
-    assembly: Assembly,
-    design: sp.csr_array,
-    constraints: sp.csr_array,
-    motions: OpenMotions,
-    datum: NDArray[np.bool_],
-) -> None:
-    """Refuse a network whose datum leaves motions open.
-
-    Raises
-    ------
-    RankDefect
-        Control is missing, or the datum points cannot carry the inner constraints.
-    """
-    d = motions.basis.shape[1]
-    if d == 0:
-        return
-    moves = ", ".join(motion_words(motions.mix))
-    if assembly.network.datum.kind != "free":
-        null, _ = null_space(design, constraints, motions.basis)
-        length = column_length(design)
-        raise RankDefect(
-            "the network is not tied to a frame",
-            [
-                f"all points together can still move without any observation noticing: {moves} "
-                f"({d} in all); give more control coordinates, heights, an azimuth or GNSS, or ask "
-                "for inner constraints (datum free)",
-                *sentences(assembly, null, motions.basis, length),
-            ],
-        )
-    held = np.linalg.svd(unit_columns(motions.basis * datum[:, None]), compute_uv=False)
-    part = np.linalg.norm(motions.basis * datum[:, None], axis=0)
-    if (part == 0).any() or held[-1] < 1e-7:
-        raise RankDefect(
-            "the datum points cannot carry the inner constraints",
-            [
-                f"the network is open in {d} ways ({moves}) and the chosen datum points do not "
-                "close all of them; name more datum points that are not on one line"
-            ],
-        )
-
-
-def check_rank(
-    assembly: Assembly, design: sp.csr_array, constraints: sp.csr_array, motions: Array
-) -> tuple[str, ...]:
-    """Refuse a network whose unknowns cannot be separated, apart from the known motions.
-
-    Returns warnings about combinations that are separated, but only just.
-
-    Raises
-    ------
-    RankDefect
-        One sentence for each combination of unknowns that is open.
-    """
-    vectors, values = _spectrum(design, constraints, motions)
-    zero = values <= RANK_TOLERANCE
-    if zero.any():
-        count = int(zero.sum())
-        raise RankDefect(
-            f"the observations leave unknowns open: {count} combination"
-            f"{'s' if count > 1 else ''} cannot be determined (singular values "
-            f"{values[zero].max():.0e} against {values[~zero].min(initial=np.inf):.0e})",
-            sentences(assembly, vectors[:, zero], motions, column_length(design)),
-        )
-    weak = np.flatnonzero(values <= WEAK_TOLERANCE)[:3]
-    return tuple(
-        f"nearly open (singular value {values[i]:.0e}): "
-        f"{weak_words(assembly, vectors[:, i])}; its sigma depends on the last digits of the data"
-        for i in weak
-    )
-
-
-def null_space(
-    design: sp.csr_array, constraints: sp.csr_array, motions: Array
-) -> tuple[Array, tuple[float, float]]:
-    """Null vectors (u, d) of the whitened design and constraints, without the known motions.
-
-    Also the gap: the largest singular value taken as zero and the smallest taken as not,
-    of the system with columns scaled to unit length.
-    """
-    vectors, values = _spectrum(design, constraints, motions)
-    zero = values <= RANK_TOLERANCE
-    gap = (float(values[zero].max(initial=0.0)), float(values[~zero].min(initial=np.inf)))
-    return vectors[:, zero], gap
-
-
-def _spectrum(
-    design: sp.csr_array, constraints: sp.csr_array, motions: Array
-) -> tuple[Array, Array]:
-    """Right singular vectors (u, k), in natural units, and values from the smallest upwards."""
-    length = column_length(design)
-    median = float(np.median(length))
-    rows = [design, sp.diags_array(median / _row_length(constraints)) @ constraints]
-    scaled = sp.csr_array(sp.csr_array(sp.vstack(rows)) @ sp.diags_array(1 / length))
-    known, _ = np.linalg.qr(motions * length[:, None])
-    small = scaled.shape[1] <= DENSE_LIMIT
-    find = _dense_null if small else _sparse_null
-    vectors, values = find(scaled, known)
-    order = np.argsort(values)
-    return vectors[:, order] / length[:, None], values[order]
-
-
-def column_length(design: sp.csr_array) -> Array:
-    """Lengths (u,) of the columns of the whitened design; the median where nothing observes."""
-    length = np.sqrt(np.asarray(design.multiply(design).sum(axis=0)).ravel())
-    seen = length > 0
-    return np.where(seen, length, np.median(length[seen]) if seen.any() else 1.0)
-
-
-def _row_length(matrix: sp.csr_array) -> Array:
-    length = np.sqrt(np.asarray(matrix.multiply(matrix).sum(axis=1)).ravel())
-    return np.where(length > 0, length, 1.0)
-
-
-def _dense_null(scaled: sp.csr_array, known: Array) -> tuple[Array, Array]:
-    """Right singular vectors and all singular values, the known motions held."""
-    system = np.vstack([scaled.toarray(), known.T])
-    if system.shape[0] < system.shape[1]:
-        system = np.vstack([system, np.zeros((system.shape[1] - len(system), system.shape[1]))])
-    triangle = np.linalg.qr(system, mode="r")
-    _, values, vt = np.linalg.svd(triangle)
-    return vt.T, values
-
-
-def _sparse_null(scaled: sp.csr_array, known: Array) -> tuple[Array, Array]:
-    """Smallest singular values and vectors by inverse subspace iteration.
-
-    The regularised normal matrix only steers the iteration; the singular values come from
-    ``scaled @ X`` itself, so they keep full precision.
-    """
-    u = scaled.shape[1]
-    transposed = sp.csr_array(scaled.T)
-    normal = transposed @ scaled + 1e-11 * sp.eye_array(u)
-    pinned = np.zeros(u)
-    pinned[pins_of(known)] = 1.0
-    factor = SparseFactor(sp.csc_array(normal + sp.diags_array(pinned)), np.ones(u))
-    generator = np.random.default_rng(0)
-    width = 16
-    while True:
-        x = generator.standard_normal((u, min(width, u)))
-        for _ in range(4):
-            x -= known @ (known.T @ x)
-            x, _ = np.linalg.qr(factor.solve(x))
-        x -= known @ (known.T @ x)
-        x, _ = np.linalg.qr(x)
-        _, values, vt = np.linalg.svd(scaled @ x, full_matrices=False)
-        if values[0] > RANK_TOLERANCE or width >= min(u, 256):
-            return x @ vt.T, values
-        width *= 2
+def _screw(mix: Array) -> str:
+    """One general motion in words."""
+    turn = mix[3:6]
+    size = float(np.linalg.norm(turn))
+    if size < 1e-9:
+        terms = [f"{c:+.3g} {n}" for c, n in zip(mix, GENERATORS, strict=True) if abs(c) > 1e-6]
+        return " ".join(terms)
+    axis = turn / size
+    along = int(np.argmax(np.abs(axis)))
+    if abs(axis[along]) > 1 - 1e-9:
+        return GENERATORS[3 + along]
+    azimuth = np.degrees(np.arctan2(axis[0], axis[1])) % 360
+    elevation = np.degrees(np.arcsin(np.clip(axis[2], -1, 1)))
+    return f"rotation about an axis of azimuth {azimuth:.0f} deg and elevation {elevation:.0f} deg"
 
 
 def not_computed(assembly: Assembly, design: sp.csr_array, white: Array) -> str:

@@ -17,7 +17,22 @@ __all__ = ["Ellipses", "confidence_factor", "plan_ellipses", "principal_axes"]
 
 
 def confidence_factor(dimension: int, confidence: float, dof: int | None = None) -> float:
-    """Factor from the standard ellipsoid to the one of a confidence; ``dof`` if a posteriori."""
+    """Factor from the standard ellipsoid to that of a confidence.
+
+    Parameters
+    ----------
+    dimension
+        2 or 3.
+    confidence
+        Probability that the true place is inside.
+    dof
+        Redundancy if sigma0 is a posteriori, None if a priori.
+
+    Returns
+    -------
+    float
+        Factor on the standard semi-axes.
+    """
     if dof is None:
         return float(np.sqrt(chi2.ppf(confidence, dimension)))
     return float(np.sqrt(dimension * f.ppf(confidence, dimension, dof)))
@@ -25,7 +40,15 @@ def confidence_factor(dimension: int, confidence: float, dof: int | None = None)
 
 @dataclass(frozen=True)
 class Ellipses:
-    """Ellipses in plan: semi-axes major, minor (n,) [m], azimuth (n,) of the major axis [rad]."""
+    """Ellipses in plan.
+
+    Attributes
+    ----------
+    major, minor : array (n,)
+        Semi-axes [m].
+    azimuth : array (n,)
+        Azimuth of the major axis, clockwise from north [rad].
+    """
 
     major: Array
     minor: Array

@@ -51,16 +51,31 @@ class _Mark:
 def height_recipe(
     network: Network, station: str | None = None, reference: str | None = None
 ) -> Network:
-    """The network with heights of GNSS marks by the recipe, and its levelling off.
+    """Replace the heights of GNSS marks by the recipe and switch the levelling off.
 
-    station : whose levelled scan gives height differences, the first levelled one that sees
-    enough if None; reference : mark whose height is kept, the first if None. Warnings say what
-    was changed and where GNSS and scan disagree by more than sqrt(2) sigma of a height.
+    Warnings say what was changed and where GNSS and scan disagree by more than sqrt(2) sigma of a
+    height.
+
+    Parameters
+    ----------
+    network
+        GNSS positions of marks, and at least one levelled station that sees their targets.
+    station
+        Levelled station whose scan gives the height differences; the one that sees most if
+        None.
+    reference
+        Mark whose height is kept, the first if None.
+
+    Returns
+    -------
+    Network
+        The changed network.
 
     Raises
     ------
-    InputError : fewer than two marks with targets that a levelled station sees; a name that is
-        none of them.
+    InputError
+        Fewer than two marks with targets that a levelled station sees; a name that is none of
+        them.
     """
     marks = _marks(network)
     levelled = _levelled(network)
@@ -72,41 +87,41 @@ def height_recipe(
                 f"station {name} is not levelled, and the recipe needs a levelled scan",
                 cure="name a levelled station",
             )
-        found = _seen(network, name)
-        if sum(m.target in found for m in marks) > sum(m.target in seen for m in marks):
-            chosen, seen = name, found
-    mine = [m for m in marks if m.target in seen]
-    if len(mine) < 2:
+        heights = _seen(network, name)
+        if sum(m.target in heights for m in marks) > sum(m.target in seen for m in marks):
+            chosen, seen = name, heights
+    used = [m for m in marks if m.target in seen]
+    if len(used) < 2:
         raise InputError(
             "the recipe for heights needs two marks whose targets one levelled station sees",
             cure='leave heights = "recipe" out',
         )
     position = network.start.layout.position_name
-    names = [position(int(_positions(network, m)[m.item])) for m in mine]
+    names = [position(int(_positions(network, m)[m.item])) for m in used]
     if reference is not None and reference not in names:
         raise InputError(
             f"mark {reference} has no GNSS position and target that {chosen} sees",
             cure=f"name one of {', '.join(names)}",
         )
     kept = names.index(reference) if reference is not None else 0
-    return _changed(network, mine, names, kept, seen, chosen)
+    return _changed(network, used, names, kept, seen, chosen)
 
 
 def _changed(
     network: Network,
-    mine: list[_Mark],
+    marks: list[_Mark],
     names: list[str],
     kept: int,
     seen: dict[int, float],
     chosen: str,
 ) -> Network:
     """Heights replaced, levelling off, and what to say about it."""
-    one = mine[kept]
-    z = np.array([seen[m.target] for m in mine])
-    given = np.array([m.height for m in mine])
+    one = marks[kept]
+    z = np.array([seen[m.target] for m in marks])
+    given = np.array([m.height for m in marks])
     corrected = corrected_heights(one.height, z[kept], z)
     tables = list(network.observations)
-    for m, change in zip(mine, corrected - given, strict=True):
+    for m, change in zip(marks, corrected - given, strict=True):
         o = tables[m.table]
         assert isinstance(o, GnssPositions)
         values = o.values.copy()
@@ -117,7 +132,7 @@ def _changed(
         f"(sigma {1e3 * one.sigma:.0f} mm), the others follow from the scan of {chosen}; the "
         "stated covariances do not know this"
     ]
-    for k, m in enumerate(mine):
+    for k, m in enumerate(marks):
         off, limit = given[k] - corrected[k], float(np.hypot(one.sigma, m.sigma))
         if abs(off) > limit:
             words.append(

@@ -58,12 +58,19 @@ class Factor(Protocol):
 
 
 def factorise(normal: sp.csc_array, point_of: Index) -> Factor:
-    """Factor a normal matrix (u, u) in the way that suits its structure.
+    """Factor a normal matrix in the way that suits its structure.
 
     Parameters
     ----------
+    normal : sparse array (u, u)
+        Symmetric, positive definite.
     point_of : array (u,)
         Number of the point a column belongs to, -1 for other unknowns.
+
+    Returns
+    -------
+    Factor
+        Solves with the matrix and gives entries of its inverse.
 
     Raises
     ------
@@ -214,9 +221,9 @@ def _block_inverse(blocks: sp.csr_array, point_of: Index) -> tuple[sp.csr_array,
         local = np.full(len(names), -1, dtype=np.int64)
         local[chosen] = np.arange(len(chosen))
         dense = np.zeros((len(chosen), width, width))
-        mine = local[number[coo.row]] >= 0
-        i, j = coo.row[mine], coo.col[mine]
-        dense[local[number[i]], rank[i], rank[j]] = coo.data[mine]
+        inside = local[number[coo.row]] >= 0
+        i, j = coo.row[inside], coo.col[inside]
+        dense[local[number[i]], rank[i], rank[j]] = coo.data[inside]
         try:
             lower = np.linalg.cholesky(dense)
         except np.linalg.LinAlgError as error:
@@ -260,7 +267,7 @@ class SparseFactor:
         self.scale = scale
         try:
             self._solver = qdldl.Solver(unit)
-        except Exception as error:  # qdldl raises its own untyped error at a zero pivot
+        except RuntimeError as error:  # all that qdldl raises, at a zero pivot
             raise SingularMatrix(str(error)) from error
         lower, self._d, permutation = self._solver.factors()
         self._lower = sp.csc_array(lower)
@@ -302,7 +309,7 @@ class SparseFactor:
         unit = np.zeros(len(self.scale))
         for k, column in enumerate(columns):
             unit[column] = 1.0
-            mine = which == k
-            out[mine] = self.solve(unit)[i[mine]]
+            same = which == k
+            out[same] = self.solve(unit)[i[same]]
             unit[column] = 0.0
         return out

@@ -1,4 +1,4 @@
-"""What of a survey its observations tell something of; the rest is named and left out.
+"""Leaves out what a survey names but its observations tell nothing of.
 
 Lists of coordinates mostly name more points than a job observed, and levelling lines or a
 trilateration come with all three coordinates of their control, or with fewer.
@@ -76,12 +76,12 @@ def _axes(survey: Survey) -> Survey:
     tables = survey.tables()
     observed = [(t.kind.kind, t.columns.get("axis")) for t in tables if not _given(t)]
     used = axes_in_use(observed, survey.site)
-    said = axes_sentence(used)
+    sentence = axes_sentence(used)
     joint = survey.joint_tables()
     whole = any(given.covariance is not None for given in survey.points.values())
     whole |= any(_given(t) and (k in joint or _correlated(t)) for k, t in enumerate(tables))
     # coordinates that are correlated with each other are not taken apart
-    if said is None or whole:
+    if sentence is None or whole:
         return survey
     names = dict.fromkeys(n for t in tables for f in _POINTS for n in sorted(t.names(f)))
     blank = GivenPoint(np.full(3, np.nan), np.ones(3, dtype=bool))
@@ -91,7 +91,7 @@ def _axes(survey: Survey) -> Survey:
     out = replace(
         survey,
         points={n: replace(p, free=p.free & used) for n, p in points.items()},
-        warnings=[*survey.warnings, said],
+        warnings=[*survey.warnings, sentence],
     )
     out.replace_tables([_of_axes(t, used) if _given(t) else [t] for t in tables])
     return out

@@ -1,4 +1,4 @@
-"""How far can the result be trusted? All figures of one adjustment together.
+"""Says how far a result can be trusted: all tests and reliability figures of one adjustment.
 
 All are in the general form for correlated observations (method section 3.4): with ``P`` the
 weights, ``P v`` the weighted residuals and ``S = P Q_vv P``,
@@ -8,6 +8,15 @@ weights, ``P v`` the weighted residuals and ``S = P Q_vv P``,
 * estimated gross error ``g = -(P v)_i / S_ii`` (for ``l = true + g``);
 * minimal detectable bias ``delta0 / sqrt(S_ii)``;
 * redundancy number ``r_i = (Q_vv P)_ii``; their sum is the redundancy.
+
+Observations with several values (vectors, targets, relative poses, a GNSS session) are tested as
+blocks as well: ``T = y^T S^+ y`` with ``y = E^T P v`` and ``S = E^T P Q_vv P E`` is chi-square with
+as many degrees of freedom as the block has directions that the other observations control. The
+eigenvalues of S against ``E^T P E`` are those directions' redundancies; they say which are.
+
+A value held out (or switched off) is compared with what the network predicts for it: ``d = h(x) -
+l`` has the covariance ``C + A Q A^T``; a difference beyond it tells of an error in the value or in
+the network.
 """
 
 from __future__ import annotations
@@ -44,109 +53,76 @@ __all__ = [
     "prediction_statistics",
 ]
 
-# What do the adjusted unknowns say about values that did not take part?
-#
-# For a value held out (or switched off) ``d = h(x) - l`` has the covariance ``C + A Q A^T``; a
-# difference beyond it tells of an error in the value or in the network.
-
-
-def check_covariances(adjustment: Adjustment, o: Observations, items: Index) -> Array:
-    """Covariance (k, rows, rows) of ``h(x) - l`` for values held out: ``C + A Q A^T``."""
-    own = o.covariance[items]
-    if len(items) == 0:
-        return own
-    design = _design(adjustment, o, items)
-    out = own.copy()
-    n, rows = len(items), o.rows
-    for part in np.array_split(np.arange(n), max(1, n // 200)):
-        mine = design[(part[:, None] * rows + np.arange(rows)).ravel()]
-        form = mine @ adjustment.cofactor.solve(mine.toarray().T)
-        local = np.arange(len(part) * rows).reshape(-1, rows)
-        out[part] += form[local[:, :, None], local[:, None, :]]
-    return out
-
-
-def _design(adjustment: Adjustment, o: Observations, items: Index) -> sp.csr_array:
-    """Derivatives (k * rows, u) of chosen observations by the free columns."""
-    n, rows = len(items), o.rows
-    data, line, columns = [], [], []
-    for block in o.jacobian(adjustment.state):
-        place = np.where(block.columns < 0, -1, adjustment.reduced[block.columns])[items]
-        values = block.values[items]
-        row = np.arange(n * rows).reshape(n, rows, 1)
-        row, place = (np.broadcast_to(a, values.shape) for a in (row, place[:, None, :]))
-        keep = place >= 0
-        data.append(values[keep])
-        line.append(row[keep])
-        columns.append(place[keep])
-    triple = (np.concatenate(data), (np.concatenate(line), np.concatenate(columns)))
-    return sp.csr_array(sp.coo_array(triple, shape=(n * rows, adjustment.n_unknowns)))
-
-
-def prediction_statistics(adjustment: Adjustment, o: Observations, items: Index) -> Array:
-    """``d^T (C + A Q A^T)^-1 d`` (k,), chi-square with as many degrees of freedom as rows.
-
-    Correlations with values that took part (joint covariances) are not used.
-    """
-    difference = o.misclosure(adjustment.state)[items]
-    covariance = check_covariances(adjustment, o, items)
-    # lengths and angles together: to unit diagonal first
-    size = np.sqrt(np.einsum("kii->ki", covariance))
-    unit = covariance / size[:, :, None] / size[:, None, :]
-    d = difference / size
-    statistic: Array = np.einsum("ki,ki->k", d, np.linalg.solve(unit, d[:, :, None])[:, :, 0])
-    return statistic
-
-
-def check_tests(adjustment: Adjustment, alpha0: float = 0.001) -> BlockTests:
-    """Test of every observation held out as a check against what the network predicts for it."""
-    parts = []
-    for table, o in enumerate(adjustment.network.observations):
-        items = np.flatnonzero(o.use == Use.CHECK)
-        if len(items) == 0:
-            continue
-        unknown = np.full(len(items), np.nan)
-        freedom = np.full(len(items), o.rows)
-        parts.append(
-            BlockTests(
-                table=np.full(len(items), table),
-                item=items,
-                freedom=freedom,
-                redundancy=unknown,
-                statistic=prediction_statistics(adjustment, o, items),
-                critical=np.asarray(chi2.ppf(1 - alpha0, freedom), dtype=float),
-                gross_error=unknown,
-                mdb=unknown,
-            )
-        )
-    return BlockTests.join(parts)
-
-
-# Tests of whole observations that have several values: vectors, targets, relative poses.
-#
-# ``T = y^T S^+ y`` with ``y = E^T P v`` and ``S = E^T P Q_vv P E`` is chi-square with as many
-# degrees of freedom as the block has directions that the other observations control (method
-# section 3.4). The eigenvalues of S against ``E^T P E`` are those directions' redundancies; they
-# say which are.
-
-
 #: redundancy of a direction that counts as controlled
 CONTROLLED = 1e-7
-
-
 #: largest joint covariance that is tested as one block
 LARGEST_JOINT = 300
 
 
 @dataclass(frozen=True)
-class BlockTests:
-    """Chi-square tests of blocks.
+class GlobalTest:
+    """Chi-square test of the a-priori sigma0.
 
-    table, item (b,) say which observations (for joint covariances: table -1 and the number of the
-    covariance); freedom (b,) degrees of freedom, redundancy (b,) trace of the block's part of R;
-    statistic (b,), NaN where nothing controls the block; critical (b,) limit at alpha0;
-    gross_error (b,) length of the estimated error and mdb (b,) of the longest error that may stay
-    undetected, in any direction [m], NaN unless all values are lengths and all are controlled.
+    Only exceeding the upper limit rejects, since a too small value means cautious sigmas and no
+    blunder.
+
+    Attributes
+    ----------
+    vtpv
+        ``v^T P v``.
+    dof
+        Redundancy.
+    alpha
+        Significance.
+    lower, upper
+        Two-sided limits of ``v^T P v``.
+    """
+
+    vtpv: float
+    dof: int
+    alpha: float
+    lower: float
+    upper: float
+
+    @property
+    def passed(self) -> bool | None:
+        """True if the test passes, None without redundancy."""
+        return None if self.dof <= 0 else self.vtpv <= self.upper
+
+    def sentence(self) -> str:
+        """The verdict in words."""
+        if self.dof <= 0:
+            return "no redundancy: nothing is checked"
+        limits = f"{self.vtpv:.2f} against {self.lower:.2f} to {self.upper:.2f}"
+        level = f"at {100 * (1 - self.alpha):g} % with redundancy {self.dof}"
+        if self.vtpv > self.upper:
+            return f"the global test fails ({limits} {level}): blunders, or sigmas too small"
+        if self.vtpv < self.lower:
+            return f"the global test passes ({limits} {level}); the sigmas look too large"
+        return f"the global test passes ({limits} {level})"
+
+
+@dataclass(frozen=True)
+class BlockTests:
+    """Chi-square tests of whole observations that have several values.
+
+    Attributes
+    ----------
+    table, item : array (b,)
+        The observation of each block; for a joint covariance table -1 and its number.
+    freedom : array (b,)
+        Degrees of freedom.
+    redundancy : array (b,)
+        Trace of the block's part of R.
+    statistic : array (b,)
+        NaN where nothing controls the block.
+    critical : array (b,)
+        Limit of the statistic at alpha0.
+    gross_error : array (b,)
+        Length of the estimated error [m].
+    mdb : array (b,)
+        Length of the longest error that may stay undetected, in any direction [m]; as
+        ``gross_error`` NaN unless all values are lengths and all are controlled.
     """
 
     table: Index
@@ -165,7 +141,7 @@ class BlockTests:
 
     @classmethod
     def join(cls, parts: list[BlockTests]) -> BlockTests:
-        """All blocks of several sets, in their order."""
+        """Join the blocks of several sets, in their order."""
         whole = ("table", "item", "freedom")
         empty = {name: np.empty(0, dtype=np.int64) for name in whole}
         return cls(
@@ -178,15 +154,149 @@ class BlockTests:
         )
 
 
+@dataclass(frozen=True)
+class Quality:
+    """Tests and reliability of an adjustment; arrays (n,) are in the order of ``adjustment.rows``.
+
+    With inner constraints the displacements belong to that datum; all other figures are the same in
+    any datum.
+
+    Attributes
+    ----------
+    global_test
+        Test of the a-priori sigma0.
+    redundancy : array (n,)
+        Redundancy numbers.
+    w, tau : array (n,)
+        Baarda's and Pope's test values.
+    gross_error, mdb : array (n,)
+        Estimated error and minimal detectable bias, in the unit of the value [m, rad].
+    external : array (n,)
+        Largest displacement of any position that an undetected error of size MDB causes [m].
+    external_position : array (n,)
+        Index of that position.
+    external_exact : array (n,)
+        False where only the observation's own ends were looked at (large networks).
+    blocks
+        Tests of whole observations with several values.
+    sessions
+        Tests of the values that share a joint covariance.
+    checks
+        Tests of observations held out.
+    w_critical, tau_critical
+        Limits of single tests.
+    alpha0, power
+        Significance and power of a single test.
+    confidence
+        Of ellipses and intervals.
+    """
+
+    global_test: GlobalTest
+    redundancy: Array
+    w: Array
+    tau: Array
+    gross_error: Array
+    mdb: Array
+    external: Array
+    external_position: Index
+    external_exact: NDArray[np.bool_]
+    blocks: BlockTests
+    sessions: BlockTests
+    checks: BlockTests
+    w_critical: float
+    tau_critical: float
+    alpha0: float
+    power: float
+    confidence: float
+
+    @property
+    def controlled(self) -> NDArray[np.bool_]:
+        """Values (n,) that the others control at all."""
+        return np.isfinite(self.w)
+
+
+def assess(
+    adjustment: Adjustment,
+    *,
+    alpha: float = 0.05,
+    alpha0: float = 0.001,
+    power: float = 0.8,
+    confidence: float = 0.95,
+) -> Quality:
+    """Compute the quality of an adjustment (method section 3.4).
+
+    Parameters
+    ----------
+    adjustment
+        The adjusted network.
+    alpha
+        Significance of the global test.
+    alpha0, power
+        Significance and power of a single blunder test.
+    confidence
+        Confidence of ellipses and intervals derived from it.
+
+    Returns
+    -------
+    Quality
+        All tests and reliability figures.
+    """
+    system = weigh(adjustment)
+    factor = adjustment.posterior_factor
+    mdb = system.detectable(noncentrality(alpha0, power))
+    external = external_reliability(system, mdb)
+    return Quality(
+        global_test=global_test(adjustment, alpha),
+        redundancy=redundancy_numbers(system),
+        w=system.w,
+        tau=system.w / np.sqrt(factor) if factor > 0 else np.full(len(system.w), np.nan),
+        gross_error=system.gross_error,
+        mdb=mdb,
+        external=external.displacement,
+        external_position=external.position,
+        external_exact=external.exact,
+        blocks=block_tests(system, alpha0, power),
+        sessions=joint_tests(system, alpha0, power),
+        checks=check_tests(adjustment, alpha0),
+        w_critical=w_critical(alpha0),
+        tau_critical=tau_critical(adjustment.dof, alpha0),
+        alpha0=alpha0,
+        power=power,
+        confidence=confidence,
+    )
+
+
+def global_test(adjustment: Adjustment, alpha: float = 0.05) -> GlobalTest:
+    """Test of ``v^T P v`` against its redundancy."""
+    dof = adjustment.dof
+    if dof <= 0:
+        return GlobalTest(adjustment.vtpv, dof, alpha, 0.0, np.inf)
+    lower, upper = (float(chi2.ppf(p, dof)) for p in (alpha / 2, 1 - alpha / 2))
+    return GlobalTest(adjustment.vtpv, dof, alpha, lower, upper)
+
+
 def block_tests(system: WeightedResiduals, alpha0: float = 0.001, power: float = 0.8) -> BlockTests:
-    """Test every active observation that has several values as a whole."""
+    """Test every active observation that has several values as a whole.
+
+    Parameters
+    ----------
+    system
+        Weighted residuals of the adjustment.
+    alpha0, power
+        Significance and power of each test.
+
+    Returns
+    -------
+    BlockTests
+        One block for each such observation.
+    """
     rows = system.adjustment.rows
     parts = []
     for number, o in enumerate(system.adjustment.network.observations):
-        mine = np.flatnonzero(rows.table == number)
-        if o.rows == 1 or len(mine) == 0:
+        members = np.flatnonzero(rows.table == number)
+        if o.rows == 1 or len(members) == 0:
             continue
-        block = mine.reshape(-1, o.rows)
+        block = members.reshape(-1, o.rows)
         table, item = np.full(len(block), number), rows.item[block[:, 0]]
         metric = set(o.units) == {"m"}
         parts.append(_tests(system, block, table, item, metric, alpha0, power))
@@ -194,7 +304,20 @@ def block_tests(system: WeightedResiduals, alpha0: float = 0.001, power: float =
 
 
 def joint_tests(system: WeightedResiduals, alpha0: float = 0.001, power: float = 0.8) -> BlockTests:
-    """Test the active values of each joint covariance (a GNSS session, say) as a whole."""
+    """Test the active values of each joint covariance (a GNSS session, say) as a whole.
+
+    Parameters
+    ----------
+    system
+        Weighted residuals of the adjustment.
+    alpha0, power
+        Significance and power of each test.
+
+    Returns
+    -------
+    BlockTests
+        One block for each joint covariance of at most LARGEST_JOINT values.
+    """
     adjustment = system.adjustment
     rows, tables = adjustment.rows, adjustment.network.observations
     first = np.cumsum([0] + [o.values.size for o in tables])
@@ -203,12 +326,12 @@ def joint_tests(system: WeightedResiduals, alpha0: float = 0.001, power: float =
     number[first[rows.table] + rows.item * width[rows.table] + rows.row] = np.arange(len(rows))
     parts = []
     for k, joint in enumerate(adjustment.network.joint):
-        mine = number[first[joint.table] + joint.item * width[joint.table] + joint.row]
-        mine = mine[mine >= 0]
-        if 0 < len(mine) <= LARGEST_JOINT:
+        members = number[first[joint.table] + joint.item * width[joint.table] + joint.row]
+        members = members[members >= 0]
+        if 0 < len(members) <= LARGEST_JOINT:
             units = {tables[t].units[r] for t, r in zip(joint.table, joint.row, strict=True)}
             table, item = np.array([-1]), np.array([k])
-            parts.append(_tests(system, mine[None], table, item, units == {"m"}, alpha0, power))
+            parts.append(_tests(system, members[None], table, item, units == {"m"}, alpha0, power))
     return BlockTests.join(parts)
 
 
@@ -262,16 +385,16 @@ def _gram(system: WeightedResiduals, block: Index) -> tuple[Array, Array]:
     whitener = sp.csc_array(system.adjustment.whitener)
     p, form = np.empty((b, m, m)), np.empty((b, m, m))
     if b == 1:
-        mine = system.rows[block[0]]
+        one = system.rows[block[0]]
         p[0] = (whitener[:, block[0]].T @ whitener[:, block[0]]).toarray()
-        form[0] = mine @ system.adjustment.cofactor.solve(mine.toarray().T)
+        form[0] = one @ system.adjustment.cofactor.solve(one.toarray().T)
         return p, p - form
     forms = system.adjustment.cofactor.row_forms
     single = [system.weight[block[:, k]] - system.s[block[:, k]] for k in range(m)]
     for i in range(m):
         for j in range(i, m):
-            mine, other = whitener[:, block[:, i]], whitener[:, block[:, j]]
-            p[:, i, j] = p[:, j, i] = np.asarray(mine.multiply(other).sum(axis=0)).ravel()
+            one, other = whitener[:, block[:, i]], whitener[:, block[:, j]]
+            p[:, i, j] = p[:, j, i] = np.asarray(one.multiply(other).sum(axis=0)).ravel()
             if i == j:
                 form[:, i, i] = single[i]
                 continue
@@ -281,118 +404,115 @@ def _gram(system: WeightedResiduals, block: Index) -> tuple[Array, Array]:
     return p, p - form
 
 
-@dataclass(frozen=True)
-class GlobalTest:
-    """Chi-square test of the a-priori sigma0.
+def check_tests(adjustment: Adjustment, alpha0: float = 0.001) -> BlockTests:
+    """Test every observation held out as a check against what the network predicts for it.
 
-    lower and upper are the two-sided limits of ``v^T P v``; only exceeding the upper one rejects,
-    since a too small value means cautious sigmas and no blunder.
+    Parameters
+    ----------
+    adjustment
+        The adjusted network.
+    alpha0
+        Significance of each test.
+
+    Returns
+    -------
+    BlockTests
+        One block for each observation held out.
     """
-
-    vtpv: float
-    dof: int
-    alpha: float
-    lower: float
-    upper: float
-
-    @property
-    def passed(self) -> bool | None:
-        """None without redundancy."""
-        return None if self.dof <= 0 else self.vtpv <= self.upper
-
-    def sentence(self) -> str:
-        """The verdict in words."""
-        if self.dof <= 0:
-            return "no redundancy: nothing is checked"
-        limits = f"{self.vtpv:.2f} against {self.lower:.2f} to {self.upper:.2f}"
-        level = f"at {100 * (1 - self.alpha):g} % with redundancy {self.dof}"
-        if self.vtpv > self.upper:
-            return f"the global test fails ({limits} {level}): blunders, or sigmas too small"
-        if self.vtpv < self.lower:
-            return f"the global test passes ({limits} {level}); the sigmas look too large"
-        return f"the global test passes ({limits} {level})"
+    parts = []
+    for table, o in enumerate(adjustment.network.observations):
+        items = np.flatnonzero(o.use == Use.CHECK)
+        if len(items) == 0:
+            continue
+        unknown = np.full(len(items), np.nan)
+        freedom = np.full(len(items), o.rows)
+        parts.append(
+            BlockTests(
+                table=np.full(len(items), table),
+                item=items,
+                freedom=freedom,
+                redundancy=unknown,
+                statistic=prediction_statistics(adjustment, o, items),
+                critical=np.asarray(chi2.ppf(1 - alpha0, freedom), dtype=float),
+                gross_error=unknown,
+                mdb=unknown,
+            )
+        )
+    return BlockTests.join(parts)
 
 
-@dataclass(frozen=True)
-class Quality:
-    """Quality figures; arrays (n,) are in the order of ``adjustment.rows``.
+def prediction_statistics(adjustment: Adjustment, o: Observations, items: Index) -> Array:
+    """Test statistics ``d^T (C + A Q A^T)^-1 d`` of values held out.
 
-    mdb and gross_error are in the unit of the value (metres or radians); external (n,) is the
-    largest displacement [m] of any position that an undetected error of size MDB causes,
-    external_position (n,) the position index where; ``external_exact`` (n,) is False where only
-    the observation's own ends were looked at (large networks). With inner constraints the
-    displacements belong to that datum; all other figures are the same in any datum.
+    Correlations with values that took part (joint covariances) are not used.
 
-    blocks, sessions, checks : tests of whole observations with several values, of the values that
-    share a joint covariance, of observations held out.
+    Parameters
+    ----------
+    adjustment
+        The adjusted network.
+    o
+        A table of observations.
+    items : array (k,)
+        Those to be tested.
+
+    Returns
+    -------
+    array (k,)
+        Chi-square with as many degrees of freedom as the observation has values.
     """
-
-    global_test: GlobalTest
-    redundancy: Array
-    w: Array
-    tau: Array
-    gross_error: Array
-    mdb: Array
-    external: Array
-    external_position: Index
-    external_exact: NDArray[np.bool_]
-    blocks: BlockTests
-    sessions: BlockTests
-    checks: BlockTests
-    w_critical: float
-    tau_critical: float
-    alpha0: float
-    power: float
-    confidence: float
-
-    @property
-    def controlled(self) -> NDArray[np.bool_]:
-        """Values (n,) that the others control at all."""
-        return np.isfinite(self.w)
+    difference = o.misclosure(adjustment.state)[items]
+    covariance = check_covariances(adjustment, o, items)
+    # lengths and angles together: to unit diagonal first
+    size = np.sqrt(np.einsum("kii->ki", covariance))
+    unit = covariance / size[:, :, None] / size[:, None, :]
+    d = difference / size
+    statistic: Array = np.einsum("ki,ki->k", d, np.linalg.solve(unit, d[:, :, None])[:, :, 0])
+    return statistic
 
 
-def assess(
-    adjustment: Adjustment,
-    *,
-    alpha: float = 0.05,
-    alpha0: float = 0.001,
-    power: float = 0.8,
-    confidence: float = 0.95,
-) -> Quality:
-    """Quality of an adjustment.
+def check_covariances(adjustment: Adjustment, o: Observations, items: Index) -> Array:
+    """Covariances of ``h(x) - l`` for values held out: ``C + A Q A^T``.
 
-    alpha : significance of the global test; alpha0, power : of the single blunder test;
-    confidence : of ellipses and intervals derived from it.
+    Parameters
+    ----------
+    adjustment
+        The adjusted network.
+    o
+        A table of observations.
+    items : array (k,)
+        Those that are held out.
+
+    Returns
+    -------
+    array (k, rows, rows)
+        In squares of the units of the values.
     """
-    system = weigh(adjustment)
-    factor = adjustment.posterior_factor
-    mdb = system.detectable(noncentrality(alpha0, power))
-    external = external_reliability(system, mdb)
-    return Quality(
-        global_test=global_test(adjustment, alpha),
-        redundancy=redundancy_numbers(system),
-        w=system.w,
-        tau=system.w / np.sqrt(factor) if factor > 0 else np.full(len(system.w), np.nan),
-        gross_error=system.gross_error,
-        mdb=mdb,
-        external=external.displacement,
-        external_position=external.position,
-        external_exact=external.exact,
-        blocks=block_tests(system, alpha0, power),
-        sessions=joint_tests(system, alpha0, power),
-        checks=check_tests(adjustment, alpha0),
-        w_critical=w_critical(alpha0),
-        tau_critical=tau_critical(adjustment.dof, alpha0),
-        alpha0=alpha0,
-        power=power,
-        confidence=confidence,
-    )
+    own = o.covariance[items]
+    if len(items) == 0:
+        return own
+    design = _design(adjustment, o, items)
+    out = own.copy()
+    n, rows = len(items), o.rows
+    for part in np.array_split(np.arange(n), max(1, n // 200)):
+        derivatives = design[(part[:, None] * rows + np.arange(rows)).ravel()]
+        form = derivatives @ adjustment.cofactor.solve(derivatives.toarray().T)
+        local = np.arange(len(part) * rows).reshape(-1, rows)
+        out[part] += form[local[:, :, None], local[:, None, :]]
+    return out
 
 
-def global_test(adjustment: Adjustment, alpha: float = 0.05) -> GlobalTest:
-    """Test of ``v^T P v`` against its redundancy."""
-    dof = adjustment.dof
-    if dof <= 0:
-        return GlobalTest(adjustment.vtpv, dof, alpha, 0.0, np.inf)
-    lower, upper = (float(chi2.ppf(p, dof)) for p in (alpha / 2, 1 - alpha / 2))
-    return GlobalTest(adjustment.vtpv, dof, alpha, lower, upper)
+def _design(adjustment: Adjustment, o: Observations, items: Index) -> sp.csr_array:
+    """Derivatives (k * rows, u) of chosen observations by the free columns."""
+    n, rows = len(items), o.rows
+    data, line, columns = [], [], []
+    for block in o.jacobian(adjustment.state):
+        place = np.where(block.columns < 0, -1, adjustment.reduced[block.columns])[items]
+        values = block.values[items]
+        row = np.arange(n * rows).reshape(n, rows, 1)
+        row, place = (np.broadcast_to(a, values.shape) for a in (row, place[:, None, :]))
+        keep = place >= 0
+        data.append(values[keep])
+        line.append(row[keep])
+        columns.append(place[keep])
+    triple = (np.concatenate(data), (np.concatenate(line), np.concatenate(columns)))
+    return sp.csr_array(sp.coo_array(triple, shape=(n * rows, adjustment.n_unknowns)))

@@ -1,4 +1,4 @@
-"""Do the observations agree with the hard constraints? (method section 2.13)
+"""Tests whether the observations agree with the hard constraints (method section 2.13).
 
 A constraint pulls the adjustment by its reaction, the Lagrange multiplier. Against its own
 sigma it tests the constraint; divided by its variance it tells by how much the observations
@@ -30,15 +30,17 @@ class Reactions:
 
     Attributes
     ----------
-    gap
-        By how much the other observations miss the constraint [m or rad].
-    sigma
-        Its a-priori standard deviation.
-    test
-        Their ratio, standard normal if the constraint is true. NaN where the constraint only
+    labels
+        The constraints in words.
+    gap : array (q,)
+        By how much the other observations miss the constraint [m, rad].
+    sigma : array (q,)
+        Standard deviation of the gap, a priori.
+    test : array (q,)
+        Their ratio, standard normal if the constraint is true; NaN where the constraint only
         fixes the datum, which no observation can contradict.
     units
-        M, rad or 1.
+        ``m``, ``rad`` or ``1`` of each.
     """
 
     labels: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""What each observation contributes, checks and could spoil: the algebra behind the tests.
+"""Computes what each observation contributes, how it is checked, and what an error would spoil.
 
 With ``W`` the whitener (``P = W^T W``) and ``A_w`` the whitened design, for each observed value i
 
@@ -43,16 +43,18 @@ class WeightedResiduals:
 
     Attributes
     ----------
-    rows : array (n, u)
-        Is ``P A``.
+    adjustment
+        The adjustment that they belong to.
+    rows : sparse array (n, u)
+        ``P A``.
     pull : array (n,)
-        Is ``P v`` [1/m, 1/rad].
+        ``P v`` [1/m, 1/rad].
     weight : array (n,)
-        The diagonal of P.
+        Diagonal of P.
     s : array (n,)
-        The diagonal of ``P Q_vv P``.
+        Diagonal of ``P Q_vv P``.
     controlled : array (n,)
-        Where s is not just rounding.
+        True where s is more than rounding: other values check this one.
     """
 
     adjustment: Adjustment
@@ -119,12 +121,16 @@ def correlations_of_tests(system: WeightedResiduals, chosen: Index) -> Array:
 
 @dataclass(frozen=True)
 class External:
-    """Largest displacement [m] (n,) of a position by the error given, at which position (n,).
+    """Largest displacement of a position by an error in each value.
 
     Attributes
     ----------
+    displacement : array (n,)
+        Largest displacement [m], NaN where nothing controls the value.
+    position : array (n,)
+        Index of the position that moves most.
     exact : array (n,)
-        Is False where only the positions that the value itself touches were looked at.
+        False where only the positions that the value itself touches were looked at.
     """
 
     displacement: Array
@@ -138,11 +144,23 @@ def solutions_affordable(adjustment: Adjustment) -> int:
 
 
 def external_reliability(system: WeightedResiduals, error: Array) -> External:
-    """Displacements by an undetected error (n,) [m, rad] in each value, NaN where unlimited.
+    """Follow an undetected error in each value to the positions that it moves.
 
     In networks too large to follow every error through all unknowns, the effect on the positions
     that the value touches is exact, and the largest of them are followed everywhere. With inner
     constraints the displacements belong to that datum.
+
+    Parameters
+    ----------
+    system
+        Weighted residuals of the adjustment.
+    error : array (n,)
+        Error of each value [m, rad], NaN where unlimited.
+
+    Returns
+    -------
+    External
+        The largest displacement by each.
     """
     n = system.rows.shape[0]
     most = solutions_affordable(system.adjustment)
@@ -195,10 +213,10 @@ def _at_ends(system: WeightedResiduals, error: Array) -> tuple[Array, Index]:
             columns = weighted.indices[place].astype(np.int64)
             blocks = adjustment.cofactor.blocks(columns)
             shift = np.einsum("nij,nj->ni", blocks, weighted.data[place])
-            mine = owner[columns]
-            same = (mine[:, :, None] == mine[:, None, :]) & (mine >= 0)[:, :, None]
+            owners = owner[columns]
+            same = (owners[:, :, None] == owners[:, None, :]) & (owners >= 0)[:, :, None]
             length = np.sqrt(np.einsum("nij,nj->ni", same, shift**2))
             best, line = length.argmax(axis=1), np.arange(len(rows))
-            where[rows] = np.maximum(mine[line, best], 0)
+            where[rows] = np.maximum(owners[line, best], 0)
             largest[rows] = length[line, best] * np.nan_to_num(error[rows])
     return largest, where

@@ -30,16 +30,23 @@ _WIDEST = 256
 def selected_inverse(
     indptr: Index, indices: Index, data: Array, d: Array, widest: int = _WIDEST
 ) -> tuple[Array, Array]:
-    """Entries of ``(L D L^T)^-1`` on the pattern of L, as ``data`` (k,), and its diagonal (n,).
+    """Compute entries of ``(L D L^T)^-1`` on the pattern of L.
 
     Parameters
     ----------
     indptr, indices, data
-        L in compressed columns, its unit diagonal left out, row numbers in order.
+        L in compressed columns, its unit diagonal left out, row numbers in order; data is (k,).
     d : array (n,)
-        D.
+        The diagonal of D.
     widest
-        Columns of a panel and of a strip, at most.
+        Most columns of a panel and of a strip.
+
+    Returns
+    -------
+    value : array (k,)
+        Entries of the inverse in the places of ``data``.
+    diagonal : array (n,)
+        Diagonal of the inverse.
     """
     first = _panels(indptr, indices, widest)
     value, diagonal = _selected(indptr, indices, data, d, first, widest)
@@ -50,8 +57,8 @@ def look_up(
     indptr: Index, indices: Index, value: Array, diagonal: Array, row: Index, column: Index
 ) -> Array:
     """Entries (k,) at pairs of row >= column; NaN outside the pattern."""
-    found: Array = _look_up(indptr, indices, value, diagonal, row, column)
-    return found
+    entries: Array = _look_up(indptr, indices, value, diagonal, row, column)
+    return entries
 
 
 @numba.njit(cache=True)
@@ -129,10 +136,7 @@ def _times_gathered(  # type: ignore[no-untyped-def]
 ):
     """``Z_RR B`` (m, w), Z_RR from the entries that are known already.
 
-    Parameters
-    ----------
-    where : array (n,)
-        -1 everywhere, before and after.
+    ``where`` (n,) is -1 everywhere, before and after.
     """
     m = len(rows)
     out = np.zeros(b.shape)
@@ -172,6 +176,6 @@ def _look_up(indptr, indices, value, diagonal, row, column):  # type: ignore[no-
                 a = middle + 1
             else:
                 b = middle
-        found = a < indptr[j + 1] and indices[a] == i
-        out[k] = value[a] if found else np.nan
+        inside = a < indptr[j + 1] and indices[a] == i
+        out[k] = value[a] if inside else np.nan
     return out

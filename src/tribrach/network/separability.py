@@ -1,8 +1,8 @@
-"""Which blunders cannot be told from each other? (method section 3.4)
+"""Names blunders that cannot be told from each other (method section 3.4).
 
 Two test values that are strongly correlated rise together whichever of the two observations is
-wrong. The correlation of w_i and w_j is ``S_ij / sqrt(S_ii S_jj)`` with ``S = P Q_vv P``
-(Förstner 1983).
+wrong. The correlation of w_i and w_j is ``S_ij / sqrt(S_ii S_jj)`` with ``S = P Q_vv P`` (Förstner
+1983).
 """
 
 from __future__ import annotations
@@ -49,7 +49,15 @@ NAMED = 4
 
 @dataclass(frozen=True)
 class ConfusablePair:
-    """Two rows of the adjustment whose test values have this correlation."""
+    """Two values whose tests are strongly correlated.
+
+    Attributes
+    ----------
+    first, second
+        Rows of the adjustment.
+    correlation
+        Of their test values.
+    """
 
     first: int
     second: int
@@ -58,13 +66,17 @@ class ConfusablePair:
 
 @dataclass(frozen=True)
 class Separability:
-    """Pairs of values of different observations, the strongest first.
+    """Pairs of values of different observations, the strongest correlation first.
 
     Attributes
     ----------
     first, second : array (k,)
-        Rows of the adjustment, correlation (k,). ``complete`` is False where only the least
-        controlled values of a large network were compared with all others.
+        Rows of the adjustment.
+    correlation : array (k,)
+        Correlation of their test values.
+    complete
+        False where only the least controlled values of a large network were compared with all
+        others.
     """
 
     first: Index
@@ -81,11 +93,25 @@ class Separability:
 
 
 def separability(adjustment: Adjustment, limit: float = LIMIT) -> Separability:
-    """Pairs of single values with ``|rho| > limit``; a vector's components are no pairs.
+    """Find pairs of values with ``|rho| > limit``; components of one vector are no pairs.
 
-    With ``m = S_ii / P_ii``, values that are uncorrelated a priori have
-    ``rho^2 <= (1 - m_i) / m_j``, so every pair beyond the limit has a member with
-    ``m < 1 / (1 + limit^2)``. Only those, and values correlated a priori, meet all others.
+    Parameters
+    ----------
+    adjustment
+        The adjusted network.
+    limit
+        Correlation from which on a pair counts.
+
+    Returns
+    -------
+    Separability
+        The pairs, the strongest first.
+
+    Notes
+    -----
+    With ``m = S_ii / P_ii``, values that are uncorrelated a priori have ``rho^2 <= (1 - m_i) /
+    m_j``, so every pair beyond the limit has a member with ``m < 1 / (1 + limit^2)``. Only those,
+    and values correlated a priori, meet all others.
     """
     system = weigh(adjustment)
     share = np.where(system.controlled, system.s / system.weight, np.inf)
@@ -95,8 +121,8 @@ def separability(adjustment: Adjustment, limit: float = LIMIT) -> Separability:
     most = solutions_affordable(adjustment)
     chosen = candidates[:most]
     parts = np.array_split(chosen, max(1, len(chosen) // BATCH))
-    found = [_beyond(system, part, limit) for part in parts]
-    first, second, rho = (np.concatenate(part) for part in zip(*found, strict=True))
+    blocks = [_beyond(system, part, limit) for part in parts]
+    first, second, rho = (np.concatenate(part) for part in zip(*blocks, strict=True))
     low, high = np.minimum(first, second), np.maximum(first, second)
     _, once = np.unique(np.stack([low, high]), axis=1, return_index=True)
     once = once[np.argsort(-np.abs(rho[once]), kind="stable")]
@@ -110,9 +136,9 @@ def confusable(adjustment: Adjustment, quality: Quality, limit: float = LIMIT) -
     suspicious = suspicious[np.argsort(-size[suspicious], kind="stable")][:SUSPECTS]
     if len(suspicious) == 0:
         return []
-    other, mine, rho = _beyond(weigh(adjustment), suspicious, limit)
+    other, suspect, rho = _beyond(weigh(adjustment), suspicious, limit)
     pairs: dict[tuple[int, int], float] = {}
-    for a, b, value in zip(mine, other, rho, strict=True):
+    for a, b, value in zip(suspect, other, rho, strict=True):
         pairs.setdefault((int(min(a, b)), int(max(a, b))), float(value))
     return [_alike(adjustment, group, pairs) for group in _groups(pairs)]
 
@@ -165,9 +191,9 @@ def _beyond(system: WeightedResiduals, chosen: Index, limit: float) -> tuple[Ind
     """Rows, chosen rows and correlations beyond the limit, between different observations."""
     rho = np.nan_to_num(correlations_of_tests(system, chosen))
     other, place = np.nonzero(np.abs(rho) > limit)
-    mine, rows = chosen[place], system.adjustment.rows
-    apart = (rows.table[other] != rows.table[mine]) | (rows.item[other] != rows.item[mine])
-    return other[apart], mine[apart], np.clip(rho[other, place], -1.0, 1.0)[apart]
+    row, rows = chosen[place], system.adjustment.rows
+    apart = (rows.table[other] != rows.table[row]) | (rows.item[other] != rows.item[row])
+    return other[apart], row[apart], np.clip(rho[other, place], -1.0, 1.0)[apart]
 
 
 def _tied(system: WeightedResiduals) -> NDArray[np.bool_]:

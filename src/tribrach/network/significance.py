@@ -41,9 +41,20 @@ def block_noncentrality(dof: int, alpha0: float = 0.001, power: float = 0.8) -> 
 
 
 def tau_critical(dof: int, alpha: float) -> float:
-    """Two-sided critical value of Pope's tau with redundancy ``dof`` at significance ``alpha``.
+    """Two-sided critical value of Pope's tau.
 
-    ``t sqrt(r) / sqrt(r - 1 + t^2)`` with t of r - 1 degrees of freedom; sqrt(r) is its bound.
+    Parameters
+    ----------
+    dof
+        Redundancy r.
+    alpha
+        Significance.
+
+    Returns
+    -------
+    float
+        ``t sqrt(r) / sqrt(r - 1 + t^2)`` with t of r - 1 degrees of freedom; sqrt(r) is its
+        bound.
     """
     if dof < 2:
         return float(np.sqrt(max(dof, 0)))
@@ -57,10 +68,22 @@ def sidak(alpha: float, count: int) -> float:
 
 
 def log_significance(statistic: ArrayLike, dof: ArrayLike) -> NDArray[np.float64]:
-    """Logarithm of the chi-square tail probability, also where that is below the smallest number.
+    """Logarithm of the chi-square tail probability, also where that underflows.
 
-    Compares tests of different degrees of freedom (the lower the more suspicious); NaN statistics
-    count as nothing at all (0). The far tail follows the leading term of its expansion.
+    Compares tests of different degrees of freedom: the lower the more suspicious. The far tail
+    follows the leading term of its expansion.
+
+    Parameters
+    ----------
+    statistic
+        Chi-square statistics; NaN counts as nothing at all (0).
+    dof
+        Degrees of freedom of each.
+
+    Returns
+    -------
+    array
+        Logarithm of the probability of as much by chance.
     """
     x, k = np.broadcast_arrays(np.asarray(statistic, dtype=float), np.asarray(dof, dtype=float))
     x = np.nan_to_num(x)

@@ -1,10 +1,9 @@
-"""How well is the site known as a whole, and how well are its points known to each other?
+"""Separates how well a site is known as a whole from how well its points are known to each other.
 
 The joint covariance C of the positions is split by the six motions of a rigid body, ``q = B^+ x``:
 three shifts of the centroid and three turns about E, N and U. What they carry is absolute and
 common to everything on the site; what is left, ``(I - B B^+) C (I - B B^+)^T``, is its inner
-accuracy.
-Metres and radians, a priori unless a factor says otherwise.
+accuracy. Metres and radians, a priori unless a factor says otherwise.
 """
 
 from __future__ import annotations
@@ -30,26 +29,28 @@ _MOST = 60
 
 @dataclass(frozen=True, eq=False)
 class SiteAccuracy:
-    """Standard deviations of a site.
+    """Standard deviations of a site as a whole and within itself, along E, N, U.
 
     Attributes
     ----------
     names
-        Of the k positions.
+        The k positions that were looked at.
     radius
-        Of the site in plan about its centroid [m].
+        Largest distance in plan from their centroid [m].
     point : array (3,)
-        Root mean square of the positions along E, N, U.
+        Root mean square of the positions [m].
     shift : array (3,)
-        Of the site as a whole.
+        Shift of the site as a whole [m].
     turn : array (3,)
-        About E, N and U [rad].
+        Turn of the site as a whole about E, N and U [rad].
     inner : array (3,)
-        Root mean square without shift and turn.
+        Root mean square of the positions without shift and turn [m].
     pair : array (3,)
-        Median of differences between two positions.
+        Median of the differences between two positions [m].
     worst : array (3,)
-        The largest, between worst_names.
+        The largest difference [m].
+    worst_names
+        The two positions of the largest difference.
     """
 
     names: tuple[str, ...]
@@ -65,7 +66,17 @@ class SiteAccuracy:
 
 @dataclass(frozen=True, eq=False)
 class CommonShift:
-    """A common shift of GNSS positions: sigma (3,) [m] a priori, number of positions."""
+    """A shift that several GNSS positions have in common.
+
+    Attributes
+    ----------
+    name
+        Of the session.
+    sigma : array (3,)
+        Its standard deviation a priori [m].
+    count
+        Number of positions.
+    """
 
     name: str
     sigma: Array
@@ -73,14 +84,19 @@ class CommonShift:
 
 
 def site_accuracy(adjustment: Adjustment, factor: float = 1.0) -> SiteAccuracy | None:
-    """The accuracy of a site's points and stations, marks under targets apart.
-
-    None for fewer than three positions that are free in all three coordinates.
+    """Split the accuracy of a site's points and stations; marks under targets do not count.
 
     Parameters
     ----------
+    adjustment
+        The adjusted network.
     factor
-        On covariances (a posteriori variance).
+        On covariances: the variance factor if they are a posteriori.
+
+    Returns
+    -------
+    SiteAccuracy or None
+        None for fewer than three positions that are free in all three coordinates.
     """
     names, xyz, columns = _positions(adjustment)
     k = len(names)

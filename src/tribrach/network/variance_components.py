@@ -1,4 +1,4 @@
-"""Variance components: do the groups of observations deserve the sigmas they were given?
+"""Variance components: tests whether groups of observations deserve the sigmas they were given.
 
 Two estimates, both iterated until every component is one (method section 3.6):
 
@@ -36,7 +36,23 @@ SETTLED = 1e-6
 
 @dataclass(frozen=True)
 class VarianceComponent:
-    """One group: values, redundancy, factor on its given sigmas and that factor's own sigma."""
+    """The variance component of one group of observations.
+
+    Attributes
+    ----------
+    group
+        Name of the group.
+    count
+        Number of its values.
+    redundancy
+        Sum of their redundancy numbers.
+    sigma_factor
+        Factor on the sigmas that were given.
+    sigma_of_factor
+        Standard deviation of that factor.
+    note
+        Why the component is not simply what the residuals say; empty if it is.
+    """
 
     group: str
     count: int
@@ -48,7 +64,19 @@ class VarianceComponent:
 
 @dataclass(frozen=True)
 class VarianceComponents:
-    """The adjustment with rescaled groups (its network carries them), and the table."""
+    """The estimated components and the adjustment with them.
+
+    Attributes
+    ----------
+    adjustment
+        With rescaled groups; its network carries them.
+    components
+        One for each group.
+    iterations
+        Adjustments that were needed.
+    converged
+        False if the components still changed.
+    """
 
     adjustment: Adjustment
     components: tuple[VarianceComponent, ...]
@@ -71,10 +99,27 @@ def estimate_components(
     max_iterations: int = 50,
     limits: tuple[float, float] = (0.1, 100.0),
 ) -> VarianceComponents:
-    """Estimate one variance factor per group and adjust with it.
+    """Estimate one variance factor for each group and adjust with it (method section 3.6).
 
-    Groups with less redundancy than ``minimum_redundancy`` keep their sigmas, with a note; so does
-    a group that falls below it on the way. The factor on sigma stays within ``limits``.
+    A group that falls below ``minimum_redundancy`` on the way keeps its sigmas too.
+
+    Parameters
+    ----------
+    network
+        The network; ``group`` of an observation table names its group.
+    method
+        ``foerstner`` or ``helmert``; both converge to the same components.
+    minimum_redundancy
+        Groups with less keep their sigmas, with a note.
+    max_iterations
+        Adjustments before giving up.
+    limits
+        Smallest and largest factor on sigma.
+
+    Returns
+    -------
+    VarianceComponents
+        The adjustment with rescaled groups, and the table.
 
     Raises
     ------
@@ -160,10 +205,10 @@ class _Groups:
         group = self.number[adjustment.rows.table]
         products, matrix = [], np.zeros((len(self.names), len(self.names)))
         for k in range(len(self.names)):
-            mine = sp.csr_array(adjustment.design[np.flatnonzero(group == k)])
-            product = adjustment.cofactor.solve((mine.T @ mine).toarray())
+            rows = sp.csr_array(adjustment.design[np.flatnonzero(group == k)])
+            product = adjustment.cofactor.solve((rows.T @ rows).toarray())
             products.append(product)
-            matrix[k, k] = mine.shape[0] - 2 * np.trace(product)
+            matrix[k, k] = rows.shape[0] - 2 * np.trace(product)
         for i, a in enumerate(products):
             for j, b in enumerate(products):
                 matrix[i, j] += float((a * b.T).sum())

@@ -34,10 +34,20 @@ _MEMORY = 32_000_000
 class Blocks:
     """Groups (c,) of up to k whitened rows by up to w unknowns of the network.
 
-    number (c,) of each group; rows (c, k, w) is ``M A``, zero where padded; columns (c, w) of the
-    prospect, -1 where padded; leverage (c, k) diagonal of ``I - M``; line (c, k) rows of the
-    design they came from, -1 where padded; determined (c,) False where the rows do not determine
-    their own unknowns.
+    Attributes
+    ----------
+    number : array (c,)
+        Of each group.
+    rows : array (c, k, w)
+        Is ``M A``, zero where padded.
+    columns : array (c, w)
+        Of the prospect, -1 where padded.
+    leverage : array (c, k)
+        Diagonal of ``I - M``.
+    line, rows : array (c, k)
+        Of the design they came from, -1 where padded.
+    determined : array (c,)
+        False where the rows do not determine their own unknowns.
     """
 
     number: Index
@@ -60,10 +70,13 @@ def group_rows(design: sp.csr_array, group: Index, place: Index) -> list[Blocks]
 
     Parameters
     ----------
-    design : whitened derivatives (n, u) of rows that belong to groups, and of others.
-    group : number of the group that owns a column (u,), -1 for columns of the network. A row
+    design
+        Whitened derivatives (n, u) of rows that belong to groups, and of others.
+    group
+        Number of the group that owns a column (u,), -1 for columns of the network. A row
         belongs to the group of its own columns; rows without any are left out.
-    place : column of the prospect (u,) for columns of the network; -1 where it is held fixed.
+    place
+        Column of the prospect (u,) for columns of the network; -1 where it is held fixed.
     """
     triple = design.tocoo()
     owner = np.full(design.shape[0], -1, dtype=np.int64)

@@ -45,7 +45,12 @@ Origin = Literal["stated", "assumed", "unknown"]
 class Field:
     """A value that every point has besides its coordinates.
 
-    dtype : numpy name such as ``float32``; low, high : limits that the file states.
+    Attributes
+    ----------
+    dtype
+        Numpy name such as ``float32``.
+    low, high
+        Limits that the file states.
     """
 
     name: str
@@ -59,8 +64,15 @@ class Field:
 class Chunk:
     """Consecutive valid points of a scan.
 
-    xyz (n, 3) : scanner frame [m]; values : field name to (n,) or (n, k); dropped : records
-    between the previous chunk and the end of this one that hold no point (invalid, NaN, no return).
+    Attributes
+    ----------
+    xyz : array (n, 3)
+        Scanner frame [m].
+    values
+        Field name to (n,) or (n, k).
+    dropped
+        Records between the previous chunk and the end of this one that hold no point (invalid,
+        NaN, no return).
     """
 
     xyz: Array

@@ -27,17 +27,32 @@ __all__ = ["RobustResult", "adjust_robust", "weight_function"]
 
 Method = Literal["huber", "danish", "igg3"]
 
-
 #: no weight falls below this, so that every observation keeps its place in the network
 SMALLEST = 1e-6
-
-
 #: redundancy numbers below this leave a robust estimate helpless
 HELPLESS = 0.2
 
 
 def weight_function(method: Method, vbar: Array) -> Array:
-    """Weights of standardised residuals: Huber (c 1.345), Danish (2), IGG III (1.5, 4)."""
+    """Weights of standardised residuals: Huber (c 1.345), Danish (2), IGG III (1.5, 4).
+
+    Parameters
+    ----------
+    method
+        ``huber``, ``danish`` or ``igg3``.
+    vbar : array (n,)
+        Residuals over their standard deviations.
+
+    Returns
+    -------
+    array (n,)
+        Factors on the weights, 0 to 1.
+
+    Raises
+    ------
+    ValueError
+        Another method.
+    """
     vbar = np.abs(vbar)
     safe = np.maximum(vbar, 1e-12)
     if method == "huber":
@@ -57,11 +72,16 @@ class RobustResult:
 
     Attributes
     ----------
-    weights, standardised : array (n,)
-        Factor on the weight, and residual over its own standard deviation under the given
-        weights and the robust scale, of each row.
+    adjustment
+        With the last weights.
+    weights : array (n,)
+        Factor on the weight of each row.
+    standardised : array (n,)
+        Residual over its own standard deviation under the given weights and the robust scale.
+    iterations
+        Reweighted adjustments.
     warnings
-        In words.
+        What limits a robust estimate of this network, in sentences.
     """
 
     adjustment: Adjustment
@@ -102,15 +122,30 @@ class RobustResult:
 def adjust_robust(
     network: Network, method: Method = "igg3", *, max_iterations: int = 30
 ) -> RobustResult:
-    """Adjust with weights that follow the residuals until they settle."""
+    """Adjust with weights that follow the residuals until they settle (method section 3.5).
+
+    Parameters
+    ----------
+    network
+        The network with the sigmas as given.
+    method
+        ``huber``, ``danish`` or ``igg3``.
+    max_iterations
+        Reweighted adjustments before giving up, with a warning.
+
+    Returns
+    -------
+    RobustResult
+        The reweighted solution and its weights.
+    """
     first = adjust(network)
     spread = _spread(first)
     weights = np.ones(len(first.rows))
-    adjustment, iteration, settled = first, 0, False
-    while not settled and iteration < max_iterations:
+    adjustment, iteration, steady = first, 0, False
+    while not steady and iteration < max_iterations:
         iteration += 1
         new = np.maximum(weight_function(method, _standardised(adjustment, spread)), SMALLEST)
-        settled = bool(np.abs(new - weights).max(initial=0.0) < 1e-3)
+        steady = bool(np.abs(new - weights).max(initial=0.0) < 1e-3)
         weights = new
         adjustment = adjust(restart(_reweighted(first, weights), adjustment))
     return RobustResult(
@@ -118,11 +153,11 @@ def adjust_robust(
         weights,
         _standardised(adjustment, spread),
         iteration,
-        _warnings(first, settled, iteration),
+        _warnings(first, steady, iteration),
     )
 
 
-def _warnings(first: Adjustment, settled: bool, iterations: int) -> tuple[str, ...]:
+def _warnings(first: Adjustment, steady: bool, iterations: int) -> tuple[str, ...]:
     """What limits a robust estimate of this network."""
     out = []
     system = weigh(first)
@@ -132,7 +167,7 @@ def _warnings(first: Adjustment, settled: bool, iterations: int) -> tuple[str, .
             f"{int(weak.sum())} of {len(weak)} values have redundancy below {HELPLESS}: a robust "
             "estimate cannot protect against errors there"
         )
-    if not settled:
+    if not steady:
         out.append(f"the robust weights did not settle in {iterations} iterations")
     return tuple(out)
 
@@ -160,8 +195,8 @@ def _variances(adjustment: Adjustment) -> Array:
             tables[t][i, r] = variance
     out = np.empty(len(rows))
     for number, variances in enumerate(tables):
-        mine = rows.table == number
-        out[mine] = variances[rows.item[mine], rows.row[mine]]
+        inside = rows.table == number
+        out[inside] = variances[rows.item[inside], rows.row[inside]]
     return out
 
 
@@ -181,8 +216,8 @@ def _reweighted(first: Adjustment, weights: Array) -> Network:
     network, rows = first.network, first.rows
     factors = [np.ones(o.values.shape) for o in network.observations]
     for number, factor in enumerate(factors):
-        mine = rows.table == number
-        factor[rows.item[mine], rows.row[mine]] = 1 / np.sqrt(weights[mine])
+        inside = rows.table == number
+        factor[rows.item[inside], rows.row[inside]] = 1 / np.sqrt(weights[inside])
     observations = tuple(
         _scaled(o, factor) for o, factor in zip(network.observations, factors, strict=True)
     )
@@ -196,4 +231,5 @@ def _reweighted(first: Adjustment, weights: Array) -> Network:
 
 
 def _scaled(o: Observations, factor: Array) -> Observations:
+    """Observations whose covariances (n, m, m) are multiplied by factors (n, m) on both sides."""
     return replace(o, covariance=o.covariance * factor[:, :, None] * factor[:, None, :])

@@ -1,4 +1,4 @@
-"""Iterative data snooping: nothing is deleted silently.
+"""Switches blunders off by iterative data snooping and records why.
 
 The observation with the most improbable test value is switched off with its reason, the network is
 adjusted again, and so on; at the end every switched-off observation is tried again and comes back
@@ -33,29 +33,32 @@ __all__ = ["SnoopingLog", "SnoopingStep", "restart", "snoop", "switch"]
 
 #: what is done with given coordinates that look wrong
 SUSPICIOUS = "suspicious control, kept"
-
-
 #: groups whose observations are given coordinates and not measurements
 CONTROL_GROUPS = ("control",)
-
-
 #: networks with more values than this lose up to BATCH suspects a round, if far enough apart
 LARGE = 5000
-
-
+#: suspects that a large network may lose in one round
 BATCH = 20
-
-
 #: tests less correlated than this do not influence each other
 APART = 0.1
 
 
 @dataclass(frozen=True)
 class SnoopingStep:
-    """One decision: the observation, its statistic against its limit, and what was done.
+    """One decision about one observation.
 
     Attributes
     ----------
+    observation
+        In words.
+    statistic, critical
+        Its test value and the limit.
+    gross_error
+        Estimated error in ``unit``, 0 if it has no single size.
+    unit
+        ``m`` or ``rad``.
+    action
+        What was done, in words.
     alternatives
         Observations in words that could as well be the wrong one.
     """
@@ -85,7 +88,15 @@ class SnoopingStep:
 
 @dataclass(frozen=True)
 class SnoopingLog:
-    """All steps in order; ``removed`` are (table, item) of what stayed off."""
+    """All decisions of a search.
+
+    Attributes
+    ----------
+    steps
+        In the order in which they were taken.
+    removed
+        (table, item) of the observations that stayed off.
+    """
 
     steps: tuple[SnoopingStep, ...]
     removed: tuple[Key, ...]
@@ -96,7 +107,24 @@ class SnoopingLog:
 
 
 def switch(network: Network, table: int, item: int, use: Use, reason: str = "") -> Network:
-    """The network with one observation in another use."""
+    """Give one observation another use.
+
+    Parameters
+    ----------
+    network
+        The network.
+    table, item
+        The observation in ``Network.observations``.
+    use
+        Active, check or off.
+    reason
+        Kept with the observation.
+
+    Returns
+    -------
+    Network
+        A changed copy.
+    """
     observations = list(network.observations)
     o = observations[table]
     uses, reasons = o.use.copy(), o.reason.copy()
@@ -106,7 +134,7 @@ def switch(network: Network, table: int, item: int, use: Use, reason: str = "") 
 
 
 def restart(network: Network, adjustment: Adjustment) -> Network:
-    """The network started from an adjusted state, unless inner constraints refer to the start."""
+    """Start a network from an adjusted state, unless inner constraints refer to the start."""
     return network if adjustment.defect else network.with_start(adjustment.state)
 
 
@@ -119,19 +147,32 @@ def snoop(
     suspects: Mapping[Key, float] | None = None,
     run: Callable[[Network], Adjustment] = adjust,
 ) -> tuple[Adjustment, SnoopingLog]:
-    """Adjust, test, switch the worst suspect off, repeat.
+    """Adjust, test, switch the worst suspect off, and repeat.
 
     The redundancy never falls below one.
 
     Parameters
     ----------
+    network
+        The network.
+    alpha0
+        Significance of a single test.
     include_control
         May given coordinates be switched off? Otherwise they are named as suspicious and kept.
     max_removed
-        At most this many; a third of the observations if None.
+        Most observations that are switched off; a third of them all if None.
     suspects
         Observations that a robust estimate points at with their standardised residuals;
         switched off to begin with and tried again at the end like the others.
+    run
+        Adjusts a network.
+
+    Returns
+    -------
+    adjustment
+        The network without what was switched off.
+    log
+        Every decision.
     """
     limit = max(1, network.count() // 3) if max_removed is None else max_removed
     search = _Search(run(network), alpha0, include_control, limit, run)
@@ -176,32 +217,32 @@ class _Search:
     def round(self) -> bool:
         """Look once at all tests; True if anything was done."""
         system = weigh(self.adjustment)
-        found = [s for s in find_suspects(system, self.alpha0) if s.key not in self.kept]
-        if not found:
+        suspects = [s for s in find_suspects(system, self.alpha0) if s.key not in self.kept]
+        if not suspects:
             return False
         if len(self.removed) >= self.limit:
             action = f"kept, {len(self.removed)} observations are off already: look at the data"
-            self.steps.append(self._step(system, found[0], action))
+            self.steps.append(self._step(system, suspects[0], action))
             return False
-        chosen = self._independent(system, found)
+        chosen = self._independent(system, suspects)
         if len(chosen) > 1 and self._switched(system, chosen):
             return True
         if not self._switched(system, chosen[:1]):
             self._keep(system, chosen[0])
         return True
 
-    def _independent(self, system: WeightedResiduals, found: list[Suspect]) -> list[Suspect]:
+    def _independent(self, system: WeightedResiduals, suspects: list[Suspect]) -> list[Suspect]:
         """The worst suspect, and in large networks others that it does not influence."""
         if len(self.adjustment.rows) <= LARGE:
-            return found[:1]
-        found = found[: min(2 * BATCH, self.limit - len(self.removed))]
-        rows = np.array([suspect.row for suspect in found])
+            return suspects[:1]
+        suspects = suspects[: min(2 * BATCH, self.limit - len(self.removed))]
+        rows = np.array([suspect.row for suspect in suspects])
         rho = np.abs(np.nan_to_num(correlations_of_tests(system, rows)[rows]))
         chosen: list[int] = []
-        for k in range(len(found)):
+        for k in range(len(suspects)):
             if len(chosen) < BATCH and (rho[k, chosen] < APART).all():
                 chosen.append(k)
-        return [found[k] for k in chosen]
+        return [suspects[k] for k in chosen]
 
     def _switched(self, system: WeightedResiduals, chosen: list[Suspect]) -> bool:
         """Switch suspects off together; False if the network cannot do without them."""
@@ -280,6 +321,7 @@ class _Search:
             self._note_return(key, float(statistic[best]), int(freedom[best]))
 
     def _rejected(self) -> set[Key]:
+        """Observations (table, item) that the tests reject now."""
         return {s.key for s in find_suspects(weigh(self.adjustment), self.alpha0)}
 
     def _predicted(self, keys: list[Key]) -> tuple[Array, Array]:
@@ -288,11 +330,12 @@ class _Search:
         table, item = np.array(keys).T
         statistic = np.zeros(len(keys))
         for number in np.unique(table):
-            mine = table == number
-            statistic[mine] = prediction_statistics(self.adjustment, tables[number], item[mine])
+            inside = table == number
+            statistic[inside] = prediction_statistics(self.adjustment, tables[number], item[inside])
         return statistic, np.array([float(self._rows(key)) for key in keys])
 
     def _note_return(self, key: Key, statistic: float, freedom: int) -> None:
+        """Write down that an observation was taken back."""
         limit = float(chi2.ppf(1 - self.alpha0, freedom))
         if freedom == 1:
             statistic, limit = float(np.sqrt(statistic)), float(np.sqrt(limit))

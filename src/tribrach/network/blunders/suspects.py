@@ -1,4 +1,4 @@
-"""Which observations do the tests reject? All of them, the most improbable first.
+"""Lists the observations that the tests reject, the most improbable first.
 
 Single values are judged by w, observations with several values (vectors, targets) as blocks. The
 two are compared by their significance, so that neither kind is preferred.
@@ -27,14 +27,18 @@ class Suspect:
 
     Attributes
     ----------
+    key
+        Table and number of the observation.
     row
-        The row of its largest test value.
-    statistic
-        Against critical : the size of w for single values, T for blocks.
+        Row of its largest test value.
+    statistic, critical
+        Size of w for single values, T for blocks, and its limit.
     log_p
         Logarithm of its significance.
     gross_error
         Estimated error in ``unit``, 0 where it has no single size.
+    unit
+        ``m``, ``rad`` or ``1``.
     """
 
     key: Key
@@ -47,7 +51,20 @@ class Suspect:
 
 
 def find_suspects(system: WeightedResiduals, alpha0: float = 0.001) -> list[Suspect]:
-    """Every rejected observation, the most improbable first."""
+    """List every rejected observation, the most improbable first.
+
+    Parameters
+    ----------
+    system
+        Weighted residuals of the adjustment.
+    alpha0
+        Significance of a single test.
+
+    Returns
+    -------
+    list of Suspect
+        Empty if the network fits.
+    """
     return sorted(
         [*_single(system, alpha0), *_blocks(system, alpha0)], key=lambda suspect: suspect.log_p
     )
@@ -58,9 +75,9 @@ def _single(system: WeightedResiduals, alpha0: float) -> list[Suspect]:
     rows, tables = system.adjustment.rows, system.adjustment.network.observations
     w, limit = np.nan_to_num(np.abs(system.w)), w_critical(alpha0)
     alone = np.array([o.rows == 1 for o in tables], dtype=bool)[rows.table]
-    found = np.flatnonzero(alone & (w > limit))
-    log_p = log_significance(w[found] ** 2, 1)
-    error = system.gross_error[found]
+    rejected = np.flatnonzero(alone & (w > limit))
+    log_p = log_significance(w[rejected] ** 2, 1)
+    error = system.gross_error[rejected]
     return [
         Suspect(
             key=(int(rows.table[row]), int(rows.item[row])),
@@ -71,24 +88,24 @@ def _single(system: WeightedResiduals, alpha0: float) -> list[Suspect]:
             gross_error=float(g),
             unit=tables[rows.table[row]].units[0],
         )
-        for row, p, g in zip(found, log_p, error, strict=True)
+        for row, p, g in zip(rejected, log_p, error, strict=True)
     ]
 
 
 def _blocks(system: WeightedResiduals, alpha0: float) -> list[Suspect]:
     """Rejected observations of several values."""
     blocks = block_tests(system, alpha0)
-    found = np.flatnonzero(blocks.rejected)
-    log_p = log_significance(blocks.statistic[found], blocks.freedom[found])
+    rejected = np.flatnonzero(blocks.rejected)
+    log_p = log_significance(blocks.statistic[rejected], blocks.freedom[rejected])
     w = np.nan_to_num(np.abs(system.w))
     out = []
-    for b, p in zip(found, log_p, strict=True):
+    for b, p in zip(rejected, log_p, strict=True):
         key = int(blocks.table[b]), int(blocks.item[b])
-        mine = _rows_of(system, key)
+        members = _rows_of(system, key)
         out.append(
             Suspect(
                 key=key,
-                row=int(mine[np.argmax(w[mine])]),
+                row=int(members[np.argmax(w[members])]),
                 statistic=float(blocks.statistic[b]),
                 critical=float(blocks.critical[b]),
                 log_p=float(p),
@@ -102,5 +119,5 @@ def _blocks(system: WeightedResiduals, alpha0: float) -> list[Suspect]:
 def _rows_of(system: WeightedResiduals, key: Key) -> NDArray[np.int64]:
     """Rows of an observation."""
     rows = system.adjustment.rows
-    found: NDArray[np.int64] = np.flatnonzero((rows.table == key[0]) & (rows.item == key[1]))
-    return found
+    members: NDArray[np.int64] = np.flatnonzero((rows.table == key[0]) & (rows.item == key[1]))
+    return members
