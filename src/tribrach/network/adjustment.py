@@ -59,7 +59,7 @@ class Adjustment:
     """An adjusted network: estimates, residuals, and covariances on request.
 
     Covariances are a priori: those given with the observations taken as they are.
-    ``posterior_factor`` scales them.
+    ``variance_factor`` says what scales them.
 
     Attributes
     ----------

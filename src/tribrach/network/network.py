@@ -116,9 +116,13 @@ class JointCovariance:
     Attributes
     ----------
     table : array (k,)
-        Index into ``Network.observations``, item (k,), row (k,) of each value.
+        Index of each value into ``Network.observations``.
+    item : array (k,)
+        Observation within the table.
+    row : array (k,)
+        Value within the observation.
     covariance : array (k, k)
-        In metres and radians, in that order.
+        In metres and radians, in the order of the values.
     """
 
     table: NDArray[np.int64]
@@ -137,24 +141,34 @@ class Constraint:
 
 @dataclass(frozen=True)
 class Network:
-    """Everything the adjustment needs.
+    """Observations, unknowns and datum: everything the adjustment needs.
 
     Attributes
     ----------
     start
         Values of all unknowns, NaN where they are to be found from the observations.
-    free
-        Mask (n_columns,) of the full tangent vector; False for fixed or unused components.
+    free : array (size,)
+        Mask over the columns of the full tangent vector; False for fixed or unused components.
     observations
-        The kinds, each with all its observations.
+        One table for each kind and group, with all its observations.
     joint
         Covariances across observations.
     constraints
         Hard constraints.
+    datum
+        What fixes the frame.
+    site
+        How verticals run over the site.
     sigma0
         A-priori standard deviation of unit weight (covariances already include it).
-    info
-        Title, coordinate system and other facts for the report.
+    warnings
+        Sentences of readers about what was odd.
+    title
+        Of the file or project, empty if it has none.
+    reference
+        System of the coordinates.
+    facts
+        What readers learned besides, for the report.
     """
 
     start: State
@@ -189,12 +203,22 @@ class Network:
         return observation_ids((*self.observations, *hard), self.start.layout)
 
     def with_datum(self, datum: Datum) -> Network:
-        """The same observations in another datum.
+        """Return the same observations in another datum.
 
-        ``free`` and ``fixed`` switch given control off: coordinates that were observed are kept
-        as inactive observations with the reason, coordinates that were held become free (or, for
+        ``free`` and ``fixed`` switch given control off: coordinates that were observed are kept as
+        inactive observations with the reason, coordinates that were held become free (or, for
         ``fixed``, stay held at the named points only). A station that is fixed keeps its given
         pose; without one its frame is the work frame.
+
+        Parameters
+        ----------
+        datum
+            What is to fix the frame.
+
+        Returns
+        -------
+        Network
+            A changed copy.
 
         Raises
         ------

@@ -1,9 +1,8 @@
-"""A frame in which places are being found: the work frame, or one of its own for a part.
+"""A frame in which places are being determined: the work frame, or one of its own for a part.
 
 Four kinds differ in what they know beforehand: ``world`` everything given; ``oriented`` north and
-the vertical; ``levelled`` the vertical (an unknown heading and shift); ``rigid`` nothing.
-Plan coordinates and heights are kept apart, because most observations tie only one of them:
-``plan`` (n, 2) E, N and ``up`` (n,) heights of the site in metres, NaN where not yet known.
+the vertical; ``levelled`` the vertical (an unknown heading and shift); ``rigid`` nothing. Plan
+coordinates and heights are kept apart, because most observations tie only one of them.
 """
 
 from __future__ import annotations
@@ -26,20 +25,42 @@ Kind = Literal["world", "oriented", "levelled", "rigid"]
 
 @dataclass
 class Frame:
-    """Places and orientations found so far.
+    """Places and orientations as far as they are known; NaN where they are not.
 
     Attributes
     ----------
+    kind
+        What the frame knows beforehand.
+    ties
+        All ties of the network.
+    site
+        How verticals run over the site.
+    plan : array (n, 2)
+        E, N of the nodes [m].
+    up : array (n,)
+        Heights of the nodes above the site [m].
     turn : array (S, 3, 3)
-        World from scanner.
+        Rotations world from scanner.
     orientation : array (K,)
-        Of sets [rad].
-    normal (L, 3), offset (L,)   <<<<
-        Of planes.
-    open_set (K,), open_pose (S,)   <<<<
-        May be placed in this frame. ``floating``: heights count from an arbitrary zero;
-        ``scaled``: lengths are true; ``handed``: not a mirror image. ``guess``: two equally
-        good places may be decided by choice.
+        Orientations of sets [rad].
+    normal : array (L, 3)
+        Unit normals of planes.
+    offset : array (L,)
+        Offsets of planes [m].
+    open_set : array (K,)
+        Sets that may be placed in this frame.
+    open_pose : array (S,)
+        Poses that may be placed in this frame.
+    floating
+        True if heights count from an arbitrary zero.
+    scaled
+        True if lengths are true.
+    handed
+        False if it may be a mirror image.
+    relaxed
+        True if weak figures are taken.
+    guess
+        True if one of two equally good places may be chosen.
     """
 
     kind: Kind

@@ -13,7 +13,7 @@ from tribrach._types import Array, Index
 from tribrach.geodesy.site import FlatSite
 from tribrach.network.network import Network
 from tribrach.network.start.grouping import grouped_median
-from tribrach.network.start.heights import CURVATURE
+from tribrach.network.start.sights import CURVATURE
 from tribrach.network.start.ties import (
     Faces,
     Fixes,

@@ -36,7 +36,24 @@ def grouped_sum(group: Index, size: int, values: Array) -> Array:
 
 
 def grouped_median(group: Index, values: Array) -> tuple[Index, Array, Index]:
-    """Groups that occur (g,), medians (g, k) of values (n, k) by column, members (g,)."""
+    """Medians of columns, by group.
+
+    Parameters
+    ----------
+    group : array (n,)
+        Group of each row.
+    values : array (n, k)
+        Rows.
+
+    Returns
+    -------
+    keys : array (g,)
+        Groups that occur.
+    medians : array (g, k)
+        Their medians by column.
+    count : array (g,)
+        Their members.
+    """
     keys, first, count = np.unique(np.sort(group), return_index=True, return_counts=True)
     medians = np.empty((len(keys), values.shape[1]))
     for k, column in enumerate(values.T):
@@ -46,9 +63,25 @@ def grouped_median(group: Index, values: Array) -> tuple[Index, Array, Index]:
 
 
 def grouped_angle(group: Index, angle: Array) -> tuple[Index, Array, Index]:
-    """Groups (g,), medians on the circle (g,) of angles (n,) [rad], members (g,).
+    """Medians of angles on the circle, by group.
 
     The circle is cut open opposite to each group's mean direction.
+
+    Parameters
+    ----------
+    group : array (n,)
+        Group of each angle.
+    angle : array (n,)
+        Angles [rad].
+
+    Returns
+    -------
+    keys : array (g,)
+        Groups that occur.
+    medians : array (g,)
+        Their medians [rad].
+    count : array (g,)
+        Their members.
     """
     keys, inverse = np.unique(group, return_inverse=True)
     sums = grouped_sum(inverse, len(keys), np.stack([np.sin(angle), np.cos(angle)], axis=1))

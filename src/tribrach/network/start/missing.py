@@ -1,4 +1,4 @@
-"""Which ties are missing, in sentences."""
+"""Names the ties that are missing where start values cannot be found."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from tribrach.observations.unknowns import Layout, State
 __all__ = ["missing_ties"]
 
 
+#: sentences at most
 _MOST_SENTENCES = 12
-
-
+#: what would place a point in plan, and in height
 _CURES = {
     "plan": "a distance and a direction from a known station, a second direction from another "
     "one, or coordinates would place it",
@@ -32,7 +32,20 @@ _CURES = {
 
 
 def missing_ties(f: Frame, state: State) -> list[str]:
-    """One sentence for each place or part of the network that could not be placed."""
+    """Describe each place or part of the network that could not be placed.
+
+    Parameters
+    ----------
+    f
+        The work frame as far as it grew.
+    state
+        The unknowns as far as they are known.
+
+    Returns
+    -------
+    list of str
+        One sentence for each place or part, with what would place it.
+    """
     layout = state.layout
     positions = f.ties.n_positions
     known = f.known[:positions].copy()

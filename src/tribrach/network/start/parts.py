@@ -1,32 +1,43 @@
-"""Parts that do not hang on the control: grown in frames of their own, then fitted in.
+"""Grows the work frame, and parts that do not hang on the control, which are then fitted in.
+
+A frame grows by rules that place whatever hangs together with what it knows. The rules come in
+tiers: sound and cheap ones are repeated to their end before the next tier is asked, so that chains
+run through well-determined places first.
 
 A free network, a traverse between unknown stations, or scanner stations that see each other's
-targets before they see control: the part is seeded at one set-up, grown, and carried into
-another frame by the places both know (rigid in space; heading and shift where it is levelled).
+targets before they see control grow as parts: a part is seeded in a frame of its own with one thing
+placed by choice (a set-up at the origin with orientation zero, a scanner, two places at their
+measured distance, or, without any distance, two set-ups that sight each other a unit apart), grown,
+and carried into another frame by the places both know (rigid in space; heading and shift where it
+is levelled).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
-from itertools import combinations
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tribrach._types import Array, Mask
 from tribrach.network.start.frame import Frame, Kind
-from tribrach.network.start.grouping import azimuth, pair_key, wrap
-from tribrach.network.start.heights import rises, zeniths
-from tribrach.network.start.horizontal import (
+from tribrach.network.start.grouping import pair_key, wrap
+from tribrach.network.start.resection import (
+    cross,
+    intersect,
+    multilaterate,
+    resect,
+    trilaterate_space,
+)
+from tribrach.network.start.sights import (
     orient,
+    rises,
     robust_planar,
     set_ups,
     transfer,
     traverse,
-    unit,
+    zeniths,
 )
-from tribrach.network.start.resection import intersect, multilaterate, resect, trilaterate_space
 from tribrach.network.start.space import (
     faces,
     fixes,
@@ -40,206 +51,54 @@ from tribrach.network.start.space import (
 
 __all__ = ["join_parts"]
 
-# Single places where a line or circle meets another: all candidates, the best of them kept.
-#
-# Every tie of an unknown place to known ones is a locus of it in the plan: an oriented ray is a
-# line, a distance a circle, the angle between two readings of its own set a circle through both
-# targets. All loci are crossed in pairs and each crossing is scored by all loci. Two crossings that
-# fit equally well leave the place undecided, unless a frame of its own may choose (``guess``).
-
-
-_MOST_LOCI = 12
-
-
-@dataclass(frozen=True)
-class _Line:
-    """Half line from ``point`` along ``direction``."""
-
-    point: Array
-    direction: Array
-
-    def miss(self, x: Array) -> Array:
-        """Distances (n,) [m] of candidates (n, 2); behind the start counts as far away."""
-        d = x - self.point
-        ahead = d @ self.direction
-        side = np.abs(d[:, 0] * self.direction[1] - d[:, 1] * self.direction[0])
-        out: Array = np.where(ahead > 0, side, np.hypot(side, ahead) + np.abs(ahead))
-        return out
-
-
-@dataclass(frozen=True)
-class _Circle:
-    """Circle about ``centre``; an inscribed-angle circle counts only where the angle holds."""
-
-    centre: Array
-    radius: float
-    left: Array | None = None
-    right: Array | None = None
-    angle: float = 0.0
-
-    def miss(self, x: Array) -> Array:
-        """Distances (n,) [m] of candidates (n, 2) from the locus."""
-        off: Array = np.abs(np.hypot(*(x - self.centre).T) - self.radius)
-        if self.left is None or self.right is None:
-            return off
-        seen = azimuth(self.right - x) - azimuth(self.left - x)
-        wrong = np.abs(wrap(seen - self.angle))
-        return np.where(wrong > 0.5, off + self.radius, off)
-
-
-_Locus = _Line | _Circle
-
-
-def cross(f: Frame) -> None:
-    """Place what two or more loci of different places decide; at most one place by choice."""
-    known, nodes, before = f.known_plan, _candidates(f), f.count()
-    for choose in (False, True) if f.guess else (False,):
-        for node in nodes:
-            place = _decide(_loci(f, node, known), choose)
-            if place is not None:
-                f.place_plan(np.array([node]), place[None])
-                if choose:
-                    return
-        if f.count() > before:
-            return
-
-
-def _candidates(f: Frame) -> list[int]:
-    """Unknown nodes with two or more ties to known ones, most ties first."""
-    known = f.known_plan
-    pairs = [(f.rays.start, f.rays.end), (f.lengths.start, f.lengths.end)]
-    counts = np.zeros(f.ties.n_nodes, dtype=np.int64)
-    for a, b in pairs:
-        counts += np.bincount(b[known[a] & ~known[b]], minlength=len(counts))
-        counts += np.bincount(a[known[b] & ~known[a]], minlength=len(counts))
-    nodes = np.flatnonzero(counts >= 2)
-    return [int(n) for n in nodes[np.argsort(-counts[nodes], kind="stable")]]
-
-
-def _loci(f: Frame, node: int, known: NDArray[np.bool_]) -> list[_Locus]:
-    """All loci of a node."""
-    out: list[_Locus] = []
-    r = f.rays
-    oriented = np.isfinite(f.orientation[r.set])
-    ahead = r[oriented & (r.end == node) & known[r.start]]
-    out += [_Line(f.plan[i], d) for i, d in zip(ahead.start, unit(f.azimuths(ahead)), strict=True)]
-    back = r[oriented & (r.start == node) & known[r.end]]
-    out += [_Line(f.plan[i], -d) for i, d in zip(back.end, unit(f.azimuths(back)), strict=True)]
-    flat = f.flats()
-    for at, to in ((f.lengths.start, f.lengths.end), (f.lengths.end, f.lengths.start)):
-        rows = np.flatnonzero((to == node) & known[at] & np.isfinite(flat))
-        out += [_Circle(f.plan[at[k]], float(flat[k])) for k in rows]
-    own = r[~oriented & (r.start == node) & known[r.end]]
-    for number in np.unique(own.set):
-        same = own[own.set == number]
-        for i, j in zip(range(len(same) - 1), range(1, len(same)), strict=True):
-            angle = float(same.reading[j] - same.reading[i])
-            circle = _inscribed(f.plan[same.end[i]], f.plan[same.end[j]], angle)
-            out += [] if circle is None else [circle]
-    return out[:_MOST_LOCI]
-
-
-def _inscribed(left: Array, right: Array, angle: float) -> _Circle | None:
-    """Places from which ``right`` appears clockwise of ``left`` by an angle."""
-    chord = right - left
-    length, sine = float(np.hypot(*chord)), float(np.sin(angle))
-    if length < 1e-6 or abs(sine) < 1e-3:
-        return None
-    # the centre lies on the chord's bisector, to its right for acute clockwise angles
-    normal = np.array([chord[1], -chord[0]]) / length
-    centre = (left + right) / 2 + normal * length / (2 * np.tan(angle))
-    return _Circle(centre, length / abs(2 * sine), left, right, angle)
-
-
-def _decide(loci: list[_Locus], guess: bool) -> Array | None:
-    """The crossing that fits all loci best, if no other fits as well."""
-    points = [p for a, b in combinations(loci, 2) for p in _meet(a, b)]
-    if not points:
-        return None
-    x = np.array(points)
-    misses = np.array([locus.miss(x) for locus in loci])
-    score = np.median(misses, axis=0) + 0.1 * misses.mean(axis=0)
-    size = max(float(np.ptp(x, axis=0).max()), 1.0)
-    best = int(np.argmin(score))
-    if score[best] > 0.05 * size and score[best] > 1.0:
-        return None
-    apart = np.hypot(*(x - x[best]).T) > 0.02 * size
-    rival = score[apart].min() if apart.any() else np.inf
-    if rival < 3 * score[best] + 1e-3 * size and not guess:
-        return None
-    best_place: Array = x[best]
-    return best_place
-
-
-def _meet(a: _Locus, b: _Locus) -> list[Array]:
-    """Crossings of two loci, none where they are nearly parallel or apart."""
-    if isinstance(a, _Line) and isinstance(b, _Line):
-        matrix = np.stack([a.direction, -b.direction], axis=1)
-        if abs(np.linalg.det(matrix)) < 0.02:
-            return []
-        along = np.linalg.solve(matrix, b.point - a.point)
-        return [a.point + along[0] * a.direction]
-    if isinstance(a, _Line) and isinstance(b, _Circle):
-        return _line_circle(a, b)
-    if isinstance(a, _Circle) and isinstance(b, _Line):
-        return _line_circle(b, a)
-    return _two_circles(a, b) if isinstance(a, _Circle) and isinstance(b, _Circle) else []
-
-
-def _line_circle(line: _Line, circle: _Circle) -> list[Array]:
-    to_centre = circle.centre - line.point
-    along = float(to_centre @ line.direction)
-    square = circle.radius**2 - (float(to_centre @ to_centre) - along**2)
-    if square < -0.05 * circle.radius**2:
-        return []
-    half = np.sqrt(max(square, 0.0))
-    return [line.point + s * line.direction for s in (along - half, along + half)]
-
-
-def _two_circles(a: _Circle, b: _Circle) -> list[Array]:
-    d = b.centre - a.centre
-    apart = float(np.hypot(*d))
-    if apart < 1e-6:
-        return []
-    along = (apart**2 + a.radius**2 - b.radius**2) / (2 * apart)
-    square = a.radius**2 - along**2
-    if square < -0.05 * max(a.radius, b.radius) ** 2:
-        return []
-    half = np.sqrt(max(square, 0.0))
-    e = d / apart
-    side = np.array([-e[1], e[0]])
-    return [a.centre + along * e + s * half * side for s in (-1.0, 1.0)]
-
-
-# Grows a frame from what is known in it until no rule finds anything more.
-#
-# Rules come in tiers: sound and cheap ones are repeated to their end before the next tier is
-# asked, so that chains run through well-determined places first.
-
-
+#: places what it can in a frame
 Rule = Callable[[Frame], None]
-
-
 _SPACE: tuple[Rule, ...] = (fixes, vectors, links, poses, shots, faces)
-
-
 _CHAINS: tuple[Rule, ...] = (transfer, orient, traverse, rises, zeniths, headings)
-
-
 _STATIONS: tuple[Rule, ...] = (set_ups, headings)
-
-
 _FIGURES: tuple[Rule, ...] = (intersect, multilaterate, resect, trilaterate_space)
-
-
+#: tiers of rules in frames whose vertical is known, and in frames that know nothing
 _UPRIGHT = ((*_SPACE, *_CHAINS), _STATIONS, _FIGURES, (cross,))
-
-
 _RIGID: tuple[tuple[Rule, ...], ...] = (_SPACE, (trilaterate_space,))
-
 
 #: passes after which used-up ties are put aside
 _PRUNE_EVERY = 4
+#: parts seeded at most, so that hopeless networks end soon
+_MOST_PARTS = 2000
+
+
+def join_parts(world: Frame) -> None:
+    """Place in the world what its own growth could not reach: soundly if possible, else roughly.
+
+    Roughly: weak figures are taken, slope distances without heights count as horizontal, and at
+    last one of two equally good places is chosen.
+    """
+    for world.relaxed in (False, True):
+        grow(world)
+        parts = _join(world)
+        if world.complete():
+            return
+    world.guess = True
+    grow(world)
+    _merge_all(world, parts)
+
+
+def _join(world: Frame) -> list[Frame]:
+    """Seed, grow and fit in parts; returns those that fit nowhere."""
+    _seed_heights(world)
+    parts: list[Frame] = []
+    tried_sets = np.zeros(len(world.open_set), dtype=bool)
+    tried_poses = np.zeros(len(world.open_pose), dtype=bool)
+    while not world.complete() and len(parts) < _MOST_PARTS:
+        part = next(seeds(world, tried_sets, tried_poses, bool(parts)), None)
+        if part is None:
+            break
+        grow(part)
+        _seed_heights(part)
+        tried_sets |= np.isfinite(part.orientation) & part.open_set
+        tried_poses |= np.isfinite(part.turn[:, 0, 0]) & part.open_pose
+        parts = _merge_all(world, [*parts, part])
+    return parts
 
 
 def grow(f: Frame) -> None:
@@ -260,11 +119,13 @@ def grow(f: Frame) -> None:
             f.prune()
 
 
-# Where a part that does not hang on the control can begin to grow.
-#
-# A seed is a frame of its own with one thing placed by choice: a set-up at the origin with
-# orientation zero, a scanner, two places at their measured distance, or, without any distance, two
-# set-ups that sight each other a unit apart.
+def seeds(world: Frame, sets: Mask, poses: Mask, again: bool) -> Iterator[Frame]:
+    """Frames to grow from, the best first; sets and poses already tried are left out."""
+    yield from _seed_vector(world, again)
+    yield from _seed_set(world, sets)
+    yield from _seed_pose(world, poses)
+    yield from _seed_pair(world, again)
+    yield from _seed_base(world, sets)
 
 
 def _blank(world: Frame, kind: Kind, scaled: bool = True) -> Frame:
@@ -290,15 +151,6 @@ def _blank(world: Frame, kind: Kind, scaled: bool = True) -> Frame:
         open_pose=~placed,
         scaled=scaled,
     )
-
-
-def seeds(world: Frame, sets: Mask, poses: Mask, again: bool) -> Iterator[Frame]:
-    """Frames to grow from, the best first; sets and poses already tried are left out."""
-    yield from _seed_vector(world, again)
-    yield from _seed_set(world, sets)
-    yield from _seed_pose(world, poses)
-    yield from _seed_pair(world, again)
-    yield from _seed_base(world, sets)
 
 
 def _seed_vector(world: Frame, again: bool) -> Iterator[Frame]:
@@ -384,44 +236,6 @@ def _seed_base(world: Frame, tried: Mask) -> Iterator[Frame]:
     yield f
 
 
-#: parts seeded at most, so that hopeless networks end soon
-_MOST_PARTS = 2000
-
-
-def join_parts(world: Frame) -> None:
-    """Place in the world what its own growth could not reach: soundly if possible, else roughly.
-
-    Roughly: weak figures are taken, slope distances without heights count as horizontal, and at
-    last one of two equally good places is chosen.
-    """
-    for world.relaxed in (False, True):
-        grow(world)
-        parts = _join(world)
-        if world.complete():
-            return
-    world.guess = True
-    grow(world)
-    _merge_all(world, parts)
-
-
-def _join(world: Frame) -> list[Frame]:
-    """Seed, grow and fit in parts; returns those that fit nowhere."""
-    _seed_heights(world)
-    parts: list[Frame] = []
-    tried_sets = np.zeros(len(world.open_set), dtype=bool)
-    tried_poses = np.zeros(len(world.open_pose), dtype=bool)
-    while not world.complete() and len(parts) < _MOST_PARTS:
-        part = next(seeds(world, tried_sets, tried_poses, bool(parts)), None)
-        if part is None:
-            break
-        grow(part)
-        _seed_heights(part)
-        tried_sets |= np.isfinite(part.orientation) & part.open_set
-        tried_poses |= np.isfinite(part.turn[:, 0, 0]) & part.open_pose
-        parts = _merge_all(world, [*parts, part])
-    return parts
-
-
 def _seed_heights(f: Frame) -> None:
     """If no height at all is known, one place is given height zero."""
     if f.kind == "rigid" or f.known_up.any():
@@ -480,6 +294,7 @@ def _about_up(angle: float) -> Array:
 
 
 def _fit_space(part: Frame, host: Frame) -> bool:
+    """Carry a part into its host by three or more common places in space."""
     common = np.flatnonzero(part.known & host.known)
     if len(common) < 3:
         return False
@@ -492,6 +307,7 @@ def _fit_space(part: Frame, host: Frame) -> bool:
 
 
 def _fit_plan(part: Frame, host: Frame, host_is_world: bool) -> bool:
+    """Carry a part into its host by common places in plan, and by heights."""
     common = np.flatnonzero(part.known_plan & host.known_plan)
     lone = host_is_world and int(host.known_plan.sum()) == 1
     headed = np.isfinite(part.orientation[part.ties.north])
@@ -550,5 +366,5 @@ def _carry(part: Frame, host: Frame, turn: Array, shift: Array, scale: float) ->
     host.offset[flat] = part.offset[flat] + host.normal[flat] @ np.nan_to_num(shift)
     if not ups and np.linalg.det(turn) > 0:
         angle = np.arctan2(turn[0, 1], turn[0, 0])
-        ours = np.isnan(host.orientation) & np.isfinite(part.orientation)
-        host.orientation[ours] = wrap(part.orientation[ours] + angle)
+        new = np.isnan(host.orientation) & np.isfinite(part.orientation)
+        host.orientation[new] = wrap(part.orientation[new] + angle)

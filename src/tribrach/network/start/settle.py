@@ -1,8 +1,8 @@
-"""Lets all ties of a place have their say, once every place is known.
+"""Improves start values by all ties of every place, once all places are known.
 
-While a frame grows, a place is set by the few ties known then; a gross error among them would
-stay. Here orientations and places are replaced, in turn, by the medians of what all their ties
-propose. A sweep is kept only if it brings the bulk of the observations closer.
+While a frame grows, a place is set by the few ties known then; a gross error among them would stay.
+Here orientations and places are replaced, in turn, by the medians of what all their ties propose. A
+sweep is kept only if it brings the bulk of the observations closer.
 """
 
 from __future__ import annotations
@@ -16,18 +16,15 @@ from numpy.typing import NDArray
 from tribrach._types import Array, Index
 from tribrach.network.start.frame import Frame
 from tribrach.network.start.grouping import azimuth, grouped_angle, grouped_median, wrap
-from tribrach.network.start.horizontal import unit
+from tribrach.network.start.sights import unit
 from tribrach.network.start.space import robust_rigid
 from tribrach.observations.base import Observations, Use
 from tribrach.observations.unknowns import State
 
 __all__ = ["SWEEPS", "disagreement", "settle"]
 
-
 #: sweeps at most
 SWEEPS = 6
-
-
 #: fewer proposals than this cannot outvote a gross error
 _QUORUM = 3
 
@@ -43,7 +40,20 @@ def disagreement(observations: Sequence[Observations], state: State) -> float:
 
 
 def settle(f: Frame, held: NDArray[np.bool_]) -> Frame:
-    """The frame after one sweep; held (n, 3) marks coordinates that were given and stay."""
+    """Sweep once over all orientations and places.
+
+    Parameters
+    ----------
+    f
+        A frame in which every place is known.
+    held : array (n, 3)
+        True for coordinates that were given and stay.
+
+    Returns
+    -------
+    Frame
+        A changed copy.
+    """
     f = replace(
         f,
         plan=f.plan.copy(),
@@ -61,6 +71,7 @@ def settle(f: Frame, held: NDArray[np.bool_]) -> Frame:
 
 
 def _orientations(f: Frame) -> None:
+    """Orientations of sets by all their rays."""
     r = f.rays[f.rays.set != f.ties.north]
     chord = f.plan[r.end] - f.plan[r.start]
     apart = np.hypot(chord[:, 0], chord[:, 1]) > 1e-4
@@ -83,6 +94,7 @@ def _plan(f: Frame, held: NDArray[np.bool_]) -> None:
 
 
 def _heights(f: Frame, held: NDArray[np.bool_]) -> None:
+    """Heights by all height differences, from either end."""
     s = f.rises
     nodes = np.concatenate([s.end, s.start])
     proposed = np.concatenate([f.up[s.start] + s.value, f.up[s.end] - s.value])

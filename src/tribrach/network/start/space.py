@@ -95,10 +95,28 @@ def _reach(f: Frame, numbers: Index) -> Array:
 def robust_rigid(
     group: Index, size: int, local: Array, world: Array, *, mirror: bool = False
 ) -> tuple[Groups, Array]:
-    """Rigid alignments of groups and medians of their residuals [m], reweighted towards medians.
+    """Align groups of pairs of points rigidly, the majority deciding.
 
     Weights ``1 / (|v| + median |v|)`` let the majority decide (iteratively, as for a sum of
     absolute residuals).
+
+    Parameters
+    ----------
+    group : array (n,)
+        Number of the group of each pair.
+    size
+        Number of groups.
+    local, world : array (n, 3)
+        The pairs [m].
+    mirror
+        Is the alignment a reflection?
+
+    Returns
+    -------
+    Groups
+        Alignment of each group.
+    array (size,)
+        Median of its residuals [m].
     """
     fit = group_rigid(group, size, local, world, mirror=mirror)
     medians = np.zeros(size)

@@ -1,7 +1,7 @@
-"""Start values of all unknowns, found from the observations.
+"""Finds start values of all unknowns from the observations.
 
 1. All active observations are written as a few sorts of ties (:mod:`ties`, :mod:`gather`).
-2. The work frame grows from the control (:mod:`growth`): heights, vectors, polar chains, free
+2. The work frame grows from the control (:mod:`parts`): heights, vectors, polar chains, free
    stations, scanner poses; then intersections, distances, resections; medians everywhere.
 3. What does not hang on the control grows in frames of its own and is fitted in by common places
    (:mod:`parts`). Without control the first part makes the frame.
@@ -32,9 +32,19 @@ __all__ = ["find_start"]
 
 
 def find_start(network: Network) -> State:
-    """A state of the network without gaps: what was given, and the rest near the truth.
+    """Find start values for all unknowns of a network.
 
-    Metres and radians in the work frame. Scalars that are no orientation unknowns start at zero.
+    Scalars that are no orientation unknowns start at zero.
+
+    Parameters
+    ----------
+    network
+        Its ``start`` holds what is given, NaN elsewhere.
+
+    Returns
+    -------
+    State
+        What was given, and the rest near the truth; metres and radians in the work frame.
 
     Raises
     ------
@@ -124,8 +134,8 @@ def _state(frame: Frame, start: State) -> State:
     xyz = frame.space(np.arange(ties.n_positions))
     placed = placed_poses(frame)
 
-    def filled(given: np.ndarray, found: np.ndarray) -> np.ndarray:
-        return np.where(np.isnan(given), found, given)
+    def filled(given: np.ndarray, computed: np.ndarray) -> np.ndarray:
+        return np.where(np.isnan(given), computed, given)
 
     turn = np.where(placed[:, None, None], frame.turn, np.nan)
     return replace(

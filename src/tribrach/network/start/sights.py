@@ -1,7 +1,7 @@
-"""Plan coordinates and orientations along rays and distances: what a total station does.
+"""Plan coordinates, orientations and heights along sights: what total stations and levels do.
 
-Each rule places everything it can at once and takes medians where several ties propose.
-Azimuth ``A = orientation + reading``; a ray of length d leads to ``(E, N) + d (sin A, cos A)``.
+Each rule places everything it can at once and takes medians where several ties propose. Azimuth ``A
+= orientation + reading``; a ray of length d leads to ``(E, N) + d (sin A, cos A)``.
 """
 
 from __future__ import annotations
@@ -13,9 +13,20 @@ from tribrach.geometry.alignment import Groups, group_planar
 from tribrach.network.start.frame import Frame
 from tribrach.network.start.grouping import azimuth, grouped_angle, grouped_median, wrap
 
-__all__ = ["orient", "robust_planar", "set_ups", "transfer", "traverse", "unit"]
+__all__ = [
+    "CURVATURE",
+    "orient",
+    "rises",
+    "robust_planar",
+    "set_ups",
+    "transfer",
+    "traverse",
+    "unit",
+    "zeniths",
+]
 
-
+#: (1 - k) / 2R of method section 2.3 with k = 0.13 [1/m]
+CURVATURE = 0.87 / (2 * 6371000.0)
 #: two places nearer than this [m] give no direction
 _COINCIDENT = 1e-4
 
@@ -107,10 +118,30 @@ def robust_planar(
     scale: bool = False,
     mirror: bool = False,
 ) -> tuple[Groups, Array]:
-    """Planar alignments of groups and medians of their residuals [m], outliers trimmed.
+    """Align groups of pairs of points in the plane, outliers trimmed.
 
     The worst pair of a group of four or more that lies far outside the others' residuals is left
     out, one after another.
+
+    Parameters
+    ----------
+    group : array (n,)
+        Number of the group of each pair.
+    size
+        Number of groups.
+    local, world : array (n, 2)
+        The pairs [m].
+    scale
+        Is a scale estimated?
+    mirror
+        Is the alignment a reflection?
+
+    Returns
+    -------
+    Groups
+        Alignment of each group.
+    array (size,)
+        Median of its residuals [m].
     """
     weights = np.ones(len(group))
     fit = group_planar(group, size, local, world, scale=scale, mirror=mirror)
@@ -130,3 +161,27 @@ def robust_planar(
         weights[out] = 0.0
         fit = group_planar(group, size, local, world, weights, scale=scale, mirror=mirror)
     return fit, medians
+
+
+def rises(f: Frame) -> None:
+    """Heights from measured height differences, forwards and backwards."""
+    _climb(f, f.rises.start, f.rises.end, f.rises.value)
+
+
+def zeniths(f: Frame) -> None:
+    """Heights from zenith angles between places whose plan is known."""
+    plan, up = f.known_plan, f.known_up
+    z = f.zeniths
+    z = z[plan[z.start] & plan[z.end] & (up[z.start] ^ up[z.end])]
+    flat = np.hypot(*(f.plan[z.end] - f.plan[z.start]).T)
+    curve = CURVATURE * flat**2 if f.bent else 0.0
+    _climb(f, z.start, z.end, flat * z.slope - z.lift + curve)
+
+
+def _climb(f: Frame, start: Index, end: Index, value: Array) -> None:
+    """Heights from differences (n,) [m] between nodes of which one is known."""
+    up = f.known_up
+    ahead, back = up[start] & ~up[end], up[end] & ~up[start]
+    nodes = np.concatenate([end[ahead], start[back]])
+    heights = [f.up[start[ahead]] + value[ahead], f.up[end[back]] - value[back]]
+    f.place_up(nodes, np.concatenate(heights))
