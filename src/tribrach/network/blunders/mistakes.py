@@ -1,4 +1,17 @@
-"""Blunders that sit in several observations at once, named before anything is switched off."""
+"""Names blunders that sit in several observations at once, before anything is switched off.
+
+Common causes: a wrong height of instrument sits in every sight of a set-up, a wrong height of
+target in every sight to a prism, a target that was moved in all that one instrument saw of it. Each
+cause i is a bias ``C_i b`` of the observations, and ``T_i = b^T (C^T P Q_vv P C) b`` is chi-square
+of as many degrees of freedom if it is not there (Baarda 1968; method section 3.4). The most
+improbable one is taken, what it explains is set aside, and the rest is tested again. Single
+observations compete, so that a common cause is named only where it says more than its worst
+observation does.
+
+Exchanged names: two names that changed places put two targets metres away at once; tests of single
+observations cannot tell which pair it was, since everything around is distorted. The network is
+adjusted again with each pair exchanged; the pair without which it fits is the answer.
+"""
 
 from __future__ import annotations
 
@@ -22,27 +35,24 @@ from tribrach.observations.sights import Sights
 
 __all__ = ["common_causes", "first_adjustment", "mistakes", "swapped_names"]
 
-# What one mistake would explain several bad observations? Causes that tests of single ones miss.
-#
-# A wrong height of instrument sits in every sight of a set-up, a wrong height of target in every
-# sight to a prism, a target that was moved in all that one instrument saw of it. Each cause i is
-# a bias ``C_i b`` of the observations, and ``T_i = b^T (C^T P Q_vv P C) b`` is chi-square of as
-# many degrees of freedom if it is not there (Baarda 1968; method section 3.4). The most
-# improbable one is taken, what it explains is set aside, and the rest is asked again. Single
-# observations compete, so that a common cause is named only where it says more than its worst
-# observation does.
-
-
-#: significance of all causes together; rounds; single observations that compete
-_ALPHA, _ROUNDS, _SINGLE = 0.001, 6, 40
-
-
-#: causes whose tests are as close as this cannot be told apart; most causes; most numbers of all
-_ALIKE, _MOST, _NUMBERS = 3.0, 400, 8_000_000
-
-
-#: step of numerical derivatives by a height [m]; share of its own size that a bias must leave
-_STEP, _UNSEEN = 1e-3, 1e-6
+#: significance of all common causes together
+_ALPHA = 0.001
+#: rounds in which common causes are looked for, and single observations that compete in each
+_ROUNDS, _SINGLE = 6, 40
+#: causes whose logarithms of significance differ by less than this cannot be told apart
+_ALIKE = 3.0
+#: causes at most, and numbers at most in the columns of all of them
+_MOST, _NUMBERS = 400, 8_000_000
+#: step of numerical derivatives by a height [m]
+_STEP = 1e-3
+#: share of its own size that a bias must leave in the residuals to be tested
+_UNSEEN = 1e-6
+#: networks that fit worse than this many times their sigmas are searched for exchanged names
+_GROSS = 5.0
+#: pairs of names that are tried, and iterations of each attempt
+_MOST_SWAPS, _ITERATIONS = 60, 15
+#: share of the variance factor that may be left without an exchange, or without one observation
+_LEFT = 0.05
 
 
 @dataclass(frozen=True)
@@ -53,10 +63,12 @@ class CommonCause:
     ----------
     words
         What is wrong.
-    size
-        What is to be added to it (k,) [m], with its sigma (k,).
+    size : array (k,)
+        What is to be added to it [m].
+    sigma : array (k,)
+        Standard deviation of the size [m].
     statistic
-        T of k degrees of freedom.
+        T, chi-square of k degrees of freedom.
     rest
         ``v^T P v`` without it.
     alternatives
@@ -97,13 +109,24 @@ class _Cause:
 
 
 def common_causes(adjustment: Adjustment) -> list[CommonCause]:
-    """The mistakes that explain what is wrong, the clearest first; none in a network that fits."""
+    """Find the mistakes that explain what is wrong, the clearest first.
+
+    Parameters
+    ----------
+    adjustment
+        The adjusted network.
+
+    Returns
+    -------
+    list of CommonCause
+        Empty for a network that fits.
+    """
     if adjustment.dof < 2 or not find_suspects(weigh(adjustment)):
         return []
     causes = list(_Candidates(adjustment).all())
     limit = np.log(_ALPHA / max(len(causes), 1))
     residual, basis = adjustment.whitened_residuals, np.zeros((adjustment.n_observations, 0))
-    found: list[CommonCause] = []
+    named: list[CommonCause] = []
     for _ in range(_ROUNDS):
         tests = [_test(cause, residual, basis) for cause in causes]
         score = np.array([log_significance(t[0], t[1]) if t[1] else 0.0 for t in tests])
@@ -119,8 +142,8 @@ def common_causes(adjustment: Adjustment) -> list[CommonCause]:
             others = [causes[k] for k in close if k != best and causes[k].common]
             words = tuple(o.words for o in others if not o.items <= cause.items)[:3]
             rest = float(residual @ residual)
-            found.append(CommonCause(cause.words, size, sigma, statistic, rest, words))
-    return found
+            named.append(CommonCause(cause.words, size, sigma, statistic, rest, words))
+    return named
 
 
 def _test(cause: _Cause, residual: Array, basis: Array) -> tuple[float, int, Array, Array]:
@@ -169,17 +192,17 @@ class _Candidates:
         most = min(_SINGLE, max(_NUMBERS // max(len(self.large), 1), 10))
         for suspect in find_suspects(self.system)[:most]:
             table, item = suspect.key
-            mine = (self.rows.table == table) & (self.rows.item == item)
-            unit = np.zeros((len(mine), int(mine.sum())))
-            unit[np.flatnonzero(mine), np.arange(unit.shape[1])] = 1.0
+            inside = (self.rows.table == table) & (self.rows.item == item)
+            unit = np.zeros((len(inside), int(inside.sum())))
+            unit[np.flatnonzero(inside), np.arange(unit.shape[1])] = 1.0
             o = self.adjustment.network.observations[table]
             words = Network.describe(o, item, self.adjustment.state)
-            yield self._cause(words, False, mine, self.adjustment.whitener @ unit)
+            yield self._cause(words, False, inside, self.adjustment.whitener @ unit)
 
-    def _cause(self, words: str, common: bool, mine: Mask, columns: Array) -> _Cause:
+    def _cause(self, words: str, common: bool, inside: Mask, columns: Array) -> _Cause:
         a = self.adjustment
         left = columns - a.design @ a.cofactor.solve(a.design.T @ columns)
-        items = frozenset(zip(self.rows.table[mine].tolist(), self.rows.item[mine].tolist(),
+        items = frozenset(zip(self.rows.table[inside].tolist(), self.rows.item[inside].tolist(),
                               strict=True))  # fmt: skip
         return _Cause(words, common, columns, left, items)
 
@@ -201,22 +224,22 @@ class _Candidates:
                     for e, h in zip(o.end, ht, strict=True)
                 ],
             }
-            for what, said in keys.items():
-                for one in dict.fromkeys(said):
-                    if one:
-                        at = np.flatnonzero(np.array(said, dtype=object) == one)
-                        groups.setdefault((one, what), {})[table] = at
+            for what, labels in keys.items():
+                for label in dict.fromkeys(labels):
+                    if label:
+                        at = np.flatnonzero(np.array(labels, dtype=object) == label)
+                        groups.setdefault((label, what), {})[table] = at
         for (words, what), members in groups.items():
-            mine = self._rows_of(members)
-            if self.large[mine].any():
-                yield words, mine, self._by_height(what, members)
+            inside = self._rows_of(members)
+            if self.large[inside].any():
+                yield words, inside, self._by_height(what, members)
 
     def _rows_of(self, members: dict[int, Index]) -> Mask:
         """Rows (n,) of items by table."""
-        mine = np.zeros(len(self.rows.table), dtype=bool)
+        inside = np.zeros(len(self.rows.table), dtype=bool)
         for table, items in members.items():
-            mine |= (self.rows.table == table) & np.isin(self.rows.item, items)
-        return mine
+            inside |= (self.rows.table == table) & np.isin(self.rows.item, items)
+        return inside
 
     def _by_height(self, what: str, members: dict[int, Index]) -> Array:
         """Whitened derivatives (n, 1) of some sights by a height that they share."""
@@ -228,8 +251,8 @@ class _Candidates:
             change = replace(o, **{what: higher}).predict(state) - o.predict(state)
             for row in o.angular:
                 change[:, row] = wrap(change[:, row])
-            mine = np.flatnonzero((self.rows.table == table) & np.isin(self.rows.item, items))
-            column[mine, 0] = change[self.rows.item[mine], self.rows.row[mine]] / _STEP
+            rows = np.flatnonzero((self.rows.table == table) & np.isin(self.rows.item, items))
+            column[rows, 0] = change[self.rows.item[rows], self.rows.row[rows]] / _STEP
         whitened: Array = self.adjustment.whitener @ column
         return whitened
 
@@ -259,29 +282,23 @@ class _Candidates:
             yield words, mine, part
 
 
-# Were the names of two targets exchanged at one set-up? Adjusted again with each pair exchanged.
-#
-# Two names that changed places put two targets metres away at once; tests of single observations
-# cannot tell which pair it was, since everything around is distorted. The pair without which the
-# network fits is the answer.
-
-
-#: networks that fit worse than this many times their sigmas are looked at; pairs that are tried
-_GROSS, _MOST_SWAPS = 5.0, 60
-
-
-#: of an attempt
-_ITERATIONS = 15
-
-
-#: what must be left of the variance factor
-_LEFT = 0.05
-
-
 @dataclass(frozen=True)
 class SwappedNames:
-    """Two targets whose names were exchanged at a set-up; variance factors before
-    (infinite if it could not be adjusted) and without.
+    """Two targets whose names were exchanged at a set-up.
+
+    Attributes
+    ----------
+    setup
+        Name of the set-up.
+    first, second
+        The two names.
+    before
+        Variance factor with the names as they are, infinite if the network could not be
+        adjusted.
+    after
+        Variance factor with the names exchanged.
+    network
+        The network with the names exchanged.
     """
 
     setup: str
@@ -312,12 +329,21 @@ def swapped_names(
     adjustment: Adjustment | None = None,
     run: Callable[[Network], Adjustment] = _hurried,
 ) -> SwappedNames | None:
-    """The exchange of two names that makes a network fit which does not; None if there is none.
+    """Find the exchange of two names that makes a network fit.
 
     Parameters
     ----------
+    network
+        The network.
     adjustment
         Of the network as it is, None if it could not be adjusted.
+    run
+        Adjusts a network; gives up soon, since with the right names few iterations are needed.
+
+    Returns
+    -------
+    SwappedNames or None
+        None if no exchange makes the network fit, or it fits already.
     """
     before = np.inf if adjustment is None else adjustment.posterior_factor
     if not before > _GROSS**2 or (adjustment is not None and _one_alone(adjustment, run)):
@@ -407,7 +433,17 @@ _CURE = "correct the names in the file"
 
 
 def first_adjustment(network: Network) -> Adjustment:
-    """The network adjusted as it is.
+    """Adjust a network as it is.
+
+    Parameters
+    ----------
+    network
+        The network.
+
+    Returns
+    -------
+    Adjustment
+        Nothing is switched off.
 
     Raises
     ------
@@ -419,10 +455,10 @@ def first_adjustment(network: Network) -> Adjustment:
     try:
         return adjust(network)
     except NotConverged as error:
-        found = swapped_names(network)
-        if found is None:
+        exchange = swapped_names(network)
+        if exchange is None:
             raise
-        raise InputError(found.sentence(), cure=_CURE) from error
+        raise InputError(exchange.sentence(), cure=_CURE) from error
 
 
 def mistakes(adjustment: Adjustment) -> list[str]:
