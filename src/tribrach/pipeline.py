@@ -6,16 +6,17 @@ write.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
 from tribrach._types import Progress
-from tribrach.gnss.sessions import SessionResult
 from tribrach.io.outputs import write_texts
-from tribrach.job.antennas import add_antennas
-from tribrach.job.instruments import instrument_figures
+from tribrach.job.antenna_lever_arms import lever_arm_files
+from tribrach.job.antennas import carried_antennas
+from tribrach.job.results import JobResults
+from tribrach.job.station_comparison import StationComparison
 from tribrach.job.steps import compare, find_and_name, georeference
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.blunders.mistakes import first_adjustment, mistakes
@@ -31,12 +32,19 @@ from tribrach.project import Project
 from tribrach.registration.geometry_warnings import geometry_sentences
 from tribrach.report import html, json_result, text
 from tribrach.report.build import build
-from tribrach.report.chapters.georeferencing import add_georeferencing
-from tribrach.report.chapters.gnss import gnss_chapter
-from tribrach.report.chapters.registration import add_registration
 from tribrach.report.content import Content
+from tribrach.report.summary import sigma_origin
+from tribrach.report.warnings import ReportWarning, Severity, warned
 
-__all__ = ["AdjustmentSettings", "adjust_network", "run", "solve", "write"]
+__all__ = [
+    "AdjustmentSettings",
+    "SolvedNetwork",
+    "adjust_network",
+    "report",
+    "run",
+    "solve",
+    "write",
+]
 
 
 @dataclass(frozen=True)
@@ -51,57 +59,65 @@ class AdjustmentSettings:
     angle: Literal["gon", "deg"] = "gon"
 
 
-def adjust_network(
-    network: Network, settings: AdjustmentSettings, facts: Mapping[str, str] | None = None
-) -> Content:
-    """Adjust a network as the settings say; the content of its report."""
-    return solve(network, settings, facts)[1]
+@dataclass(frozen=True)
+class SolvedNetwork:
+    """An adjusted network, its quality, what was done to it, and what looks wrong."""
+
+    adjustment: Adjustment
+    quality: Quality
+    snooping: SnoopingLog | None
+    components: VarianceComponents | None
+    warnings: tuple[ReportWarning, ...]
 
 
-def solve(
-    network: Network,
-    settings: AdjustmentSettings,
-    facts: Mapping[str, str] | None = None,
-    sessions: Sequence[SessionResult] = (),
-) -> tuple[Adjustment, Content]:
-    """Adjust a network as the settings say; the adjustment and the content of its report.
-
-    sessions : of receivers whose baselines were computed for it.
-    """
+def solve(network: Network, settings: AdjustmentSettings) -> SolvedNetwork:
+    """Adjust a network as the settings say, clean it, weigh it, assess it."""
     log: SnoopingLog | None = None
     components: VarianceComponents | None = None
-    warnings: list[str] = []
     adjustment = first_adjustment(network)
-    warnings += [f"{text}." for text in mistakes(adjustment)]
+    warnings = [*warned(Severity.INPUT, mistakes(adjustment))]
     if settings.robust != "none":
         robust = adjust_robust(network, settings.robust)
-        warnings += robust.sentences()
+        warnings += warned(Severity.BLUNDER, robust.sentences())
     if settings.snoop:
         adjustment, log = snoop(network)
     if settings.vce:
         components = estimate_components(adjustment.network)
         adjustment = components.adjustment
-    quality: Quality = assess(adjustment, confidence=settings.confidence)
-    warnings += constraint_reactions(adjustment).sentences()
-    warnings += confusable(adjustment, quality)[:10]
-    warnings += placement_sentences(adjustment)
-    warnings += geometry_sentences(adjustment)[:20]
-    gnss = gnss_chapter(adjustment, sessions)
-    warnings += [] if gnss is None else gnss[1]
-    content = build(
-        adjustment,
-        quality,
+    quality = assess(adjustment, confidence=settings.confidence)
+    warnings += warned(Severity.BLUNDER, constraint_reactions(adjustment).sentences())
+    warnings += warned(Severity.WEAK, confusable(adjustment, quality)[:10])
+    warnings += warned(Severity.NOTE, placement_sentences(adjustment))
+    warnings += warned(Severity.WEAK, geometry_sentences(adjustment)[:20])
+    return SolvedNetwork(adjustment, quality, log, components, tuple(warnings))
+
+
+def report(
+    solution: SolvedNetwork,
+    settings: AdjustmentSettings,
+    facts: Mapping[str, str] | None = None,
+    job: JobResults | None = None,
+) -> Content:
+    """Everything there is to say of a solution, and of what a job left besides."""
+    return build(
+        solution.adjustment,
+        solution.quality,
         confidence=settings.confidence,
         posterior=settings.posterior,
         angle=settings.angle,
         facts=facts,
-        snooping=log,
-        components=components,
-        further_warnings=warnings,
+        snooping=solution.snooping,
+        components=solution.components,
+        warnings=solution.warnings,
+        job=job or JobResults(),
     )
-    if gnss is not None:
-        content = replace(content, chapters=(*content.chapters, gnss[0]))
-    return adjustment, content
+
+
+def adjust_network(
+    network: Network, settings: AdjustmentSettings, facts: Mapping[str, str] | None = None
+) -> Content:
+    """Adjust a network as the settings say; the content of its report."""
+    return report(solve(network, settings), settings, facts)
 
 
 def write(content: Content, folder: Path, further: Mapping[Path, str] | None = None) -> list[Path]:
@@ -131,15 +147,26 @@ def run(
     further = None if work is None else work.registered.survey
     survey = project.survey(further, progress)
     network = project.network_of(survey, whole=further is not None)
-    adjustment, content = solve(network, settings, project.facts, project.computed_sessions)
-    content = replace(content, instruments=instrument_figures(project))
-    content = add_georeferencing(content, project, adjustment)
+    solution = solve(network, settings)
+    adjustment = solution.adjustment
+    origin = sigma_origin(adjustment, settings.posterior)
+    placed = None
+    comparisons: tuple[StationComparison, ...] = ()
     if work is not None:
-        chapter = georeference(project, work, adjustment, folder, content.sigma_origin, progress)
-        warnings = (*content.warnings, *chapter.warnings)
-        compared = compare(project, work, adjustment, progress)
-        content = replace(content, scans=chapter, warnings=warnings, comparisons=compared)
-        content = add_registration(content, project, work.registered, adjustment)
-    content, files = add_antennas(content, survey, adjustment, folder)
-    write(content, folder, files)
+        placed = georeference(project, work, adjustment, folder, origin, progress)
+        comparisons = compare(project, work, adjustment, progress)
+    antennas = carried_antennas(
+        survey, adjustment, adjustment.variance_factor(posterior=settings.posterior)
+    )
+    results = JobResults(
+        project,
+        project.computed_sessions,
+        None if work is None else work.registered,
+        placed,
+        comparisons,
+        antennas,
+    )
+    content = report(solution, settings, project.facts, results)
+    arms = () if antennas is None else antennas.lever_arms
+    write(content, folder, lever_arm_files(arms, folder, content.datum.sentence, origin))
     return content

@@ -16,9 +16,9 @@ from tribrach.job.clouds import place
 from tribrach.job.scans import StationScan
 from tribrach.job.state import Remembered
 from tribrach.network.adjustment import Adjustment, adjust
-from tribrach.report.budget_tables import budget_charts, budget_table
+from tribrach.report.chapters.error_budget import budget_charts, budget_table
 from tribrach.report.columns import ColumnSet
-from tribrach.report.style import Style
+from tribrach.report.numbers import Style
 from tribrach.scan.surface_sample import surface_sample
 from tribrach.units import SEC
 

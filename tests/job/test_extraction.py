@@ -47,7 +47,8 @@ def test_every_kind_is_found_in_one_scan(file, noise):
         assert gap(d.center, truth[d.kind]) < 1e-3
         # no centre falls below the floor
         assert d.sigmas.min() >= 0.2e-3
-    assert findings.picture
+    assert findings.panorama is not None
+    assert findings.panorama.kinds == tuple(d.kind for d in findings.detections)
     assert len(merged([findings, findings])["S1"]) == 3
 
 

@@ -217,7 +217,7 @@ def test_a_blunder_in_a_baseline_is_named(tmp_path: Path) -> None:
     adjustment = adjust(Project.load(path).network())
     made = gnss_chapter(adjustment)
     assert made is not None
-    warnings = made[1]
+    warnings = [warning.text for warning in made.warnings]
     assert warnings
     assert all("D" in text and "E" in text for text in warnings[:1])
     said = float(warnings[0].split(" mm")[0].split()[-1])

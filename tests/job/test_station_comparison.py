@@ -43,8 +43,8 @@ def job(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Content]:
 
 def test_the_report_has_a_chapter_of_the_comparison(job: tuple[Path, Content]) -> None:
     folder, content = job
-    (chapter,) = content.comparisons
-    assert chapter.title == "S3 S3-sites against S4 S4-sites"
+    (chapter,) = content.job.comparisons
+    assert (chapter.a, chapter.b) == ("S3 S3-sites", "S4 S4-sites")
     assert [s.name for s in chapter.sites] == [str(k + 1) for k in SOME]
     for site in chapter.sites:
         assert site.prediction is not None
@@ -100,7 +100,7 @@ def test_compare_says_the_same_from_the_files(job: tuple[Path, Content], tmp_pat
                  "--sites", folder / "sites.csv", "--json", out,
                  "--html", tmp_path / "c.html", "--alignment", tmp_path / "a.json")  # fmt: skip
     data = json.loads(out.read_text())
-    (chapter,) = content.comparisons
+    (chapter,) = content.job.comparisons
     peer = json.loads((tmp_path / "a.json").read_text())
     poses = read_poses(clouds / "poses.json")
     pair = poses.pair(*(s.placement for s in (poses.scans[3], poses.scans[2])))
@@ -190,9 +190,9 @@ def test_sites_are_chosen_where_none_are_given(job: tuple[Path, Content]) -> Non
     path = job[0] / "chosen.toml"
     path.write_text(text.replace('sites = "sites.csv"', ""))
     content = run(Project.load(path), job[0] / "out")
-    (chapter,) = content.comparisons
+    (chapter,) = content.job.comparisons
     assert len(chapter.sites) >= 4
-    assert "sites were chosen on flat surfaces" in " ".join(chapter.sentences())
+    assert "sites were chosen on flat surfaces" in " ".join(chapter.remarks)
     for site in chapter.sites:
         assert site.c2c is not None
         assert site.c2c.places[:, 0] == pytest.approx(1090.0, abs=0.03)

@@ -8,10 +8,9 @@ from scipy.stats import chi2
 
 from tests.project.test_lever_arms import ARM, write
 from tribrach.errors import InputError
-from tribrach.job.truth import against_truth, read_truth
+from tribrach.job.truth import TruthRow, against_truth, read_truth
 from tribrach.network.adjustment import adjust
 from tribrach.project import Project
-from tribrach.report.scan_content import TruthRow
 from tribrach.simulate.twins import build
 
 POINTS = 10_000

@@ -5,7 +5,7 @@ from dataclasses import replace
 from tests.report.cases import EVIL, levelling
 from tribrach.report import html, json_result, text
 from tribrach.report.chapter import Chapter
-from tribrach.report.scan_content import Picture
+from tribrach.report.figures import Picture
 from tribrach.report.tables import ColumnHead, build_table, text_cell
 
 TABLE = build_table(

@@ -12,7 +12,7 @@ from tribrach.network.quality import assess, check_covariances
 from tribrach.network.variance_components import estimate_components
 from tribrach.observations.base import Use
 from tribrach.report.build import build
-from tribrach.report.stations import attitude
+from tribrach.report.chapters.stations import attitude
 
 
 def test_levelling_loop_has_the_numbers_of_the_textbook() -> None:

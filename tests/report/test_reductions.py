@@ -5,9 +5,9 @@ import pytest
 
 from tribrach.io.survey.totalstation import survey_of
 from tribrach.io.totalstation.recorder import Recorder
+from tribrach.report.chapters.reductions import reductions
 from tribrach.report.columns import ColumnSet
-from tribrach.report.reductions import reduction_chapter
-from tribrach.report.style import Style
+from tribrach.report.numbers import Style
 from tribrach.units import GON
 
 COLLIMATION, INDEX = 0.0015 * GON, -0.0008 * GON
@@ -31,7 +31,7 @@ def chapter(tmp_path):
                     line, target, direction=h % (2 * np.pi), zenith=zenith + INDEX, distance=30.0
                 )
                 line += 1
-    return reduction_chapter(survey_of([recorder.finish()]).facts)
+    return reductions(survey_of([recorder.finish()]).facts)
 
 
 def test_axis_errors_and_rounds(chapter):
@@ -49,15 +49,15 @@ def test_axis_errors_and_rounds(chapter):
 
 
 def test_tables(chapter):
-    tables = {t.name: t for t in chapter.tables(ColumnSet(Style("gon")), None)}
+    tables = {t.name: t for t in chapter.tables(ColumnSet(Style("gon")))}
     assert set(tables) == {"axes", "rounds", "sets", "closures"}
     heads = [c.head for c in tables["axes"].columns]
     row = dict(zip(heads, [c.text for c in tables["axes"].rows[0].cells], strict=True))
     assert row["File"] == "field.raw"
     assert row["index"] == "-0.80"
     assert len(tables["sets"].rows) == 6
-    assert len(chapter.tables(ColumnSet(Style("deg")), 2)[2].rows) == 2
+    assert len(chapter.tables(ColumnSet(Style("deg")))[2].first(2).rows) == 2
 
 
 def test_no_raw_files():
-    assert reduction_chapter({"title": "x"}) is None
+    assert reductions(()) is None

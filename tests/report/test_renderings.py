@@ -18,7 +18,7 @@ from tribrach.observations.gnss import GnssBaselines
 from tribrach.report import html, json_result, text
 from tribrach.report.build import build
 from tribrach.report.content import Content
-from tribrach.report.plan import plan, round_down
+from tribrach.report.map import network_map, round_down
 
 
 def refuse(constant: str) -> float:
@@ -169,14 +169,14 @@ def test_angles_are_written_in_the_chosen_unit() -> None:
 
 
 def test_plan_needs_two_positions_in_plan() -> None:
-    assert plan(levelling()) is None
+    assert network_map(levelling()) is None
     assert "no plan coordinates" in html.render(levelling())
 
 
 def test_plan_keeps_distances_and_directions() -> None:
     adjustment = adjust(trilateration(Datum("free")).network())
     content = build(adjustment, assess(adjustment))
-    drawn = plan(content)
+    drawn = network_map(content)
     assert drawn is not None
     place = {s.name: np.array([s.x, s.y]) for s in drawn.symbols}
     true = {p.name: np.array(p.xyz[:2]) for p in content.points}

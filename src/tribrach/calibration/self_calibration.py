@@ -170,6 +170,17 @@ class SelfCalibration:
         return tuple(p.name for p in self.parameters)
 
     @property
+    def datum_words(self) -> str:
+        """The datum in words."""
+        datum = self.adjustment.network.datum
+        names = ", ".join(datum.names[:6]) + (" and more" if len(datum.names) > 6 else "")
+        if self.adjustment.warnings and self.datums == ():
+            return "minimum norm over metres and radians"
+        if datum.kind == "free":
+            return f"inner constraints over {names or 'all points'}"
+        return f"{names} held" if datum.kind == "fixed" else "control as given"
+
+    @property
     def covariance(self) -> Array:
         """Covariance (k, k) of the parameters, scaled with the factor."""
         columns = np.concatenate([self.adjustment.columns(name) for name in self.names])

@@ -13,6 +13,7 @@ from tribrach.cli.shell import fail, guarded, refuse_outputs, shown
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
 from tribrach.io.survey.formats import read_files
+from tribrach.job.results import JobResults
 from tribrach.network.observed_part import observed_part
 from tribrach.project import Project, parse_datum
 from tribrach.report import html, json_result, text
@@ -64,7 +65,8 @@ def adjust(
         facts, sessions = (
             ({}, ()) if project is None else (project.facts, project.computed_sessions)
         )
-        content = pipeline.solve(network, settings, facts, sessions)[1]
+        results = JobResults(sessions=sessions)
+        content = pipeline.report(pipeline.solve(network, settings), settings, facts, results)
         outputs: list[tuple[Path | None, Callable[[Content], str]]] = [
             (json_file, json_result.dumps),
             (html_file, html.render),
@@ -119,7 +121,7 @@ def finish(content: Content, quiet: bool, folder: Path | None = None) -> None:
         typer.echo(text.brief(content))
         if folder is not None:
             typer.echo(f"report: {folder / 'report.html'}")
-            if content.scans is not None and content.scans.clouds:
+            if any(table.name == "clouds" for table in content.tables(1)):
                 typer.echo(f"clouds: {folder / 'clouds'}")
     if content.summary.dof <= 0:
         fail("no redundancy: nothing is checked; observe more before these figures are used")

@@ -15,8 +15,8 @@ from tribrach.io.outputs import write_bytes, write_text
 from tribrach.io.scans.formats import read_scans
 from tribrach.job.find_targets import Findings, blind, find_targets
 from tribrach.job.scans import StationScan
-from tribrach.job.thumbnail import decoded
 from tribrach.project.sections import TargetSection
+from tribrach.report.chapters.scans import panorama_png
 from tribrach.scan.prepared import seen_from
 
 __all__ = ["targets"]
@@ -91,7 +91,8 @@ def _write(found: list[Findings], json_file: Path | None, png_file: Path | None)
         for number, finding in enumerate(found, start=1):
             one = len(found) == 1
             path = png_file if one else png_file.with_stem(f"{png_file.stem}-{number}")
-            write_bytes(path, decoded(finding.picture))
+            assert finding.panorama is not None
+            write_bytes(path, panorama_png(finding.panorama))
 
 
 def _print(found: list[Findings]) -> None:

@@ -1,24 +1,21 @@
-"""Stations that carry antennas or prisms: what the report says of lever arms and rigid placing."""
+"""Stations that carry antennas or prisms: their lever arms, and their rigid model."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
-from pathlib import Path
+from dataclasses import dataclass
 
 import numpy as np
 
 from tribrach.errors import AdjustmentError
-from tribrach.job.antenna_lever_arms import lever_arm_chapter, lever_arm_files, lever_arms
-from tribrach.job.rigid_placing import place_rigidly, rigid_chapter
+from tribrach.job.antenna_lever_arms import EstimatedLeverArm, lever_arms
+from tribrach.job.rigid_placing import place_rigidly
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Use
 from tribrach.observations.gnss import Antennas
-from tribrach.registration.rigid_model import TooFewPlaces
-from tribrach.report.content import Content
+from tribrach.registration.rigid_model import RigidModel, TooFewPlaces
 
-__all__ = ["add_antennas", "height_sentences"]
+__all__ = ["CarriedAntennas", "carried_antennas", "height_sentences"]
 
 _KINDS = ("antenna", "mounted_point")
 
@@ -46,27 +43,42 @@ def height_sentences(adjustment: Adjustment) -> list[str]:
     return out
 
 
-def add_antennas(
-    content: Content, survey: Survey, adjustment: Adjustment, folder: Path
-) -> tuple[Content, Mapping[Path, str]]:
-    """The content with chapters on antennas, and lever arm files by their paths.
+@dataclass(frozen=True)
+class CarriedAntennas:
+    """What is known of stations that carry antennas or prisms, once adjusted.
 
-    Nothing is added where no station carries one.
+    Parameters
+    ----------
+    lever_arms : tuple of EstimatedLeverArm
+        Those that were estimated.
+    heights : tuple of str
+        Antennas that were switched off and stand too high or too low, a sentence each.
+    rigid : RigidModel or None
+        All stations as one rigid body.
+    obstacle : str
+        Why there is no such body, "" where there is nothing to be said.
+    """
+
+    lever_arms: tuple[EstimatedLeverArm, ...]
+    heights: tuple[str, ...]
+    rigid: RigidModel | None = None
+    obstacle: str = ""
+
+
+def carried_antennas(
+    survey: Survey, adjustment: Adjustment, factor: float = 1.0
+) -> CarriedAntennas | None:
+    """Lever arms and the rigid model; None where no station carries an antenna or prism.
+
+    factor : on a-priori covariances (a posteriori variance).
     """
     if not any(o.kind in _KINDS and len(o) for o in adjustment.network.observations):
-        return content, {}
-    factor = adjustment.variance_factor(posterior=content.settings.posterior)
-    angle, origin = content.settings.angle, content.sigma_origin
-    chapters, files = list(content.chapters), {}
-    warnings = [*content.warnings, *height_sentences(adjustment)]
-    found = lever_arms(adjustment, factor)
-    if found:
-        chapters.append(lever_arm_chapter(found, angle, origin))
-        files = lever_arm_files(found, folder, content.datum.sentence, origin)
+        return None
+    arms = tuple(lever_arms(adjustment, factor))
+    heights = tuple(height_sentences(adjustment))
     try:
-        chapters.append(rigid_chapter(place_rigidly(survey, adjustment), adjustment, angle))
-    except TooFewPlaces:
-        pass  # a single scan, say: there is nothing to compare with
+        return CarriedAntennas(arms, heights, place_rigidly(survey, adjustment))
+    except TooFewPlaces:  # a single scan, say: there is nothing to compare with
+        return CarriedAntennas(arms, heights)
     except AdjustmentError as error:
-        warnings.append(f"The stations make no rigid model by themselves: {error.headline}.")
-    return replace(content, chapters=tuple(chapters), warnings=tuple(warnings)), files
+        return CarriedAntennas(arms, heights, obstacle=str(error.headline))

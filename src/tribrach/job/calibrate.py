@@ -15,7 +15,6 @@ from tribrach.io.calibration_file import Calibration
 from tribrach.job.calibrations import Calibrations
 from tribrach.job.steps import find_and_name
 from tribrach.network.network import Datum, Network
-from tribrach.report.calibration_words import datum_words
 
 if TYPE_CHECKING:
     from tribrach.project import Project
@@ -110,7 +109,7 @@ def _calibration(
         unit_lengths=tuple(section.unit_lengths_m),
         architecture=section.scanner,
         date=datetime.date.today(),
-        datum=datum_words(found),
+        datum=found.datum_words,
         sigma_origin=found.sigma_origin,
         observations=a.n_observations,
         redundancy=a.dof,

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from tribrach.job.panorama import Panorama, panorama
 from tribrach.job.scans import StationScan
 from tribrach.job.state import Remembered, digest
-from tribrach.job.thumbnail import thumbnail
 from tribrach.project.sections import TargetSection
 from tribrach.scan.loading import load
 from tribrach.scan.range_image import organise
@@ -28,7 +28,7 @@ __all__ = ["Findings", "blind", "extract", "find_targets", "merged"]
 
 
 #: changes of how targets are found make remembered ones void
-_METHOD = 5
+_METHOD = 6
 
 
 #: range for which the noise of fits is taken [m]
@@ -44,7 +44,7 @@ class Findings:
     """What one scan holds.
 
     detections, rejected : targets and what only looked like one; points : valid points of the scan;
-    picture : intensity panorama with the targets marked, a PNG file in base64, "" without one;
+    panorama : intensity over directions with the places of the targets, None without one;
     sentences : what could not be looked for, and why.
     """
 
@@ -53,7 +53,7 @@ class Findings:
     detections: tuple[Detection, ...]
     rejected: tuple[Rejected, ...]
     points: int
-    picture: str = ""
+    panorama: Panorama | None = None
     sentences: tuple[str, ...] = ()
 
     def moved(self, by: Sequence[float]) -> Findings:
@@ -121,9 +121,9 @@ def find_targets(scan: StationScan, wanted: TargetSection) -> Findings:
             results.append(find_discs(*seen, wanted.disc_radius_m, **more))
     detections = tuple(d for good, _ in results for d in good)
     rejected = tuple(r for _, bad in results for r in bad)
-    picture = thumbnail(image, cloud.intensity, detections)
+    view = panorama(image, cloud.intensity, detections)
     said = (unseen,) if unseen else ()
-    return Findings(scan.name, scan.station, detections, rejected, len(cloud.xyz), picture, said)
+    return Findings(scan.name, scan.station, detections, rejected, len(cloud.xyz), view, said)
 
 
 def blind(scan: StationScan, wanted: TargetSection) -> str:
@@ -182,18 +182,19 @@ def _to_facts(found: Findings) -> dict[str, Any]:
         "detections": [d.to_dict() for d in found.detections],
         "rejected": [r.to_dict() for r in found.rejected],
         "points": found.points,
-        "picture": found.picture,
+        "panorama": None if found.panorama is None else found.panorama.to_facts(),
         "sentences": list(found.sentences),
     }
 
 
 def _from_facts(scan: StationScan, facts: dict[str, Any]) -> Findings:
+    view = facts["panorama"]
     return Findings(
         scan.name,
         scan.station,
         tuple(Detection.from_dict(d) for d in facts["detections"]),
         tuple(Rejected.from_dict(r) for r in facts["rejected"]),
         int(facts["points"]),
-        str(facts["picture"]),
+        None if view is None else Panorama.from_facts(view),
         tuple(str(s) for s in facts["sentences"]),
     )

@@ -8,7 +8,7 @@ from __future__ import annotations
 import base64
 import zlib
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, is_dataclass, replace
+from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -18,10 +18,12 @@ from numpy.typing import NDArray
 from tribrach._types import Array
 from tribrach.comparison.c2c import C2C, Pitch, Signed, Tally
 from tribrach.comparison.predicted import OffsetTest, Prediction
+from tribrach.comparison.regression import Regression, regress
 from tribrach.comparison.results import M3C2Figures, SiteResult
 from tribrach.comparison.sampling_floor import Floor
 from tribrach.comparison.sites import ComparisonSite, Geometry, choose_sites
 from tribrach.comparison.station_pair import StationPair
+from tribrach.errors import InputError
 from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.io.site_table import read_sites
 from tribrach.job.cloud_file import CloudFile
@@ -31,7 +33,6 @@ from tribrach.job.poses import delivered, joint_covariance
 from tribrach.job.scans import StationScan
 from tribrach.job.state import Remembered, digest
 from tribrach.network.adjustment import Adjustment
-from tribrach.report.comparison_chapter import ComparisonChapter, comparison_chapter
 from tribrach.scan.normals import normals
 from tribrach.units import MM
 
@@ -41,7 +42,15 @@ if TYPE_CHECKING:
     from tribrach.project import Project
     from tribrach.project.sections import ComparisonSection
 
-__all__ = ["Wish", "compare_stations", "from_facts", "to_facts", "wishes"]
+__all__ = [
+    "REGRESSION_UNITS",
+    "StationComparison",
+    "Wish",
+    "compare_stations",
+    "from_facts",
+    "to_facts",
+    "wishes",
+]
 
 # What a comparison found as plain numbers, to be remembered, and back: equal in every digit.
 
@@ -192,6 +201,78 @@ def _named(
     return mine
 
 
+#: columns of the regression with their units
+REGRESSION_UNITS = {"range": "m", "incidence": "deg", "mean": "mm", "std": "mm"}
+
+
+@dataclass(frozen=True)
+class StationComparison:
+    """Two stations or scans against each other.
+
+    Parameters
+    ----------
+    a, b : str
+        The compared one and the reference.
+    limit : float
+        Longest distance that was compared [m].
+    sites : tuple of SiteResult
+        What each site says.
+    offsets : OffsetTest or None
+        All sites together.
+    regression : Regression or None
+        Of nearest-neighbour distances on range and incidence.
+    values : mapping
+        Columns (n,) of the regression, in the units of :data:`REGRESSION_UNITS`.
+    remarks : tuple of str
+        How sites were chosen, and why there is no regression.
+    """
+
+    a: str
+    b: str
+    limit: float
+    sites: tuple[SiteResult, ...]
+    offsets: OffsetTest | None = None
+    regression: Regression | None = None
+    values: Mapping[str, Array] = field(default_factory=dict, repr=False)
+    remarks: tuple[str, ...] = ()
+
+    @classmethod
+    def of(
+        cls,
+        a: str,
+        b: str,
+        limit: float,
+        sites: Sequence[SiteResult],
+        offsets: OffsetTest | None = None,
+        remarks: Sequence[str] = (),
+    ) -> StationComparison:
+        """A comparison with the regression where the sites carry one."""
+        values = _regression_values(sites)
+        regression, words = None, list(remarks)
+        if len(values["range"]) > 1:
+            try:
+                causes, quantities = ["range", "incidence"], ["mean", "std"]
+                regression = regress(values, causes, quantities, REGRESSION_UNITS)
+            except InputError as error:
+                words.append(f"No regression on range and incidence: {error.what}.")
+        return cls(a, b, limit, tuple(sites), offsets, regression, values, tuple(words))
+
+
+def _regression_values(sites: Sequence[SiteResult]) -> dict[str, Array]:
+    """Columns over the sites that have all of them."""
+    rows = [
+        (s.range, np.degrees(s.incidence), 1e3 * s.c2c.mean, 1e3 * s.c2c.std)
+        for s in sites
+        if s.range is not None
+        and s.incidence is not None
+        and s.c2c is not None
+        and s.c2c.mean is not None
+        and s.c2c.std is not None
+    ]
+    columns = np.array(rows, dtype=float).reshape(-1, 4).T
+    return dict(zip(REGRESSION_UNITS, columns, strict=True))
+
+
 def compare_stations(
     wished: Sequence[Wish],
     adjustment: Adjustment,
@@ -199,12 +280,12 @@ def compare_stations(
     factor: float,
     state: Remembered,
     progress: Callable[[str, int, int | None], None],
-) -> list[ComparisonChapter]:
-    """A chapter for each comparison; those of unchanged clouds come from the last run.
+) -> list[StationComparison]:
+    """Every comparison that is asked for; those of unchanged clouds come from the last run.
 
     factor : on a-priori covariances (a posteriori variance).
     """
-    chapters = []
+    comparisons = []
     for number, wish in enumerate(wished, start=1):
         a, b = wish.section.a, wish.section.b
         pair = _pair(wish, adjustment, frame, factor)
@@ -214,8 +295,8 @@ def compare_stations(
         if found is None:
             found = _compared(wish, adjustment, frame, factor, pair, progress)
             state.remember(product, key, to_facts(*found))
-        chapters.append(comparison_chapter(a, b, wish.section.limit_mm * MM, *found))
-    return chapters
+        comparisons.append(StationComparison.of(a, b, wish.section.limit_mm * MM, *found))
+    return comparisons
 
 
 def _recalled(state: Remembered, product: str, key: str) -> Found | None:

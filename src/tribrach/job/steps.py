@@ -5,17 +5,18 @@ Every step remembers its product; a second run goes on where the first one stopp
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tribrach._types import Progress
+from tribrach.cloud.placement import Placement
 from tribrach.errors import InputError
 from tribrach.geodesy import frames
 from tribrach.geodesy.output_frame import FrameKind, OutputFrame
 from tribrach.io.outputs import write_texts
-from tribrach.job.budget import error_budget, reach_sentences
+from tribrach.job.budget import BudgetRow, error_budget, reach_sentences
 from tribrach.job.clouds import Product, place, write_clouds
 from tribrach.job.find_targets import Findings, extract
 from tribrach.job.grouping import refuse_impossible
@@ -23,19 +24,15 @@ from tribrach.job.name_targets import Named
 from tribrach.job.poses import MOST_STATIONS, joint_covariance, pose_texts, station_order
 from tribrach.job.scans import StationScan, as_adjusted, calibration_sentences, open_scans
 from tribrach.job.state import Remembered
-from tribrach.job.station_comparison import Wish, compare_stations, wishes
+from tribrach.job.station_comparison import StationComparison, Wish, compare_stations, wishes
 from tribrach.job.tie import Registered, register
-from tribrach.job.truth import against_truth, read_truth
+from tribrach.job.truth import TruthRow, against_truth, read_truth
 from tribrach.network.adjustment import Adjustment
-from tribrach.report.budget_tables import budget_charts
-from tribrach.report.chapters.scans import scan_chapter
-from tribrach.report.comparison_chapter import ComparisonChapter
-from tribrach.report.scan_content import ScanChapter
 
 if TYPE_CHECKING:
     from tribrach.project import Project
 
-__all__ = ["ScanWork", "compare", "find_and_name", "georeference"]
+__all__ = ["PlacedScans", "ScanWork", "compare", "find_and_name", "georeference"]
 
 
 @dataclass(frozen=True)
@@ -68,6 +65,47 @@ class ScanWork:
         return self.registered.named
 
 
+@dataclass(frozen=True)
+class PlacedScans:
+    """Scans through the adjusted stations, and what was made of them.
+
+    Parameters
+    ----------
+    scans : sequence of StationScan
+        Corrected by the adjusted calibration of their scanners.
+    findings : sequence of Findings
+        Targets found in each scan, and what was rejected.
+    named : Named or None
+        Their names; None if none were sought.
+    placements : mapping
+        Pose and covariance by scan.
+    frame : OutputFrame
+        Of the clouds.
+    products : sequence of Product
+        Clouds that were written.
+    budget : sequence of BudgetRow
+        What the uncertainty of points comes from, region by region.
+    corrected, reach : sequence of str
+        Which scans were corrected and by what; which reach far beyond their targets.
+    truth : sequence of TruthRow
+        The comparison of a simulated job with its truth.
+    loose : bool
+        True if there is a truth and nothing ties the stations to its frame.
+    """
+
+    scans: Sequence[StationScan]
+    findings: Sequence[Findings]
+    named: Named | None
+    placements: Mapping[str, Placement]
+    frame: OutputFrame
+    products: Sequence[Product]
+    budget: Sequence[BudgetRow]
+    corrected: Sequence[str] = ()
+    reach: Sequence[str] = ()
+    truth: Sequence[TruthRow] = ()
+    loose: bool = False
+
+
 def find_and_name(project: Project, folder: Path, progress: Progress) -> ScanWork:
     """Open the scans, find their targets, give them names, tie the stations to each other.
 
@@ -93,8 +131,8 @@ def georeference(
     folder: Path,
     sigma_origin: str,
     progress: Progress,
-) -> ScanChapter:
-    """Write poses and clouds through the adjusted stations; the chapter of the report."""
+) -> PlacedScans:
+    """Write poses and clouds through the adjusted stations; what was made of the scans."""
     frame = output_frame(project)
     work = work.corrected(adjustment)
     factor = adjustment.variance_factor(posterior=project.adjustment.posterior)
@@ -117,26 +155,34 @@ def georeference(
         products = write_clouds(
             work.scans, placements, frame, project.cloud, clouds, work.state, progress
         )
-    chapter = scan_chapter(work.findings, work.named, products, placements, frame)
-    odd = (f"{s.scan.source}: {warning}." for s in work.scans for warning in s.scan.warnings)
-    corrected = calibration_sentences(work.scans, adjustment)
-    chapter = replace(chapter, warnings=(*odd, *corrected, *chapter.warnings))
     budget = error_budget(work.scans, placements, adjustment, work.state, factor)
-    charts = budget_charts(budget)
-    reach = reach_sentences(work.scans, placements, adjustment, work.state)
-    chapter = replace(
-        chapter,
-        error_budget=tuple(budget),
-        pictures=(*chapter.pictures, *charts),
-        warnings=(*chapter.warnings, *(f"{text[:1].upper()}{text[1:]}." for text in reach)),
+    loose = bool(adjustment.defect and not adjustment.layout.count("point"))
+    return PlacedScans(
+        work.scans,
+        work.findings,
+        work.named,
+        placements,
+        frame,
+        products,
+        budget,
+        corrected=calibration_sentences(work.scans, adjustment),
+        reach=reach_sentences(work.scans, placements, adjustment, work.state),
+        truth=[] if loose else _truth(project, work, adjustment, placements),
+        loose=loose and project.truth is not None,
     )
+
+
+def _truth(
+    project: Project,
+    work: ScanWork,
+    adjustment: Adjustment,
+    placements: Mapping[str, Placement],
+) -> list[TruthRow]:
+    """The comparison of a simulated project with its truth; none without a truth."""
     if project.truth is None:
-        return chapter
-    if adjustment.defect and not adjustment.layout.count("point"):
-        said = "Nothing ties the stations to the frame of the truth: they are not compared with it."
-        return replace(chapter, warnings=(*chapter.warnings, said))
+        return []
     file = project.folder / project.truth
-    rows = against_truth(
+    return against_truth(
         read_truth(file),
         file.parent,
         adjustment,
@@ -145,12 +191,11 @@ def georeference(
         work.named,
         project.cloud.incidence,
     )
-    return replace(chapter, truth=tuple(rows))
 
 
 def compare(
     project: Project, work: ScanWork, adjustment: Adjustment, progress: Progress
-) -> tuple[ComparisonChapter, ...]:
+) -> tuple[StationComparison, ...]:
     """The comparisons between stations that the project asks for."""
     factor = adjustment.variance_factor(posterior=project.adjustment.posterior)
     scans = {scan.name: scan for scan in work.corrected(adjustment).scans}

@@ -13,7 +13,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -26,11 +26,46 @@ from tribrach.geometry.pose import Pose
 from tribrach.job.name_targets import Named
 from tribrach.job.scans import StationScan
 from tribrach.network.adjustment import Adjustment
-from tribrach.report.scan_content import Side, TruthRow
 from tribrach.scan.normals import incidence_cosines
 from tribrach.statistics import chi2
 
-__all__ = ["against_truth", "read_truth"]
+__all__ = ["Side", "TruthRow", "against_truth", "read_truth"]
+
+Side = Literal["within", "above", "below", "wrong"]
+
+
+@dataclass(frozen=True)
+class TruthRow:
+    """A comparison of a simulated project with its truth: error, test, limits, verdict.
+
+    statistic against least (None where only large ones are wrong) and limit; dof : of chi-square, 0
+    where it is none; side : of the limits that the statistic is on, "wrong" of what is counted.
+    """
+
+    what: str
+    name: str
+    words: str
+    statistic: float | None = None
+    least: float | None = None
+    limit: float | None = None
+    dof: int = 0
+    side: Side = "within"
+
+    @property
+    def agrees(self) -> bool:
+        """True if the errors are as large as stated, and the counts right."""
+        return self.side == "within"
+
+    @property
+    def verdict(self) -> str:
+        """The same in words."""
+        return {
+            "within": "as stated",
+            "above": "not so: larger than stated",
+            "below": "not so: smaller than stated",
+            "wrong": "not so",
+        }[self.side]
+
 
 # Targets of a simulated project, station by station: visible, missed, invented, misnamed.
 

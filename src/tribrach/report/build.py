@@ -1,4 +1,4 @@
-"""From an adjustment and its quality to the content of the report: one verb per chapter."""
+"""From an adjustment, its quality and what a job left besides to the content of a report."""
 
 from __future__ import annotations
 
@@ -8,24 +8,28 @@ from importlib.metadata import version
 from typing import Literal
 
 from tribrach.geodesy.site import EllipsoidSite, FlatSite
+from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.blunders.snooping import SnoopingLog
 from tribrach.network.facts import Reference
 from tribrach.network.quality import Quality
 from tribrach.network.variance_components import VarianceComponents
-from tribrach.report.content import ComponentRow, Content, ReportSettings, SnoopingRow
-from tribrach.report.correlations import correlations
+from tribrach.report.chapters import SUBJECTS
+from tribrach.report.chapters.adjustment import adjustment_warnings
+from tribrach.report.chapters.control import control
+from tribrach.report.chapters.observations import observations, sights
+from tribrach.report.chapters.points import points, position_uncertainty
+from tribrach.report.chapters.stations import stations
+from tribrach.report.chapters.unknowns import correlations, other_unknowns
+from tribrach.report.content import ComponentRow, Content, Head, ReportSettings, SnoopingRow
 from tribrach.report.numbers import number
-from tribrach.report.observations import observations, sights
-from tribrach.report.points import control, points, position_uncertainty
-from tribrach.report.reductions import reduction_chapter
-from tribrach.report.stations import stations
 from tribrach.report.summary import datum_statement, sigma_origin, summary
-from tribrach.report.unknowns import other_unknowns
-from tribrach.report.warnings import warnings
+from tribrach.report.warnings import ReportWarning, in_order
 from tribrach.units import format_angle
 
 __all__ = ["build"]
+
+NOTHING = JobResults()
 
 
 def build(
@@ -40,7 +44,8 @@ def build(
     facts: Mapping[str, str] | None = None,
     snooping: SnoopingLog | None = None,
     components: VarianceComponents | None = None,
-    further_warnings: Iterable[str] = (),
+    warnings: Iterable[ReportWarning] = (),
+    job: JobResults = NOTHING,
 ) -> Content:
     """Everything a report says about an adjustment.
 
@@ -52,23 +57,23 @@ def build(
     title, date : of the report; the network's own title and today if None.
     facts : further lines of the head (client, instrument, crew, weather ...).
     snooping, components : logs of what was done before this adjustment, if anything.
+    warnings : further ones, of whoever adjusted the network.
+    job : what a job left besides the adjustment.
     """
     settings = ReportSettings(confidence, posterior, quality.global_test.alpha, angle)
     covariances, uncertainty = position_uncertainty(adjustment, settings)
-    given = control(adjustment, settings)
     rows = observations(adjustment, quality)
     network = adjustment.network
-    return Content(
+    head = Head(
         title=title or network.title or "Network adjustment",
         version=version("tribrach"),
         date=date or datetime.date.today().isoformat(),
         facts=_facts(adjustment, [row.source for row in rows], facts or {}),
         settings=settings,
-        warnings=warnings(adjustment, quality, given, rows, further_warnings),
         datum=datum_statement(adjustment),
-        sigma_origin=sigma_origin(adjustment, settings),
+        sigma_origin=sigma_origin(adjustment, posterior),
         summary=summary(adjustment, quality),
-        control=given,
+        control=control(adjustment, settings),
         points=points(adjustment, settings, covariances, uncertainty),
         stations=stations(adjustment, settings, uncertainty),
         unknowns=other_unknowns(adjustment, settings),
@@ -76,10 +81,15 @@ def build(
         components=_components(components),
         snooping=_snooping(snooping),
         correlations=correlations(adjustment),
-        reductions=reduction_chapter(network.facts),
         reference=tuple(_reference_system(network.reference).items()),
         sights=sights(adjustment),
+        adjustment=adjustment,
+        quality=quality,
     )
+    chapters = tuple(chapter for subject in SUBJECTS for chapter in subject.chapters(head, job))
+    graded = [*adjustment_warnings(head), *warnings]
+    graded += [warning for chapter in chapters for warning in chapter.warnings]
+    return Content(**vars(head), warnings=in_order(graded), chapters=chapters, job=job)
 
 
 def _facts(

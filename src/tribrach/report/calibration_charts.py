@@ -8,9 +8,7 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.calibration.self_calibration import SelfCalibration
-from tribrach.report.figures import new_figure
-from tribrach.report.page import picture
-from tribrach.report.scan_content import Picture
+from tribrach.report.figures import Picture, new_figure, picture
 from tribrach.units import SEC
 
 if TYPE_CHECKING:

@@ -18,11 +18,10 @@ from tribrach.instruments.calibration import unit_of
 from tribrach.report.calibration_charts import calibration_charts
 from tribrach.report.calibration_words import (
     calibration_sentences,
-    datum_words,
     shown,
     shown_unit,
 )
-from tribrach.report.numbers import matrix, number, numbers
+from tribrach.report.numbers import count_cell, matrix, number, numbers
 from tribrach.report.page import page
 from tribrach.report.tables import (
     Cell,
@@ -41,7 +40,7 @@ SCHEMA = 1
 
 def calibration_page(title: str, found: SelfCalibration, further: Sequence[str] = ()) -> str:
     """HTML text; further : sentences to begin with."""
-    footer = f"Datum: {datum_words(found)}. Sigmas {found.sigma_origin}."
+    footer = f"Datum: {found.datum_words}. Sigmas {found.sigma_origin}."
     return page(
         "Self-calibration",
         title,
@@ -196,8 +195,8 @@ def _remedies(found: SelfCalibration) -> ReportTable:
 
     columns = [
         (ColumnHead("Addition", numeric=False), lambda r: text_cell(r.what)),
-        (ColumnHead("Estimable"), lambda r: _count(len(r.proposal.names))),
-        (ColumnHead("Well separated"), lambda r: _count(len(r.proposal.recommended))),
+        (ColumnHead("Estimable"), lambda r: count_cell(len(r.proposal.names))),
+        (ColumnHead("Well separated"), lambda r: count_cell(len(r.proposal.recommended))),
         (
             ColumnHead("Best gain"),
             lambda r: number_cell(largest(r), f"sigma divided by {largest(r):.1f}"),
@@ -210,10 +209,6 @@ def _remedies(found: SelfCalibration) -> ReportTable:
     return build_table("remedies", "What would help", note, found.remedies, columns)
 
 
-def _count(value: int) -> Cell:
-    return number_cell(value, str(value))
-
-
 def calibration_json(title: str, found: SelfCalibration) -> str:
     """The calibration as JSON; metres, radians and their squares."""
     a = found.adjustment
@@ -221,7 +216,7 @@ def calibration_json(title: str, found: SelfCalibration) -> str:
         "tribrach": version("tribrach"),
         "schema": SCHEMA,
         "title": title,
-        "datum": datum_words(found),
+        "datum": found.datum_words,
         "sigma_origin": found.sigma_origin,
         "sigma0": {
             "prior": a.sigma0,

@@ -12,7 +12,7 @@ from tribrach.instruments.calibration import unit_of
 from tribrach.network.quality import global_test
 from tribrach.units import SEC
 
-__all__ = ["calibration_sentences", "calibration_text", "datum_words", "shown", "shown_unit"]
+__all__ = ["calibration_sentences", "calibration_text", "shown", "shown_unit"]
 
 
 def shown_unit(unit: str) -> str:
@@ -26,24 +26,13 @@ def shown(value: float, unit: str) -> str:
     return f"{scaled:.4g}" if abs(scaled) < 0.01 else f"{scaled:.3f}"
 
 
-def datum_words(found: SelfCalibration) -> str:
-    """The datum of a calibration in words."""
-    datum = found.adjustment.network.datum
-    names = ", ".join(datum.names[:6]) + (" and more" if len(datum.names) > 6 else "")
-    if found.adjustment.warnings and found.datums == ():
-        return "minimum norm over metres and radians"
-    if datum.kind == "free":
-        return f"inner constraints over {names or 'all points'}"
-    return f"{names} held" if datum.kind == "fixed" else "control as given"
-
-
 def calibration_text(found: SelfCalibration) -> str:
     """Lines for a terminal: counts, parameters, findings."""
     adjustment = found.adjustment
     lines = [
         f"{adjustment.n_observations} observed values, {adjustment.n_unknowns} unknowns, "
         f"redundancy {adjustment.dof}, sigma0 {adjustment.sigma0_posterior:.4f}",
-        f"datum: {datum_words(found)}; sigmas {found.sigma_origin}",
+        f"datum: {found.datum_words}; sigmas {found.sigma_origin}",
     ]
     width = max(len(p.name) for p in found.parameters)
     for p in found.parameters:

@@ -1,28 +1,45 @@
-"""A chapter of the report that only some jobs have: words, pictures, tables, data.
+"""A chapter of a report: findings in words, pictures, tables, and data for the JSON result.
 
-Everything that is not the adjustment itself comes as chapters: comparisons between stations,
-registration, GNSS, lever arms, calibration. A stage makes one, the report prints it.
+Everything that a report says after its head comes as chapters. Each is made by one file in
+:mod:`tribrach.report.chapters`; renderings print them one after the other and know none by name.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from tribrach.report.scan_content import Picture
+from tribrach.report.figures import Picture
 from tribrach.report.tables import ReportTable
+from tribrach.report.warnings import ReportWarning
 
 __all__ = ["Chapter"]
 
 
 @dataclass(frozen=True)
 class Chapter:
-    """One chapter, after the scans and before the tables of the adjustment.
+    """One chapter.
 
-    name : anchor in the page and key in the JSON result; sentences : findings, each a sentence;
-    data : what the JSON result holds under ``name``: numbers in metres and radians, text, lists and
-    dictionaries with names as keys, None where there is no number.
+    Parameters
+    ----------
+    name : str
+        Anchor in the page, unique in a report.
+    title : str
+        Its heading.
+    sentences : tuple of str
+        Findings, each a sentence.
+    pictures : tuple of Picture
+        In the page only.
+    tables : tuple of ReportTable
+        Those without rows are left out.
+    data : mapping, sequence of mappings, or None
+        What the JSON result holds: numbers in metres and radians, names as keys, None where there
+        is no number; None if it holds nothing.
+    warnings : tuple of ReportWarning
+        What belongs on top of the report.
+    key : str
+        Key of the data in the JSON result; the name if it is empty.
     """
 
     name: str
@@ -30,4 +47,6 @@ class Chapter:
     sentences: tuple[str, ...] = ()
     pictures: tuple[Picture, ...] = ()
     tables: tuple[ReportTable, ...] = ()
-    data: Mapping[str, Any] = field(default_factory=dict)
+    data: Mapping[str, Any] | Sequence[Mapping[str, Any]] | None = None
+    warnings: tuple[ReportWarning, ...] = ()
+    key: str = ""

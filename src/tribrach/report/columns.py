@@ -6,14 +6,24 @@ from collections.abc import Callable
 from operator import attrgetter
 from typing import Any
 
-from tribrach.report.style import Style
-from tribrach.report.tables import Cell, ColumnHead, number_cell, text_cell
+from tribrach.report.numbers import Style
+from tribrach.report.tables import ColumnHead, Spec, number_cell, text_cell
 from tribrach.units import format_angle
 
-__all__ = ["AXES", "ColumnSet", "Spec"]
+__all__ = ["AXES", "ColumnSet", "component"]
 
-Spec = tuple[ColumnHead, Callable[[Any], Cell]]
 AXES = ("E", "N", "U")
+
+
+def component(path: str, k: int) -> Callable[[Any], float | None]:
+    """Takes one number of a triple, None where there is none."""
+    get = attrgetter(path)
+
+    def value(item: Any) -> float | None:
+        triple = get(item)
+        return None if triple is None or triple[k] is None else float(triple[k])
+
+    return value
 
 
 class ColumnSet:

@@ -10,10 +10,9 @@ import numpy as np
 from tribrach.comparison.c2c import C2C
 from tribrach.comparison.predicted import BAND, OffsetTest
 from tribrach.comparison.results import SiteResult
-from tribrach.report.figures import new_figure
-from tribrach.report.page import page, picture
-from tribrach.report.scan_content import Picture
-from tribrach.report.style import Style
+from tribrach.report.figures import Picture, new_figure, picture
+from tribrach.report.numbers import Style, count_cell, fixed_cell, percent_cell
+from tribrach.report.page import page
 from tribrach.report.tables import (
     Cell,
     ColumnHead,
@@ -145,7 +144,7 @@ def comparison_pictures(sites: Sequence[SiteResult], limit: float) -> list[Pictu
 def _sites(sites: Sequence[SiteResult], unit: str) -> ReportTable:
     columns = [
         (ColumnHead("Site", numeric=False), lambda s: text_cell(s.name)),
-        (ColumnHead("points of A"), lambda s: _count(s.n)),
+        (ColumnHead("points of A"), lambda s: count_cell(s.n)),
         _metres("range A", _at("seen_a.range")),
         _metres("range B", _at("seen_b.range")),
         _degrees("incidence A", unit, _at("seen_a.incidence")),
@@ -183,7 +182,7 @@ def _m3c2(sites: Sequence[SiteResult]) -> ReportTable:
 
     columns = [
         (ColumnHead("Site", numeric=False), lambda s: text_cell(s.name)),
-        (ColumnHead("core points"), lambda s: _count(_at("m3c2.count")(s))),
+        (ColumnHead("core points"), lambda s: count_cell(_at("m3c2.count")(s))),
         _mm("mean", _at("m3c2.mean")),
         _mm("std", _at("m3c2.std")),
         _mm("LoD", _at("m3c2.lod95")),
@@ -210,13 +209,13 @@ def _predicted(sites: Sequence[SiteResult]) -> ReportTable:
         _mm("noise B", _pair("noise", 0), wide=True),
         _mm("scatter A", _pair("scatter", 1), wide=True),
         _mm("scatter B", _pair("scatter", 0), wide=True),
-        (ColumnHead("scatter/noise"), lambda s: _ratio(s.prediction.noise_ratio)),
+        (ColumnHead("scatter/noise"), lambda s: fixed_cell(s.prediction.noise_ratio, 2)),
         _mm("offset", _at("prediction.offset")),
         _mm("its σ", _at("prediction.offset_sigma")),
         _mm("stations σ", _at("prediction.registration"), wide=True),
         _mm("predicted", _at("prediction.sigma")),
         _mm("observed", _at("prediction.observed")),
-        (ColumnHead("ratio"), lambda s: _ratio(s.prediction.ratio)),
+        (ColumnHead("ratio"), lambda s: fixed_cell(s.prediction.ratio, 2)),
         _mm("C2C debiased", _at("c2c.debiased")),
         _mm("LoD", _at("prediction.lod95"), wide=True),
         _percent("beyond it", "prediction.changed", wide=True),
@@ -233,10 +232,6 @@ def _pair(name: str, k: int) -> Callable[[SiteResult], float | None]:
         return None if both is None else float(both[k])
 
     return get
-
-
-def _ratio(value: float) -> Cell:
-    return number_cell(value, f"{value:.2f}")
 
 
 def _ratios(sites: Sequence[SiteResult]) -> Picture | None:
@@ -302,14 +297,9 @@ def _pitch(site: SiteResult, name: str) -> Cell:
 
 def _percent(head: str, path: str, *, wide: bool = False) -> tuple[ColumnHead, Make]:
     def cell(site: SiteResult) -> Cell:
-        share = _at(path)(site)
-        return number_cell(share, "" if share is None else f"{100 * share:.1f}")
+        return percent_cell(_at(path)(site))
 
     return ColumnHead(head, "%", wide=wide), cell
-
-
-def _count(number: float | None) -> Cell:
-    return number_cell(number, "" if number is None else f"{number:.0f}")
 
 
 def _map(sites: Sequence[SiteResult]) -> Picture | None:

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array
 from tribrach.comparison.completeness import Completeness, Gap
-from tribrach.report.figures import new_figure
-from tribrach.report.page import page, picture
-from tribrach.report.scan_content import Picture
+from tribrach.report.figures import Picture, new_figure, picture
+from tribrach.report.page import page
 from tribrach.report.tables import (
     Cell,
     ColumnHead,

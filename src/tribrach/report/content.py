@@ -1,4 +1,4 @@
-"""What does a report say? One model that every rendering shares; nothing is computed after it.
+"""What a report says: a head and chapters, one model that every rendering shares.
 
 Plain numbers in metres and radians of the work frame (E, N, U), None where there is no number.
 Standard deviations and covariances are already scaled as ``sigma_origin`` says. Angles are
@@ -10,10 +10,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
+from tribrach.job.results import JobResults
+from tribrach.network.adjustment import Adjustment
+from tribrach.network.quality import Quality
 from tribrach.report.chapter import Chapter
-from tribrach.report.comparison_chapter import ComparisonChapter
-from tribrach.report.reductions import ReductionChapter
-from tribrach.report.scan_content import ScanChapter
+from tribrach.report.columns import ColumnSet
+from tribrach.report.numbers import Style
+from tribrach.report.tables import ReportTable
 
 __all__ = [
     "CheckVerdict",
@@ -25,7 +28,7 @@ __all__ = [
     "Ellipse",
     "Ellipsoid",
     "GlobalVerdict",
-    "InstrumentFigure",
+    "Head",
     "KindCount",
     "Observation",
     "Point",
@@ -301,28 +304,19 @@ class CorrelationRow:
     value: float
 
 
-@dataclass(frozen=True)
-class InstrumentFigure:
-    """A figure of an instrument: its key with the unit, its source; sheet "" if it has none."""
+@dataclass(frozen=True, kw_only=True)
+class Head:
+    """What stands on top of a report, and the adjusted network in plain numbers.
 
-    instrument: str
-    sheet: str
-    key: str
-    value: float
-    source: str
-    published: bool
-
-
-@dataclass(frozen=True)
-class Content:
-    """Everything a report says, in the order it says it."""
+    Chapters, the map and the JSON result are made from it. ``adjustment`` is what it was made
+    from; ``quality`` its redundancy and tests.
+    """
 
     title: str
     version: str
     date: str
     facts: tuple[tuple[str, str], ...]
     settings: ReportSettings
-    warnings: tuple[str, ...]
     datum: DatumStatement
     sigma_origin: str
     summary: Summary
@@ -334,10 +328,53 @@ class Content:
     components: tuple[ComponentRow, ...] = ()
     snooping: tuple[SnoopingRow, ...] = ()
     correlations: tuple[CorrelationRow, ...] = ()
-    scans: ScanChapter | None = None
-    reductions: ReductionChapter | None = None
-    comparisons: tuple[ComparisonChapter, ...] = ()
-    instruments: tuple[InstrumentFigure, ...] = ()
-    chapters: tuple[Chapter, ...] = ()
     reference: tuple[tuple[str, str | float | None], ...] = ()
     sights: tuple[tuple[str, str], ...] = field(default=(), repr=False)
+    adjustment: Adjustment = field(repr=False, compare=False)
+    quality: Quality = field(repr=False, compare=False)
+
+    @property
+    def scaled(self) -> bool:
+        """True if covariances of unknowns are a posteriori."""
+        return self.settings.posterior and self.summary.dof > 0
+
+    @property
+    def variance_factor(self) -> float:
+        """What a-priori covariances of unknowns are multiplied by."""
+        return self.adjustment.variance_factor(posterior=self.settings.posterior)
+
+    @property
+    def origin(self) -> str:
+        """Where sigmas of unknowns come from, in two words."""
+        return "a posteriori" if self.scaled else "a priori"
+
+    @property
+    def percent(self) -> str:
+        """The confidence of ellipses and intervals in words."""
+        return f"{100 * self.settings.confidence:g} %"
+
+    @property
+    def columns(self) -> ColumnSet:
+        """Kinds of columns in the style of this report."""
+        return ColumnSet(Style(self.settings.angle))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Content(Head):
+    """Everything a report says: its head, warnings by weight, chapters in their order.
+
+    ``job`` is what the chapters were made from besides the adjustment.
+    """
+
+    warnings: tuple[str, ...]
+    chapters: tuple[Chapter, ...] = ()
+    job: JobResults = field(default_factory=JobResults, repr=False, compare=False)
+
+    def chapter(self, name: str) -> Chapter | None:
+        """The chapter of a name, None if the report has none."""
+        return next((chapter for chapter in self.chapters if chapter.name == name), None)
+
+    def tables(self, most: int | None = None) -> list[ReportTable]:
+        """The tables of all chapters that have rows, each with its first ``most`` rows."""
+        cut = (table.first(most) for chapter in self.chapters for table in chapter.tables)
+        return [table for table in cut if table.rows]

@@ -14,10 +14,9 @@ from tribrach.calibration.misalignment_search import Explanation
 from tribrach.calibration.target_distances import DistanceCheck
 from tribrach.calibration.two_face import SIGNATURES, TwoFaceTest
 from tribrach.report.field_words import amount, check_sentences
-from tribrach.report.figures import new_figure
+from tribrach.report.figures import Picture, new_figure, picture
 from tribrach.report.numbers import number
-from tribrach.report.page import page, picture
-from tribrach.report.scan_content import Picture
+from tribrach.report.page import page
 from tribrach.report.tables import ColumnHead, ReportTable, build_table, number_cell, text_cell
 from tribrach.report.text import table_text, wrapped
 from tribrach.units import SEC

@@ -5,7 +5,9 @@ Most commands draw none unless a page is asked for.
 
 from __future__ import annotations
 
+import base64
 import io
+from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +16,25 @@ if TYPE_CHECKING:
     from matplotlib.colors import Colormap
     from matplotlib.figure import Figure
 
-__all__ = ["colour_scale", "colours", "new_figure", "png"]
+__all__ = ["Picture", "colour_scale", "colours", "new_figure", "picture", "png"]
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure of a report.
+
+    Parameters
+    ----------
+    name, title, caption : str
+        Anchor in the page, heading, and what the figure shows.
+    png : str
+        The PNG file in base64.
+    """
+
+    name: str
+    title: str
+    png: str
+    caption: str
 
 
 def new_figure(**options: Any) -> Figure:
@@ -42,3 +62,8 @@ def png(figure: Figure) -> bytes:
     import_module("matplotlib.backends.backend_agg").FigureCanvasAgg(figure)
     figure.savefig(out, format="png", metadata={"Software": None})
     return out.getvalue()
+
+
+def picture(name: str, title: str, figure: Figure, caption: str) -> Picture:
+    """A figure as a picture of a report."""
+    return Picture(name, title, base64.b64encode(png(figure)).decode("ascii"), caption)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tribrach.report.content import Content
+from tribrach.report.content import Head
 from tribrach.statistics import norm
 
 __all__ = ["Bar", "Histogram", "histogram"]
@@ -47,7 +47,7 @@ class Histogram:
     spread: float
 
 
-def histogram(content: Content, critical: float = 3.29) -> Histogram | None:
+def histogram(content: Head, critical: float = 3.29) -> Histogram | None:
     """Histogram of w of the values that take part; None with fewer than five."""
     w = np.array([o.w for o in content.observations if o.state == "active" and o.w is not None])
     if len(w) < 5:

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from functools import cache
-
-from jinja2 import Environment, PackageLoader, StrictUndefined
-
 from tribrach.report.content import Content
+from tribrach.report.environment import render_page
 from tribrach.report.histogram import histogram
-from tribrach.report.plan import plan
-from tribrach.report.sections import Chapters
+from tribrach.report.map import network_map
 
 __all__ = ["ROW_LIMIT", "render"]
 
@@ -17,28 +13,16 @@ __all__ = ["ROW_LIMIT", "render"]
 ROW_LIMIT = 2000
 
 
-@cache
-def _environment() -> Environment:
-    """Templates of the package; everything put into them is escaped."""
-    return Environment(
-        loader=PackageLoader("tribrach.report", "templates"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-
-
 def render(content: Content, *, row_limit: int = ROW_LIMIT) -> str:
     """The whole report; tables end after ``row_limit`` rows and say so."""
-    tables = Chapters(content, most=row_limit).all()
-    template = _environment().get_template("report.html.j2")
-    return template.render(
+    return render_page(
+        "report.html.j2",
         content=content,
         summary=content.summary,
-        plan=plan(content),
+        map=network_map(content),
         histogram=histogram(content),
-        tables=tables,
-        percent=f"{100 * content.settings.confidence:g} %",
-        posterior=content.settings.posterior and content.summary.dof > 0,
+        chapters=[c for c in content.chapters if c.sentences or c.pictures],
+        tables=content.tables(row_limit),
+        percent=content.percent,
+        posterior=content.scaled,
     )

@@ -8,11 +8,10 @@ as ``sigma0.covariances`` says (``prior`` or ``posterior``).
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
 from typing import Any
 
+from tribrach.report.chapters import SUBJECTS
 from tribrach.report.content import Content, Observation, Point, StationRow, Unknown
-from tribrach.report.scan_content import ScanChapter
 
 __all__ = ["SCHEMA", "dumps", "result"]
 
@@ -40,33 +39,22 @@ def result(content: Content) -> dict[str, Any]:
         "planes": {u.name: _plane(u) for u in content.unknowns if u.family == "plane"},
         "observations": [_observation(o) for o in content.observations],
         "warnings": list(content.warnings),
-        "instruments": [asdict(figure) for figure in content.instruments],
     } | _chapters(content)
 
 
 def _chapters(content: Content) -> dict[str, Any]:
-    """What only some jobs have: scans, comparisons, raw files of total stations."""
-    found: dict[str, Any] = {}
-    if content.scans is not None:
-        found["scans"] = _scans(content.scans)
-    if content.reductions is not None:
-        found["reductions"] = asdict(content.reductions)
-    if content.comparisons:
-        found["comparisons"] = [one.to_json() for one in content.comparisons]
-    return found | {chapter.name: dict(chapter.data) for chapter in content.chapters}
-
-
-def _scans(chapter: ScanChapter) -> dict[str, Any]:
-    """Targets, rejected candidates and clouds; pictures stay in the HTML report."""
-    return {
-        "targets": [asdict(target) for target in chapter.targets],
-        "rejected": [asdict(rejection) for rejection in chapter.rejections],
-        "clouds": [asdict(cloud) | {"shares": dict(cloud.shares)} for cloud in chapter.clouds],
-        "placement": list(chapter.placement),
-        "precision_budget": list(chapter.budget),
-        "truth": [asdict(row) | {"agrees": row.agrees} for row in chapter.truth],
-        "error_budget": [asdict(row) for row in chapter.error_budget],
-    }
+    """Data of the chapters by their keys; a list where a subject may have several chapters."""
+    several = {subject.key for subject in SUBJECTS if subject.several}
+    data: dict[str, Any] = {}
+    for chapter in content.chapters:
+        key = chapter.key or chapter.name
+        if chapter.data is None:
+            continue
+        if key in several:
+            data.setdefault(key, []).append(chapter.data)
+        else:
+            data[key] = chapter.data
+    return data
 
 
 def dumps(content: Content) -> str:

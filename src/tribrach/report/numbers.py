@@ -1,15 +1,40 @@
-"""From arrays to plain numbers, None where there is no number."""
+"""How numbers are written: the one place for units, digits, and what is no number.
+
+Lengths in metres, their residuals and sigmas in millimetres; angles in gon with residuals in
+mgon, or in degrees, minutes and seconds with residuals in arc seconds. What is NaN or infinite
+inside is None in a report and null in its JSON.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.report.tables import Cell, number_cell
+from tribrach.units import SEC, UNITS, format_angle
 
-__all__ = ["matrix", "number", "numbers", "sigmas", "triple"]
+__all__ = [
+    "Style",
+    "arcsec_cell",
+    "count_cell",
+    "counted",
+    "fixed_cell",
+    "matrix",
+    "mm_cell",
+    "number",
+    "numbers",
+    "percent_cell",
+    "sigmas",
+    "triple",
+]
+
+#: kinds whose values are read on a full circle
+_CIRCLE = {"direction", "azimuth", "angle", "orientation", "heading"}
 
 
 def number(value: float) -> float | None:
@@ -37,3 +62,94 @@ def sigmas(covariance: Array) -> Array:
     """Standard deviations (..., k) of covariances (..., k, k); NaN where a value is held."""
     variance = np.einsum("...ii->...i", covariance)
     return np.sqrt(np.where(variance > 0, variance, np.nan))
+
+
+@dataclass(frozen=True)
+class Style:
+    """Formats values and small quantities by unit.
+
+    Parameters
+    ----------
+    angle : {"gon", "deg"}
+        How angles are written.
+    """
+
+    angle: Literal["gon", "deg"] = "gon"
+
+    def value(self, value: float | None, unit: str, kind: str = "") -> str:
+        """A measured or estimated value: metres, the angle unit, or a plain number."""
+        if value is None:
+            return ""
+        if unit == "rad":
+            turned = value % (2 * math.pi) if kind in _CIRCLE else value
+            return self._angle(turned)
+        return f"{value:.4f}" if unit == "m" else f"{value:.8g}"
+
+    def _angle(self, value: float) -> str:
+        if self.angle == "gon":
+            return format_angle(value, "gon", 5)
+        return format_angle(value, "dms", 1)
+
+    def value_unit(self, unit: str) -> str:
+        """Unit of :meth:`value`."""
+        return {"m": "m", "rad": "gon" if self.angle == "gon" else "° ′ ″"}.get(unit, "")
+
+    def scale(self, unit: str) -> float:
+        """Factor from metres, radians or one to the unit of :meth:`small`."""
+        if unit == "rad":
+            return 1 / (UNITS["mgon"] if self.angle == "gon" else SEC)
+        return 1e3 if unit == "m" else 1e6
+
+    def small(self, value: float | None, unit: str, digits: int = 2) -> str:
+        """A residual, sigma or bias in :meth:`small_unit`; more digits where all would be zero."""
+        if value is None:
+            return ""
+        scaled = value * self.scale(unit)
+        if scaled and abs(scaled) < 0.5 * 10.0 ** (1 - digits):
+            digits = digits + 1
+        return _fixed(scaled, digits) if abs(scaled) < 1e7 else f"{scaled:.3g}"
+
+    def small_unit(self, unit: str) -> str:
+        """Unit of :meth:`small`."""
+        return {"m": "mm", "rad": "mgon" if self.angle == "gon" else "″"}.get(unit, "ppm")
+
+    @staticmethod
+    def plain(value: float | None, digits: int = 2) -> str:
+        """A number without a unit."""
+        return "" if value is None else _fixed(value, digits)
+
+
+def _fixed(value: float, digits: int) -> str:
+    """Fixed digits; what rounds to zero has no sign."""
+    text = f"{value:.{digits}f}"
+    return text.lstrip("-") if float(text) == 0 else text
+
+
+def counted(n: int, noun: str) -> str:
+    """A number of things in words: 1 loop, 2 loops."""
+    return f"{n} {noun}" if n == 1 else f"{n} {noun}s"
+
+
+def fixed_cell(value: float | None, digits: int, mark: str = "") -> Cell:
+    """A number with fixed digits as a cell; empty if there is none."""
+    return number_cell(value, "" if value is None else f"{value:.{digits}f}", mark)
+
+
+def mm_cell(value: float | None, digits: int = 2) -> Cell:
+    """A length [m] as a cell in millimetres, which sorts by metres."""
+    return number_cell(value, "" if value is None else f"{1e3 * value:.{digits}f}")
+
+
+def arcsec_cell(value: float, digits: int = 1) -> Cell:
+    """A small angle [rad] as a cell in arc seconds, which sorts by radians."""
+    return number_cell(value, f"{value / SEC:.{digits}f}")
+
+
+def percent_cell(share: float | None, digits: int = 1) -> Cell:
+    """A share as a cell in per cent."""
+    return number_cell(share, "" if share is None else f"{100 * share:.{digits}f}")
+
+
+def count_cell(value: float | None, mark: str = "") -> Cell:
+    """A count as a cell."""
+    return number_cell(value, "" if value is None else f"{value:.0f}", mark)

@@ -9,9 +9,9 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.comparison.regression import Regression, RegressionFit, Relation, Term
-from tribrach.report.figures import new_figure
-from tribrach.report.page import page, picture
-from tribrach.report.scan_content import Picture
+from tribrach.report.figures import Picture, new_figure, picture
+from tribrach.report.numbers import fixed_cell
+from tribrach.report.page import page
 from tribrach.report.tables import (
     Cell,
     ColumnHead,
@@ -146,10 +146,10 @@ def _fits(found: Regression) -> ReportTable:
         (ColumnHead("Quantity", numeric=False), lambda row: text_cell(row[0].y)),
         (ColumnHead("Against", numeric=False), lambda row: text_cell(", ".join(row[0].x))),
         (ColumnHead("Model", numeric=False), lambda row: text_cell(row[0].model)),
-        (ColumnHead("R²"), lambda row: _number(row[0].r2, 4)),
-        (ColumnHead("adjusted R²"), lambda row: _number(row[0].adjusted_r2, 4)),
-        (ColumnHead("scatter"), lambda row: _number(row[0].scatter, 3)),
-        (ColumnHead("redundancy"), lambda row: _number(row[0].dof, 0)),
+        (ColumnHead("R²"), lambda row: fixed_cell(row[0].r2, 4)),
+        (ColumnHead("adjusted R²"), lambda row: fixed_cell(row[0].adjusted_r2, 4)),
+        (ColumnHead("scatter"), lambda row: fixed_cell(row[0].scatter, 3)),
+        (ColumnHead("redundancy"), lambda row: fixed_cell(row[0].dof, 0)),
         (ColumnHead("Taken", numeric=False), lambda row: text_cell("taken" if row[1] else "")),
     ]
     return build_table("fits", "Fits", _NOTE, rows, columns)
@@ -162,7 +162,7 @@ def _terms(found: Regression, units: str) -> ReportTable:
     level = 1 - found.confidence
 
     def t_cell(row: tuple[RegressionFit, Term]) -> Cell:
-        return _number(row[1].t, 2, "good" if row[1].p < level else "")
+        return fixed_cell(row[1].t, 2, "good" if row[1].p < level else "")
 
     columns = [
         (ColumnHead("Quantity", numeric=False), lambda row: text_cell(row[0].y)),
@@ -181,12 +181,8 @@ def _correlations(found: Regression) -> ReportTable:
     columns = [
         (ColumnHead("Cause", numeric=False), lambda c: text_cell(c.a)),
         (ColumnHead("and", numeric=False), lambda c: text_cell(c.b)),
-        (ColumnHead("correlation"), lambda c: _number(c.value, 3)),
-        (ColumnHead("variance inflation"), lambda c: _number(c.inflation, 1)),
+        (ColumnHead("correlation"), lambda c: fixed_cell(c.value, 3)),
+        (ColumnHead("variance inflation"), lambda c: fixed_cell(c.inflation, 1)),
     ]
     note = "Causes that go together cannot be told apart by any fit to these rows."
     return build_table("causes", "Causes that go together", note, found.correlations, columns)
-
-
-def _number(value: float, digits: int, mark: str = "") -> Cell:
-    return number_cell(value, f"{value:.{digits}f}", mark)

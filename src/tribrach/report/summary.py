@@ -13,7 +13,6 @@ from tribrach.report.content import (
     DatumStatement,
     GlobalVerdict,
     KindCount,
-    ReportSettings,
     Summary,
 )
 from tribrach.report.numbers import number
@@ -25,18 +24,12 @@ __all__ = [
     "sigma_origin",
     "summary",
     "used_axes",
-    "variance_factor",
 ]
 
 
-def variance_factor(adjustment: Adjustment, settings: ReportSettings) -> float:
-    """What multiplies the a-priori covariances: 1, or ``v^T P v / r`` with ``posterior``."""
-    return adjustment.variance_factor(posterior=settings.posterior)
-
-
-def sigma_origin(adjustment: Adjustment, settings: ReportSettings) -> str:
+def sigma_origin(adjustment: Adjustment, posterior: bool) -> str:
     """Where the standard deviations come from, one sentence."""
-    if settings.posterior and adjustment.dof > 0:
+    if posterior and adjustment.dof > 0:
         scale = float(np.sqrt(adjustment.posterior_factor))
         return (
             "Standard deviations and covariances of unknowns are a posteriori: those of the "
@@ -44,7 +37,7 @@ def sigma_origin(adjustment: Adjustment, settings: ReportSettings) -> str:
             f"(redundancy {adjustment.dof})."
         )
     words = "Standard deviations and covariances are a priori: the observations' own, unscaled."
-    if settings.posterior:
+    if posterior:
         return f"{words} There is no redundancy to estimate sigma0 from."
     return words
 

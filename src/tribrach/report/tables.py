@@ -4,10 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import compress
-from typing import TypeVar
+from typing import Any, TypeVar
 
-__all__ = ["Cell", "ColumnHead", "ReportTable", "Row", "build_table", "number_cell", "text_cell"]
+__all__ = [
+    "Cell",
+    "ColumnHead",
+    "ReportTable",
+    "Row",
+    "Spec",
+    "build_table",
+    "number_cell",
+    "text_cell",
+]
 
 Item = TypeVar("Item")
 
@@ -39,36 +49,74 @@ class Row:
     state: str = ""
 
 
+#: a column: its head, and how it makes a cell of an item
+Spec = tuple[ColumnHead, Callable[[Any], Cell]]
+
+
+def _plain(item: Any) -> str:
+    return ""
+
+
 @dataclass(frozen=True)
 class ReportTable:
-    """A table with its title, a note in words and how many rows were left out."""
+    """A table with one row for each item; its cells are made when it is first looked at.
+
+    Parameters
+    ----------
+    name, title, note : str
+        Anchor in the page, heading, and what has to be known to read it.
+    items : sequence
+        What the rows are about.
+    specs : tuple of Spec
+        The columns.
+    state : callable
+        State of the row of an item, see :class:`Row`.
+    left_out : int
+        How many further items have no row.
+    """
 
     name: str
     title: str
     note: str
-    columns: tuple[ColumnHead, ...]
-    rows: tuple[Row, ...]
+    items: Sequence[Any]
+    specs: tuple[Spec, ...]
+    state: Callable[[Any], str] = _plain
     left_out: int = 0
+
+    @cached_property
+    def _made(self) -> tuple[tuple[ColumnHead, ...], tuple[Row, ...]]:
+        """Heads and rows; columns that have no text in any row are left out."""
+        heads = tuple(head for head, _ in self.specs)
+        made = [tuple(make(item) for _, make in self.specs) for item in self.items]
+        if made:
+            used = [any(cells[k].text for cells in made) for k in range(len(heads))]
+            heads = tuple(compress(heads, used))
+            made = [tuple(compress(cells, used)) for cells in made]
+        rows = tuple(
+            Row(cells, self.state(item)) for cells, item in zip(made, self.items, strict=True)
+        )
+        return heads, rows
+
+    @property
+    def columns(self) -> tuple[ColumnHead, ...]:
+        """Heads of the columns that have any text."""
+        return self._made[0]
+
+    @property
+    def rows(self) -> tuple[Row, ...]:
+        """One row for each item."""
+        return self._made[1]
 
     def narrow(self) -> ReportTable:
         """Without the wide columns."""
-        return self._keep([not column.wide for column in self.columns])
-
-    def filled(self) -> ReportTable:
-        """Without columns that have no text in any row."""
-        used = [any(r.cells[k].text for r in self.rows) for k in range(len(self.columns))]
-        return self._keep(used) if self.rows else self
+        return replace(self, specs=tuple(spec for spec in self.specs if not spec[0].wide))
 
     def first(self, most: int | None) -> ReportTable:
         """The first ``most`` rows (all if None), the others counted as left out."""
-        if most is None or len(self.rows) <= most:
+        if most is None or len(self.items) <= most:
             return self
-        left_out = self.left_out + len(self.rows) - most
-        return replace(self, rows=self.rows[:most], left_out=left_out)
-
-    def _keep(self, chosen: Sequence[bool]) -> ReportTable:
-        rows = tuple(replace(r, cells=tuple(compress(r.cells, chosen))) for r in self.rows)
-        return replace(self, columns=tuple(compress(self.columns, chosen)), rows=rows)
+        left_out = self.left_out + len(self.items) - most
+        return replace(self, items=self.items[:most], left_out=left_out)
 
 
 def text_cell(text: str, mark: str = "") -> Cell:
@@ -87,14 +135,16 @@ def build_table(
     note: str,
     items: Sequence[Item],
     columns: Sequence[tuple[ColumnHead, Callable[[Item], Cell]]],
-    state: Callable[[Item], str] = lambda item: "",
+    state: Callable[[Item], str] = _plain,
     most: int | None = None,
 ) -> ReportTable:
     """A table with one row for each of the first ``most`` items (all if None).
 
-    columns : each says how it makes a cell of an item; those without any text are left out.
+    Parameters
+    ----------
+    columns : sequence of (head, make)
+        ``make`` says how a cell is made of an item; columns without any text are left out.
+    state : callable
+        State of the row of an item.
     """
-    shown = items[:most]
-    rows = tuple(Row(tuple(make(item) for _, make in columns), state(item)) for item in shown)
-    heads = tuple(column for column, _ in columns)
-    return ReportTable(name, title, note, heads, rows, len(items) - len(shown)).filled()
+    return ReportTable(name, title, note, items, tuple(columns), state).first(most)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import textwrap
 
 from tribrach.report.content import Content
-from tribrach.report.sections import Chapters
 from tribrach.report.tables import ColumnHead, ReportTable, Row
 
 __all__ = ["WIDTH", "brief", "render", "table_text", "wrapped"]
@@ -22,28 +21,16 @@ def render(content: Content) -> str:
         _section("Warnings", [f"! {text}" for text in content.warnings] or ["none"]),
         _section("Datum and standard deviations", [content.datum.sentence, content.sigma_origin]),
         _section("Adjustment", _facts(content)),
-        *_scans(content),
-        *(
-            _section(f"Comparison between stations: {one.title}", one.sentences() or ["nothing"])
-            for one in content.comparisons
-        ),
         *(_section(c.title, list(c.sentences)) for c in content.chapters if c.sentences),
-        *(table_text(table) for table in Chapters(content).all()),
+        *(table_text(table) for table in content.tables()),
     ]
     return "\n\n".join(parts) + "\n"
 
 
-def _scans(content: Content) -> list[str]:
-    """How stations were placed and the precision budget."""
-    if content.scans is None:
-        return []
-    lines = [*content.scans.placement, *content.scans.budget]
-    return [_section("Scans and clouds", lines)] if lines else []
-
-
 def brief(content: Content) -> str:
     """What a terminal shows after an adjustment: warnings, fit, datum, worst observations."""
-    summary, worst = content.summary, Chapters(content, most=5).observations()
+    summary = content.summary
+    worst = next(table for table in content.tables(5) if table.name == "observations")
     lines = [
         content.title,
         *(f"! {text}" for text in content.warnings),

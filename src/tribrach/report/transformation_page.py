@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 
 from tribrach.geometry import euler
-from tribrach.report.style import Style
+from tribrach.report.numbers import Style, fixed_cell
 from tribrach.report.tables import (
     Cell,
     ColumnHead,
@@ -174,9 +174,9 @@ def _point_table(outcome: Outcome, style: Style, most: int) -> ReportTable:
         (ColumnHead("Point", numeric=False), lambda p: text_cell(p.name)),
         (ColumnHead("use", numeric=False), lambda p: text_cell(p.state)),
         *(axis(k) for k in range(outcome.fit.points.dimension)),
-        (ColumnHead("redundancy"), lambda p: _plain(p.redundancy)),
-        (ColumnHead("test"), lambda p: _plain(p.statistic)),
-        (ColumnHead("limit"), lambda p: _plain(p.limit)),
+        (ColumnHead("redundancy"), lambda p: fixed_cell(p.redundancy, 2)),
+        (ColumnHead("test"), lambda p: fixed_cell(p.statistic, 2)),
+        (ColumnHead("limit"), lambda p: fixed_cell(p.limit, 2)),
         (ColumnHead("verdict", numeric=False), lambda p: text_cell(p.verdict)),
         (ColumnHead("reason", numeric=False, wide=True), lambda p: text_cell(p.reason)),
     ]
@@ -184,10 +184,6 @@ def _point_table(outcome: Outcome, style: Style, most: int) -> ReportTable:
     if len(points) > most:
         points.sort(key=lambda p: -(p.statistic or 0.0) / (p.limit or 1.0))
     return build_table("points", "Common points", note, points, columns, most=most)
-
-
-def _plain(value: float | None) -> Cell:
-    return number_cell(value, "" if value is None else f"{value:.2f}")
 
 
 def _model_table(outcome: Outcome, style: Style) -> ReportTable:
@@ -200,8 +196,8 @@ def _model_table(outcome: Outcome, style: Style) -> ReportTable:
         (ColumnHead("Model", numeric=False), lambda r: text_cell(r.words)),
         (ColumnHead("RMS", "mm"), lambda r: number_cell(r.rms, style.small(r.rms, "m"))),
         (ColumnHead("redundancy"), lambda r: number_cell(r.dof, str(r.dof))),
-        (ColumnHead("test"), lambda r: _plain(r.statistic)),
-        (ColumnHead("limit"), lambda r: _plain(r.limit)),
+        (ColumnHead("test"), lambda r: fixed_cell(r.statistic, 2)),
+        (ColumnHead("limit"), lambda r: fixed_cell(r.limit, 2)),
         (ColumnHead("needed", numeric=False), lambda r: text_cell(_needed(r))),
     ]
     return build_table("models", "Which model is enough", note, outcome.rungs, columns)

@@ -2,32 +2,28 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.site_accuracy import CommonShift, SiteAccuracy, sessions, site_accuracy
 from tribrach.observations.base import Use
 from tribrach.report.chapter import Chapter
-from tribrach.report.content import Content
-from tribrach.report.style import Style
-from tribrach.report.tables import (
-    Cell,
-    ColumnHead,
-    ReportTable,
-    build_table,
-    number_cell,
-    text_cell,
-)
+from tribrach.report.columns import component
+from tribrach.report.content import Head
+from tribrach.report.subject import Subject
+from tribrach.report.tables import ColumnHead, ReportTable, build_table, text_cell
 from tribrach.units import SEC
 
 if TYPE_CHECKING:
     from tribrach.project import Project
 
-__all__ = ["add_georeferencing"]
+__all__ = ["SUBJECT"]
 
 
 @dataclass(frozen=True)
@@ -37,35 +33,34 @@ class _Row:
     remark: str
 
 
-def add_georeferencing(content: Content, project: Project, adjustment: Adjustment) -> Content:
-    """The content of a report with the chapter, where a network in space has three places."""
-    posterior = content.settings.posterior and adjustment.dof > 0
-    found = site_accuracy(adjustment, adjustment.variance_factor(posterior=posterior))
-    if found is None:
-        return content
+def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
+    """The chapter, where the network of a project in space has three places or more."""
+    adjustment = head.adjustment
+    found = site_accuracy(adjustment, head.variance_factor)
+    if job.project is None or found is None:
+        return
     common = sessions(adjustment)
-    check = _check_rmse(content)
-    free = content.datum.kind == "free" or adjustment.defect > 0
+    check = _check_rmse(head)
+    free = head.datum.kind == "free" or adjustment.defect > 0
     rows = _rows(found, common, free)
     sentences = [
-        *_rests_on(content, project, adjustment, common),
+        *_rests_on(head, job.project, adjustment, common),
         *_words(found, common, free),
         _checked(check),
     ]
-    chapter = Chapter(
+    yield Chapter(
         "georeferencing",
         "Georeferencing",
         tuple(f"{text[:1].upper()}{text[1:]}." for text in sentences),
         (),
-        (_table(rows, Style(project.output.angle), posterior),),
+        (_table(rows, head),),
         _data(found, common, check, free),
     )
-    return replace(content, chapters=(*content.chapters, chapter))
 
 
-def _check_rmse(content: Content) -> tuple[int, Array] | None:
+def _check_rmse(head: Head) -> tuple[int, Array] | None:
     """Number of check points and root mean square (3,) [m] of their differences."""
-    rows = [c.difference for c in content.control if c.use == "check"]
+    rows = [c.difference for c in head.control if c.use == "check"]
     whole = np.array(
         [[np.nan if v is None else v for v in row] for row in rows], dtype=float
     ).reshape(-1, 3)
@@ -74,13 +69,13 @@ def _check_rmse(content: Content) -> tuple[int, Array] | None:
 
 
 def _rests_on(
-    content: Content, project: Project, adjustment: Adjustment, common: list[CommonShift]
+    head: Head, project: Project, adjustment: Adjustment, common: list[CommonShift]
 ) -> list[str]:
     """What fixes the site, and in which system."""
     gnss = _active(adjustment, "gnss_position", "antenna")
     vectors = _active(adjustment, "gnss_baseline")
-    held = sum(c.use == "held" for c in content.control)
-    weighted = sum(c.use == "weighted" for c in content.control)
+    held = sum(c.use == "held" for c in head.control)
+    weighted = sum(c.use == "weighted" for c in head.control)
     parts = [
         f"{n} {what}{'s' * (n > 1)}" for n, what in (
             (gnss, "GNSS position"), (vectors, "GNSS baseline"),
@@ -186,21 +181,15 @@ def _rows(found: SiteAccuracy, common: list[CommonShift], free: bool) -> list[_R
     ]
 
 
-def _table(rows: list[_Row], style: Style, posterior: bool) -> ReportTable:
-    def axis(k: int, name: str) -> tuple[ColumnHead, Any]:
-        def cell(row: _Row) -> Cell:
-            return number_cell(row.sigma[k], style.small(row.sigma[k], "m"))
-
-        return ColumnHead(f"σ {name}", "mm"), cell
-
-    origin = "a posteriori" if posterior else "a priori"
+def _table(rows: list[_Row], head: Head) -> ReportTable:
     note = (
-        f"Standard deviations {origin} of targets, points and stations. What is absolute is common "
-        "to all places and shows in no residual; what is relative is what matters within the site."
+        f"Standard deviations {head.origin} of targets, points and stations. What is absolute is "
+        "common to all places and shows in no residual; what is relative is what matters within "
+        "the site."
     )
     columns = [
         (ColumnHead("Accuracy", numeric=False), lambda row: text_cell(row.what)),
-        *(axis(k, name) for k, name in enumerate(("E", "N", "U"))),
+        *(head.columns.mm(f"σ {name}", component("sigma", k)) for k, name in enumerate("ENU")),
         (ColumnHead("of", numeric=False), lambda row: text_cell(row.remark)),
     ]
     return build_table("georeferencing", "Absolute and relative accuracy", note, rows, columns)
@@ -226,3 +215,6 @@ def _data(
         "check": None if check is None else {"points": check[0], "rmse": check[1].tolist()},
         "radius": found.radius,
     }
+
+
+SUBJECT = Subject("georeferencing", _chapters)

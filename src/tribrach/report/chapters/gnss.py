@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,27 +15,27 @@ from tribrach.gnss.orbits import calendar
 from tribrach.gnss.sessions import SessionResult
 from tribrach.job.gnss_loops import BaselineSet, baselines_of, epoch_sentences, loops_of
 from tribrach.job.mounted_antennas import raised_antennas
+from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.facts import Reference
 from tribrach.report.chapter import Chapter
-from tribrach.report.figures import new_figure
+from tribrach.report.content import Head
+from tribrach.report.figures import Picture, new_figure, picture
 from tribrach.report.gnss_result import baseline_facts
-from tribrach.report.page import picture
-from tribrach.report.scan_content import Picture
+from tribrach.report.numbers import counted, fixed_cell, mm_cell
+from tribrach.report.subject import Subject
 from tribrach.report.tables import (
     Cell,
     ColumnHead,
     ReportTable,
     build_table,
-    number_cell,
     text_cell,
 )
+from tribrach.report.warnings import Severity, warned
 
-__all__ = ["gnss_chapter"]
+__all__ = ["SUBJECT", "gnss_chapter"]
 
-# The map of GNSS baselines: sessions by colour, float solutions dashed, failing loops red.
-
-
+#: of sessions on the map
 COLOURS = ("#4878a8", "#c2571a", "#5a8f4d", "#7d5ba6", "#a08020", "#3b8f8f", "#8a5a44", "#64707a")
 
 
@@ -100,31 +100,38 @@ def baseline_map(plan: Array, names: Sequence[str], lines: Sequence[MapLine]) ->
 MOST_NAMED = 5
 
 
-def gnss_chapter(
-    adjustment: Adjustment, sessions: Sequence[SessionResult] = ()
-) -> tuple[Chapter, list[str]] | None:
-    """The chapter and its warnings; None where no baseline takes part."""
+def gnss_chapter(adjustment: Adjustment, sessions: Sequence[SessionResult] = ()) -> Chapter | None:
+    """The chapter; None where no baseline takes part."""
     found = baselines_of(adjustment)
     if found is None:
         return None
     loops = loops_of(found)
     reference = adjustment.network.reference
-    warnings = [*_loop_warnings(found, loops), *raised_antennas(adjustment, sessions)]
+    warnings = (
+        *warned(Severity.BLUNDER, _loop_warnings(found, loops)),
+        *warned(Severity.INPUT, raised_antennas(adjustment, sessions)),
+    )
     sentences = [
         *_session_sentences(sessions),
         *_loop_sentences(found, loops),
         *epoch_sentences(reference, sessions),
     ]
     tables = [_session_table(sessions), _baseline_table(sessions), _loop_table(found, loops)]
-    chapter = Chapter(
+    return Chapter(
         "gnss",
         "GNSS baselines and loops",
         tuple(sentences),
         (_map(adjustment, found, loops, sessions),),
         tuple(table for table in tables if table.rows),
         _data(found, loops, sessions, reference),
+        warnings,
     )
-    return chapter, warnings
+
+
+def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
+    """The chapter, where baselines take part."""
+    chapter = gnss_chapter(head.adjustment, job.sessions)
+    return () if chapter is None else (chapter,)
 
 
 def _all(sessions: Sequence[SessionResult]) -> list[tuple[SessionResult, Baseline]]:
@@ -142,7 +149,7 @@ def _session_sentences(sessions: Sequence[SessionResult]) -> list[str]:
     spread = f"{factors[0]:.2f}" if len(factors) == 1 else f"{factors[0]:.2f} to {factors[-1]:.2f}"
     origin = " and ".join(dict.fromkeys(b.factor_source for b in rows))
     out = [
-        f"{_count(len(sessions), 'session')} gave {_count(len(rows), 'independent baseline')}, "
+        f"{counted(len(sessions), 'session')} gave {counted(len(rows), 'independent baseline')}, "
         f"computed by RTKLIB ({', '.join(dict.fromkeys(b.engine for b in rows))}); ambiguities of "
         f"{solved} are fixed, in {100 * fixed / epochs:.1f} % of {epochs} epochs.",
         f"Formal standard deviations of the engine are multiplied by {spread} ({origin}).",
@@ -168,9 +175,9 @@ def _loop_sentences(found: BaselineSet, loops: Sequence[BaselineLoop]) -> list[s
     steepest = max(loops, key=lambda loop: loop.ppm)
     failing = sum(not loop.passes for loop in loops)
     further = len(loops) - len(basis)
-    more = f" and {_count(further, 'further triangle')}" if further else ""
+    more = f" and {counted(further, 'further triangle')}" if further else ""
     words = (
-        f"{_count(len(basis), 'minimal loop')}{more}: the largest closure is "
+        f"{counted(len(basis), 'minimal loop')}{more}: the largest closure is "
         f"{1e3 * largest.size:.1f} mm ({largest.ppm:.2f} ppm of {largest.length:.0f} m) in "
         f"{_path(found, largest)}"
     )
@@ -209,26 +216,14 @@ def _path(found: BaselineSet, loop: BaselineLoop) -> str:
     return "-".join(found.names[k] for k in (*loop.points, loop.points[0]))
 
 
-def _count(n: int, what: str) -> str:
-    return f"{n} {what}" if n == 1 else f"{n} {what}s"
-
-
-def _mm(value: float, digits: int = 1) -> Cell:
-    return number_cell(value, f"{1e3 * value:.{digits}f}")
-
-
-def _number(value: float, digits: int) -> Cell:
-    return number_cell(value, f"{value:.{digits}f}")
-
-
 def _session_table(sessions: Sequence[SessionResult]) -> ReportTable:
     columns: list[tuple[ColumnHead, Callable[[SessionResult], Cell]]] = [
         (ColumnHead("Session", numeric=False), lambda s: text_cell(s.name)),
         (ColumnHead("Points", numeric=False), lambda s: text_cell(", ".join(_points(s)))),
         (ColumnHead("start", numeric=False), lambda s: text_cell(calendar(_span(s)[0]))),
         (ColumnHead("end", numeric=False), lambda s: text_cell(calendar(_span(s)[1]))),
-        (ColumnHead("interval", "s"), lambda s: _number(s.baselines[0].interval, 0)),
-        (ColumnHead("baselines"), lambda s: _number(len(s.baselines), 0)),
+        (ColumnHead("interval", "s"), lambda s: fixed_cell(s.baselines[0].interval, 0)),
+        (ColumnHead("baselines"), lambda s: fixed_cell(len(s.baselines), 0)),
         (ColumnHead("systems", numeric=False), lambda s: text_cell(s.baselines[0].systems)),
     ]
     note = "Times are those of the files, GPS time unless they say otherwise."
@@ -249,24 +244,24 @@ def _baseline_table(sessions: Sequence[SessionResult]) -> ReportTable:
         (ColumnHead("From", numeric=False), lambda r: text_cell(r[1].names[0])),
         (ColumnHead("To", numeric=False), lambda r: text_cell(r[1].names[1])),
         (ColumnHead("Session", numeric=False), lambda r: text_cell(r[0].name)),
-        (ColumnHead("antenna from", "m"), lambda r: _number(r[1].heights[0], 4)),
-        (ColumnHead("antenna to", "m"), lambda r: _number(r[1].heights[1], 4)),
-        (ColumnHead("length", "m"), lambda r: _number(r[1].length, 4)),
+        (ColumnHead("antenna from", "m"), lambda r: fixed_cell(r[1].heights[0], 4)),
+        (ColumnHead("antenna to", "m"), lambda r: fixed_cell(r[1].heights[1], 4)),
+        (ColumnHead("length", "m"), lambda r: fixed_cell(r[1].length, 4)),
         *(
             (
                 ColumnHead(f"σ {axis}", "mm"),
-                lambda r, k=k: _mm(float(np.sqrt(r[1].covariance[k, k]))),
+                lambda r, k=k: mm_cell(float(np.sqrt(r[1].covariance[k, k])), 1),
             )
             for k, axis in enumerate("XYZ")
         ),
         (ColumnHead("ambiguities", numeric=False), lambda r: _ambiguities(r[1])),
-        (ColumnHead("fixed", "%"), lambda r: _number(100 * r[1].fixed_share, 1)),
-        (ColumnHead("epochs"), lambda r: _number(r[1].epochs, 0)),
-        (ColumnHead("of"), lambda r: _number(r[1].epochs_common, 0)),
-        (ColumnHead("ratio"), lambda r: _number(r[1].ratio, 1)),
-        (ColumnHead("satellites"), lambda r: _number(r[1].satellites, 1)),
+        (ColumnHead("fixed", "%"), lambda r: fixed_cell(100 * r[1].fixed_share, 1)),
+        (ColumnHead("epochs"), lambda r: fixed_cell(r[1].epochs, 0)),
+        (ColumnHead("of"), lambda r: fixed_cell(r[1].epochs_common, 0)),
+        (ColumnHead("ratio"), lambda r: fixed_cell(r[1].ratio, 1)),
+        (ColumnHead("satellites"), lambda r: fixed_cell(r[1].satellites, 1)),
         (ColumnHead("phases", "mm"), lambda r: _residual(r[1])),
-        (ColumnHead("σ factor"), lambda r: _number(r[1].factor, 2)),
+        (ColumnHead("σ factor"), lambda r: fixed_cell(r[1].factor, 2)),
     ]
     note = (
         "Antennas: heights of their reference points over the marks, between which baselines are. "
@@ -279,7 +274,7 @@ def _baseline_table(sessions: Sequence[SessionResult]) -> ReportTable:
 
 def _residual(baseline: Baseline) -> Cell:
     value = baseline.residual
-    return text_cell("") if value is None else _mm(value)
+    return text_cell("") if value is None else mm_cell(value, 1)
 
 
 def _ambiguities(baseline: Baseline) -> Cell:
@@ -290,15 +285,15 @@ def _loop_table(found: BaselineSet, loops: Sequence[BaselineLoop]) -> ReportTabl
     columns: list[tuple[ColumnHead, Callable[[BaselineLoop], Cell]]] = [
         (ColumnHead("Loop", numeric=False), lambda loop: text_cell(_path(found, loop))),
         (ColumnHead("minimal", numeric=False), lambda loop: text_cell(_yes(loop.independent))),
-        (ColumnHead("length", "m"), lambda loop: _number(loop.length, 1)),
+        (ColumnHead("length", "m"), lambda loop: fixed_cell(loop.length, 1)),
         *(
-            (ColumnHead(axis, "mm"), lambda loop, k=k: _mm(float(loop.closure[k])))
+            (ColumnHead(axis, "mm"), lambda loop, k=k: mm_cell(float(loop.closure[k]), 1))
             for k, axis in enumerate("ENU")
         ),
-        (ColumnHead("closure", "mm"), lambda loop: _mm(loop.size)),
-        (ColumnHead("closure", "ppm"), lambda loop: _number(loop.ppm, 2)),
-        (ColumnHead("test"), lambda loop: _number(loop.statistic, 2)),
-        (ColumnHead("limit"), lambda loop: _number(loop.limit, 2)),
+        (ColumnHead("closure", "mm"), lambda loop: mm_cell(loop.size, 1)),
+        (ColumnHead("closure", "ppm"), lambda loop: fixed_cell(loop.ppm, 2)),
+        (ColumnHead("test"), lambda loop: fixed_cell(loop.statistic, 2)),
+        (ColumnHead("limit"), lambda loop: fixed_cell(loop.limit, 2)),
         (ColumnHead("verdict", numeric=False), _verdict),
     ]
     note = (
@@ -364,3 +359,6 @@ def _data(
             for loop in loops
         ],
     }
+
+
+SUBJECT = Subject("gnss", _chapters)

@@ -2,40 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tribrach.geometry.pose import Pose
+from tribrach.job.results import JobResults
 from tribrach.job.tie import Registered
 from tribrach.network.adjustment import Adjustment
 from tribrach.registration.edges import ALPHA, MOST, Edge, edges
 from tribrach.registration.views import Agreement, seen
 from tribrach.report.chapter import Chapter
-from tribrach.report.columns import ColumnSet, Spec
-from tribrach.report.content import Content
-from tribrach.report.figures import colour_scale, colours, new_figure
-from tribrach.report.page import picture
-from tribrach.report.scan_content import Picture
-from tribrach.report.style import Style
+from tribrach.report.columns import ColumnSet
+from tribrach.report.content import Head
+from tribrach.report.figures import Picture, colour_scale, colours, new_figure, picture
+from tribrach.report.numbers import percent_cell
+from tribrach.report.subject import Subject
 from tribrach.report.tables import (
     Cell,
     ColumnHead,
     ReportTable,
+    Spec,
     build_table,
-    number_cell,
     text_cell,
 )
+from tribrach.report.warnings import Severity, warned
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from tribrach.project import Project
-
-__all__ = ["add_registration"]
+__all__ = ["SUBJECT"]
 
 #: a pair with this share of one station's points in the open space of the other is spoken of
 _CONFLICT = 0.12
@@ -71,29 +70,24 @@ class _Pair:
         return f"{self.edge.first} - {self.edge.second}"
 
 
-def add_registration(
-    content: Content, project: Project, registered: Registered, adjustment: Adjustment
-) -> Content:
-    """The content of a report with the chapter and its warnings, where pairs of stations are."""
+def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
+    """The chapter, where scans were tied and pairs of stations have something in common."""
+    if job.registered is None:
+        return
+    registered, adjustment = job.registered, head.adjustment
     found = edges(adjustment)
     if not found:
-        return content
+        return
     seen = _views(registered, adjustment)
     pairs = [_Pair(e, seen.get(frozenset((e.first, e.second)))) for e in found]
-    style = ColumnSet(Style(project.output.angle))
-    chapter = Chapter(
+    yield Chapter(
         "registration",
         "Registration",
         _sentences([*registered.sentences, *_verdict(found)]),
         (_graph(adjustment, found),),
-        (_table(pairs, style),),
+        (_table(pairs, head.columns),),
         {"edges": [_record(pair) for pair in pairs], "sentences": list(registered.sentences)},
-    )
-    warnings = _sentences([*_outliers(found), *_contradictions(seen)])
-    return replace(
-        content,
-        chapters=(*content.chapters, chapter),
-        warnings=(*content.warnings, *warnings),
+        warned(Severity.BLUNDER, [*_outliers(found), *_contradictions(seen)]),
     )
 
 
@@ -189,8 +183,7 @@ def _share(name: str) -> Any:
     """A share of points in per cent."""
 
     def cell(pair: _Pair) -> Cell:
-        value = None if pair.seen is None else 100 * float(getattr(pair.seen, name))
-        return number_cell(value, "" if value is None else f"{value:.1f}")
+        return percent_cell(None if pair.seen is None else float(getattr(pair.seen, name)))
 
     return cell
 
@@ -248,3 +241,6 @@ def _line(axes: Axes, mine: Sequence[Edge], ends: np.ndarray[Any, Any]) -> None:
     style = "-" if max(e.held for e in mine) == 6 else "--"
     width = 1.0 + min(len(mine), 3)
     axes.plot(ends[:, 0], ends[:, 1], style, color=color, linewidth=width, zorder=2)
+
+
+SUBJECT = Subject("registration", _chapters)

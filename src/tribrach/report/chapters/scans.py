@@ -1,8 +1,13 @@
-"""What the report says of the scans of a run: detections, pictures, clouds, precision budget."""
+"""The chapter on scans: targets found, clouds written, their uncertainty, and their truth if known.
+
+Metres and radians; pictures are PNG files in base64.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import base64
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
@@ -14,12 +19,31 @@ from tribrach.geodesy.projection import grid_scale
 from tribrach.job.clouds import Product
 from tribrach.job.find_targets import Findings
 from tribrach.job.name_targets import Named
-from tribrach.report.figures import new_figure
-from tribrach.report.page import picture
-from tribrach.report.scan_content import FoundTarget, Picture, Rejection, ScanChapter, WrittenCloud
+from tribrach.job.panorama import Panorama
+from tribrach.job.results import JobResults
+from tribrach.job.steps import PlacedScans
+from tribrach.job.truth import TruthRow
+from tribrach.report.chapter import Chapter
+from tribrach.report.chapters.error_budget import budget_charts, budget_table
+from tribrach.report.columns import ColumnSet, component
+from tribrach.report.content import Head
+from tribrach.report.figures import Picture, new_figure, picture, png
+from tribrach.report.subject import Subject
+from tribrach.report.tables import (
+    Cell,
+    ColumnHead,
+    ReportTable,
+    Spec,
+    build_table,
+    number_cell,
+    text_cell,
+)
+from tribrach.report.warnings import ReportWarning, Severity, warned
 from tribrach.targets.detection import Detection
 
-__all__ = ["scan_chapter"]
+__all__ = ["SUBJECT", "FoundTarget", "Rejection", "WrittenCloud", "panorama_png"]
+
+Triple = tuple[float, float, float]
 
 _CONVERTED = "; every point was converted by itself, so that nothing of it is lost."
 
@@ -28,35 +52,123 @@ _CONVERTED = "; every point was converted by itself, so that nothing of it is lo
 _EARTH = 6371000.0
 
 
-def scan_chapter(
-    findings: Sequence[Findings],
-    named: Named | None,
-    products: Sequence[Product],
-    placements: Mapping[str, Placement],
-    frame: OutputFrame,
-) -> ScanChapter:
-    """Everything about scans; placements by scan name."""
-    return ScanChapter(
-        targets=tuple(
-            _target(f.scan, number, d, _name(named, f.station, d))
-            for f in findings
-            for number, d in enumerate(f.detections, start=1)
+#: colours of targets in panoramas
+_COLOURS = {"sphere": "#d62728", "checkerboard": "#1f77b4", "disc": "#2ca02c", "plane": "#9467bd"}
+
+
+@dataclass(frozen=True)
+class FoundTarget:
+    """A target found in a scan: its number in the picture, the name it got, its numbers.
+
+    center and sigma along x, y, z of the scanner frame; name "" if nothing else saw it; range and
+    incidence None where the place of the scanner is not known.
+    """
+
+    scan: str
+    number: int
+    kind: str
+    name: str
+    center: Triple
+    sigma: Triple
+    range: float | None
+    incidence: float | None
+    points: int
+    rms: float
+    coverage: float
+    remark: str = ""
+
+
+@dataclass(frozen=True)
+class Rejection:
+    """What looked like a target and was none, with the reason."""
+
+    scan: str
+    kind: str
+    center: Triple
+    reason: str
+
+
+@dataclass(frozen=True)
+class WrittenCloud:
+    """A cloud that was written.
+
+    sigma : root mean square along the axes of its frame; median, p95, largest : of the
+    three-dimensional sigma; weakest : sigma, azimuth and elevation of the direction in which the
+    cloud as a whole is known least, None for merged clouds; step : of stored coordinates, None for
+    copies of a source; without sigmas all of these but the step are None.
+    """
+
+    name: str
+    file: str
+    points: int
+    sigma: Triple | None
+    median: float | None
+    p95: float | None
+    largest: float | None
+    weakest: Triple | None
+    step: float | None
+    shares: tuple[tuple[str, float], ...]
+
+
+def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
+    """The chapter, where scans were placed."""
+    if job.placed is None:
+        return
+    placed, columns = job.placed, head.columns
+    targets = [
+        _target(f.scan, number, d, _name(placed.named, f.station, d))
+        for f in placed.findings
+        for number, d in enumerate(f.detections, start=1)
+    ]
+    rejections = [
+        Rejection(f.scan, r.kind, _triple(r.center), r.reason)
+        for f in placed.findings
+        for r in f.rejected
+    ]
+    clouds = [_cloud(product, placed.placements, placed.frame) for product in placed.products]
+    placement = () if placed.named is None else tuple(placed.named.identification.sentences)
+    precision = _precision(placed.products, placed.frame)
+    yield Chapter(
+        "scans",
+        "Scans and clouds",
+        (*placement, *precision),
+        (
+            *_panoramas(placed.findings),
+            *_maps(placed.products, placed.frame),
+            *budget_charts(placed.budget),
         ),
-        rejections=tuple(
-            Rejection(f.scan, r.kind, _triple(r.center), r.reason)
-            for f in findings
-            for r in f.rejected
+        (
+            _truth_table(placed.truth, columns),
+            _target_table(targets, columns),
+            _rejection_table(rejections, columns),
+            _cloud_table(clouds, columns),
+            _class_table(clouds, columns),
+            budget_table(placed.budget, columns),
         ),
-        pictures=(*_panoramas(findings), *_maps(products, frame)),
-        clouds=tuple(_cloud(product, placements, frame) for product in products),
-        placement=() if named is None else named.identification.sentences,
-        budget=tuple(_budget(products, frame)),
-        warnings=tuple(
-            f"{sentence}."
-            for made in (findings, products)
-            for one in made
-            for sentence in one.sentences
-        ),
+        {
+            "targets": [asdict(target) for target in targets],
+            "rejected": [asdict(rejection) for rejection in rejections],
+            "clouds": [asdict(cloud) | {"shares": dict(cloud.shares)} for cloud in clouds],
+            "placement": list(placement),
+            "precision_budget": precision,
+            "truth": [asdict(row) | {"agrees": row.agrees} for row in placed.truth],
+            "error_budget": [asdict(row) for row in placed.budget],
+        },
+        _warnings(placed),
+    )
+
+
+def _warnings(placed: PlacedScans) -> tuple[ReportWarning, ...]:
+    """What looks wrong in scans, what corrected them, what clouds do not carry, weak reaches."""
+    odd = [f"{s.scan.source}: {text}" for s in placed.scans for text in s.scan.warnings]
+    unseen = [text for finding in placed.findings for text in finding.sentences]
+    lacking = [text for product in placed.products for text in product.sentences]
+    loose = ["Nothing ties the stations to the frame of the truth: they are not compared with it"]
+    return (
+        *warned(Severity.INPUT, [*odd, *unseen]),
+        *warned(Severity.NOTE, [*placed.corrected, *lacking]),
+        *warned(Severity.WEAK, placed.reach),
+        *warned(Severity.NOTE, loose if placed.loose else []),
     )
 
 
@@ -94,9 +206,7 @@ def _known(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 
-def _triple(
-    x: Sequence[float] | np.ndarray[tuple[int], np.dtype[np.float64]],
-) -> tuple[float, float, float]:
+def _triple(x: Sequence[float] | np.ndarray[tuple[int], np.dtype[np.float64]]) -> Triple:
     return float(x[0]), float(x[1]), float(x[2])
 
 
@@ -131,17 +241,31 @@ def _weakest(summary: CloudSummary, where: Placement, frame: OutputFrame) -> Wea
     return weakest_direction(around, where.covariance)
 
 
+def panorama_png(view: Panorama) -> bytes:
+    """A panorama with its targets numbered, as a PNG file."""
+    width, height = view.shape
+    figure = new_figure(figsize=(width / 100, height / 100), dpi=100)
+    axes = figure.add_axes((0, 0, 1, 1))
+    axes.imshow(view.grey, cmap="gray", vmin=0, vmax=255, aspect="auto", interpolation="nearest")
+    axes.set_axis_off()
+    for number, ((x, y), kind) in enumerate(zip(view.marks, view.kinds, strict=True), start=1):
+        colour = _COLOURS.get(kind, "#ff7f0e")
+        axes.plot(x, y, "o", mfc="none", mec=colour, ms=10, mew=1.5)
+        axes.annotate(str(number), (x, y), (6, 6), textcoords="offset points", color=colour, size=8)
+    return png(figure)
+
+
 def _panoramas(findings: Sequence[Findings]) -> list[Picture]:
     return [
         Picture(
             f"panorama-{f.scan}",
             f"Scan {f.scan}",
-            f.picture,
+            base64.b64encode(panorama_png(f.panorama)).decode("ascii"),
             f"{f.points:,} points; {len(f.detections)} targets found, "
             f"{len(f.rejected)} candidates rejected.",
         )
         for f in findings
-        if f.picture
+        if f.panorama is not None
     ]
 
 
@@ -179,7 +303,7 @@ def _maps(products: Sequence[Product], frame: OutputFrame) -> list[Picture]:
     return [picture("point-sigma", "Uncertainty of points", figure, caption)]
 
 
-def _budget(products: Sequence[Product], frame: OutputFrame) -> list[str]:
+def _precision(products: Sequence[Product], frame: OutputFrame) -> list[str]:
     """What storage, projection and curvature do to coordinates, in numbers."""
     if not products:
         return []
@@ -217,3 +341,105 @@ def _budget(products: Sequence[Product], frame: OutputFrame) -> list[str]:
             f"{1e3 * sag:.2g} mm at the edge of the clouds."
         )
     return said
+
+
+def _truth_table(truth: Sequence[TruthRow], columns: ColumnSet) -> ReportTable:
+    note = (
+        "The job is simulated and its truth is known. Squared errors in the metric of their stated "
+        "covariances against chi-square: single ones at a level at which all of one kind pass in "
+        "99 % of jobs, all jointly on both sides at 99 %, since smaller errors than stated are "
+        "wrong statements too. Of clouds the mean squared normalised error."
+    )
+    specs: list[Spec] = [
+        columns.word("What", "what"),
+        columns.word("Name", "name"),
+        columns.word("Error", "words"),
+        columns.plain("test", "statistic"),
+        columns.plain("least", "least"),
+        columns.plain("most", "limit"),
+        (
+            ColumnHead("verdict", numeric=False),
+            lambda r: text_cell(r.verdict, "good" if r.agrees else "bad"),
+        ),
+    ]
+    return build_table("truth", "Against the truth", note, truth, specs)
+
+
+def _target_table(targets: Sequence[FoundTarget], columns: ColumnSet) -> ReportTable:
+    specs: list[Spec] = [
+        columns.word("Scan", "scan"),
+        columns.plain("No.", "number", 0),
+        columns.word("Kind", "kind"),
+        columns.word("Point", "name"),
+        *(columns.metres(a, component("center", k)) for k, a in enumerate("xyz")),
+        *(columns.mm(f"σ {a}", component("sigma", k)) for k, a in enumerate("xyz")),
+        columns.metres("range", lambda t: t.range),
+        columns.bearing("incidence", lambda t: t.incidence),
+        columns.plain("points", "points", 0),
+        columns.mm("rms of the fit", lambda t: t.rms),
+        columns.plain("coverage", "coverage", wide=True),
+        columns.word("Remark", "remark", wide=True),
+    ]
+    note = (
+        "Centres in the scanner frame with the sigmas that enter the adjustment. The rms is that "
+        "of the surface points about the fitted shape: a noise of points, not an accuracy of the "
+        "centre. Numbers are those in the pictures."
+    )
+    return build_table("targets", "Targets found", note, targets, specs)
+
+
+def _rejection_table(rejections: Sequence[Rejection], columns: ColumnSet) -> ReportTable:
+    specs: list[Spec] = [
+        columns.word("Scan", "scan"),
+        columns.word("Kind", "kind"),
+        *(columns.metres(a, component("center", k)) for k, a in enumerate("xyz")),
+        columns.word("Why it is none", "reason"),
+    ]
+    return build_table("rejections", "Candidates rejected", "", rejections, specs)
+
+
+def _cloud_table(clouds: Sequence[WrittenCloud], columns: ColumnSet) -> ReportTable:
+    specs: list[Spec] = [
+        columns.word("Cloud", "name"),
+        columns.word("File", "file"),
+        columns.plain("points", "points", 0),
+        *(columns.mm(f"σ{k + 1}", component("sigma", k), 2) for k in range(3)),
+        columns.mm("median 3D σ", lambda c: c.median),
+        columns.mm("95 % of points", lambda c: c.p95),
+        columns.mm("largest", lambda c: c.largest),
+        columns.mm("weakest σ", component("weakest", 0)),
+        columns.bearing("along azimuth", component("weakest", 1)),
+        columns.bearing("elevation", component("weakest", 2)),
+        columns.mm("step on disk", lambda c: c.step, 3),
+    ]
+    note = (
+        "σ1 to σ3: root mean square along the axes of the delivered frame. 3D σ is the root of the "
+        "sum of the three variances of a point. Weakest: what the station leaves uncertain of the "
+        "cloud as a whole, along its worst direction. All are predicted from the network and the "
+        "instrument, not observed."
+    )
+    return build_table("clouds", "Clouds", note, clouds, specs)
+
+
+def _class_table(clouds: Sequence[WrittenCloud], columns: ColumnSet) -> ReportTable:
+    names = [name for name, _ in clouds[0].shares] if clouds else []
+    specs: list[Spec] = [columns.word("Cloud", "name")]
+    specs += [(ColumnHead(name, "%"), _share(k)) for k, name in enumerate(names)]
+    note = (
+        "Share of the points whose predicted 95 % uncertainty (twice the 3D σ) is within the "
+        "class: USIBD LOA 10 to 50 are 150, 50, 15, 5 and 1 mm, GSA levels 1 to 4 are 51, 13, 6 "
+        "and 3 mm. A class is reached by 95 % or more."
+    )
+    rows = [cloud for cloud in clouds if cloud.sigma is not None]
+    return build_table("classes", "Tolerance classes", note, rows, specs)
+
+
+def _share(k: int) -> Callable[[WrittenCloud], Cell]:
+    def cell(cloud: WrittenCloud) -> Cell:
+        share = 100 * cloud.shares[k][1]
+        return number_cell(share, f"{share:.1f}", "good" if share >= 95 else "")
+
+    return cell
+
+
+SUBJECT = Subject("scans", _chapters)

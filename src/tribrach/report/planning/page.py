@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import datetime
 from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib.metadata import version
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from tribrach._types import Array
 from tribrach.report.content import Content
-from tribrach.report.figures import new_figure
-from tribrach.report.page import picture
-from tribrach.report.plan import plan
-from tribrach.report.scan_content import Picture
+from tribrach.report.environment import render_page
+from tribrach.report.figures import Picture, new_figure, picture
+from tribrach.report.map import network_map
 from tribrach.report.tables import ReportTable
 from tribrach.report.text import WIDTH, table_text, wrapped
 
@@ -36,21 +32,13 @@ class PlanPage:
 
 def plan_page(page: PlanPage) -> str:
     """The plan as one HTML file that needs nothing but a browser."""
-    environment = Environment(
-        loader=PackageLoader("tribrach.report", "templates"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("planning.html.j2").render(
+    return render_page(
+        "planning.html.j2",
         page=page,
-        plan=plan(page.network),
-        percent=f"{100 * page.network.settings.confidence:g} %",
+        map=network_map(page.network),
+        percent=page.network.percent,
         posterior=False,
         tables=[table for table in page.tables if table.rows],
-        version=version("tribrach"),
-        date=datetime.date.today().isoformat(),
     )
 
 

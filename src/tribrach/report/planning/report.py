@@ -8,14 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from tribrach.job.plan.sights import sights_of
 from tribrach.job.plan.steps import DesignResult
 from tribrach.network.quality import assess
 from tribrach.observations.scanner import ScannerPolar
 from tribrach.planning.prediction import Figures
 from tribrach.report.build import build
+from tribrach.report.figures import Picture
 from tribrach.report.numbers import number, numbers
 from tribrach.report.planning.page import PlanPage, gain_map
+from tribrach.report.planning.sights import sights_of
 from tribrach.report.planning.tables import (
     criterion_words,
     lever_arm_json,
@@ -23,7 +24,6 @@ from tribrach.report.planning.tables import (
     plan_tables,
     shown,
 )
-from tribrach.report.scan_content import Picture
 
 __all__ = ["plan_json", "plan_report"]
 

@@ -10,10 +10,10 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.job.plan.lever_arm import LeverArmForecast
-from tribrach.job.plan.sights import PlannedSight
 from tribrach.job.plan.steps import DesignResult
 from tribrach.planning.prediction import CRITERIA, CriterionKind, Figures, largest_sigma
-from tribrach.report.numbers import number, numbers
+from tribrach.report.numbers import mm_cell, number, numbers
+from tribrach.report.planning.sights import PlannedSight
 from tribrach.report.tables import (
     Cell,
     ColumnHead,
@@ -59,10 +59,10 @@ def lever_arm_table(found: LeverArmForecast | None) -> ReportTable:
     columns = [
         (ColumnHead("Lever arm", numeric=False), lambda row: text_cell(row[0])),
         *(
-            (ColumnHead(f"σ {name}", "mm"), lambda row, k=k: _mm(mm(row, k)))
+            (ColumnHead(f"σ {name}", "mm"), lambda row, k=k: mm_cell(mm(row, k)))
             for k, name in enumerate("xyz")
         ),
-        (ColumnHead("worst σ", "mm"), lambda row: _mm(float(largest_sigma(row[1])))),
+        (ColumnHead("worst σ", "mm"), lambda row: mm_cell(float(largest_sigma(row[1])))),
         *(
             (
                 ColumnHead(f"ρ {'xyz'[a]}{'xyz'[b]}"),
@@ -78,10 +78,6 @@ def lever_arm_table(found: LeverArmForecast | None) -> ReportTable:
         "ρ are correlations."
     )
     return build_table("lever-arm", "The lever arm", note, rows, columns)
-
-
-def _mm(value: float) -> Any:
-    return number_cell(value, f"{1e3 * value:.2f}")
 
 
 def lever_arm_sentences(found: LeverArmForecast | None) -> list[str]:

@@ -1,12 +1,15 @@
-"""The plan of the network as a drawing: what stands where, how exactly, and what it is tied to.
+"""The map of the network: what stands where, how exactly, and what it is tied to.
 
 East is right, north is up, in pixels of an SVG. Ellipses and difference arrows share one stated
-exaggeration. A network without plan coordinates has no plan.
+exaggeration. A network without plan coordinates has no map.
+
+Names stand beside their symbols so that they do not cover each other.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -14,13 +17,19 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from tribrach._types import Array
-from tribrach.report.content import Content, Ellipse
-from tribrach.report.labels import Label, place_labels
+from tribrach.report.content import Ellipse, Head
 
-__all__ = ["Arrow", "Drawn", "MapDrawing", "Symbol", "plan", "round_down"]
+__all__ = ["Arrow", "Drawn", "Label", "MapDrawing", "Symbol", "network_map", "round_down"]
 
 WIDTH, MARGIN = 960.0, 56.0
 LOWEST, HIGHEST = 320.0, 860.0
+#: size of a letter and of a symbol in pixels
+LETTER, LETTER_HEIGHT, SYMBOL = 6.4, 11.0, 6.0
+_FIRST = {"control": 0, "station": 1, "check": 2}
+_CELL = 48.0
+
+Box = tuple[float, float, float, float]
+Item = tuple[float, float, str, str, float]
 #: sight lines beyond this number are thinned out
 MOST_SIGHTS = 6000
 
@@ -56,6 +65,16 @@ class Arrow:
     dx: float
     dy: float
     words: str
+
+
+@dataclass(frozen=True)
+class Label:
+    """A name at the left end of its base line, in pixels."""
+
+    x: float
+    y: float
+    text: str
+    sort: str
 
 
 @dataclass(frozen=True)
@@ -107,8 +126,8 @@ def _length(metres: float) -> str:
     return f"{metres * 1e6:g} µm"
 
 
-def plan(content: Content) -> MapDrawing | None:
-    """The plan; None if fewer than two positions have plan coordinates."""
+def network_map(content: Head) -> MapDrawing | None:
+    """The map; None if fewer than two positions have plan coordinates."""
     symbols, ellipses = _positions(content)
     if len(symbols) < 2:
         return None
@@ -122,7 +141,7 @@ def plan(content: Content) -> MapDrawing | None:
     size = frame.scale * exaggeration
     radius = [e.major * size if e else 0.0 for e in ellipses]
     items = [(s.x, s.y, s.name, s.sort, r) for s, r in zip(placed, radius, strict=True)]
-    labels = place_labels(items, frame.width, frame.height)
+    labels = _place_labels(items, frame.width, frame.height)
     bar = round_down(0.22 * frame.width / frame.scale)
     small = round_down(60.0 / size) if exaggeration else 0.0
     return MapDrawing(
@@ -162,7 +181,7 @@ class _Frame:
         return np.round(out, 2)
 
 
-def _positions(content: Content) -> tuple[list[Symbol], list[Ellipse | None]]:
+def _positions(content: Head) -> tuple[list[Symbol], list[Ellipse | None]]:
     """Points and stations with plan coordinates, x and y still E and N in metres."""
     symbols, ellipses = [], []
     for point in content.points:
@@ -205,9 +224,7 @@ def _drawn(symbols: list[Symbol], ellipses: list[Ellipse | None], size: float) -
     )
 
 
-def _arrows(
-    content: Content, where: dict[str, tuple[float, float]], size: float
-) -> tuple[Arrow, ...]:
+def _arrows(content: Head, where: dict[str, tuple[float, float]], size: float) -> tuple[Arrow, ...]:
     """Differences of control and check points, enlarged like the ellipses."""
     out = []
     for c in content.control:
@@ -223,8 +240,83 @@ def _arrows(
     return tuple(out)
 
 
-def _sights(content: Content, where: dict[str, tuple[float, float]]) -> str:
+def _sights(content: Head, where: dict[str, tuple[float, float]]) -> str:
     """One SVG path with all lines, evenly thinned out where there are too many."""
     pairs = [(where[a], where[b]) for a, b in content.sights if a in where and b in where]
     step = math.ceil(len(pairs) / MOST_SIGHTS) or 1
     return "".join(f"M{a[0]:.1f} {a[1]:.1f}L{b[0]:.1f} {b[1]:.1f}" for a, b in pairs[::step])
+
+
+class _Occupied:
+    """Boxes already taken, in a grid of cells so that each question looks at few."""
+
+    def __init__(self) -> None:
+        self._cells: dict[tuple[int, int], list[Box]] = {}
+
+    @staticmethod
+    def _keys(box: Box) -> list[tuple[int, int]]:
+        left, top, right, bottom = (int(v // _CELL) for v in box)
+        return [(i, j) for i in range(left, right + 1) for j in range(top, bottom + 1)]
+
+    def add(self, box: Box) -> None:
+        """Take a box."""
+        for key in self._keys(box):
+            self._cells.setdefault(key, []).append(box)
+
+    def hit(self, box: Box) -> bool:
+        """True if a box overlaps one that is taken."""
+        return any(
+            box[0] < b[2] and b[0] < box[2] and box[1] < b[3] and b[1] < box[3]
+            for key in self._keys(box)
+            for b in self._cells.get(key, ())
+        )
+
+
+def _place_labels(items: Sequence[Item], width: float, height: float) -> tuple[Label, ...]:
+    """Labels of symbols ``(x, y, name, sort, radius)``, each beside its symbol and its ellipse.
+
+    Control, stations and check points choose first; names without room are left out, except
+    those three sorts while there are few of them.
+    """
+    taken = _Occupied()
+    for x, y, *_ in items:
+        taken.add((x - SYMBOL, y - SYMBOL, x + SYMBOL, y + SYMBOL))
+    important = sum(item[3] in _FIRST for item in items)
+    out = []
+    for x, y, name, sort, radius in sorted(items, key=lambda item: _FIRST.get(item[3], 3)):
+        boxes = _label_boxes(x, y, name, radius)
+        box = _free_box(boxes, taken, width, height)
+        if box is None and sort in _FIRST and important <= 40:
+            box = boxes[0]
+        if box is not None:
+            taken.add(box)
+            out.append(Label(round(box[0], 1), round(box[3] - 2.5, 1), name, sort))
+    return tuple(out)
+
+
+def _free_box(boxes: list[Box], taken: _Occupied, width: float, height: float) -> Box | None:
+    """The first candidate inside the drawing that overlaps nothing."""
+    for box in boxes:
+        inside = box[0] >= 0 and box[1] >= 0 and box[2] <= width and box[3] <= height
+        if inside and not taken.hit(box):
+            return box
+    return None
+
+
+def _label_boxes(x: float, y: float, name: str, radius: float) -> list[Box]:
+    """Boxes around an ellipse of that radius: right above first, then corners, sides, farther."""
+    w, gap = LETTER * len(name) + 2, max(SYMBOL, radius) + 1.0
+    near, h = max(SYMBOL, 0.7 * radius) + 1.0, LETTER_HEIGHT
+    corners = [
+        (x + near, y - 0.7 * near - h / 2),
+        (x + near, y + 0.7 * near - h / 2),
+        (x - near - w, y - 0.7 * near - h / 2),
+        (x - near - w, y + 0.7 * near - h / 2),
+        (x + gap, y - h / 2),
+        (x - gap - w, y - h / 2),
+        (x - w / 2, y - gap - h),
+        (x - w / 2, y + gap),
+        (x + SYMBOL + 1, y - h),
+        (x - SYMBOL - 1 - w, y),
+    ]
+    return [(left, top, left + w, top + h) for left, top in corners]

@@ -1,19 +1,31 @@
-"""What the report says of raw files: axis errors of the day, rounds of each set-up, closures."""
+"""The chapter on raw files: axis errors of the day, rounds of each set-up, closures."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
 from tribrach.io.survey.totalstation import ReducedFile
+from tribrach.job.results import JobResults
 from tribrach.network.facts import Fact, facts_of
-from tribrach.report.columns import ColumnSet, Spec
+from tribrach.report.chapter import Chapter
+from tribrach.report.columns import ColumnSet
+from tribrach.report.content import Head
 from tribrach.report.numbers import number
-from tribrach.report.tables import ColumnHead, ReportTable, build_table, text_cell
+from tribrach.report.subject import Subject
+from tribrach.report.tables import ColumnHead, ReportTable, Spec, build_table, text_cell
 
-__all__ = ["Closure", "ReductionChapter", "ReductionDay", "Round", "SetRow", "reduction_chapter"]
+__all__ = [
+    "SUBJECT",
+    "Closure",
+    "ReductionDay",
+    "Reductions",
+    "Round",
+    "SetRow",
+    "reductions",
+]
 
 Number = float | None
 
@@ -83,30 +95,38 @@ class Closure:
 
 
 @dataclass(frozen=True)
-class ReductionChapter:
-    """All that the report says of the reduction of raw files."""
+class Reductions:
+    """All that there is to say of the reduction of raw files."""
 
     days: tuple[ReductionDay, ...]
     rounds: tuple[Round, ...]
     sets: tuple[SetRow, ...]
     closures: tuple[Closure, ...]
 
-    def tables(self, columns: ColumnSet, most: int | None) -> list[ReportTable]:
+    def tables(self, columns: ColumnSet) -> tuple[ReportTable, ...]:
         """The tables of the chapter, empty ones as well."""
-        return [
-            _day_table(self, columns, most),
-            _round_table(self, columns, most),
-            _set_table(self, columns, most),
-            _closure_table(self, columns, most),
-        ]
+        return (
+            _day_table(self, columns),
+            _round_table(self, columns),
+            _set_table(self, columns),
+            _closure_table(self, columns),
+        )
 
 
-def reduction_chapter(facts: Iterable[Fact]) -> ReductionChapter | None:
-    """The chapter from what the survey remembers of raw files; None if there are none."""
+def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
+    """The chapter, where files of total stations were reduced."""
+    found = reductions(head.adjustment.network.facts)
+    if found is not None:
+        tables = found.tables(head.columns)
+        yield Chapter("reductions", "Raw files", tables=tables, data=asdict(found))
+
+
+def reductions(facts: Iterable[Fact]) -> Reductions | None:
+    """What the survey remembers of raw files; None if there are none."""
     files = facts_of(facts, ReducedFile)
     if not files:
         return None
-    return ReductionChapter(
+    return Reductions(
         tuple(_day(file) for file in files),
         tuple(row for file in files for row in _rounds(file)),
         tuple(row for file in files for row in _sets(file)),
@@ -203,7 +223,7 @@ def _closures(file: ReducedFile) -> list[Closure]:
     ]
 
 
-def _day_table(chapter: ReductionChapter, columns: ColumnSet, most: int | None) -> ReportTable:
+def _day_table(chapter: Reductions, columns: ColumnSet) -> ReportTable:
     note = (
         "From half the differences of the faces. The mean of both faces is free of these errors; "
         "sigmas are of one reading in one face."
@@ -225,10 +245,10 @@ def _day_table(chapter: ReductionChapter, columns: ColumnSet, most: int | None) 
         columns.small_angle("σ direction", lambda d: d.sigma_direction),
         columns.small_angle("σ zenith", lambda d: d.sigma_zenith),
     ]
-    return build_table("axes", "Axis errors of the day", note, chapter.days, specs, most=most)
+    return build_table("axes", "Axis errors of the day", note, chapter.days, specs)
 
 
-def _round_table(chapter: ReductionChapter, columns: ColumnSet, most: int | None) -> ReportTable:
+def _round_table(chapter: Reductions, columns: ColumnSet) -> ReportTable:
     note = "Sigmas are of the mean of the faces in one set, from the residuals of the sets."
     specs: list[Spec] = [
         columns.word("Station", "station"),
@@ -242,10 +262,10 @@ def _round_table(chapter: ReductionChapter, columns: ColumnSet, most: int | None
         columns.small_angle("largest residual", lambda r: r.largest),
         columns.source(),
     ]
-    return build_table("rounds", "Rounds of angles", note, chapter.rounds, specs, most=most)
+    return build_table("rounds", "Rounds of angles", note, chapter.rounds, specs)
 
 
-def _set_table(chapter: ReductionChapter, columns: ColumnSet, most: int | None) -> ReportTable:
+def _set_table(chapter: Reductions, columns: ColumnSet) -> ReportTable:
     note = "Half differences of the faces, and residuals of each set against the adjusted rounds."
     specs: list[Spec] = [
         columns.word("Station", "station"),
@@ -262,10 +282,10 @@ def _set_table(chapter: ReductionChapter, columns: ColumnSet, most: int | None) 
         ),
         columns.source(),
     ]
-    return build_table("sets", "Faces and sets", note, chapter.sets, specs, most=most)
+    return build_table("sets", "Faces and sets", note, chapter.sets, specs)
 
 
-def _closure_table(chapter: ReductionChapter, columns: ColumnSet, most: int | None) -> ReportTable:
+def _closure_table(chapter: Reductions, columns: ColumnSet) -> ReportTable:
     note = "Last less first reading of the target that a half-set began with."
     specs: list[Spec] = [
         columns.word("Station", "station"),
@@ -274,4 +294,7 @@ def _closure_table(chapter: ReductionChapter, columns: ColumnSet, most: int | No
         columns.plain("face", "face", 0),
         columns.small_angle("closure", lambda r: r.difference),
     ]
-    return build_table("closures", "Closed horizons", note, chapter.closures, specs, most=most)
+    return build_table("closures", "Closed horizons", note, chapter.closures, specs)
+
+
+SUBJECT = Subject("reductions", _chapters)

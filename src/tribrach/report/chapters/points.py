@@ -1,42 +1,39 @@
-"""Adjusted points, their ellipses, and control against what was given (chapters 4 and 9)."""
+"""The chapter on points: coordinates, covariances, ellipses, and places in known systems."""
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from collections.abc import Callable, Iterable
+from typing import Any
 
 import numpy as np
 
-from tribrach._types import Array, Index
+from tribrach._types import Array
 from tribrach.geodesy.site import EllipsoidSite
+from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.ellipsoids import confidence_factor, plan_ellipses, principal_axes
-from tribrach.observations.base import Observations, Use
-from tribrach.observations.control import Coordinate, Coordinates, Heights
+from tribrach.observations.base import Use
+from tribrach.report.chapter import Chapter
+from tribrach.report.columns import AXES, ColumnSet, component
 from tribrach.report.content import (
-    CheckVerdict,
-    Control,
     Ellipse,
     Ellipsoid,
+    Head,
     Point,
     ReportSettings,
     Role,
 )
 from tribrach.report.numbers import matrix, sigmas, triple
+from tribrach.report.subject import Subject
 from tribrach.report.summary import (
     given_coordinates,
     held_names,
     used_axes,
-    variance_factor,
 )
-from tribrach.statistics import chi2
+from tribrach.report.tables import Cell, ColumnHead, ReportTable, Spec, build_table, number_cell
+from tribrach.units import format_angle
 
-__all__ = ["Uncertainty", "control", "points", "position_uncertainty"]
-
-_USES: dict[Use, Literal["weighted", "check", "off"]] = {
-    Use.ACTIVE: "weighted",
-    Use.CHECK: "check",
-    Use.OFF: "off",
-}
+__all__ = ["SUBJECT", "Uncertainty", "points", "position_uncertainty"]
 
 
 class Uncertainty:
@@ -90,7 +87,9 @@ def position_uncertainty(
     adjustment: Adjustment, settings: ReportSettings
 ) -> tuple[Array, Uncertainty]:
     """Scaled covariances (P + S, 3, 3) of all positions and their ellipses."""
-    covariances = adjustment.position_covariances() * variance_factor(adjustment, settings)
+    covariances = adjustment.position_covariances() * adjustment.variance_factor(
+        posterior=settings.posterior
+    )
     return covariances, Uncertainty(covariances, adjustment, settings)
 
 
@@ -154,94 +153,87 @@ def _roles(adjustment: Adjustment) -> dict[str, Role]:
     return roles
 
 
-def control(adjustment: Adjustment, settings: ReportSettings) -> tuple[Control, ...]:
-    """Held coordinates, then coordinates given with a covariance, weighted, check or off."""
-    out = [_held(adjustment, name) for name in held_names(adjustment)]
-    for o in given_coordinates(adjustment):
-        out += _coordinates(adjustment, o, settings)
-    return tuple(out)
+def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
+    """The chapter; every report has it."""
+    tables = (_point_table(head), _ellipsoid_table(head), _geodetic_table(head))
+    yield Chapter("points", "Points", tables=tables)
 
 
-def _held(adjustment: Adjustment, name: str) -> Control:
-    """A point with coordinates that are not adjusted; those that are show no given value."""
-    i = adjustment.layout.index("point", name)
-    free = adjustment.network.free[3 * i : 3 * i + 3]
-    unused = free | ~used_axes(adjustment)
-    given = np.where(unused, np.nan, adjustment.state.points[i])
-    nothing = (None, None, None)
-    return Control(name, "held", triple(given), nothing, nothing, nothing, None)
+def _point_table(head: Head) -> ReportTable:
+    """Adjusted points with sigmas and ellipses."""
+    note = (
+        f"Sigmas are {head.origin}. Ellipse in plan and height interval hold with "
+        f"{head.percent} each; the azimuth is that of the major axis."
+    )
+    columns: list[Spec] = [
+        head.columns.word("Point", "name"),
+        head.columns.word("Role", "role"),
+        *head.columns.axes("", "xyz", head.columns.metres),
+        *head.columns.axes("σ ", "sigma", head.columns.mm),
+        *head.columns.ellipse(),
+    ]
+    return build_table("points", "Adjusted points", note, head.points, columns)
 
 
-def _axes_of(o: Observations) -> Index | None:
-    """Axis (n, rows) of each value, 0 to 2; None for kinds that observe no coordinate."""
-    if isinstance(o, Coordinates):
-        return np.tile(np.arange(3), (len(o), 1))
-    if isinstance(o, Coordinate):
-        return np.asarray(o.axis, dtype=np.int64)[:, None]
-    return np.full((len(o), 1), 2) if isinstance(o, Heights) else None
+def _ellipsoid_table(head: Head) -> ReportTable:
+    """Covariance matrices of the points and their ellipsoids."""
+    note = (
+        f"Covariances are {head.origin}. The ellipsoid holds with {head.percent}; azimuth "
+        "and elevation are those of its longest axis."
+    )
+    pairs = [(i, j) for i in range(3) for j in range(i, 3)]
+    columns: list[Spec] = [
+        head.columns.word("Point", "name"),
+        *(_square(head.columns, i, j) for i, j in pairs),
+        *(head.columns.mm(f"axis {k + 1}", _semi_axis(k)) for k in range(3)),
+        head.columns.bearing("azimuth", lambda p: p.ellipsoid and p.ellipsoid.azimuth),
+        head.columns.bearing("elevation", lambda p: p.ellipsoid and p.ellipsoid.elevation),
+    ]
+    rows = [p for p in head.points if any(p.sigma)]
+    return build_table("ellipsoids", "Covariances and ellipsoids", note, rows, columns)
 
 
-def _coordinates(
-    adjustment: Adjustment, o: Observations, settings: ReportSettings
-) -> list[Control]:
-    """Given coordinates against the adjusted ones, with the sigma that difference should have.
+def _square(columns: ColumnSet, i: int, j: int) -> Spec:
+    """An element of a covariance in square millimetres; empty where a value is held."""
 
-    The covariance of adjusted - given is ``C - Q`` for coordinates that took part and ``C + Q``
-    for those held out; those switched off by the datum are only listed.
-    """
-    axis = _axes_of(o)
-    if axis is None or len(o) == 0:
-        return []
-    names = [name for name, _ in o.ends(adjustment.layout)]
-    item = np.arange(len(o))[:, None]
-    given, difference, sigma = (np.full((len(o), 3), np.nan) for _ in range(3))
-    given[item, axis] = o.values
-    sigma[item, axis] = o.sigma
-    difference[item, axis] = -o.misclosure(adjustment.state)
-    unused = ~used_axes(adjustment)
-    given[:, unused] = sigma[:, unused] = difference[:, unused] = np.nan
-    own = np.full((len(o), 3, 3), np.nan)
-    own[item[:, :, None], axis[:, :, None], axis[:, None, :]] = o.covariance
-    q = np.stack([_block(adjustment, name) for name in names])
-    sign = np.where(o.use == Use.ACTIVE, -1.0, 1.0)[:, None, None]
-    predicted = variance_factor(adjustment, settings) * (own + sign * q)
-    out = []
-    for i, name in enumerate(names):
-        use = Use(int(o.use[i]))
-        off = use == Use.OFF
-        out.append(
-            Control(
-                name=name,
-                use=_USES[use],
-                given=triple(given[i]),
-                sigma=triple(sigma[i]),
-                difference=triple(difference[i]),
-                difference_sigma=(None, None, None) if off else triple(sigmas(predicted[i])),
-                verdict=None if off else _verdict(difference[i], predicted[i], settings),
-                reason=str(o.reason[i]),
-                source=str(o.source[i]),
-            )
-        )
-    return out
+    def cell(point: Point) -> Cell:
+        value = point.covariance[i][j]
+        held = point.sigma[i] is None or point.sigma[j] is None
+        shown = None if value is None or held else value * 1e6
+        return number_cell(shown, columns.style.plain(shown, 3))
+
+    return ColumnHead(f"{AXES[i]}{AXES[j]}", "mm²"), cell
 
 
-def _block(adjustment: Adjustment, name: str) -> Array:
-    """A-priori position covariance (3, 3) of a point or station."""
-    columns = adjustment.columns(name)[:3]
-    return adjustment.covariance_columns(columns, columns)
+def _semi_axis(k: int) -> Callable[[Point], float | None]:
+    """Takes one semi-axis of the ellipsoid of a point."""
+    return lambda point: point.ellipsoid.axes[k] if point.ellipsoid else None
 
 
-def _verdict(difference: Array, predicted: Array, settings: ReportSettings) -> CheckVerdict | None:
-    """Chi-square test of a difference; None where nothing controls it."""
-    used = np.isfinite(difference)
-    variance = np.where(used, np.diag(predicted), np.nan)
-    used &= np.nan_to_num(variance) > 1e-16
-    if not used.any():
-        return None
-    block = predicted[np.ix_(used, used)]
-    values, vectors = np.linalg.eigh(block)
-    good = values > 1e-6 * values.max()
-    along = vectors[:, good].T @ difference[used]
-    statistic = float((along**2 / values[good]).sum())
-    limit = float(chi2.ppf(1 - settings.alpha, int(good.sum())))
-    return CheckVerdict(statistic, limit, statistic <= limit)
+def _geodetic_table(head: Head) -> ReportTable:
+    """Latitude, longitude and height, geocentric and projected coordinates of known sites."""
+    columns: list[Spec] = [
+        head.columns.word("Point", "name"),
+        (ColumnHead("latitude", "° ′ ″"), lambda p: _dms(p.geodetic[0])),
+        (ColumnHead("longitude", "° ′ ″"), lambda p: _dms(p.geodetic[1])),
+        head.columns.metres("ellipsoidal height", lambda p: p.geodetic[2]),
+        *(head.columns.metres(name, component("ecef", k)) for k, name in enumerate("XYZ")),
+        *(
+            head.columns.metres(name, component("projected", k))
+            for k, name in enumerate(("easting", "northing", "height"))
+        ),
+    ]
+    note = (
+        "X, Y, Z are geocentric; easting, northing and height are those of the site's grid. "
+        "All are at the epoch of the reference system, where it has one."
+    )
+    rows = [p for p in head.points if p.geodetic]
+    return build_table("geodetic", "Geodetic coordinates", note, rows, columns)
+
+
+def _dms(value: float) -> Cell:
+    """Degrees, minutes and seconds to 1e-5 arc seconds, a third of a millimetre."""
+    return Cell(format_angle(value, "dms", 5), value)
+
+
+SUBJECT = Subject("points", _chapters)

@@ -1,4 +1,4 @@
-"""The error budget as a table and as stacked bars."""
+"""The error budget as a table and as stacked bars, for the chapter on scans."""
 
 from __future__ import annotations
 
@@ -7,12 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tribrach.report.budget_content import BudgetRow
-from tribrach.report.columns import ColumnSet, Spec
-from tribrach.report.figures import colours, new_figure
-from tribrach.report.page import picture
-from tribrach.report.scan_content import Picture
-from tribrach.report.tables import ColumnHead, ReportTable, build_table, number_cell
+from tribrach.job.budget import BudgetRow
+from tribrach.report.columns import ColumnSet
+from tribrach.report.figures import Picture, colours, new_figure, picture
+from tribrach.report.tables import ColumnHead, ReportTable, Spec, build_table, number_cell
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -1,20 +1,27 @@
-"""Other unknowns: orientations, calibration, lever arms, planes (report chapter 12)."""
+"""The chapter on other unknowns: orientations, calibration, lever arms, planes; correlations."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import fields
 
 import numpy as np
 
 from tribrach.instruments.calibration import unit_of
+from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.observations.base import Observations
-from tribrach.report.content import ReportSettings, Unknown
-from tribrach.report.numbers import matrix, numbers, sigmas
-from tribrach.report.summary import variance_factor
+from tribrach.report.chapter import Chapter
+from tribrach.report.content import CorrelationRow, Head, ReportSettings, Unknown
+from tribrach.report.numbers import Style, matrix, numbers, sigmas
+from tribrach.report.subject import Subject
+from tribrach.report.tables import Cell, ColumnHead, ReportTable, Spec, build_table
 
-__all__ = ["other_unknowns"]
+__all__ = ["SUBJECT", "correlations", "other_unknowns"]
+
+#: at most this many unknowns are compared, and this many pairs of correlated ones listed
+MOST_UNKNOWNS = 1500
+MOST_PAIRS = 300
 
 
 #: unit and name of what a scalar is, by the field of the observation kind that refers to it
@@ -40,7 +47,7 @@ _VECTORS = {"lever_arm": "lever arm", "common": "common shift"}
 
 def other_unknowns(adjustment: Adjustment, settings: ReportSettings) -> tuple[Unknown, ...]:
     """Scalars, vectors and planes, in this order."""
-    factor = variance_factor(adjustment, settings)
+    factor = adjustment.variance_factor(posterior=settings.posterior)
     return (
         *_scalars(adjustment, factor),
         *_vectors(adjustment, factor),
@@ -130,3 +137,94 @@ def _planes(adjustment: Adjustment, factor: float) -> list[Unknown]:
         )
         for i, name in enumerate(adjustment.layout.names["plane"])
     ]
+
+
+def correlations(adjustment: Adjustment, limit: float = 0.7) -> tuple[CorrelationRow, ...]:
+    """Pairs of unknowns other than point coordinates with ``|rho| > limit``, strongest first.
+
+    Points are left out: how their coordinates go together shows in their ellipses. In networks
+    with more than :data:`MOST_UNKNOWNS` such unknowns the list is empty.
+    """
+    layout = adjustment.layout
+    columns = adjustment.free_columns
+    chosen = np.flatnonzero(columns >= 3 * layout.count("point"))
+    if len(chosen) < 2 or len(chosen) > MOST_UNKNOWNS:
+        return ()
+    unit = np.zeros((len(columns), len(chosen)))
+    unit[chosen, np.arange(len(chosen))] = 1.0
+    q = adjustment.cofactor.solve(unit)[chosen]
+    sigma = np.sqrt(np.maximum(np.diag(q), 0.0))
+    good = sigma > 1e-12 * sigma.max(initial=0.0)
+    size = np.where(good, sigma, np.inf)
+    rho = np.triu(q / np.outer(size, size), 1)
+    i, j = np.nonzero(np.abs(rho) > limit)
+    order = np.argsort(-np.abs(rho[i, j]))[:MOST_PAIRS]
+    label = [layout.label(int(c)) for c in columns[chosen]]
+    return tuple(
+        CorrelationRow(label[a], label[b], float(rho[a, b]))
+        for a, b in zip(i[order], j[order], strict=True)
+    )
+
+
+def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
+    """The chapter; its tables have no rows where points and stations are all unknowns."""
+    yield Chapter(
+        "unknowns", "Other unknowns", tables=(_unknown_table(head), _correlation_table(head))
+    )
+
+
+def _unknown_table(head: Head) -> ReportTable:
+    """Orientations, calibration parameters, lever arms and planes."""
+    note = (
+        f"Sigmas are {head.origin}. Sigmas of a plane are those of two turns of its normal "
+        "and of its offset."
+    )
+    columns: list[Spec] = [
+        head.columns.word("Name", "name"),
+        head.columns.word("What", "role"),
+        head.columns.word("At", "at"),
+        (ColumnHead("value", numeric=False), _values(head.columns.style)),
+        (ColumnHead("σ", numeric=False), _sigmas(head.columns.style)),
+    ]
+    return build_table("unknowns", "Other unknowns", note, head.unknowns, columns)
+
+
+def _values(style: Style) -> Callable[[Unknown], Cell]:
+    """Estimates with their units."""
+
+    def cell(unknown: Unknown) -> Cell:
+        parts = [
+            f"{style.value(v, unit, unknown.role)} {style.value_unit(unit)}".strip()
+            for v, unit in zip(unknown.values, unknown.units, strict=True)
+        ]
+        return Cell("; ".join(parts), unknown.values[0])
+
+    return cell
+
+
+def _sigmas(style: Style) -> Callable[[Unknown], Cell]:
+    """Standard deviations with their units; what is held says so."""
+
+    def cell(unknown: Unknown) -> Cell:
+        units = ("rad", "rad", "m") if unknown.family == "plane" else unknown.units
+        parts = [
+            "held" if s is None else f"{style.small(s, unit)} {style.small_unit(unit)}"
+            for s, unit in zip(unknown.sigma, units, strict=True)
+        ]
+        return Cell("; ".join(parts), unknown.sigma[0])
+
+    return cell
+
+
+def _correlation_table(head: Head) -> ReportTable:
+    """Unknowns that are hard to tell apart."""
+    columns: list[Spec] = [
+        head.columns.word("Unknown", "a"),
+        head.columns.word("and", "b"),
+        head.columns.plain("correlation", "value", 3),
+    ]
+    note = "Pairs of unknowns other than point coordinates, stronger than 0.7."
+    return build_table("correlations", "Correlations", note, head.correlations, columns)
+
+
+SUBJECT = Subject("unknowns", _chapters)

@@ -1,20 +1,25 @@
-"""Scanner stations: where they stand, where they look, how they lean (chapter 8)."""
+"""The chapter on scanner stations: where they stand, where they look, how they lean."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from operator import attrgetter
 
 import numpy as np
 
 from tribrach._types import Array
 from tribrach.geometry.rotation import skew
+from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
-from tribrach.report.content import ReportSettings, StationRow
+from tribrach.report.chapter import Chapter
+from tribrach.report.chapters.points import Uncertainty
+from tribrach.report.content import Head, ReportSettings, StationRow
 from tribrach.report.numbers import matrix, number, sigmas, triple
-from tribrach.report.points import Uncertainty
-from tribrach.report.summary import variance_factor
+from tribrach.report.subject import Subject
+from tribrach.report.tables import ReportTable, Spec, build_table
 
-__all__ = ["Attitude", "attitude", "stations"]
+__all__ = ["SUBJECT", "Attitude", "attitude", "stations"]
 
 #: a total tilt below this [rad] has no direction, so no derivative
 _LEVEL = 1e-9
@@ -87,7 +92,8 @@ def stations(
     if not names:
         return ()
     state, first = adjustment.state, adjustment.layout.count("point")
-    covariance = adjustment.family_covariances("pose") * variance_factor(adjustment, settings)
+    factor = adjustment.variance_factor(posterior=settings.posterior)
+    covariance = adjustment.family_covariances("pose") * factor
     view = attitude(state.pose_r)
     sigma, spread = sigmas(covariance), view.sigma(covariance[:, 3:, 3:])
     pose = np.tile(np.eye(4), (len(names), 1, 1))
@@ -112,3 +118,34 @@ def stations(
         )
         for i, name in enumerate(names)
     )
+
+
+def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
+    """The chapter; its table has no rows without scanners."""
+    yield Chapter("stations", "Stations", tables=(_table(head),))
+
+
+def _table(head: Head) -> ReportTable:
+    """Scanner stations with attitude."""
+    note = (
+        f"Sigmas are {head.origin}. Heading is the azimuth of the scanner's x axis; the tilts "
+        "turn its z axis about E and N; tilt is its angle with the vertical."
+    )
+    columns: list[Spec] = [
+        head.columns.word("Station", "name"),
+        *head.columns.axes("", "xyz", head.columns.metres),
+        *head.columns.axes("σ ", "sigma", head.columns.mm),
+        head.columns.angle("heading", attrgetter("heading"), "heading"),
+        head.columns.small_angle("σ heading", attrgetter("heading_sigma")),
+        head.columns.angle("tilt about E", attrgetter("tilt_e"), wide=True),
+        head.columns.small_angle("σ", attrgetter("tilt_e_sigma"), wide=True),
+        head.columns.angle("tilt about N", attrgetter("tilt_n"), wide=True),
+        head.columns.small_angle("σ", attrgetter("tilt_n_sigma"), wide=True),
+        head.columns.angle("tilt", attrgetter("tilt")),
+        head.columns.small_angle("σ", attrgetter("tilt_sigma")),
+        *head.columns.ellipse(wide=True),
+    ]
+    return build_table("stations", "Stations", note, head.stations, columns)
+
+
+SUBJECT = Subject("stations", _chapters)

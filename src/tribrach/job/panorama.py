@@ -1,0 +1,127 @@
+"""The panorama of a scan: its intensity over directions, small, and where its targets are in it."""
+
+from __future__ import annotations
+
+import base64
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach._types import Array
+from tribrach.geometry.polar import polar_from_xyz
+from tribrach.scan.range_image import RangeImage
+from tribrach.targets.detection import Detection
+
+__all__ = ["HEIGHT", "WIDTH", "Panorama", "panorama"]
+
+#: pixels of a panorama as it is shown: width, and most of its height
+WIDTH, HEIGHT = 900, 360
+#: a packed panorama with more pixels than this is damaged
+_MOST = 20_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Panorama:
+    """A scan as its scanner saw it; the horizontal angle grows to the left.
+
+    Parameters
+    ----------
+    grey : (rows, columns) uint8
+        Intensity, or range where there is none, stretched between its 2 and 98 % quantiles.
+    marks : (n, 2)
+        Column and row of each target in ``grey``, in the order of the detections.
+    kinds : tuple of str
+        Their kinds.
+    shape : (float, float)
+        Width and height in pixels as it is to be shown.
+    """
+
+    grey: NDArray[np.uint8]
+    marks: Array
+    kinds: tuple[str, ...]
+    shape: tuple[float, float]
+
+    def to_facts(self) -> dict[str, Any]:
+        """As plain numbers and text, to be remembered."""
+        packed = zlib.compress(np.ascontiguousarray(self.grey).tobytes(), 1)
+        return {
+            "grey": base64.b64encode(packed).decode("ascii"),
+            "pixels": list(self.grey.shape),
+            "marks": self.marks.tolist(),
+            "kinds": list(self.kinds),
+            "shape": list(self.shape),
+        }
+
+    @classmethod
+    def from_facts(cls, facts: Mapping[str, Any]) -> Panorama:
+        """The same again.
+
+        Raises
+        ------
+        ValueError, KeyError, TypeError
+            These are facts of something else, or damaged.
+        """
+        rows, columns = (int(n) for n in facts["pixels"])
+        if not 0 <= rows * columns <= _MOST:
+            raise ValueError("this is no panorama")
+        try:
+            raw = zlib.decompressobj().decompress(
+                base64.b64decode(facts["grey"]), rows * columns + 1
+            )
+        except zlib.error as error:
+            raise ValueError("the packed panorama is damaged") from error
+        grey = np.frombuffer(raw, dtype=np.uint8).reshape(rows, columns)
+        width, height = (float(x) for x in facts["shape"])
+        marks = np.array(facts["marks"], dtype=float).reshape(-1, 2)
+        return cls(grey, marks, tuple(str(kind) for kind in facts["kinds"]), (width, height))
+
+
+def panorama(
+    image: RangeImage,
+    intensity: NDArray[np.float32] | None,
+    detections: Sequence[Detection],
+    width: int = WIDTH,
+) -> Panorama:
+    """The panorama of a scan.
+
+    Parameters
+    ----------
+    image : RangeImage
+        The scan in directions.
+    intensity : (n,) or None
+        Of the points behind the image.
+    detections : sequence of Detection
+        Targets to mark.
+    width : int
+        Pixels across.
+    """
+    grey = _reduced(image, intensity, width)
+    height = min(HEIGHT * width / WIDTH, max(90.0, width * image.shape[0] / image.shape[1]))
+    scale = np.array(grey.shape) / np.array(image.shape)
+    marks = np.zeros((len(detections), 2))
+    if detections:
+        polar = polar_from_xyz(np.array([d.center for d in detections]))
+        for k, (_, h, v) in enumerate(polar):
+            row, column = image.pixel(h, v)
+            marks[k] = grey.shape[1] - 1 - column * scale[1], row * scale[0]
+    return Panorama(grey, marks, tuple(d.kind for d in detections), (width, height))
+
+
+def _reduced(
+    image: RangeImage, intensity: NDArray[np.float32] | None, width: int
+) -> NDArray[np.uint8]:
+    """Grey values 0 to 255 of every k-th pixel, stretched between the 2 and 98 % quantiles."""
+    rows, columns = image.shape
+    step = max(1, columns // (2 * width)), max(1, rows // (2 * HEIGHT))
+    index = image.index[:: step[1], :: step[0]][:, ::-1]
+    source = image.range[:: step[1], :: step[0]][:, ::-1].astype(float)
+    if intensity is not None:
+        source = np.where(index >= 0, intensity[np.maximum(index, 0)], np.nan).astype(float)
+    known = source[np.isfinite(source)]
+    low, high = np.quantile(known, [0.02, 0.98]) if len(known) else (0.0, 1.0)
+    grey = np.nan_to_num(np.clip((source - low) / max(high - low, 1e-12), 0, 1), nan=0.0)
+    return np.asarray(np.round(255 * grey), dtype=np.uint8)

@@ -1,0 +1,46 @@
+"""What a job leaves besides its adjustment, for the chapters of its report."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from tribrach.gnss.sessions import SessionResult
+from tribrach.job.antennas import CarriedAntennas
+from tribrach.job.station_comparison import StationComparison
+from tribrach.job.steps import PlacedScans
+from tribrach.job.tie import Registered
+
+if TYPE_CHECKING:
+    from tribrach.project import Project
+
+__all__ = ["JobResults"]
+
+
+@dataclass(frozen=True)
+class JobResults:
+    """Products of a job, those that it has.
+
+    Parameters
+    ----------
+    project : Project or None
+        What was run; None where files of networks were adjusted.
+    sessions : sequence of SessionResult
+        Of receivers whose baselines were computed for the job.
+    registered : Registered or None
+        How scans were tied to each other before the adjustment.
+    placed : PlacedScans or None
+        Scans with their targets and clouds, through the adjusted stations.
+    comparisons : sequence of StationComparison
+        Between stations, as the project asks for.
+    antennas : CarriedAntennas or None
+        Lever arms and the rigid model of stations that carry antennas or prisms.
+    """
+
+    project: Project | None = None
+    sessions: Sequence[SessionResult] = ()
+    registered: Registered | None = None
+    placed: PlacedScans | None = None
+    comparisons: Sequence[StationComparison] = field(default=())
+    antennas: CarriedAntennas | None = None

@@ -1,0 +1,83 @@
+"""The chapters on comparisons between stations: sites, predictions, regression."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any, Literal
+
+from tribrach.comparison.results import comparison_json
+from tribrach.job.results import JobResults
+from tribrach.job.station_comparison import REGRESSION_UNITS, StationComparison
+from tribrach.report.chapter import Chapter
+from tribrach.report.comparison_page import (
+    comparison_pictures,
+    comparison_sentences,
+    comparison_tables,
+)
+from tribrach.report.content import Head
+from tribrach.report.figures import Picture
+from tribrach.report.regression_page import regression_pictures, regression_tables
+from tribrach.report.subject import Subject
+from tribrach.report.tables import ReportTable
+
+__all__ = ["SUBJECT", "comparison_chapter"]
+
+_KEY = "comparisons"
+
+
+def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
+    """One chapter for each comparison."""
+    return [comparison_chapter(one, head.settings.angle) for one in job.comparisons]
+
+
+def comparison_chapter(one: StationComparison, angle: Literal["gon", "deg"] = "deg") -> Chapter:
+    """What a comparison came to; names of its tables and pictures end with those of both."""
+    slug, title = re.sub(r"\W+", "-", f"{one.a}-{one.b}"), f"{one.a} against {one.b}"
+    return Chapter(
+        f"comparison-{slug}",
+        f"Comparison between stations: {title}",
+        tuple(_sentences(one)) or ("nothing",),
+        tuple(
+            replace(p, name=f"{p.name}-{slug}", title=f"{title}: {p.title}") for p in _pictures(one)
+        ),
+        tuple(
+            replace(t, name=f"{t.name}-{slug}", title=f"{title}: {t.title}")
+            for t in _tables(one, angle)
+        ),
+        _data(one),
+        key=_KEY,
+    )
+
+
+def _sentences(one: StationComparison) -> list[str]:
+    """What it came to."""
+    sentences = [*comparison_sentences(one.sites, one.offsets), *one.remarks]
+    return sentences if one.regression is None else [*sentences, *one.regression.sentences()]
+
+
+def _tables(one: StationComparison, angle: Literal["gon", "deg"]) -> list[ReportTable]:
+    tables = comparison_tables(one.sites, angle)
+    if one.regression is not None:
+        tables += regression_tables(one.regression, REGRESSION_UNITS)
+    return tables
+
+
+def _pictures(one: StationComparison) -> list[Picture]:
+    """Map, histogram, predicted against observed, curves of the regression."""
+    pictures = comparison_pictures(one.sites, one.limit)
+    if one.regression is not None:
+        pictures += regression_pictures(one.values, REGRESSION_UNITS, one.regression)
+    return pictures
+
+
+def _data(one: StationComparison) -> dict[str, Any]:
+    """Plain numbers; the regression null where there is none."""
+    return comparison_json(one.a, one.b, one.limit, one.sites, one.offsets) | {
+        "regression": None if one.regression is None else one.regression.to_json(),
+        "sentences": _sentences(one),
+    }
+
+
+SUBJECT = Subject(_KEY, _chapters, several=True)

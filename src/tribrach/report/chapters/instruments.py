@@ -1,0 +1,58 @@
+"""The chapter on instruments: the figures of all of them with their sources."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+
+from tribrach.job.results import JobResults
+from tribrach.report.chapter import Chapter
+from tribrach.report.content import Head
+from tribrach.report.subject import Subject
+from tribrach.report.tables import ColumnHead, build_table, number_cell, text_cell
+
+__all__ = ["SUBJECT", "InstrumentFigure"]
+
+_NOTE = (
+    "What the a-priori sigmas and the footprint of the beam were taken from. Makers' figures are "
+    "of single points under good conditions and mean one sigma or a limit, as each maker likes: "
+    "compare them with the sheet of the instrument at hand, and with a field check. Defaults stand "
+    "where the maker publishes nothing."
+)
+
+
+@dataclass(frozen=True)
+class InstrumentFigure:
+    """A figure of an instrument: its key with the unit, its source; sheet "" if it has none."""
+
+    instrument: str
+    sheet: str
+    key: str
+    value: float
+    source: str
+    published: bool
+
+
+def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
+    """The chapter; its table has no rows where no instrument is given."""
+    instruments = {} if job.project is None else job.project.instruments
+    figures = [
+        InstrumentFigure(
+            name, instrument.sheet or "", figure.key, figure.value, figure.source, figure.published
+        )
+        for name, instrument in instruments.items()
+        for figure in instrument.figures()
+    ]
+    columns = [
+        (ColumnHead("Instrument", numeric=False), lambda f: text_cell(f.instrument)),
+        (ColumnHead("Sheet", numeric=False), lambda f: text_cell(f.sheet)),
+        (ColumnHead("Figure", numeric=False), lambda f: text_cell(f.key)),
+        (ColumnHead("value"), lambda f: number_cell(f.value, f"{f.value:g}")),
+        (ColumnHead("Source", numeric=False), lambda f: text_cell(f.source)),
+    ]
+    table = build_table("instruments", "Instruments", _NOTE, figures, columns)
+    data = [asdict(figure) for figure in figures]
+    yield Chapter("instruments", "Instruments", tables=(table,), data=data)
+
+
+SUBJECT = Subject("instruments", _chapters)

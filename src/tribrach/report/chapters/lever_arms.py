@@ -1,0 +1,131 @@
+"""The chapter on lever arms: what the job estimated, how well, and what that rests on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tribrach.job.antenna_lever_arms import EstimatedLeverArm
+from tribrach.job.results import JobResults
+from tribrach.report.chapter import Chapter
+from tribrach.report.columns import component
+from tribrach.report.content import Head
+from tribrach.report.subject import Subject
+from tribrach.report.tables import build_table
+from tribrach.report.warnings import ReportWarning, Severity, warned
+
+__all__ = ["SUBJECT"]
+
+_NAME = "lever_arm_calibration"
+
+#: targets that leave a wider part of the horizon free than this are not all around [rad]
+_GAP = np.radians(180.0)
+
+
+#: a component is not zero from here on (99 %)
+_SIGNIFICANT = 2.58
+
+
+@dataclass(frozen=True)
+class _Row:
+    name: str
+    how: str
+    values: tuple[float, ...]
+    sigmas: tuple[float, ...]
+
+
+def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
+    """The chapter, where stations carry antennas or prisms on lever arms that were estimated."""
+    if job.antennas is None:
+        return
+    warnings = warned(Severity.BLUNDER, job.antennas.heights)
+    if job.antennas.lever_arms:
+        yield _chapter(job.antennas.lever_arms, head, warnings)
+    elif warnings:
+        yield Chapter(_NAME, "Lever arms", warnings=warnings)
+
+
+def _chapter(
+    found: Sequence[EstimatedLeverArm], head: Head, warnings: tuple[ReportWarning, ...]
+) -> Chapter:
+    """What the job says of its lever arms; found : at least one."""
+    rows = []
+    for arm in found:
+        how = "as adjusted" if arm.free is None else "with levelling, as adjusted"
+        rows.append(_Row(arm.name, how, tuple(arm.vector), tuple(arm.sigma)))
+        if arm.free is not None:
+            vector, covariance = arm.free
+            sigma = np.sqrt(np.diag(covariance))
+            rows.append(_Row(arm.name, "without levelling", tuple(vector), tuple(sigma)))
+    columns = head.columns
+    specs = [columns.word("Lever arm", "name"), columns.word("Solution", "how")]
+    for k, axis in enumerate("xyz"):
+        specs.append(columns.mm(axis, component("values", k)))
+        specs.append(columns.mm(f"σ {axis}", component("sigmas", k)))
+    note = (
+        "From the origin of the scanner to the antenna or prism, in the scanner frame. "
+        f"{head.sigma_origin}"
+    )
+    sentences = [sentence for arm in found for sentence in _sentences(arm)]
+    return Chapter(
+        _NAME,
+        "Lever arms",
+        tuple(sentences),
+        (),
+        (build_table("lever-arms", "Lever arms", note, rows, specs),),
+        {arm.name: _facts(arm) for arm in found},
+        warnings,
+    )
+
+
+def _sentences(arm: EstimatedLeverArm) -> list[str]:
+    """What a surveyor should know of a lever arm."""
+    size = ", ".join(
+        f"{axis} {1e3 * v:.1f} mm (held)" if s == 0 else f"{axis} {1e3 * v:.1f} +- {1e3 * s:.1f} mm"
+        for axis, v, s in zip("xyz", arm.vector, arm.sigma, strict=True)
+    )
+    carriers = f"{len(arm.stations)} station{'s' if len(arm.stations) > 1 else ''}"
+    out = [f"Lever arm {arm.name}, carried by {carriers}: {size}."]
+    odd = [
+        axis
+        for axis, v, s in zip("xy", arm.vector, arm.sigma, strict=False)
+        if s > 0 and abs(v) > _SIGNIFICANT * s
+    ]
+    if odd:
+        out.append(
+            f"Lever arm {arm.name} is not zero in {' and '.join(odd)}: the antenna does not stand "
+            "over the scanner's axis."
+        )
+    if arm.gap is not None and arm.gap > _GAP:
+        open_deg = np.degrees(arm.gap)
+        out.append(
+            f"The targets that determine lever arm {arm.name} leave {open_deg:.0f} degrees of the "
+            "horizon free: the scanner's place is extrapolated from them; with targets all around "
+            "z and the component across the view become two to three times better."
+        )
+    if arm.free is not None:
+        vector, covariance = arm.free
+        change, sigma = vector - arm.vector, np.sqrt(np.diag(covariance))
+        worst = int(np.argmax(np.abs(change)))
+        out.append(
+            f"Without levelling lever arm {arm.name} changes by {1e3 * change[worst]:+.1f} mm in "
+            f"{'xyz'[worst]} (sigma there {1e3 * sigma[worst]:.1f} mm)."
+        )
+    return out
+
+
+def _facts(arm: EstimatedLeverArm) -> dict[str, object]:
+    return {
+        "vector": arm.vector.tolist(),
+        "covariance": arm.covariance.tolist(),
+        "stations": list(arm.stations),
+        "horizon_without_targets": arm.gap,
+        "unlevelled": None
+        if arm.free is None
+        else {"vector": arm.free[0].tolist(), "covariance": arm.free[1].tolist()},
+    }
+
+
+SUBJECT = Subject(_NAME, _chapters)

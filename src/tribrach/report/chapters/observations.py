@@ -1,0 +1,227 @@
+"""The chapter on observations: every value, residual and tests, and where it was written."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from operator import attrgetter
+from typing import Literal
+
+import numpy as np
+
+from tribrach._types import Array
+from tribrach.job.results import JobResults
+from tribrach.network.adjustment import Adjustment
+from tribrach.network.quality import Quality, check_covariances
+from tribrach.observations.base import Observations, Use
+from tribrach.report.chapter import Chapter
+from tribrach.report.columns import ColumnSet
+from tribrach.report.content import Head, Observation
+from tribrach.report.numbers import number
+from tribrach.report.subject import Subject
+from tribrach.report.tables import (
+    Cell,
+    ColumnHead,
+    ReportTable,
+    Spec,
+    build_table,
+    number_cell,
+    text_cell,
+)
+
+__all__ = ["SUBJECT", "kind_name", "observations", "sights", "worst_first"]
+
+_STATES: dict[int, Literal["active", "check", "off"]] = {
+    Use.ACTIVE: "active",
+    Use.CHECK: "check",
+    Use.OFF: "off",
+}
+_FIGURES = ("redundancy", "w", "tau", "mdb", "external")
+
+
+def observations(adjustment: Adjustment, quality: Quality) -> tuple[Observation, ...]:
+    """All values in the order of the network, whatever their state."""
+    out: list[Observation] = []
+    for table, o in enumerate(adjustment.network.observations):
+        out += _table(adjustment, quality, table, o, len(out))
+    return tuple(out)
+
+
+def _table(
+    adjustment: Adjustment, quality: Quality, table: int, o: Observations, first: int
+) -> list[Observation]:
+    """Rows of one kind and group."""
+    if len(o) == 0:
+        return []
+    figures = _figures(adjustment, quality, table, o)
+    block, limit = _blocks(quality, table, o)
+    residual = -o.misclosure(adjustment.state)
+    checks = np.flatnonzero(o.use == Use.CHECK)
+    spread = np.sqrt(np.einsum("nii->ni", check_covariances(adjustment, o, checks)))
+    figures["w"][checks] = residual[checks] / spread
+    ends, sigma = o.ends(adjustment.layout), o.sigma
+    position = adjustment.layout.position_name
+    suspicious = np.abs(np.nan_to_num(figures["w"])) > quality.w_critical
+    suspicious |= (np.nan_to_num(block) > limit)[:, None]
+    return [
+        Observation(
+            number=first + i * o.rows + row + 1,
+            kind=o.kind,
+            component=o.components[row],
+            start=ends[i][0],
+            end=ends[i][1],
+            unit=o.units[row],
+            value=float(o.values[i, row]),
+            sigma=float(sigma[i, row]),
+            residual=number(residual[i, row]),
+            state=_STATES[int(o.use[i])],
+            reason=str(o.reason[i]),
+            source=str(o.source[i]),
+            group=o.group,
+            **{name: number(figures[name][i, row]) for name in _FIGURES},
+            external_at=position(int(where)) if (where := figures["where"][i, row]) >= 0 else "",
+            block_test=number(block[i]),
+            block_limit=number(limit[i]),
+            suspicious=bool(suspicious[i, row]),
+        )
+        for i in range(len(o))
+        for row in range(o.rows)
+    ]
+
+
+def _figures(
+    adjustment: Adjustment, quality: Quality, table: int, o: Observations
+) -> dict[str, Array]:
+    """Quality figures (n, rows) of a table; NaN (and position -1) for values not taking part."""
+    rows = adjustment.rows
+    mine = np.flatnonzero(rows.table == table)
+    place = rows.item[mine], rows.row[mine]
+    out = {name: np.full(o.values.shape, np.nan) for name in _FIGURES}
+    for name in _FIGURES:
+        out[name][place] = getattr(quality, name)[mine]
+    out["where"] = np.full(o.values.shape, -1.0)
+    known = np.isfinite(quality.external[mine]) & (quality.external[mine] > 0)
+    out["where"][place] = np.where(known, quality.external_position[mine], -1)
+    return out
+
+
+def _blocks(quality: Quality, table: int, o: Observations) -> tuple[Array, Array]:
+    """Statistic and limit (n,) of whole observations; NaN and infinity where there is none."""
+    statistic, limit = np.full(len(o), np.nan), np.full(len(o), np.inf)
+    mine = quality.blocks.table == table
+    item = quality.blocks.item[mine]
+    statistic[item], limit[item] = quality.blocks.statistic[mine], quality.blocks.critical[mine]
+    return statistic, limit
+
+
+def sights(adjustment: Adjustment) -> tuple[tuple[str, str], ...]:
+    """Pairs of positions joined by an observation, each pair once."""
+    layout = adjustment.layout
+    known = set(layout.names["point"]) | set(layout.names["pose"])
+    pairs: dict[tuple[str, str], None] = {}
+    for o in adjustment.network.observations:
+        for (start, end), use in zip(o.ends(layout), o.use, strict=True):
+            if use == Use.ACTIVE and start in known and end in known:
+                pairs[(start, end) if start <= end else (end, start)] = None
+    return tuple(pairs)
+
+
+def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
+    """The chapter; every report has it."""
+    yield Chapter("observations", "Observations", tables=(_observation_table(head),))
+
+
+def worst_first(observations: tuple[Observation, ...]) -> list[Observation]:
+    """By size of w; values without a test after them, those switched off last."""
+
+    def rank(o: Observation) -> tuple[bool, bool, float]:
+        return o.state == "off", o.w is None, -abs(o.w or 0.0)
+
+    return sorted(observations, key=rank)
+
+
+def _observation_table(head: Head) -> ReportTable:
+    """Every observed value, worst first."""
+    columns = head.columns
+    note = (
+        "Residual v = adjusted - observed. r: redundancy number. w: test value (for check values "
+        "the residual over its predicted sigma). τ: the same with sigma0 a posteriori. MDB: the "
+        "smallest error that would be found; effect: the largest shift of a position if it is "
+        "not. Block: test of the whole vector or target against its limit. Sigmas of "
+        "observations are as given."
+    )
+    specs: list[Spec] = [
+        columns.plain("#", "number", 0, wide=True),
+        (ColumnHead("Kind", numeric=False), lambda o: text_cell(_kind(o))),
+        columns.word("From", "start"),
+        columns.word("To", "end"),
+        (ColumnHead("value"), lambda o: number_cell(o.value, _with_unit(o, columns))),
+        _small("σ", "sigma", columns),
+        _small("v", "residual", columns),
+        columns.plain("r", "redundancy"),
+        (ColumnHead("w"), lambda o: _w(o, columns)),
+        columns.plain("τ", "tau", wide=True),
+        _small("MDB", "mdb", columns),
+        columns.mm("effect", attrgetter("external"), 1),
+        columns.word("at", "external_at"),
+        (ColumnHead("block", wide=True), _block),
+        (ColumnHead("state", numeric=False), lambda o: text_cell(_state(o))),
+        columns.source(),
+    ]
+    rows = worst_first(head.observations)
+    title = "Observations, worst first"
+    return build_table("observations", title, note, rows, specs, _row_state)
+
+
+def kind_name(kind: str) -> str:
+    """A kind in words."""
+    return kind.replace("_", " ")
+
+
+def _kind(o: Observation) -> str:
+    return f"{kind_name(o.kind)} {o.component}".strip()
+
+
+def _with_unit(o: Observation, columns: ColumnSet) -> str:
+    text = columns.style.value(o.value, o.unit, o.kind)
+    unit = columns.style.value_unit(o.unit)
+    return f"{text} {unit}" if unit in ("m", "gon") else text
+
+
+def _small(head: str, path: str, columns: ColumnSet) -> Spec:
+    """A small quantity in the unit of its observation, which the cell names."""
+    get, style = attrgetter(path), columns.style
+
+    def cell(o: Observation) -> Cell:
+        text = f"{style.small(get(o), o.unit)} {style.small_unit(o.unit)}"
+        return number_cell(get(o), text)
+
+    return ColumnHead(head), cell
+
+
+def _w(o: Observation, columns: ColumnSet) -> Cell:
+    """The test value, sorted by its size; a value that no other controls says so."""
+    if o.w is None:
+        return Cell("not controlled" if o.state == "active" else "")
+    return number_cell(abs(o.w), columns.style.plain(o.w), "bad" if o.suspicious else "")
+
+
+def _block(o: Observation) -> Cell:
+    if o.block_test is None or o.block_limit is None:
+        return Cell("")
+    bad = o.block_test > o.block_limit
+    text = f"{o.block_test:.1f} / {o.block_limit:.1f}"
+    return number_cell(o.block_test, text, "bad" if bad else "")
+
+
+def _state(o: Observation) -> str:
+    return f"{o.state}: {o.reason}" if o.reason else o.state
+
+
+def _row_state(o: Observation) -> str:
+    """Off and check rows look different; so do suspicious ones."""
+    if o.state != "active":
+        return o.state
+    return "suspicious" if o.suspicious else ""
+
+
+SUBJECT = Subject("observations", _chapters)

@@ -1,0 +1,38 @@
+"""The templates of all pages: what is put into them is escaped, what is missing is an error."""
+
+from __future__ import annotations
+
+import datetime
+from functools import cache
+from importlib.metadata import version
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+__all__ = ["render_page"]
+
+
+@cache
+def _environment() -> Environment:
+    """The one environment of the package."""
+    return Environment(
+        loader=PackageLoader("tribrach.report", "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+
+
+def render_page(template: str, **values: Any) -> str:
+    """A page from its template; every page knows the version and today's date.
+
+    Parameters
+    ----------
+    template : str
+        Name of its file in ``report/templates``.
+    values
+        What the template asks for.
+    """
+    today = {"version": version("tribrach"), "date": datetime.date.today().isoformat()}
+    return _environment().get_template(template).render(**today | values)
