@@ -12,9 +12,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from scipy.special import chdtrc, chndtrinc, fdtrc, fdtri, gammaincinv, ndtr, ndtri, stdtr, stdtrit
 
-__all__ = ["chi2", "f", "norm", "t"]
+__all__ = ["MAD_TO_SIGMA", "chi2", "f", "norm", "robust_sigma", "t"]
+
+#: standard deviation of a normal variable over its median absolute deviation, 1 / Phi^-1(3/4)
+MAD_TO_SIGMA = 1.4826
 
 
 class _ChiSquare:
@@ -78,3 +82,25 @@ class _Normal:
 
 
 chi2, f, t, norm = _ChiSquare(), _Fisher(), _Student(), _Normal()
+
+
+def robust_sigma(values: npt.NDArray[Any], *, about: float | None = None) -> float:
+    """Standard deviation of normal values from their median absolute deviation (Hampel 1974).
+
+    Up to half of the values may be anything.
+
+    Parameters
+    ----------
+    values
+        One or more values of any unit.
+    about
+        What deviations are taken from; the median of the values if None.
+
+    Returns
+    -------
+    float
+        In the unit of the values.
+    """
+    middle = np.median(values) if about is None else about
+    deviation = np.abs(values - middle) if middle else np.abs(values)
+    return float(MAD_TO_SIGMA * np.median(deviation))

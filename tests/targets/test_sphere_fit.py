@@ -4,7 +4,7 @@ from scipy.stats import chi2
 
 from tribrach.errors import InputError
 from tribrach.geometry.polar import xyz_from_polar
-from tribrach.targets.spheres.fit import MASK, fit_sphere, fit_sphere_orthogonal
+from tribrach.targets.spheres.fit import GATES, fit_sphere, fit_sphere_orthogonal
 
 R = 0.115
 ARCSECOND = np.pi / 648000
@@ -74,12 +74,12 @@ def test_depth_bias_under_range_noise():
     """AC-44: 4 mm and 2 mm noise, R = 115 mm at 10 m, radius unknown."""
     rng = np.random.default_rng(4)
     center = np.array([10.0, 0.0, 0.0])
-    polar = cap(center, R, 6.3e-4, MASK)
+    polar = cap(center, R, 6.3e-4, GATES.mask_rad)
     los, orthogonal, formal = [], [], []
     for _ in range(400):
         xyz = measured(polar, rng, 2e-3)
         fit = fit_sphere(
-            xyz, center, R, sigma_range=2e-3, sigma_angle=0, free_radius=True, mask=MASK
+            xyz, center, R, sigma_range=2e-3, sigma_angle=0, free_radius=True, mask=GATES.mask_rad
         )
         los.append(fit.center[0] - 10)
         formal.append(fit.formal[0, 0])

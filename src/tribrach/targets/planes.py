@@ -22,30 +22,117 @@ from tribrach.targets.range_noise import estimate_range_noise
 
 __all__ = ["Plane", "find_planes"]
 
+
+@dataclass(frozen=True)
+class PlaneGates:
+    """What a plane of a scan is: how regions grow, are fitted and joined, and which are kept.
+
+    Chosen by hand on simulated rooms and halls with columns, steps, clutter and waves
+    (tests/targets/test_planes, benchmarks/plane_registration; method section 8.3); no source but
+    where one is named.
+    """
+
+    #: a block of pixels has about this edge on a surface at the median range [m] ...
+    block_m: float = 0.08
+    #: ... within these bounds
+    block_px: tuple[int, int] = (5, 48)
+    #: a block is flat if its thickness is below this many sigmas of the range ...
+    block_thickness_sigmas: float = 2.0
+    #: ... and its points fill this share of it
+    block_filled_share: float = 0.6
+    #: blocks get a plane if so much of them is filled, with so many points
+    block_fitted_share: float = 0.5
+    block_fewest_points: int = 6
+    #: a block lies in a region's plane: its centre within these sigmas of range plus this [m] ...
+    joins_sigmas: float = 1.0
+    joins_m: float = 2e-3
+    #: ... and its normal within this [rad]
+    joins_rad: float = float(np.radians(12.0))
+    #: smaller regions are dropped
+    fewest_blocks: int = 4
+    #: pixels lie in a plane within these sigmas of the range plus this [m]
+    pixel_sigmas: float = 3.0
+    pixel_m: float = 1e-3
+
+    #: passes of the fit over some of the points, the first ones with a wide gate, then over all
+    coarse_passes: int = 4
+    wide_passes: int = 2
+    fine_passes: int = 2
+    #: the wide gate, along the normal [m]
+    wide_gate_m: float = 0.02
+    #: points looked at in a coarse pass, about: bounds the time
+    coarse_points: int = 1_000_000
+    #: residuals beyond this many sigmas are trimmed
+    trim_sigmas: float = 3.0
+    #: standard deviation of a normal variable that is cut there (closed form for three sigmas)
+    trimmed_normal_sigma: float = 0.98658
+    #: the trimming follows the unit sigma of the last pass within these bounds
+    least_unit_sigma: float = 0.5
+    most_unit_sigma: float = 3.0
+    #: beams steeper to the surface than this [rad] are left out
+    grazing_rad: float = float(np.radians(80.0))
+    #: fewest points of a plane, largest condition number of its scaled normal matrix
+    fewest_points: int = 10
+    condition: float = 1e12
+
+    #: planes that may be one: angle [rad], offset [m], growth of the variance when joined
+    same_rad: float = float(np.radians(0.3))
+    same_m: float = 5e-3
+    same_growth: float = 1.5
+
+    #: smallest area if nobody says otherwise [m^2]
+    least_area_m2: float = 0.5
+    #: regions below this share of the least area are not worth a rejection
+    listed_area_share: float = 0.5
+    #: largest rms along the normal, in sigmas of the range and of the waves of good surfaces [m]
+    rms_sigmas: float = 2.5
+    waves_m: float = 1e-3
+    #: a surface is curved if its radius is below this [m] and its bow above this [m] ...
+    curved_radius_m: float = 50.0
+    bow_m: float = 5e-4
+    #: ... and above so many sigmas
+    bow_sigmas: float = 4.0
+
+    #: neighbours share errors of the surface: one independent point in a square of this edge [m]
+    independent_m: float = 0.05
+    #: fewest independent points that a plane counts as
+    fewest_independent: float = 4.0
+    #: parts that residuals are summed over to see how they hang together, along either side, and
+    #: how many of them tell it
+    parts: int = 8
+    fewest_parts: int = 8
+    #: sigma of what no fit sees of a surface [m]: waves, paint, the scanner's zero error
+    floor_m: float = 3e-4
+    #: points that the outline and the bow are told by, at most
+    outline_points: int = 20_000
+    #: cells that stand for the patch where it is compared with others, about; their least width [m]
+    sample_cells: int = 400
+    least_cell_m: float = 0.1
+
+
+GATES = PlaneGates()
+
+# compiled code reads constants of the module, not attributes of an object
+_BLOCK_FITTED_SHARE = GATES.block_fitted_share
+_BLOCK_FEWEST_POINTS = GATES.block_fewest_points
+_JOINS_SIGMAS = GATES.joins_sigmas
+_JOINS_M = GATES.joins_m
+_JOINS_RAD = GATES.joins_rad
+_FEWEST_BLOCKS = GATES.fewest_blocks
+_PIXEL_SIGMAS = GATES.pixel_sigmas
+_PIXEL_M = GATES.pixel_m
+_WIDE_GATE_M = GATES.wide_gate_m
+_TRIM_SIGMAS = GATES.trim_sigmas
+_TRIMMED_NORMAL_SIGMA = GATES.trimmed_normal_sigma
+_LEAST_UNIT_SIGMA = GATES.least_unit_sigma
+_MOST_UNIT_SIGMA = GATES.most_unit_sigma
+_GRAZING_RAD = GATES.grazing_rad
+
+
 # Planes through labelled pixels by least squares along the lines of sight, all in one pass each.
 #
 # A plane is m . x = 1, so a beam d meets it at rho = 1 / (m . d). Residuals are ranges; the
 # variance of one is s_rho^2 + rho^2 s_ang^2 tan^2 psi; those beyond three sigmas are trimmed.
-
-
-#: passes over some of the points, the first ones with a wide gate [m], then over all
-_COARSE, _WIDE, _GATE, _FINE = 4, 2, 0.02, 2
-
-
-#: points looked at in a coarse pass, about
-_SOME = 1_000_000
-
-
-#: standard deviation of a normal distribution cut at three sigmas
-_CUT = 0.98658
-
-
-#: residuals beyond this many sigmas are trimmed
-_TRIM = 3.0
-
-
-#: beams steeper to the surface than this [rad] are left out
-_GRAZING = float(np.radians(80.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,10 +178,16 @@ def fit_planes(
     s0 = np.full(count, np.nan)
     frame = (image.first_v, image.step_h, image.step_v)
     sums = np.zeros((count, 20))
-    stride = max(1, round((labels.size / _SOME) ** 0.5))
-    for k in range(_COARSE + (0 if coarse else _FINE)):
-        step, final = (stride, False) if k < _COARSE else (1, k == _COARSE + _FINE - 1)
-        sums = _pass(xyz, image.index, labels, m, s0, noise, frame, k < _WIDE, final, step)
+    stride = max(1, round((labels.size / GATES.coarse_points) ** 0.5))
+    for k in range(GATES.coarse_passes + (0 if coarse else GATES.fine_passes)):
+        step, final = (
+            (stride, False)
+            if k < GATES.coarse_passes
+            else (1, k == GATES.coarse_passes + GATES.fine_passes - 1)
+        )
+        sums = _pass(
+            xyz, image.index, labels, m, s0, noise, frame, k < GATES.wide_passes, final, step
+        )
         m, s0 = _updated(sums, m)
     n = np.maximum(sums[:, 9], 1.0)
     matrix = np.empty((count, 3, 3))
@@ -102,26 +195,26 @@ def fit_planes(
     matrix[:, upper[0], upper[1]] = sums[:, :6]
     matrix[:, upper[1], upper[0]] = sums[:, :6]
     return PlaneFits(
-        m,
-        matrix,
-        np.maximum(sums[:, 10], 0.0),
-        sums[:, 9],
-        np.sqrt(sums[:, 11] / n),
-        sums[:, 12:15] / n[:, None],
-        sums[:, 15],
-        sums[:, 16] / n,
+        m=m,
+        normal=matrix,
+        square=np.maximum(sums[:, 10], 0.0),
+        points=sums[:, 9],
+        rms=np.sqrt(sums[:, 11] / n),
+        center=sums[:, 12:15] / n[:, None],
+        area=sums[:, 15],
+        incidence=sums[:, 16] / n,
     )
 
 
 def _updated(sums: Array, m: Array) -> tuple[Array, Array]:
     """Planes and unit sigmas after a pass; NaN where points determine no plane."""
     out, s0 = np.full_like(m, np.nan), np.full(len(m), np.nan)
-    for k in np.flatnonzero(sums[:, 9] >= 10):
+    for k in np.flatnonzero(sums[:, 9] >= GATES.fewest_points):
         a = np.empty((3, 3))
         a[np.triu_indices(3)] = sums[k, :6]
         a = np.triu(a) + np.triu(a, 1).T
         scale = np.sqrt(np.diag(a))
-        if not scale.min() > 0 or np.linalg.cond(a / np.outer(scale, scale)) > 1e12:
+        if not scale.min() > 0 or np.linalg.cond(a / np.outer(scale, scale)) > GATES.condition:
             continue
         step = np.linalg.solve(a / np.outer(scale, scale), sums[k, 6:9] / scale) / scale
         out[k] = step if np.isnan(m[k, 0]) else m[k] + step
@@ -170,15 +263,19 @@ def _pass(
                 continue
             dot = p[0] * d[0] + p[1] * d[1] + p[2] * d[2]
             cosine = abs(dot) / np.sqrt(p[0] ** 2 + p[1] ** 2 + p[2] ** 2)
-            if dot <= 0 or cosine < np.cos(_GRAZING):
+            if dot <= 0 or cosine < np.cos(_GRAZING_RAD):
                 if final:
                     labels[i, j] = -1
                 continue
             away = 1 / dot
             v = rho - away
             sigma = np.sqrt(noise[0] ** 2 + (rho * noise[1]) ** 2 * (1 / cosine**2 - 1))
-            scale = 1.0 if np.isnan(s0[k]) else min(max(s0[k] / _CUT, 0.5), 3.0)
-            kept = abs(v) * cosine < _GATE if wide else abs(v) < _TRIM * scale * sigma
+            scale = (
+                1.0
+                if np.isnan(s0[k])
+                else min(max(s0[k] / _TRIMMED_NORMAL_SIGMA, _LEAST_UNIT_SIGMA), _MOST_UNIT_SIGMA)
+            )
+            kept = abs(v) * cosine < _WIDE_GATE_M if wide else abs(v) < _TRIM_SIGMAS * scale * sigma
             if not kept:
                 if final:
                     labels[i, j] = -1
@@ -232,26 +329,6 @@ def taken_up(labels: Labels, group: Index) -> Labels:
 # section 8.3).
 
 
-#: pixels along a block's edge, and the size on the surface [m] that it should have
-_EDGE, _SIZE = (5, 48), 0.08
-
-
-#: a block is flat if its thickness is below this many sigmas and its points fill this share
-_FLAT_START, _FULL = 2.0, 0.6
-
-
-#: a block lies in a plane: centre within these sigmas plus [m], normal within [rad]
-_OFF, _OFF_LEAST, _TURN = 1.0, 2e-3, float(np.radians(12.0))
-
-
-#: regions smaller than this many blocks are dropped
-_BLOCKS = 4
-
-
-#: pixels lie in a plane within this many sigmas plus [m]
-_PIXEL, _PIXEL_LEAST = 3.0, 1e-3
-
-
 def grow_planes(xyz: Array, image: RangeImage, sigma: float) -> tuple[Labels, int]:
     """Region (rows, columns) int32 of every pixel, -1 for none, and the number of regions.
 
@@ -260,7 +337,9 @@ def grow_planes(xyz: Array, image: RangeImage, sigma: float) -> tuple[Labels, in
     edge = _block_edge(image)
     sums = _block_sums(xyz, image.index, edge)
     fits = _block_planes(sums, edge * edge)
-    flat = (fits[..., 6] <= _FLAT_START * sigma) & (sums[..., 0] >= _FULL * edge * edge)
+    flat = (fits[..., 6] <= GATES.block_thickness_sigmas * sigma) & (
+        sums[..., 0] >= GATES.block_filled_share * edge * edge
+    )
     order = np.argsort(np.where(flat, fits[..., 6], np.inf), axis=None)[: int(flat.sum())]
     blocks, planes = _grown(sums, fits, flat, order, image.wraps, sigma)
     labels = _pixels(xyz, image.index, blocks, planes, edge, image.wraps, sigma)
@@ -270,8 +349,8 @@ def grow_planes(xyz: Array, image: RangeImage, sigma: float) -> tuple[Labels, in
 def _block_edge(image: RangeImage) -> int:
     """Pixels along a block: about 8 cm on surfaces at the median range."""
     typical = float(np.nanmedian(image.range[:: max(1, image.shape[0] // 200)]))
-    pixels = _SIZE / max(typical * np.sqrt(image.step_h * image.step_v), 1e-9)
-    return int(np.clip(round(pixels), *_EDGE))
+    pixels = GATES.block_m / max(typical * np.sqrt(image.step_h * image.step_v), 1e-9)
+    return int(np.clip(round(pixels), *GATES.block_px))
 
 
 @njit(cache=True, nogil=True)
@@ -327,7 +406,7 @@ def _block_planes(sums: Array, full: int) -> Array:
     out = np.full((high, wide, 7), np.inf)
     for i in range(high):
         for j in range(wide):
-            if sums[i, j, 0] >= 0.5 * full and sums[i, j, 0] >= 6:
+            if sums[i, j, 0] >= max(_BLOCK_FITTED_SHARE * full, _BLOCK_FEWEST_POINTS):
                 out[i, j] = _seed_plane(sums[i, j])
     return out
 
@@ -336,10 +415,10 @@ def _block_planes(sums: Array, full: int) -> Array:
 def _joins(block: Array, plane: Array, sigma: float) -> bool:
     """Does a flat block lie in the plane of a region?"""
     turn = (block[3:6] * plane[3:6]).sum()
-    if turn < np.cos(_TURN):
+    if turn < np.cos(_JOINS_RAD):
         return False
     off = ((block[:3] - plane[:3]) * plane[3:6]).sum()
-    return bool(abs(off) < _OFF * sigma + _OFF_LEAST)
+    return bool(abs(off) < _JOINS_SIGMAS * sigma + _JOINS_M)
 
 
 @njit(cache=True, nogil=True)
@@ -382,7 +461,7 @@ def _grown(
                 total += sums[a, b]
                 if last >= update:  # the plane follows its blocks, ever less often
                     plane, update = _seed_plane(total), last + max(1, last // 8)
-        if last < _BLOCKS:
+        if last < _FEWEST_BLOCKS:
             for k in range(last):
                 region[stack[k, 0], stack[k, 1]] = -2
             continue
@@ -409,7 +488,7 @@ def _pixels(
     rows, columns = index.shape
     high, wide = region.shape
     out = np.full((rows, columns), -1, dtype=np.int32)
-    allowed = _PIXEL * sigma + _PIXEL_LEAST
+    allowed = _PIXEL_SIGMAS * sigma + _PIXEL_M
     near = np.empty(9, dtype=np.int32)
     for bi in range(high):
         for bj in range(wide):
@@ -449,42 +528,6 @@ def _nearest(point: Array, near: Labels, planes: Array, allowed: float) -> int:
 
 
 Labels = NDArray[np.int32]
-
-
-#: smallest area [m^2], largest rms in sigmas of the range
-AREA, _FLAT = 0.5, 2.5
-
-
-#: waves of good surfaces [m], added to the noise when flatness is tested
-_WAVES = 1e-3
-
-
-#: a surface is curved if its radius is below this [m] and the bow above this [m] and 4 sigma
-_RADIUS, _BOW = 50.0, 5e-4
-
-
-#: neighbouring points share errors of the surface: one independent point per square of this [m]
-_CELL = 0.05
-
-
-#: sigma of what no fit sees of a surface [m]: waves, paint, the scanner's zero error
-FLOOR = 3e-4
-
-
-#: planes that may be one: angle [rad], offset [m], growth of the variance when joined
-_ANGLE, _OFFSET, _GROWTH = float(np.radians(0.3)), 5e-3, 1.5
-
-
-#: points that the outline is made of, at most
-_OUTLINE = 20_000
-
-
-#: parts that residuals are summed over to see how they hang together, along either side
-_PARTS = 8
-
-
-#: cells that stand for the patch where it is compared with others, about; least width [m]
-_CELLS, _WIDTH = 400, 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -527,8 +570,8 @@ def find_planes(
     *,
     sigma_range: float | None = None,
     sigma_angle: float = 2e-5,
-    least_area: float = AREA,
-    floor: float = FLOOR,
+    least_area: float = GATES.least_area_m2,
+    floor: float = GATES.floor_m,
     scan: str = "",
 ) -> tuple[list[Plane], list[Rejected]]:
     """Planes among points (n, 3) [m] of the scanner frame, largest first.
@@ -548,11 +591,15 @@ def find_planes(
     planes: list[Plane] = []
     rejected: list[Rejected] = []
     order = np.argsort(-np.nan_to_num(fits.area), kind="stable")
-    wanted = [k for k in order if fits.area[k] > 0.5 * least_area and np.isfinite(fits.m[k, 0])]
+    wanted = [
+        k
+        for k in order
+        if fits.area[k] > GATES.listed_area_share * least_area and np.isfinite(fits.m[k, 0])
+    ]
     members = _members(image, labels, np.array(wanted, dtype=np.int64), len(fits.m))
     for k, member in zip(wanted, members, strict=True):
         points = xyz[member]
-        some = points[:: max(1, len(points) // _OUTLINE)]
+        some = points[:: max(1, len(points) // GATES.outline_points)]
         reason = _reason(fits, k, sigma, least_area) or _curved(fits.m[k], some)
         if reason:
             rejected.append(Rejected("plane", fits.center[k], reason))
@@ -565,7 +612,7 @@ def _reason(fits: PlaneFits, k: int, sigma: float, least_area: float) -> str:
     """Why a region is not kept; empty if it is."""
     if fits.area[k] < least_area:
         return f"its area of {fits.area[k]:.2f} m2 is below {least_area:g} m2"
-    allowed = _FLAT * float(np.hypot(sigma, _WAVES))
+    allowed = GATES.rms_sigmas * float(np.hypot(sigma, GATES.waves_m))
     normal_rms = fits.rms[k] * np.cos(fits.incidence[k])
     if normal_rms > allowed:
         return f"its residuals of {1e3 * normal_rms:.1f} mm are above {1e3 * allowed:.1f} mm"
@@ -592,7 +639,7 @@ def _curved(m: Array, points: Array) -> str:
     matrix = np.array([[2 * quadric[0], quadric[1]], [quadric[1], 2 * quadric[2]]])
     radius = 1 / max(float(np.abs(np.linalg.eigvalsh(matrix)).max()), 1e-9)
     height = float(np.sqrt(np.mean(bow**2)))
-    if radius < _RADIUS and height > max(_BOW, 4 * sigma):
+    if radius < GATES.curved_radius_m and height > max(GATES.bow_m, GATES.bow_sigmas * sigma):
         return f"it is curved with a radius of {radius:.2f} m"
     return ""
 
@@ -611,11 +658,11 @@ def _groups(fits: PlaneFits) -> NDArray[np.int64]:
             turn = np.linalg.norm(np.cross(normal[near], normal[k]), axis=1)
             here = np.abs(normal[near] @ fits.center[k] - offset[near])
             there = np.abs(fits.center[near] @ normal[k] - offset[k])
-            same = (turn < _ANGLE) & (np.maximum(here, there) < _OFFSET)
+            same = (turn < GATES.same_rad) & (np.maximum(here, there) < GATES.same_m)
             near = near[same & ((normal[near] @ normal[k]) > 0)]
         for head in near:
             apart, together = joint(fits, int(head), int(k))
-            if together < _GROWTH * max(apart, 1.0):
+            if together < GATES.same_growth * max(apart, 1.0):
                 group[k] = group[head]
                 break
         if group[k] < 0:
@@ -650,15 +697,15 @@ def _plane(fits: PlaneFits, k: int, points: Array, floor: float, scan: str) -> P
     # m + dm: the normal tilts by its tangential part, the plane at the centre moves by -dm . c
     rows = np.vstack([tangents, -center]) / size
     flat, away = (points - center) @ tangents.T, (points - center) @ outward
-    shared = max(fits.points[k] * _CELL**2 / fits.area[k], _correlation(flat, away))
-    independent = max(fits.points[k] / shared, 4.0)
+    shared = max(fits.points[k] * GATES.independent_m**2 / fits.area[k], _correlation(flat, away))
+    independent = max(fits.points[k] / shared, GATES.fewest_independent)
     enlarged = max(1.0, fits.s0[k] ** 2) * fits.points[k] / independent
     covariance = rows @ np.linalg.inv(fits.normal[k]) @ rows.T * enlarged
     spread = floor / np.sqrt(fits.area[k] / np.pi)
     covariance = covariance + np.diag([spread, spread, floor]) ** 2
-    hull = ConvexHull(flat[:: max(1, len(flat) // _OUTLINE)])
+    hull = ConvexHull(flat[:: max(1, len(flat) // GATES.outline_points)])
     outline = center + hull.points[hull.vertices] @ tangents
-    spacing = max(float(np.sqrt(fits.area[k] / _CELLS)), _WIDTH)
+    spacing = max(float(np.sqrt(fits.area[k] / GATES.sample_cells)), GATES.least_cell_m)
     low = np.floor(flat.min(axis=0) / spacing)
     cells = np.floor(flat / spacing).astype(np.int64) - low.astype(np.int64)
     taken = np.zeros(cells.max(axis=0) + 1, dtype=bool)
@@ -666,8 +713,17 @@ def _plane(fits: PlaneFits, k: int, points: Array, floor: float, scan: str) -> P
     sample = center + spacing * (np.argwhere(taken) + low + 0.5) @ tangents
     facts = {"effective_points": float(independent)}
     detection = _detection(fits, k, center, outward, covariance[2, 2], hull, facts, scan)
-    area = float(fits.area[k])
-    return Plane(-outward, center, tangents, covariance, area, outline, sample, spacing, detection)
+    return Plane(
+        normal=-outward,
+        center=center,
+        tangents=tangents,
+        covariance=covariance,
+        area=float(fits.area[k]),
+        outline=outline,
+        sample=sample,
+        spacing=spacing,
+        detection=detection,
+    )
 
 
 def _correlation(flat: Array, away: Array) -> float:
@@ -678,16 +734,20 @@ def _correlation(flat: Array, away: Array) -> float:
     errors run through neighbours (the sandwich estimator of White 1980, in clusters).
     """
     low, size = flat.min(axis=0), np.ptp(flat, axis=0)
-    part = np.minimum((flat - low) / np.maximum(size, 1e-9) * _PARTS, _PARTS - 1).astype(np.int64)
-    number = part[:, 0] * _PARTS + part[:, 1]
+    part = np.minimum((flat - low) / np.maximum(size, 1e-9) * GATES.parts, GATES.parts - 1).astype(
+        np.int64
+    )
+    number = part[:, 0] * GATES.parts + part[:, 1]
     middle = flat.mean(axis=0)
     pull = np.column_stack([np.ones(len(flat)), flat - middle])
     plane = np.linalg.lstsq(pull.T @ pull, pull.T @ away, rcond=None)[0]
     pull *= (away - pull @ plane)[:, None]
-    used = np.bincount(number, minlength=_PARTS**2) > 0
-    sums = np.stack([np.bincount(number, c, minlength=_PARTS**2) for c in pull.T], axis=1)[used]
+    used = np.bincount(number, minlength=GATES.parts**2) > 0
+    sums = np.stack([np.bincount(number, c, minlength=GATES.parts**2) for c in pull.T], axis=1)[
+        used
+    ]
     alone = pull.T @ pull
-    if len(sums) < 8 or np.linalg.cond(alone) > 1e15:
+    if len(sums) < GATES.fewest_parts or np.linalg.cond(alone) > 1e15:
         return 1.0
     together = sums.T @ sums * len(sums) / (len(sums) - 3)
     return max(1.0, float(np.trace(np.linalg.solve(alone, together))) / 3)
@@ -717,16 +777,16 @@ def _detection(
     across = np.outer(normal, normal)
     covariance = variance * across + (0.5 * radius) ** 2 * (np.eye(3) - across)
     return Detection(
-        "plane",
-        scan,
-        center,
-        covariance,
-        radius,
-        float(fits.rms[k]),
-        int(fits.points[k]),
-        int(fits.points[k]),
-        float(np.linalg.norm(center)),
-        float(fits.incidence[k]),
-        float(min(fits.area[k] / max(hull.volume, 1e-12), 1.0)),
-        {"s0": float(fits.s0[k]), "area_m2": float(fits.area[k]), **facts},
+        kind="plane",
+        scan=scan,
+        center=center,
+        covariance=covariance,
+        radius=radius,
+        rms=float(fits.rms[k]),
+        points=int(fits.points[k]),
+        inliers=int(fits.points[k]),
+        range=float(np.linalg.norm(center)),
+        incidence=float(fits.incidence[k]),
+        coverage=float(min(fits.area[k] / max(hull.volume, 1e-12), 1.0)),
+        facts={"s0": float(fits.s0[k]), "area_m2": float(fits.area[k]), **facts},
     )

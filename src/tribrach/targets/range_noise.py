@@ -2,20 +2,41 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from tribrach.scan.range_image import RangeImage
 
-__all__ = ["SMALLEST", "estimate_range_noise"]
+__all__ = ["GATES", "RangeNoiseGates", "estimate_range_noise"]
 
-#: smaller noise [m] is not believed: points on disk have steps
-SMALLEST = 5e-5
-#: differences looked at; second differences beyond this [m] are edges
-_SAMPLE, _EDGE = 200_000, 0.05
-#: lower quartile of the size of a standard normal variable
-_QUARTILE = 0.318639
+
+@dataclass(frozen=True)
+class RangeNoiseGates:
+    """How the noise of ranges is told from a scan.
+
+    Chosen by hand on simulated halls and the raw files of NIST (tests/targets/test_sphere_search:
+    the noise is that of the scanner); no source but where one is named.
+    """
+
+    #: smaller noise [m] is not believed: points on disk have steps
+    least_m: float = 5e-5
+    #: differences looked at, about: bounds the time
+    sample: int = 200_000
+    #: second differences beyond this [m] are edges
+    edge_m: float = 0.05
+    #: fewer differences tell nothing
+    fewest: int = 10
+    #: lower quartile of the size of a standard normal variable, Phi^-1(5/8)
+    normal_quartile: float = 0.318639
+
+
+GATES = RangeNoiseGates()
+
+# compiled code reads constants of the module, not attributes of an object
+_EDGE_M = GATES.edge_m
 
 
 def estimate_range_noise(image: RangeImage) -> float:
@@ -26,11 +47,13 @@ def estimate_range_noise(image: RangeImage) -> float:
     and leaves on more than half of the image. Smoothed scans (a scanner's filter) come out too
     small.
     """
-    stride = max(1, image.index.size // _SAMPLE)
+    stride = max(1, image.index.size // GATES.sample)
     differences = _second_differences(image.range, stride | 1)
-    if len(differences) < 10:
-        return SMALLEST
-    return max(SMALLEST, float(np.quantile(differences, 0.25)) / _QUARTILE / 6**0.5)
+    if len(differences) < GATES.fewest:
+        return GATES.least_m
+    return max(
+        GATES.least_m, float(np.quantile(differences, 0.25)) / GATES.normal_quartile / 6**0.5
+    )
 
 
 @njit(cache=True, nogil=True)
@@ -44,7 +67,7 @@ def _second_differences(ranges: NDArray[np.float32], stride: int) -> NDArray[np.
         if 0 < j < columns - 1:
             left, mid, right = ranges[i, j - 1], ranges[i, j], ranges[i, j + 1]
             d = abs(np.float64(left) - 2 * np.float64(mid) + np.float64(right))
-            if d < _EDGE and abs(left - right) < _EDGE:
+            if d < _EDGE_M and abs(left - right) < _EDGE_M:
                 out[n] = d
                 n += 1
     return out[:n]

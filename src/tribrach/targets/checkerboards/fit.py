@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array
+from tribrach.statistics import robust_sigma
+from tribrach.targets.checkerboards.pattern import GATES as PATTERN
 from tribrach.targets.checkerboards.pattern import (
-    ENOUGH,
-    FEWEST,
     BoardPattern,
     guess_pattern,
     inside_board,
@@ -30,19 +30,87 @@ from tribrach.targets.prints.plane import BoardPlane, fit_board_plane
 
 __all__ = ["CheckerboardFit", "fit_checkerboard"]
 
+
+@dataclass(frozen=True)
+class BoardGates:
+    """What a black and white checkerboard is, and what is refused.
+
+    Chosen by hand on simulated boards among stripes, tiles and panels, so that all boards pass and
+    nothing else (tests/targets/test_checkerboards, benchmarks/target_search); no source but where
+    one is named.
+    """
+
+    #: points looked at lie within this many sides of the start
+    reach_sides: float = 0.95
+    #: the first plane is that of what lies within this many sides of the start
+    first_plane_sides: float = 0.5
+    #: least blur of the edges [m]
+    least_blur_m: float = 1e-4
+    #: sigma of the normal beam that blurs an edge as a footprint does, over its diameter
+    blur_footprints: float = 0.25
+    #: steps of the first round and of the second
+    first_steps: int = 18
+    steps: int = 40
+    #: the board is not looked at more obliquely than this [rad]
+    steepest_rad: float = float(np.radians(65.0))
+    #: black and white are parted halfway between these quantiles of light
+    light_quantiles: tuple[float, float] = (0.1, 0.9)
+    #: points belong to the plane within this many of its rms, at least this share of the side
+    on_plane_sigmas: float = 5.0
+    on_plane_sides: float = 0.1
+    #: sine of the flattest beam that the error of the plane is carried along
+    flattest_sine: float = 0.1
+
+    #: edges are at right angles within this [rad] ...
+    square_rad: float = float(np.radians(5.0))
+    #: ... or within what one row of points turns them, over the root of the number of points
+    square_rows: float = 1.4
+    #: what the first plane may add to that [rad]
+    first_square_rad: float = float(np.radians(10.0))
+    #: least contrast over noise
+    least_contrast: float = 4.0
+    #: least share of the variance of light that the pattern explains
+    explained_share: float = 0.72
+    #: the emptiest quadrant holds this share of the mean and so many points
+    quadrant_share: float = 0.4
+    quadrant_points: int = 6
+    #: more of a pattern than this beyond the board is too much
+    onward_share: float = 0.6
+    #: what goes on lies beyond the rim, and within the outer bound [half sides]
+    rim_halves: float = 1.15
+    outer_halves: float = 1.9
+    #: larger quadrants are looked for beyond this, tiles beside a side within this [half sides]
+    larger_halves: float = 1.5
+    beside_halves: float = 0.95
+    #: fewer points tell of no pattern beyond the board
+    onward_points: int = 20
+
+    #: points that tell where an edge is, about: more say no more than its profile allows
+    telling_points: int = 400
+    #: edges are looked for within so many distances of points and sigmas of blur
+    shift_pitches: float = 1.5
+    shift_sigmas: float = 2.0
+    #: turns of an edge that are looked at, over its shifts at the rim
+    turn_shifts: float = 1.5
+    #: rounds of refining both edges
+    refining_rounds: int = 2
+    #: an edge with fewer points stays as it was fitted
+    edge_points: int = 4
+    #: plain print begins this many sigmas of blur from an edge, but not beyond this share of half
+    #: the side; the other edge stays clear by some more
+    plain_sigmas: float = 3.0
+    plain_halves: float = 0.3
+    clear_halves: float = 0.03
+    #: light of plain print is taken from so many points of either colour, or from the fit
+    plain_points: int = 6
+    #: noise of light is not believed to be below this share of the half swing
+    least_noise_swing: float = 0.005
+
+
+GATES = BoardGates()
+
+
 # Why a pattern of four quadrants that was fitted to light is no checkerboard.
-
-
-#: edge lines are at right angles within this [rad], or what one row of points turns them
-_SQUARE = np.radians(5.0)
-
-
-#: least contrast over noise, least share of the variance of intensity that the pattern explains
-_CONTRAST, _EXPLAINED = 4.0, 0.72
-
-
-#: share of a pattern beyond the board that is too much; rim over half the side
-_ONWARD, _RIM = 0.6, 1.15
 
 
 def skew_of(p: Array) -> float:
@@ -55,8 +123,8 @@ def not_square(skew: float, points: int, more: float = 0.0) -> str:
 
     points : within the board, their rows let an edge turn a little; more [rad] : that is allowed.
     """
-    rows = 1.4 / float(np.sqrt(max(1, points)))
-    if abs(skew) <= max(_SQUARE, rows) + more:
+    rows = GATES.square_rows / float(np.sqrt(max(1, points)))
+    if abs(skew) <= max(GATES.square_rad, rows) + more:
         return ""
     return f"its edges meet at {90 + np.degrees(skew):.0f} degrees"
 
@@ -72,10 +140,13 @@ def doubt(
     reason = not_square(skew_of(p), points)
     if reason:
         return reason
-    if contrast < _CONTRAST:
-        return f"its contrast is {contrast:.1f} times the noise, {_CONTRAST:g} are needed"
-    if explained < _EXPLAINED:
-        return f"the pattern explains {100 * explained:.0f} % of the light, 72 are needed"
+    if contrast < GATES.least_contrast:
+        return (
+            f"its contrast is {contrast:.1f} times the noise, {GATES.least_contrast:g} are needed"
+        )
+    if explained < GATES.explained_share:
+        needed = 100 * GATES.explained_share
+        return f"the pattern explains {100 * explained:.0f} % of the light, {needed:.0f} are needed"
     d = flat - p[:2]
     a, b = d @ [np.cos(p[2]), np.sin(p[2])], d @ [np.cos(p[3]), np.sin(p[3])]
     inside = (np.abs(a) < half) & (np.abs(b) < half)
@@ -84,7 +155,7 @@ def doubt(
         for i in (-1, 1)
         for j in (-1, 1)
     ]
-    if min(counts) < 0.4 * np.mean(counts) or min(counts) < 6:
+    if min(counts) < max(GATES.quadrant_share * np.mean(counts), GATES.quadrant_points):
         return f"its quadrants hold {counts} points"
     if _goes_on(a / half, b / half, light / p[5]):
         return "its pattern goes on beyond the side of the board"
@@ -97,19 +168,26 @@ def _goes_on(a: Array, b: Array, light: Array) -> bool:
     a, b (n,) : distances from the edges over half the side; light (n,) over its half swing.
     """
     far, sign = np.maximum(np.abs(a), np.abs(b)), np.sign(a * b)
-    if _alike(light, sign, (far > 1.5) & (far < 1.9)) > _ONWARD:
+    if (
+        _alike(light, sign, (far > GATES.larger_halves) & (far < GATES.outer_halves))
+        > GATES.onward_share
+    ):
         return True
     sides = [
-        (onto > _RIM) & (onto < 1.9) & (np.abs(other) < 0.95)
+        (onto > GATES.rim_halves)
+        & (onto < GATES.outer_halves)
+        & (np.abs(other) < GATES.beside_halves)
         for onto, other in ((a, b), (-a, b), (b, a), (-b, a))
     ]
-    return sum(_alike(light, -sign, side) > _ONWARD for side in sides) >= 2
+    return sum(_alike(light, -sign, side) > GATES.onward_share for side in sides) >= 2
 
 
 def _alike(light: Array, sign: Array, use: NDArray[np.bool_]) -> float:
     """How much of a pattern of signs (n,) is in the light of some points; 1 for all of it."""
     n = int(use.sum())
-    return float(sign[use] @ (light[use] - light[use].mean())) / n if n >= 20 else 0.0
+    return (
+        float(sign[use] @ (light[use] - light[use].mean())) / n if n >= GATES.onward_points else 0.0
+    )
 
 
 # The edges of a checkerboard once its pattern is known: each from the points beside it.
@@ -117,10 +195,6 @@ def _alike(light: Array, sign: Array, use: NDArray[np.bool_]) -> float:
 # What the least squares of :mod:`~tribrach.targets.checkerboards.pattern` gives is a start;
 # where an edge lies is then the posterior of :mod:`~tribrach.targets.prints.edges` (section
 # 8.2).
-
-
-#: points that tell where an edge is, about; more than these say no more than its profile allows
-_PLENTY = 400
 
 
 def refine_edges(
@@ -136,18 +210,20 @@ def refine_edges(
     """
     half, blur, jitter = scale
     p, covariance = solved.p.copy(), solved.covariance.copy()
-    shift = 1.5 * pitch(solved.use, half) + 2 * float(np.hypot(blur, jitter))
-    for _ in range(2):
+    shift = GATES.shift_pitches * pitch(solved.use, half)
+    shift += GATES.shift_sigmas * float(np.hypot(blur, jitter))
+    for _ in range(GATES.refining_rounds):
         inside = inside_board(flat, p, half)
         widest = max(plane.stretch(np.array([np.cos(t), np.sin(t)])) for t in p[2:4])
-        clear = min(3 * widest * float(np.hypot(blur, jitter)), 0.3 * half)
+        clear = GATES.plain_sigmas * widest * float(np.hypot(blur, jitter))
+        clear = min(clear, GATES.plain_halves * half)
         p, noise = _levels(flat[inside], light[inside], p, clear)
         moves, cofactors = [], []
         for k in (0, 1):
             points = _near_edge(flat[inside], light[inside], p, k, scale, plane, noise, shift)
-            if len(points.along) < 4:
+            if len(points.along) < GATES.edge_points:
                 return solved
-            move, cofactor = locate_edge(points, shift, 1.5 * shift / half)
+            move, cofactor = locate_edge(points, shift, GATES.turn_shifts * shift / half)
             moves.append(move)
             cofactors.append(cofactor)
         normals = np.stack([np.cos(p[2:4]), np.sin(p[2:4])], axis=1)
@@ -176,10 +252,10 @@ def _near_edge(
     normals = np.stack([np.cos(p[2:4]), np.sin(p[2:4])], axis=1)
     distance = d @ normals.T
     blur, jitter = (size * plane.stretch(normals[k]) for size in (blur, jitter))
-    reach = 3 * float(np.hypot(blur, jitter))
-    clear = np.abs(distance[:, 1 - k]) > reach + 0.03 * half
+    reach = GATES.plain_sigmas * float(np.hypot(blur, jitter))
+    clear = np.abs(distance[:, 1 - k]) > reach + GATES.clear_halves * half
     near = np.flatnonzero(clear & (np.abs(distance[:, k]) < reach + 2 * shift))
-    near = near[:: max(1, len(near) // _PLENTY)]
+    near = near[:: max(1, len(near) // GATES.telling_points)]
     sign = np.sign(distance[near, 1 - k])
     return EdgePoints(
         along=d[near] @ [-normals[k, 1], normals[k, 0]],
@@ -198,20 +274,12 @@ def _levels(flat: Array, light: Array, p: Array, clear: float) -> tuple[Array, f
     plain = np.minimum(np.abs(a), np.abs(b)) > clear
     sign = np.sign(a * b)
     high, low = light[plain & (sign > 0)], light[plain & (sign < 0)]
-    if min(len(high), len(low)) < 6:
-        return p, 0.005 * abs(p[5])
+    if min(len(high), len(low)) < GATES.plain_points:
+        return p, GATES.least_noise_swing * abs(p[5])
     out, ends = p.copy(), np.array([np.median(high), np.median(low)])
     out[4:6] = ends.mean(), (ends[0] - ends[1]) / 2
     left = np.concatenate([high - ends[0], low - ends[1]])
-    return out, max(1.4826 * float(np.median(np.abs(left))), 0.005 * abs(out[5]))
-
-
-#: the board is not looked at more obliquely than this [rad]
-_STEEPEST = np.radians(65.0)
-
-
-#: steps of the first round and of the second; what the first plane may add to the skew [rad]
-_FIRST, _STEPS, _FIRST_SKEW = 18, 40, np.radians(10.0)
+    return out, max(robust_sigma(left, about=0.0), GATES.least_noise_swing * abs(out[5]))
 
 
 @dataclass(frozen=True)
@@ -264,21 +332,25 @@ def fit_checkerboard(
     footprint : diameter of the beam [m]; sigma_angle [rad] : of one point, its place in the
     footprint included; floor : added to the covariance in each direction [m].
     """
-    close = np.linalg.norm(xyz - start, axis=1) < 0.95 * side
-    if close.sum() < FEWEST:
-        return Refused(f"only {int(close.sum())} points, {FEWEST} are needed")
+    close = np.linalg.norm(xyz - start, axis=1) < GATES.reach_sides * side
+    if close.sum() < PATTERN.fewest_points:
+        return Refused(f"only {int(close.sum())} points, {PATTERN.fewest_points} are needed")
     xyz, light = xyz[close], np.asarray(intensity[close], dtype=float)
     spread = sigma_angle * float(np.linalg.norm(start))
-    scale = side / 2, max(float(np.hypot(footprint / 4, spread)), 1e-4), spread
-    use = np.linalg.norm(xyz - start, axis=1) < 0.5 * side
+    scale = (
+        side / 2,
+        max(float(np.hypot(GATES.blur_footprints * footprint, spread)), GATES.least_blur_m),
+        spread,
+    )
+    use = np.linalg.norm(xyz - start, axis=1) < GATES.first_plane_sides * side
     # the first plane is that of what lies around the start, and some of its points tell enough;
     # the second is that of the board alone
-    some = slice(None, None, max(1, len(xyz) // ENOUGH))
+    some = slice(None, None, max(1, len(xyz) // PATTERN.guess_points))
     first = _round(xyz[some], light[some], use[some], start, None, scale, footprint)
     if isinstance(first, Refused):
         return first
     plane, solved = first
-    reason = not_square(skew_of(solved.p), int(solved.use.sum()), _FIRST_SKEW)
+    reason = not_square(skew_of(solved.p), int(solved.use.sum()), GATES.first_square_rad)
     if reason:
         return Refused(reason)
     flat = plane.project(xyz)
@@ -313,7 +385,9 @@ def _round(
     guess = guess_pattern(flat, light, 2 * scale[0]) if before is None else _moved(before)
     if guess is None:
         return Refused("light and dark do not alternate around it")
-    solved = solve_pattern(flat, light, guess, scale, _FIRST if before is None else _STEPS)
+    solved = solve_pattern(
+        flat, light, guess, scale, GATES.first_steps if before is None else GATES.steps
+    )
     if solved is None:
         return Refused("the pattern of its quadrants does not converge")
     return plane, solved
@@ -323,14 +397,14 @@ def _plane(
     xyz: Array, light: Array, use: NDArray[np.bool_], near: Array, footprint: float
 ) -> BoardPlane | Refused:
     """The plane of some points, if the beam meets it well enough."""
-    if use.sum() < FEWEST // 2:
-        return Refused(f"only {int(use.sum())} points, {FEWEST // 2} are needed")
-    low, high = np.quantile(light[use], [0.1, 0.9])
+    if use.sum() < PATTERN.fewest_points // 2:
+        return Refused(f"only {int(use.sum())} points, {PATTERN.fewest_points // 2} are needed")
+    low, high = np.quantile(light[use], GATES.light_quantiles)
     plane = fit_board_plane(xyz[use], light[use] > (low + high) / 2, near, footprint)
     if plane is None:
         return Refused("the points around it lie in no plane")
     incidence = _incidence(near, plane)
-    if incidence > _STEEPEST:
+    if incidence > GATES.steepest_rad:
         return Refused(f"the beam meets it at {np.degrees(incidence):.0f} degrees")
     return plane
 
@@ -344,7 +418,7 @@ def _incidence(point: Array, plane: BoardPlane) -> float:
 def _reach(xyz: Array, plane: BoardPlane, side: float) -> NDArray[np.bool_]:
     """Points near enough to the plane to be its board, or what surrounds it."""
     near: NDArray[np.bool_] = np.abs(xyz @ plane.normal - plane.offset) < max(
-        5 * plane.rms, 0.1 * side
+        GATES.on_plane_sigmas * plane.rms, GATES.on_plane_sides * side
     )
     return near
 
@@ -378,7 +452,7 @@ def _judged(
     in_plane = solved.covariance[:2, :2]
     away = center / np.linalg.norm(center)
     # an offset of the plane moves the centre along the beam, since print is carried along it
-    along = plane.sigma(p[:2]) / max(abs(float(away @ plane.normal)), 0.1)
+    along = plane.sigma(p[:2]) / max(abs(float(away @ plane.normal)), GATES.flattest_sine)
     covariance = plane.axes.T @ in_plane @ plane.axes + along**2 * np.outer(away, away)
     return CheckerboardFit(
         center=center,

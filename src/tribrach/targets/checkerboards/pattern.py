@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from scipy.special import erf
 
 from tribrach._types import Array
+from tribrach.statistics import robust_sigma
 
 __all__ = [
-    "ENOUGH",
-    "FEWEST",
+    "GATES",
     "BoardPattern",
     "guess_pattern",
     "inside_board",
@@ -29,39 +29,59 @@ __all__ = [
 ]
 
 
-#: fewest points within the board
-FEWEST = 40
+@dataclass(frozen=True)
+class PatternGates:
+    """How the pattern of four quadrants is guessed and fitted to light.
+
+    Chosen by hand on simulated boards from 5 to 60 pixels wide, seen straight to 60 degrees
+    (tests/targets/test_checkerboards); no source but where one is named.
+    """
+
+    #: fewest points within the board
+    fewest_points: int = 40
+    #: points that the first guess is made with, about
+    guess_points: int = 1500
+    #: turns of the first guess in a right angle, and its shifts over the side
+    guess_turns: int = 12
+    guess_shift_sides: float = 0.36
+    guess_shifts: int = 9
+    #: least correlation of light and pattern that is followed
+    guess_correlation: float = 0.25
+    #: the guess compares what lies within this share of the side, at least so many points
+    guess_inside_sides: float = 0.45
+    guess_fewest: int = 12
+    #: what lies within this share of half the side is the board: a little inside of its rim
+    inside_halves: float = 0.94
+    #: the blur is foretold to this, sigma of its logarithm
+    blur_log_sigma: float = 0.5
+    #: residuals of light beyond this many sigmas take no part ...
+    trim_sigmas: float = 3.5
+    #: ... but while the blur narrows only those beyond this share of the half swing
+    stray_swing: float = 0.8
+    #: blur of the first steps over half the side, from wide to narrow: a far start finds its way
+    first_blurs_halves: tuple[float, ...] = (
+        0.5, 0.4, 0.3, 0.24, 0.2, 0.16, 0.12, 0.1, 0.08, 0.06, 0.05, 0.04,
+    )  # fmt: skip
+    #: a blur below this share of the distance of points has no slope that least squares could find
+    least_blur_pitches: float = 0.35
+    #: a free fit that leaves more light unexplained than this times the led one went astray
+    astray_factor: float = 1.2
+    #: noise of light is not believed to be below this share of the half swing
+    least_noise_swing: float = 0.005
+    #: largest move in a step: of the centre over half the side, of the turns [rad], of the
+    #: logarithm of the blur
+    centre_step_halves: float = 0.25
+    turn_step_rad: float = 0.15
+    blur_step_log: float = 0.5
+    #: a smaller move ends the fit: of the centre over half the side, of the turns [rad]
+    settled: float = 1e-5
 
 
-#: points that the first guess is made with, about
-ENOUGH = 1500
+GATES = PatternGates()
 
-
-#: turns, and shifts over the side, of the first guess
-_TURNS, _SHIFTS = np.arange(0, np.pi / 2, np.pi / 24), np.linspace(-0.36, 0.36, 9)
-
-
-#: the blur is foretold to within this share of itself
-_BLUR_SHARE = 0.5
-
-
-_TRIM = 3.5
-
-
-#: blur of the first steps over half the side, so that a far start finds its way
-_WIDTHS = (0.5, 0.4, 0.3, 0.24, 0.2, 0.16, 0.12, 0.1, 0.08, 0.06, 0.05, 0.04)
-
-
-#: a blur below this share of the pitch has no slope
-_COARSE = 0.35
-
-
-#: light that is off by more than this share of the half swing is a stray while the blur narrows
-_STRAY = 0.8
-
-
-#: a fit that leaves more light unexplained than this times what it began with went astray
-_WORSE = 1.2
+# compiled code reads constants of the module, not attributes of an object
+_GUESS_INSIDE_SIDES = GATES.guess_inside_sides
+_GUESS_FEWEST = GATES.guess_fewest
 
 
 @dataclass(frozen=True)
@@ -79,11 +99,13 @@ def guess_pattern(flat: Array, light: Array, side: float) -> Array | None:
 
     flat (n, 2), side [m]; light (n,). The blur is not looked for: its logarithm is 0.
     """
-    keep = slice(None, None, max(1, len(flat) // ENOUGH))
+    keep = slice(None, None, max(1, len(flat) // GATES.guess_points))
     middle = float(np.median(light[keep]))
-    found = _patterns(flat[keep], light[keep] - middle, side, _TURNS, _SHIFTS * side)
+    turns = np.arange(0, np.pi / 2, np.pi / 2 / GATES.guess_turns)
+    shifts = np.linspace(-GATES.guess_shift_sides, GATES.guess_shift_sides, GATES.guess_shifts)
+    found = _patterns(flat[keep], light[keep] - middle, side, turns, shifts * side)
     score, turn, u, v, level = found
-    if score < 0.25:
+    if score < GATES.guess_correlation:
         return None
     centre = u * np.array([np.cos(turn), np.sin(turn)]) + v * np.array(
         [-np.sin(turn), np.cos(turn)]
@@ -109,14 +131,14 @@ def _patterns(x, light, side, turns, shifts):  # type: ignore[no-untyped-def]
                 n, total, square, own, odd = 0, 0.0, 0.0, 0.0, 0
                 for k in range(len(x)):
                     du, dv = a[k] - u, b[k] - v
-                    if abs(du) < 0.45 * side and abs(dv) < 0.45 * side:
+                    if max(abs(du), abs(dv)) < _GUESS_INSIDE_SIDES * side:
                         sign = 1 if (du > 0) == (dv > 0) else -1
                         n += 1
                         total += light[k]
                         square += light[k] ** 2
                         own += sign * light[k]
                         odd += sign
-                if n < 12:
+                if n < _GUESS_FEWEST:
                     continue
                 own -= odd * total / n
                 spread = np.sqrt(max(square - total**2 / n, 0.0))
@@ -158,24 +180,27 @@ def solve_pattern(
     trimmed and hold it no more; what explains less light than before is not taken. None if it
     does not converge. steps : at most, those with a given blur included.
     """
-    narrow = max(scale[1], _COARSE * pitch(inside_board(flat, guess, scale[0]), scale[0]))
-    led = _descend(flat, light, guess, scale, narrow, range(len(_WIDTHS)))
+    narrow = max(
+        scale[1], GATES.least_blur_pitches * pitch(inside_board(flat, guess, scale[0]), scale[0])
+    )
+    led_steps = len(GATES.first_blurs_halves)
+    led = _descend(flat, light, guess, scale, narrow, range(led_steps))
     if led is None:
         return None
-    free = _descend(flat, light, led.p, scale, narrow, range(len(_WIDTHS), steps))
+    free = _descend(flat, light, led.p, scale, narrow, range(led_steps, steps))
     if free is None:
         return None
     # the same blur for both, since a wide one explains less of the light wherever the edges are
     sharp = np.append(led.p[:6], free.p[6])
     before, after = (_unexplained(flat, light, p, scale[0]) for p in (sharp, free.p))
-    return free if after < _WORSE * before else led
+    return free if after < GATES.astray_factor * before else led
 
 
 def _unexplained(flat: Array, light: Array, p: Array, half: float) -> float:
     """Mean squared residual of light within the board over its half swing, strays cut."""
     inside = inside_board(flat, p, half)
     v = (light[inside] - pattern_light(flat[inside], p)[0]) / p[5]
-    return float(np.mean(np.minimum(v**2, _STRAY**2))) if inside.any() else np.inf
+    return float(np.mean(np.minimum(v**2, GATES.stray_swing**2))) if inside.any() else np.inf
 
 
 def _descend(
@@ -186,42 +211,53 @@ def _descend(
     narrow: float,
     steps: range,
 ) -> BoardPattern | None:
-    """Damped Gauss-Newton with trimming; steps : those of ``_WIDTHS`` have a blur given there.
+    """Damped Gauss-Newton with trimming; steps : the first ones have blurs that are given.
 
     narrow : the blur that is foretold [m].
     """
     half, _, jitter = scale
-    p, noise = start.copy(), 0.0
-    if inside_board(flat, p, half).sum() < FEWEST // 2:
+    p, noise, blurs = start.copy(), 0.0, GATES.first_blurs_halves
+    if inside_board(flat, p, half).sum() < GATES.fewest_points // 2:
         return None
     for step in steps:
-        fixed = step < len(_WIDTHS)
+        fixed = step < len(blurs)
         if fixed:
-            p[6] = np.log(max(narrow, _WIDTHS[step] * half))
+            p[6] = np.log(max(narrow, blurs[step] * half))
         value, j = pattern_light(flat, p)
         drift = np.hypot(j[:, 0], j[:, 1]) * jitter
         use = inside_board(flat, p, half)
         v = light - value
         noise = (
-            max(1.4826 * float(np.median(np.abs(v[use]))), 0.005 * abs(p[5])) if use.any() else 0
+            max(robust_sigma(v[use], about=0.0), GATES.least_noise_swing * abs(p[5]))
+            if use.any()
+            else 0
         )
         use &= np.abs(v) < np.maximum(
-            _TRIM * np.hypot(noise, drift), _STRAY * abs(p[5]) if fixed else 0
+            GATES.trim_sigmas * np.hypot(noise, drift),
+            GATES.stray_swing * abs(p[5]) if fixed else 0,
         )
-        if use.sum() < FEWEST // 2 or noise <= 0:
+        if use.sum() < GATES.fewest_points // 2 or noise <= 0:
             return None
         w = 1 / (noise**2 + drift[use] ** 2)
         n = j[use].T @ (j[use] * w[:, None])
         right = j[use].T @ (w * v[use])
-        tight = 1e8 if fixed else 1 / _BLUR_SHARE**2
+        tight = 1e8 if fixed else 1 / GATES.blur_log_sigma**2
         n[6, 6] += tight
         right[6] += tight * (np.log(narrow) - p[6]) * (not fixed)
         move = np.linalg.lstsq(n + 1e-9 * np.diag(np.diag(n)), right)[0]
         if not np.isfinite(move).all():
             return None
-        limit = np.array([half / 4, half / 4, 0.15, 0.15, np.inf, np.inf, 0.5])
+        limit = np.array(
+            [
+                *[GATES.centre_step_halves * half] * 2,
+                *[GATES.turn_step_rad] * 2,
+                np.inf,
+                np.inf,
+                GATES.blur_step_log,
+            ]
+        )
         p = p + np.clip(move, -limit, limit)
-        if not fixed and np.abs(move[:4] / [half, half, 1, 1]).max() < 1e-5:
+        if not fixed and np.abs(move[:4] / [half, half, 1, 1]).max() < GATES.settled:
             break
     chi = float(np.mean(v[use] ** 2 * w))
     try:
@@ -233,7 +269,7 @@ def _descend(
 def inside_board(flat: Array, p: Array, half: float) -> NDArray[np.bool_]:
     """Mask (n,) of points within the board's square, a little inside of its rim."""
     d = flat - p[:2]
-    limit = 0.94 * half
+    limit = GATES.inside_halves * half
     a = d @ [np.cos(p[2]), np.sin(p[2])]
     b = d @ [np.cos(p[3]), np.sin(p[3])]
     return np.asarray((np.abs(a) < limit) & (np.abs(b) < limit))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numba import njit, prange
@@ -17,6 +18,75 @@ from tribrach.targets.prints.windows import on_circle, points_around, shortening
 
 __all__ = ["find_checkerboards"]
 
+
+@dataclass(frozen=True)
+class SaddleGates:
+    """What the search for boards takes for a saddle of light, and how many it follows up.
+
+    Chosen by hand on simulated walls and halls with boards, stripes and tiles: all boards found and
+    nothing else (tests/targets/test_checkerboards, benchmarks/target_search); no source but where
+    one is named.
+    """
+
+    #: radii of the two circles over the side of the board
+    circle_sides: tuple[float, float] = (0.22, 0.36)
+    #: samples along a circle
+    circle_samples: int = 16
+    #: smaller circles cannot be judged
+    least_circle_px: float = 1.3
+    #: nearer pixels are not looked at: the housing of the scanner and its legs
+    nearest_m: float = 0.3
+    #: the slope of the surface is told over this part of the side
+    slope_sides: float = 0.5
+    #: least strength of the second harmonic over the amplitude; 2/pi for an ideal board
+    least_strength: float = 0.30
+    #: from one pixel that is looked at to the next, over the side; where that is every second
+    #: pixel this larger share has to allow it
+    stride_sides: float = 0.06
+    second_stride_sides: float = 0.11
+    #: least half swing of light over its mean along both circles ...
+    least_change: float = 0.08
+    #: ... and in a few places of the inner one: most of a scan is told from a board by these
+    plain_change: float = 0.05
+    #: mean distance of a circle from the surface, over the side: print is flat
+    surface_tolerance_sides: float = 0.25
+    #: opposite samples may differ by this share of the swing; what is more costs by half
+    unlike_share: float = 0.25
+    unlike_cost: float = 0.5
+    #: squared tangent of the steepest incidence that a candidate may have (70 degrees, some more
+    #: than the fit accepts)
+    steepest_tangent_squared: float = float(np.tan(np.radians(70.0)) ** 2)
+    #: candidates of one side that are followed up, the strongest first: bounds the time
+    most_candidates: int = 400
+    #: candidates nearer than this are one [sides]
+    apart_sides: float = 0.5
+    #: candidates nearer than this to a board are that board [its sides]
+    same_start_sides: float = 0.4
+    #: fits nearer than this are one board, the one that explains more light [larger sides]
+    same_board_sides: float = 0.5
+    #: refusals nearer than this to a board are not listed [half its side]
+    refused_beside_halves: float = 2.5
+    #: a board on fewer points says so
+    few_points: int = 100
+
+
+GATES = SaddleGates()
+
+# compiled code reads constants of the module, not attributes of an object
+_LEAST_CIRCLE_PX = GATES.least_circle_px
+_NEAREST_M = GATES.nearest_m
+_SLOPE_SIDES = GATES.slope_sides
+_STRIDE_SIDES = GATES.stride_sides
+_SECOND_STRIDE_SIDES = GATES.second_stride_sides
+_LEAST_CHANGE = GATES.least_change
+_PLAIN_CHANGE = GATES.plain_change
+_SURFACE_TOLERANCE_SIDES = GATES.surface_tolerance_sides
+_UNLIKE_SHARE = GATES.unlike_share
+_UNLIKE_COST = GATES.unlike_cost
+_STEEPEST_TANGENT_SQUARED = GATES.steepest_tangent_squared
+_APART_SIDES = GATES.apart_sides
+
+
 # Where in a scan does light alternate four times around a point, at the size of a board?
 #
 # Around the centre of a 2x2 checkerboard intensity changes sign at every quarter turn: the second
@@ -25,53 +95,17 @@ __all__ = ["find_checkerboards"]
 # obliquely.
 
 
-#: radii of the circles as shares of the side
-_RADII = (0.22, 0.36)
-
-
-#: samples along a circle
-_SAMPLES = 16
-
-
-#: circles smaller than this [pixels] cannot be judged
-_SMALLEST = 1.3
-
-
-#: least strength of the second harmonic over the amplitude (2/pi for an ideal board)
-_STRENGTH = 0.30
-
-
-#: share of a side between pixels that are looked at, and that where every second pixel is
-_STRIDE, _SECOND = 0.06, 0.11
-
-
-#: least amplitude of light over its mean, in all and in a few places
-_CHANGE, _PLAIN = 0.08, 0.05
-
-
-#: mean distance of a circle from the surface, over the side
-_DEPTH = 0.25
-
-
-#: squared tangent of the steepest incidence
-_STEEPEST = float(np.tan(np.radians(70.0)) ** 2)
-
-
-#: candidates that are followed up, the strongest first
-_MOST = 400
-
-
 def candidates(image: RangeImage, intensity: NDArray[np.float32], side: float) -> NDArray[np.int64]:
     """Pixels (k, 2), row and column, the strongest first, none within half a side of another."""
     light = _light(image.index, intensity)
     sv = np.maximum(np.abs(np.sin(image.v())), 0.05)
     steps = np.stack([np.full_like(sv, image.step_v), image.step_h * sv], axis=1)
     score = np.zeros(image.shape, dtype=np.float32)
-    turns = 2 * np.pi * np.arange(_SAMPLES) / _SAMPLES
+    turns = 2 * np.pi * np.arange(GATES.circle_samples) / GATES.circle_samples
     wave = np.stack([np.sin(turns), np.cos(turns), np.sin(2 * turns), np.cos(2 * turns)])
     ranges = image.filled()
-    _score(light, ranges, steps, wave, np.array(_RADII), side, image.wraps, score)
-    rows, columns = np.nonzero(score > _STRENGTH)
+    _score(light, ranges, steps, wave, np.array(GATES.circle_sides), side, image.wraps, score)
+    rows, columns = np.nonzero(score > GATES.least_strength)
     order = np.argsort(-score[rows, columns], kind="stable")
     kept = _apart(
         rows[order].astype(np.int64),
@@ -80,7 +114,7 @@ def candidates(image: RangeImage, intensity: NDArray[np.float32], side: float) -
         steps,
         side,
         image.wraps,
-        _MOST,
+        GATES.most_candidates,
     )
     return np.stack([rows[order][kept], columns[order][kept]], axis=1).astype(np.int64)
 
@@ -102,15 +136,15 @@ def _score(light, ranges, steps, wave, radii, side, wraps, out):  # type: ignore
     for i in prange(rows):
         for j in range(columns):
             r = ranges[i, j]
-            if not r > 0.3:
+            if not r > _NEAREST_M:
                 continue
             ry, rx = side / (r * steps[i, 0]), side / (r * steps[i, 1])
-            if radii[0] * min(rx, ry) < _SMALLEST:
+            if radii[0] * min(rx, ry) < _LEAST_CIRCLE_PX:
                 continue
             if i % _stride(ry) or j % _stride(rx):
                 continue
-            p, q = slope(ranges, i, j, 0.5 * rx, 0.5 * ry, steps, wraps)
-            if p * p + q * q < _STEEPEST:
+            p, q = slope(ranges, i, j, _SLOPE_SIDES * rx, _SLOPE_SIDES * ry, steps, wraps)
+            if p * p + q * q < _STEEPEST_TANGENT_SQUARED:
                 step = steps[i] * r
                 out[i, j] = _saddle(light, ranges, i, j, p, q, step, wave, radii, side, wraps)
 
@@ -118,7 +152,7 @@ def _score(light, ranges, steps, wave, radii, side, wraps, out):  # type: ignore
 @njit(cache=True, nogil=True, inline="always")
 def _stride(size):  # type: ignore[no-untyped-def]
     """Pixels from one that is looked at to the next for boards of this side [pixels]."""
-    return max(1, int(_STRIDE * size), min(2, int(_SECOND * size)))
+    return max(1, int(_STRIDE_SIDES * size), min(2, int(_SECOND_STRIDE_SIDES * size)))
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -150,17 +184,17 @@ def _saddle(light, ranges, i, j, p, q, step, wave, radii, side, wraps):  # type:
             mean += value
             low, high = min(low, value), max(high, value)
         # the print is flat
-        if bend / count > _DEPTH * side:
+        if bend / count > _SURFACE_TOLERANCE_SIDES * side:
             return 0.0
         for k in range(count // 2):
             odd += abs(values[k] - values[k + count // 2])
     n = count * len(radii)
     half = 0.5 * (high - low)
-    if half < _CHANGE * abs(mean / n) or half <= 0:
+    if half < _LEAST_CHANGE * abs(mean / n) or half <= 0:
         return 0.0
     strength = np.sqrt(re * re + im * im) / n / half
     unlike = odd / (n / 2) / (2 * half)
-    return strength - 0.5 * max(0.0, unlike - 0.25)
+    return strength - _UNLIKE_COST * max(0.0, unlike - _UNLIKE_SHARE)
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -176,7 +210,7 @@ def _plain(light, i, j, p, q, short, step, wave, size, wraps):  # type: ignore[n
         if a < 0 or a >= rows or b < 0 or b >= columns or np.isnan(light[a, b]):
             return True
         low, high = min(low, light[a, b]), max(high, light[a, b])
-    return high - low < _PLAIN * abs(high + low)
+    return high - low < _PLAIN_CHANGE * abs(high + low)
 
 
 @njit(cache=True, nogil=True)
@@ -187,8 +221,8 @@ def _apart(rows, columns, ranges, steps, side, wraps, most):  # type: ignore[no-
     width = ranges.shape[1]
     for n in range(len(rows)):
         i, j = rows[n], columns[n]
-        reach_y = 0.5 * side / (ranges[i, j] * steps[i, 0])
-        reach_x = 0.5 * side / (ranges[i, j] * steps[i, 1])
+        reach_y = _APART_SIDES * side / (ranges[i, j] * steps[i, 0])
+        reach_x = _APART_SIDES * side / (ranges[i, j] * steps[i, 1])
         free = True
         for m in range(count):
             dy = abs(rows[kept[m]] - i)
@@ -245,7 +279,9 @@ def find_checkerboards(
     for side in sides:
         for row, column in candidates(image, intensity, side):
             window, start = points_around(image, int(row), int(column), side)
-            if start is None or any(np.linalg.norm(f.center - start) < 0.4 * s for f, s in found):
+            if start is None or any(
+                np.linalg.norm(f.center - start) < GATES.same_start_sides * s for f, s in found
+            ):
                 continue
             fit = fit_checkerboard(
                 xyz[window],
@@ -267,7 +303,7 @@ def find_checkerboards(
 def _keep(found: list[tuple[CheckerboardFit, float]], fit: CheckerboardFit, side: float) -> None:
     """Add a fit unless a better one is at the same place; then it replaces a worse one."""
     for k, (other, size) in enumerate(found):
-        if np.linalg.norm(other.center - fit.center) < 0.5 * max(size, side):
+        if np.linalg.norm(other.center - fit.center) < GATES.same_board_sides * max(size, side):
             if fit.explained > other.explained:
                 found[k] = (fit, side)
             return
@@ -276,7 +312,9 @@ def _keep(found: list[tuple[CheckerboardFit, float]], fit: CheckerboardFit, side
 
 def _inside(center: Array, found: Sequence[Detection]) -> bool:
     """Is a place on a board that was found?"""
-    return any(np.linalg.norm(d.center - center) < 2.5 * d.radius for d in found)
+    return any(
+        np.linalg.norm(d.center - center) < GATES.refused_beside_halves * d.radius for d in found
+    )
 
 
 def _detection(fit: CheckerboardFit, side: float, image: RangeImage, scan: str) -> Detection:
@@ -284,7 +322,7 @@ def _detection(fit: CheckerboardFit, side: float, image: RangeImage, scan: str) 
     away = float(np.linalg.norm(fit.center))
     sine = max(float(np.hypot(*fit.center[:2])) / away, 0.05)
     pixels = side**2 * np.cos(fit.incidence) / (away**2 * image.step_h * image.step_v * sine)
-    said = () if fit.points >= 100 else (f"only {fit.points} points",)
+    said = () if fit.points >= GATES.few_points else (f"only {fit.points} points",)
     return Detection(
         kind="checkerboard",
         scan=scan,

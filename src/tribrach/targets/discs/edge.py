@@ -9,42 +9,116 @@ Points near the edge are uncertain by their angles as well, by how much they tel
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import erfc, exp, log, sqrt
 
 import numpy as np
+from numba import njit, prange
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from tribrach._types import Array
+from tribrach.statistics import robust_sigma
+from tribrach.targets.prints.edges import BLURS, messages
+from tribrach.targets.prints.edges import GATES as LIGHT
 
-__all__ = ["PATCH", "DiscShape", "EdgeFit", "departure", "light_of", "solve"]
-
-
-#: points up to this many radii from the centre take part
-PATCH = 1.5
-
-
-#: blur of the first steps over the radius, so that a far start finds its way
-_WIDTHS = (0.5, 0.4, 0.3, 0.24, 0.2, 0.16, 0.12, 0.1, 0.08, 0.06, 0.05, 0.04)
-
-
-#: a blur below this share of the pitch has no slope
-_COARSE = 0.35
-
-
-#: beyond this pitch over the blur few points see a slope
-_DENSE = 2.0
+__all__ = [
+    "GATES",
+    "CircleEdgeGates",
+    "DiscShape",
+    "EdgeFit",
+    "departure",
+    "light_of",
+    "posterior",
+    "solve",
+]
 
 
-#: error of the model over the gain: beams are not quite normal; blurs wider than the true one
-_MISFIT, _WIDENED = 0.03, 0.35
+@dataclass(frozen=True)
+class CircleEdgeGates:
+    """How the edge of a disc is fitted and its centre told.
+
+    Chosen by hand on simulated discs from 1 to 40 pixels wide (tests/targets/test_discs: the errors
+    of the centres are as large as their covariances say); no source but where one is named.
+    """
+
+    #: points up to this many radii from the centre take part
+    patch_radii: float = 1.5
+    #: blur of the first steps over the radius, from wide to narrow: a far start finds its way
+    first_blurs_radii: tuple[float, ...] = (
+        0.5, 0.4, 0.3, 0.24, 0.2, 0.16, 0.12, 0.1, 0.08, 0.06, 0.05, 0.04,
+    )  # fmt: skip
+    #: steps at most, those of the first blurs included
+    most_steps: int = 40
+    #: steps after the first blurs before a small move may end the fit
+    settling_steps: int = 6
+    #: a smaller move of the centre ends the fit, over the radius
+    settled_radii: float = 1e-6
+    #: largest move in a step: of centre and radius over the radius, of the logarithm of the blur
+    centre_step_radii: float = 0.25
+    radius_step_radii: float = 0.1
+    blur_step_log: float = 0.5
+    #: a fitted radius below this share of the given one went astray
+    least_radius_share: float = 0.2
+    #: fewest points of a step
+    fewest_points: int = 8
+    #: a blur below this share of the distance of points has no slope that least squares could find
+    least_blur_pitches: float = 0.35
+    #: where points are farther apart than this many blurs few of them see a slope
+    coarse_pitch_blurs: float = 2.0
+    #: sigma of the mean radius that points far apart leave open, over their distance, for one point
+    coarse_radius_pitches: float = 0.3
+    #: error of the model of light over the gain: profiles of beams are not quite normal ...
+    misfit_share: float = 0.03
+    #: ... and grows by this where the blur had to be taken wider than the true one
+    widened_misfit_share: float = 0.35
+    #: residuals of light beyond this many sigmas take no part ...
+    trim_sigmas: float = 4.0
+    #: ... but in the first steps only those beyond this share of the gain
+    first_trim_gain: float = 0.8
+    #: noise of light is not believed to be below this share of the gain
+    least_noise_gain: float = 0.002
+    #: plain print begins this many blurs from the edge, or this share of the distance of points,
+    #: but not beyond this share of the radius
+    plain_blurs: float = 3.0
+    plain_pitches: float = 0.5
+    plain_radii: float = 0.3
+    #: multiples of the foretold jitter that are tried
+    jitter_multiples: tuple[float, ...] = tuple(np.exp(np.linspace(-3.0, 1.0, 13)).tolist())
+    #: how well the jitter is foretold, sigma of its logarithm
+    jitter_log_sigma: float = 0.7
+    #: points tell of the jitter where it moves their light by this share of the noise or more
+    jitter_telling_noise: float = 0.3
+    #: the wave around the edge that exceeds this many of its sigmas by most is its departure
+    departure_sigmas: float = 3.0
+    #: nodes of the grid of the posterior in each direction, and most rounds of closing in
+    grid_nodes: int = 15
+    grid_rounds: int = 6
+    #: the grid reaches out to this many sigmas
+    grid_reach_sigmas: float = 4.0
+    #: closing in ends when the grid shrinks to no less than this share
+    grid_shrinks_share: float = 0.6
+    #: the first grid: sigmas of the fit, distances of points, at most this many radii
+    first_reach_sigmas: float = 5.0
+    first_reach_pitches: float = 0.7
+    first_reach_radii: float = 0.6
+    #: radii that are tried, in sigmas of the radius: their mean and variance are right
+    radius_sigmas: tuple[float, ...] = tuple((np.sqrt(1.5) * np.array([-1.0, 0.0, 1.0])).tolist())
+    #: what the unknown profile of the beam moves the edge by, alike all around, over the blur
+    profile_blurs: float = 0.1
+    #: a blur foretold no better (sigma of its logarithm) is a guess: the fitted one is better
+    guessed_blur_log_sigma: float = 0.9
+    #: points that tell where the edge is, about; more say no more and take time
+    telling_points: int = 600
+    #: light of plain print is taken from so many points of either colour, or from the fit
+    plain_points: int = 6
+    #: least noise of light in the posterior, over half the gain
+    posterior_noise: float = 0.005
 
 
-#: residuals beyond this many sigmas take no part
-_TRIM = 4.0
+GATES = CircleEdgeGates()
 
-
-#: jitters tried over the foretold one, and how well that is foretold (logarithm)
-_JITTERS, _JITTER_SHARE = np.exp(np.linspace(-3.0, 1.0, 13)), 0.7
+# compiled code reads constants of the module, not attributes of an object
+_ASTRAY_SHARE = LIGHT.astray_share
 
 
 @dataclass(frozen=True)
@@ -67,24 +141,28 @@ class DiscShape:
     @property
     def coarse(self) -> bool:
         """Are points so far apart that few see the slope of the edge?"""
-        return self.pitch > _DENSE * self.blur
+        return self.pitch > GATES.coarse_pitch_blurs * self.blur
 
     @property
     def narrow(self) -> float:
         """Least blur [m] that least squares find a slope with."""
-        return max(self.blur, _COARSE * self.pitch)
+        return max(self.blur, GATES.least_blur_pitches * self.pitch)
 
     @property
     def misfit(self) -> float:
         """Error of the edge's model over the gain: shape of beams, and a blur that is too wide."""
-        return _MISFIT + _WIDENED * (1 - self.blur / self.narrow)
+        return GATES.misfit_share + GATES.widened_misfit_share * (1 - self.blur / self.narrow)
 
     @property
     def step(self) -> float:
         """Sigma [m] of the mean radius that points far apart leave open."""
         if not self.coarse:
             return 0.0
-        return 0.3 * self.pitch / float(np.sqrt(2 * np.pi * self.radius / self.pitch))
+        return (
+            GATES.coarse_radius_pitches
+            * self.pitch
+            / float(np.sqrt(2 * np.pi * self.radius / self.pitch))
+        )
 
 
 @dataclass(frozen=True)
@@ -120,21 +198,37 @@ def solve(flat: Array, light: Array, start: Array, shape: DiscShape) -> EdgeFit 
     narrow = shape.narrow
     p = np.array([*start, np.log(narrow), shape.radius])
     jitter, noise, use, n = shape.jitter, 0.0, np.ones(len(light), dtype=bool), np.eye(6)
-    limit = np.array([*[0.25 * shape.radius] * 2, np.inf, np.inf, 0.5, 0.1 * shape.radius])
-    for step in range(40):
-        fixed = step < len(_WIDTHS)
+    blurs = GATES.first_blurs_radii
+    centre, radius = GATES.centre_step_radii, GATES.radius_step_radii
+    limit = np.array(
+        [
+            centre * shape.radius,
+            centre * shape.radius,
+            np.inf,
+            np.inf,
+            GATES.blur_step_log,
+            radius * shape.radius,
+        ]
+    )
+    for step in range(GATES.most_steps):
+        fixed = step < len(blurs)
         if fixed:
-            p[4] = np.log(max(narrow, _WIDTHS[step] * shape.radius))
+            p[4] = np.log(max(narrow, blurs[step] * shape.radius))
         value, j = light_of(flat, p, shape.slope)
         v, edge, model = light - value, np.abs(j[:, 5]), _model_error(j, p, shape.misfit)
-        noise = max(_noise(flat, v, p, shape.pitch), 0.002 * abs(p[3]))
-        near = np.hypot(*(flat - p[:2]).T) < PATCH * shape.radius
+        noise = max(_noise(flat, v, p, shape.pitch), GATES.least_noise_gain * abs(p[3]))
+        near = np.hypot(*(flat - p[:2]).T) < GATES.patch_radii * shape.radius
         if not fixed and step % 3 == 0:
             known = np.hypot(noise, model)[use & near]
             jitter = _jitter(v[use & near], edge[use & near], known, shape.jitter)
         total = np.sqrt(noise**2 + model**2 + (jitter * edge) ** 2)
-        use = near & (np.abs(v) < np.maximum(_TRIM * total, 0.8 * abs(p[3]) if fixed else 0))
-        if use.sum() < 8 or noise <= 0:
+        use = near & (
+            np.abs(v)
+            < np.maximum(
+                GATES.trim_sigmas * total, GATES.first_trim_gain * abs(p[3]) if fixed else 0
+            )
+        )
+        if use.sum() < GATES.fewest_points or noise <= 0:
             return None
         w = 1 / total[use] ** 2
         n = j[use].T @ (j[use] * w[:, None])
@@ -149,9 +243,15 @@ def solve(flat: Array, light: Array, start: Array, shape: DiscShape) -> EdgeFit 
         if not np.isfinite(move).all():
             return None
         p = p + np.clip(move, -limit, limit)
-        if not np.hypot(*(p[:2] - start[:2])) < shape.radius or not p[5] > 0.2 * shape.radius:
+        if (
+            not np.hypot(*(p[:2] - start[:2])) < shape.radius
+            or not p[5] > GATES.least_radius_share * shape.radius
+        ):
             return None
-        if step > len(_WIDTHS) + 6 and np.abs(move[:2]).max() < 1e-6 * shape.radius:
+        if (
+            step > len(blurs) + GATES.settling_steps
+            and np.abs(move[:2]).max() < GATES.settled_radii * shape.radius
+        ):
             break
     chi = float(np.mean(v[use] ** 2 * w))
     covariance = _inverse(n)
@@ -183,24 +283,27 @@ def _inverse(n: Array) -> Array | None:
 def _noise(flat: Array, v: Array, p: Array, pitch: float) -> float:
     """Noise of light on plain print, on both sides of the edge together."""
     away = np.hypot(*(flat - p[:2]).T)
-    gap = min(max(3 * np.exp(p[4]), 0.5 * pitch), 0.3 * p[5])
-    plain = (np.abs(away - p[5]) > gap) & (away < PATCH * p[5])
+    gap = min(
+        max(GATES.plain_blurs * np.exp(p[4]), GATES.plain_pitches * pitch), GATES.plain_radii * p[5]
+    )
+    plain = (np.abs(away - p[5]) > gap) & (away < GATES.patch_radii * p[5])
     inside = away < p[5]
     parts = [v[plain & side] for side in (inside, ~inside)]
     left = np.concatenate([part - np.median(part) for part in parts if len(part)] or [v])
-    return float(1.4826 * np.median(np.abs(left)))
+    return robust_sigma(left, about=0.0)
 
 
 def _jitter(v: Array, edge: Array, noise: Array, foretold: float) -> float:
     """Likeliest sigma [m] of a point's place, from residuals (n,) and slopes (n,) at the edge."""
-    on = edge * foretold > 0.3 * noise
+    on = edge * foretold > GATES.jitter_telling_noise * noise
     if not on.any():
         return foretold
-    sizes = foretold * _JITTERS
+    multiples = np.array(GATES.jitter_multiples)
+    sizes = foretold * multiples
     variance = noise[on] ** 2 + (sizes[:, None] * edge[on]) ** 2
-    square = np.minimum(v[on] ** 2, (_TRIM**2) * variance)
+    square = np.minimum(v[on] ** 2, (GATES.trim_sigmas**2) * variance)
     cost = (np.log(variance) + square / variance).sum(axis=1)
-    return float(sizes[np.argmin(cost + (np.log(_JITTERS) / _JITTER_SHARE) ** 2)])
+    return float(sizes[np.argmin(cost + (np.log(multiples) / GATES.jitter_log_sigma) ** 2)])
 
 
 def departure(flat: Array, light: Array, fit: EdgeFit, shape: DiscShape) -> tuple[float, float]:
@@ -213,7 +316,7 @@ def departure(flat: Array, light: Array, fit: EdgeFit, shape: DiscShape) -> tupl
     turn = np.arctan2(d[:, 1], d[:, 0])
     waves = [f(k * turn) for k in (2, 3, 4) for f in (np.cos, np.sin)]
     a = np.column_stack([j[:, :4], *[j[:, 5] * wave for wave in waves]])
-    use = np.hypot(d[:, 0], d[:, 1]) < PATCH * shape.radius
+    use = np.hypot(d[:, 0], d[:, 1]) < GATES.patch_radii * shape.radius
     model = _model_error(j, fit.p, shape.misfit)
     w = 1 / (fit.noise**2 + model**2 + (fit.jitter * j[:, 5]) ** 2)
     scale = 1 / np.maximum(np.sqrt((a[use] ** 2 * w[use, None]).sum(axis=0)), 1e-300)
@@ -227,5 +330,120 @@ def departure(flat: Array, light: Array, fit: EdgeFit, shape: DiscShape) -> tupl
     sigma = np.sqrt(np.diag(cover) * chi) * scale
     size = np.hypot(x[4::2], x[5::2])
     error = np.hypot(sigma[4::2], sigma[5::2])
-    worst = int(np.argmax(size - 3 * error))
+    worst = int(np.argmax(size - GATES.departure_sigmas * error))
     return float(size[worst]), float(error[worst])
+
+
+# Where the centre of a printed disc is, and how sure that is, from the points near its edge.
+#
+# As with the edges of checkerboards each point's light says how far its beam was from the edge,
+# or only on which side of it. The posterior of the centre is summed over a grid that closes in
+# on it, for several blurs and radii, so that scans much coarser than the beam, where any circle
+# between two rings of points fits and least squares has no slope, are treated like dense ones.
+
+
+def posterior(flat: Array, light: Array, fit: EdgeFit, shape: DiscShape) -> tuple[Array, Array]:
+    """Mean (2,) and covariance (2, 2) of the centre [m] over all that points allow.
+
+    flat (n, 2) [m], light (n,) : of the points of the plane; fit : by least squares, with the
+    radius known to what ``shape`` says.
+    """
+    d = flat - fit.p[:2]
+    away = np.maximum(np.hypot(d[:, 0], d[:, 1]), 1e-9)
+    stretch = np.sqrt(1 + (d @ shape.slope / away) ** 2)
+    spread = np.sqrt(np.diag(fit.covariance)[:2])
+    reach = np.minimum(
+        np.maximum(GATES.first_reach_sigmas * spread, GATES.first_reach_pitches * shape.pitch),
+        GATES.first_reach_radii * shape.radius,
+    )
+    # a blur that is hardly foretold is the one that was found; it holds the jitter of places too
+    blur = (
+        shape.blur if shape.blur_share < GATES.guessed_blur_log_sigma else float(np.exp(fit.p[4]))
+    )
+    beam = float(np.sqrt(max(blur**2 - 0.25 * shape.jitter**2, 0.25 * blur**2)))
+    jitter = max(shape.jitter, fit.jitter)
+    tail = GATES.plain_blurs * float(np.hypot(beam, jitter)) * stretch
+    near = np.abs(away - fit.p[5]) < tail + 2 * float(reach.max())
+    use = np.flatnonzero(near & (away < GATES.patch_radii * shape.radius))
+    use = use[:: max(1, len(use) // GATES.telling_points)]
+    level, noise = _levels(away, light, fit, float(np.median(tail)))
+    level = level[use]
+    told = [
+        messages(level, noise, beam * share * stretch[use], jitter * stretch[use])
+        for share in BLURS
+    ]
+    sigma = float(np.hypot(shape.radius_sigma, GATES.profile_blurs * beam))
+    radii = [
+        fit.p[5] + sigma * k - (beam * stretch[use]) ** 2 / (2 * shape.radius)
+        for k in GATES.radius_sigmas
+    ]
+    return _closed_in(flat[use], told, radii, fit.p[:2], reach)
+
+
+def _levels(away: Array, light: Array, fit: EdgeFit, clear: float) -> tuple[Array, float]:
+    """Light (n,) as -1 outside and 1 inside, from the plain parts, and its noise."""
+    clear = min(clear, GATES.plain_radii * fit.p[5])
+    low, high = fit.p[2], fit.p[2] + fit.p[3]
+    inner, outer = light[away < fit.p[5] - clear], light[away > fit.p[5] + clear]
+    if min(len(inner), len(outer)) >= GATES.plain_points:
+        low, high = float(np.median(outer)), float(np.median(inner))
+    half = (high - low) / 2
+    return (light - low) / half - 1, max(fit.noise / abs(half), GATES.posterior_noise)
+
+
+def _closed_in(
+    flat: Array,
+    told: list[tuple[Array, Array, NDArray[np.int8]]],
+    radii: list[Array],
+    mean: Array,
+    reach: Array,
+) -> tuple[Array, Array]:
+    """Mean (2,) and covariance (2, 2) over a grid around ``mean`` that closes in."""
+    covariance = np.diag(reach**2)
+    for _ in range(GATES.grid_rounds):
+        nodes = [
+            m + np.linspace(-1, 1, GATES.grid_nodes) * r for m, r in zip(mean, reach, strict=True)
+        ]
+        score = np.empty((len(told), len(radii), GATES.grid_nodes, GATES.grid_nodes))
+        for k, (place, sigma, kind) in enumerate(told):
+            share = np.log(BLURS[k])
+            # a density of light is one of places times the blur
+            prior = (kind == 0).sum() * share - 0.5 * (share / LIGHT.blur_log_sigma) ** 2
+            for m, radius in enumerate(radii):
+                _score(flat, radius, place, sigma, kind, nodes[0], nodes[1], score[k, m])
+            score[k] += prior
+        weight = np.exp(score - score.max()).sum(axis=(0, 1))
+        weight /= weight.sum()
+        mean = np.array([weight.sum(axis=1) @ nodes[0], weight.sum(axis=0) @ nodes[1]])
+        a, b = nodes[0] - mean[0], nodes[1] - mean[1]
+        cross = a @ weight @ b
+        covariance = np.array(
+            [[weight.sum(axis=1) @ a**2, cross], [cross, weight.sum(axis=0) @ b**2]]
+        )
+        step, before = 2 * reach / (GATES.grid_nodes - 1), reach
+        reach = np.maximum(GATES.grid_reach_sigmas * np.sqrt(np.diag(covariance)), 1.5 * step)
+        if (reach > GATES.grid_shrinks_share * before).all():
+            break
+    return mean, covariance
+
+
+@njit(cache=True, nogil=True, parallel=True)
+def _score(flat, radius, place, sigma, kind, xs, ys, out):  # type: ignore[no-untyped-def]
+    """Log-likelihood of every centre."""
+    for i in prange(len(xs)):
+        for j in range(len(ys)):
+            total = 0.0
+            for n in range(len(flat)):
+                dx, dy = flat[n, 0] - xs[i], flat[n, 1] - ys[j]
+                z = (radius[n] - sqrt(dx * dx + dy * dy) - place[n]) / sigma[n]
+                if kind[n] == 0:
+                    total += log(exp(-0.5 * z * z) + _ASTRAY_SHARE)
+                else:
+                    y = kind[n] * z
+                    # a side that is right beyond doubt costs nothing
+                    total += (
+                        log(0.5 * erfc(-y / sqrt(2.0)) + _ASTRAY_SHARE)
+                        if y < 6
+                        else log(1 + _ASTRAY_SHARE)
+                    )
+            out[i, j] = total

@@ -9,34 +9,143 @@ around them by much (retroreflecting sheets) take their distance from the ground
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import erfc, exp, log, sqrt
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from tribrach._types import Array, Mask
-from tribrach.targets.discs.edge import PATCH, DiscShape, EdgeFit, departure, light_of, solve
-from tribrach.targets.prints.edges import ASTRAY, BLUR_SHARE, BLURS, messages
+from tribrach.statistics import robust_sigma
+from tribrach.targets.discs.edge import GATES as EDGE
+from tribrach.targets.discs.edge import DiscShape, EdgeFit, departure, light_of, posterior, solve
 from tribrach.targets.prints.plane import BoardPlane, fit_board_plane
 
 __all__ = ["DiscFit", "fit_disc"]
 
+
+@dataclass(frozen=True)
+class DiscGates:
+    """What a printed disc is, and what is refused.
+
+    Chosen by hand on simulated discs among tiles, squares, knobs and plates, so that all discs pass
+    and nothing else (tests/targets/test_discs, benchmarks/target_search); no source but where one
+    is named.
+    """
+
+    #: points looked at lie within this many radii of the start
+    reach_radii: float = 1.8
+    #: fewest points around a disc, and on it
+    fewest_points: int = 16
+    fewest_on_disc: int = 8
+    #: fewest points inside and around that tell the light of a start
+    fewest_for_light: int = 3
+    #: the start takes what lies within this as disc, what lies between the others as ground
+    start_inside_radii: float = 0.6
+    start_ground_radii: tuple[float, float] = (1.15, 1.6)
+    #: points as light as the disc count for its start within this many radii
+    start_like_radii: float = 1.2
+    #: bright and dark are parted halfway between these quantiles of light
+    light_quantiles: tuple[float, float] = (0.1, 0.9)
+
+    #: the print is not looked at more obliquely than this [rad]
+    steepest_rad: float = float(np.radians(66.0))
+    #: points are on the plane within this many of its rms, at least within this share of the radius
+    on_plane_sigmas: float = 5.0
+    on_plane_radii: float = 0.03
+    #: least share of the points around that is on the plane
+    on_plane_share: float = 0.5
+    #: largest rms of the plane: over the radius, or over the known noise of ranges
+    most_rms_radii: float = 0.06
+    most_rms_sigmas: float = 4.0
+    #: points are off the plane beyond this many widths of the gate, at least beyond this [m];
+    #: beams that brush them are left out, within this many diameters of the beam
+    off_plane_gates: float = 3.0
+    off_plane_m: float = 0.01
+    brushing_footprints: float = 0.6
+    #: largest bend of the print over its radius, or in sigmas (``radius_sigmas``)
+    bend_radii: float = 0.02
+    #: the bend is told by what lies within this many radii
+    bend_reach_radii: float = 1.3
+    #: fewer points tell no bend
+    bend_points: int = 12
+
+    #: sigma of the angles of a point where nobody states it [rad]
+    usual_angle_rad: float = 2e-5
+    #: blur of the edge where the beam is unknown, over the distance of points
+    unknown_blur_pitches: float = 0.3
+    #: how well the blur is foretold with a known beam and without, sigma of its logarithm
+    blur_log_sigma: float = 0.5
+    unknown_blur_log_sigma: float = 1.0
+    #: sigma of the normal beam that blurs an edge as a footprint does, over its diameter
+    blur_footprints: float = 0.25
+    #: least blur over the radius, least jitter over the blur
+    least_blur_radii: float = 2e-3
+    least_jitter_blurs: float = 0.02
+    #: sigma of the radius in the fit that leaves it free, over the radius
+    free_radius_share: float = 0.2
+    #: a print's radius is known to this share of it
+    known_radius_share: float = 0.005
+
+    #: least contrast over noise
+    least_contrast: float = 5.0
+    #: least share of the variance of light that the disc explains ...
+    explained_share: float = 0.75
+    #: ... and where points are nearer than ``close_pitch_radii`` and light has little noise
+    clear_explained_share: float = 0.86
+    close_pitch_radii: float = 0.1
+    #: points so near the edge tell nothing in coarse scans: over their distance, over the radius
+    edge_gap_pitches: float = 0.4
+    edge_gap_radii: float = 0.2
+    #: least share of the edge that is seen, and of that where light changes as it should
+    edge_seen_share: float = 0.6
+    edge_shown_share: float = 0.8
+    #: sectors of the circle that the edge is judged in, and with so many points or fewer
+    sectors: int = 24
+    few_sectors: int = 8
+    many_points: int = 240
+    #: the edge is judged by points beyond this many radii
+    ring_radii: float = 0.5
+    #: a sector is seen with this share of the points of the fullest
+    sector_points_share: float = 0.2
+    #: a sector tells of the edge if the variance of the disc's share in it is above this
+    sector_swing: float = 0.1
+    #: light changes in a sector if it does by this share of the gain
+    sector_change_share: float = 0.5
+    #: radius and roundness are right within this share of the radius, or within so many sigmas
+    radius_share: float = 0.05
+    radius_sigmas: float = 4.0
+    #: a radius that is told no better than this share of itself is no evidence
+    vague_radius_share: float = 0.25
+    #: refusals are texture and not listed: low contrast and less explained than this ...
+    texture_explained_share: float = 0.3
+    #: ... less of the edge shown than this, or less explained by a disc of enough contrast
+    texture_shown_share: float = 0.5
+    texture_disc_share: float = 0.6
+    #: print and ground that differ by more in range [m]: print that throws the beam back
+    retro_m: float = 5e-3
+
+    #: residuals of the distance beyond this many sigmas take no part
+    trim_sigmas: float = 3.5
+    #: rounds of trimming at most
+    trim_rounds: int = 6
+    #: a foretold sigma of ranges counts as much as so many points
+    foretold_points: int = 6
+    #: least sigma of a range [m]
+    least_sigma_m: float = 1e-6
+    #: cells along a side of the patch for the test of independence, points that one must hold, and
+    #: cells that the test needs
+    cells: int = 7
+    cell_points: int = 4
+    fewest_cells: int = 12
+    #: variance of means over cells that chance makes of independent points, in its sigmas
+    chance_sigmas: float = 2.0
+
+
+GATES = DiscGates()
+
+
 # Is a print flat, and how well is the distance of its plane known? From its range residuals.
-
-
-#: residuals beyond this many sigmas take no part
-_TRIM = 3.5
-
-
-#: cells along a side of the patch for the test of independence, points that one must hold
-_CELLS, _HELD = 7, 4
-
-
-#: a foretold sigma counts as much as so many points
-_HELD_BY = 6
 
 
 def bend(place: Array, residual: Array, bright: Mask) -> tuple[float, float]:
@@ -47,7 +156,7 @@ def bend(place: Array, residual: Array, bright: Mask) -> tuple[float, float]:
     """
     x, y = place.T
     a = np.column_stack([bright, ~bright, x, y, x * x, x * y, y * y]).astype(float)
-    if len(a) < 12:
+    if len(a) < GATES.bend_points:
         return 0.0, 0.0
     found, _, rank, _ = np.linalg.lstsq(a, residual)
     if rank < a.shape[1]:
@@ -86,9 +195,9 @@ def distance(
         a = a[:, :3]
     use, found = np.ones(len(x), dtype=bool), np.zeros(a.shape[1])
     left, own = residual, np.ones(len(x))
-    for turn in range(6):
+    for turn in range(GATES.trim_rounds):
         own = _sigmas(left, bright, use, sigma, robust=turn == 0)
-        before, use = use, np.abs(left) < _TRIM * own
+        before, use = use, np.abs(left) < GATES.trim_sigmas * own
         w = use / own**2
         cover = np.linalg.pinv((a * w[:, None]).T @ a)
         found = cover @ (a.T @ (w * residual))
@@ -107,187 +216,30 @@ def _sigmas(left: Array, bright: Mask, use: Mask, sigma: float, *, robust: bool)
         mine = left[own & use]
         n = len(mine)
         if robust and n > 3:
-            size = 1.4826 * float(np.median(np.abs(mine - np.median(mine))))
+            size = robust_sigma(mine)
             square = max(size, sigma) ** 2 * n
         else:
             square = float(mine @ mine)
-        held = _HELD_BY if sigma > 0 else 0
+        held = GATES.foretold_points if sigma > 0 else 0
         # two of the four unknowns are each colour's; the spread of a spread widens what it says
         freedom = max(n - 2 + held - 2, 1)
         out[own] = np.sqrt((square + held * sigma**2) / freedom)
-    return np.maximum(out, 1e-6)
+    return np.maximum(out, GATES.least_sigma_m)
 
 
 def _excess(x: Array, left: Array) -> float:
     """Variance of means over cells times their numbers, over that of single points, at least 1."""
-    cell = np.floor((x + 1.5) * (_CELLS / 3)).astype(int).clip(0, _CELLS - 1)
-    number = cell[:, 0] * _CELLS + cell[:, 1]
-    count = np.bincount(number, minlength=_CELLS**2)
-    held = count >= _HELD
-    if held.sum() < 12:
+    cell = np.floor((x + 1.5) * (GATES.cells / 3)).astype(int).clip(0, GATES.cells - 1)
+    number = cell[:, 0] * GATES.cells + cell[:, 1]
+    count = np.bincount(number, minlength=GATES.cells**2)
+    held = count >= GATES.cell_points
+    if held.sum() < GATES.fewest_cells:
         return 1.0
-    total = np.bincount(number, left, _CELLS**2)[held]
+    total = np.bincount(number, left, GATES.cells**2)[held]
     ratio = float((total**2 / count[held]).sum() / (held.sum() - 4))
     # what chance makes of independent points is not taken for more
-    chance = 1 + 2 * float(np.sqrt(2 / (held.sum() - 4)))
+    chance = 1 + GATES.chance_sigmas * float(np.sqrt(2 / (held.sum() - 4)))
     return max(1.0, ratio) if ratio > chance else 1.0
-
-
-# Where the centre of a printed disc is, and how sure that is, from the points near its edge.
-#
-# As with the edges of checkerboards each point's light says how far its beam was from the edge,
-# or only on which side of it. The posterior of the centre is summed over a grid that closes in
-# on it, for several blurs and radii, so that scans much coarser than the beam, where any circle
-# between two rings of points fits and least squares has no slope, are treated like dense ones.
-
-
-#: nodes of the grid in each direction, most rounds of closing in, sigmas that the grid reaches
-_NODES, _ROUNDS, _REACH = 15, 6, 4.0
-
-
-#: radii that are tried, in sigmas of the radius: mean and variance are right
-_RADII = np.sqrt(1.5) * np.array([-1.0, 0.0, 1.0])
-
-
-#: what the beams' unknown profile moves the edge by, in all directions alike, over the blur
-_PROFILE = 0.1
-
-
-#: blurs foretold no better than this (logarithm) are guesses
-_GUESSED = 0.9
-
-
-#: points that tell where the edge is, about
-_PLENTY = 600
-
-
-def posterior(flat: Array, light: Array, fit: EdgeFit, shape: DiscShape) -> tuple[Array, Array]:
-    """Mean (2,) and covariance (2, 2) of the centre [m] over all that points allow.
-
-    flat (n, 2) [m], light (n,) : of the points of the plane; fit : by least squares, with the
-    radius known to what ``shape`` says.
-    """
-    d = flat - fit.p[:2]
-    away = np.maximum(np.hypot(d[:, 0], d[:, 1]), 1e-9)
-    stretch = np.sqrt(1 + (d @ shape.slope / away) ** 2)
-    spread = np.sqrt(np.diag(fit.covariance)[:2])
-    reach = np.minimum(np.maximum(5 * spread, 0.7 * shape.pitch), 0.6 * shape.radius)
-    # a blur that is hardly foretold is the one that was found; it holds the jitter of places too
-    blur = shape.blur if shape.blur_share < _GUESSED else float(np.exp(fit.p[4]))
-    beam = float(np.sqrt(max(blur**2 - 0.25 * shape.jitter**2, 0.25 * blur**2)))
-    jitter = max(shape.jitter, fit.jitter)
-    tail = 3 * float(np.hypot(beam, jitter)) * stretch
-    near = np.abs(away - fit.p[5]) < tail + 2 * float(reach.max())
-    use = np.flatnonzero(near & (away < PATCH * shape.radius))
-    use = use[:: max(1, len(use) // _PLENTY)]
-    level, noise = _levels(away, light, fit, float(np.median(tail)))
-    level = level[use]
-    told = [
-        messages(level, noise, beam * share * stretch[use], jitter * stretch[use])
-        for share in BLURS
-    ]
-    sigma = float(np.hypot(shape.radius_sigma, _PROFILE * beam))
-    radii = [fit.p[5] + sigma * k - (beam * stretch[use]) ** 2 / (2 * shape.radius) for k in _RADII]
-    return _closed_in(flat[use], told, radii, fit.p[:2], reach)
-
-
-def _levels(away: Array, light: Array, fit: EdgeFit, clear: float) -> tuple[Array, float]:
-    """Light (n,) as -1 outside and 1 inside, from the plain parts, and its noise."""
-    clear = min(clear, 0.3 * fit.p[5])
-    low, high = fit.p[2], fit.p[2] + fit.p[3]
-    inner, outer = light[away < fit.p[5] - clear], light[away > fit.p[5] + clear]
-    if min(len(inner), len(outer)) >= 6:
-        low, high = float(np.median(outer)), float(np.median(inner))
-    half = (high - low) / 2
-    return (light - low) / half - 1, max(fit.noise / abs(half), 0.005)
-
-
-def _closed_in(
-    flat: Array,
-    told: list[tuple[Array, Array, NDArray[np.int8]]],
-    radii: list[Array],
-    mean: Array,
-    reach: Array,
-) -> tuple[Array, Array]:
-    """Mean (2,) and covariance (2, 2) over a grid around ``mean`` that closes in."""
-    covariance = np.diag(reach**2)
-    for _ in range(_ROUNDS):
-        nodes = [m + np.linspace(-1, 1, _NODES) * r for m, r in zip(mean, reach, strict=True)]
-        score = np.empty((len(told), len(radii), _NODES, _NODES))
-        for k, (place, sigma, kind) in enumerate(told):
-            share = np.log(BLURS[k])
-            # a density of light is one of places times the blur
-            prior = (kind == 0).sum() * share - 0.5 * (share / BLUR_SHARE) ** 2
-            for m, radius in enumerate(radii):
-                _score(flat, radius, place, sigma, kind, nodes[0], nodes[1], score[k, m])
-            score[k] += prior
-        weight = np.exp(score - score.max()).sum(axis=(0, 1))
-        weight /= weight.sum()
-        mean = np.array([weight.sum(axis=1) @ nodes[0], weight.sum(axis=0) @ nodes[1]])
-        a, b = nodes[0] - mean[0], nodes[1] - mean[1]
-        cross = a @ weight @ b
-        covariance = np.array(
-            [[weight.sum(axis=1) @ a**2, cross], [cross, weight.sum(axis=0) @ b**2]]
-        )
-        step, before = 2 * reach / (_NODES - 1), reach
-        reach = np.maximum(_REACH * np.sqrt(np.diag(covariance)), 1.5 * step)
-        if (reach > 0.6 * before).all():
-            break
-    return mean, covariance
-
-
-@njit(cache=True, nogil=True, parallel=True)
-def _score(flat, radius, place, sigma, kind, xs, ys, out):  # type: ignore[no-untyped-def]
-    """Log-likelihood of every centre."""
-    for i in prange(len(xs)):
-        for j in range(len(ys)):
-            total = 0.0
-            for n in range(len(flat)):
-                dx, dy = flat[n, 0] - xs[i], flat[n, 1] - ys[j]
-                z = (radius[n] - sqrt(dx * dx + dy * dy) - place[n]) / sigma[n]
-                if kind[n] == 0:
-                    total += log(exp(-0.5 * z * z) + ASTRAY)
-                else:
-                    y = kind[n] * z
-                    # a side that is right beyond doubt costs nothing
-                    total += log(0.5 * erfc(-y / sqrt(2.0)) + ASTRAY) if y < 6 else log(1 + ASTRAY)
-            out[i, j] = total
-
-
-#: fewest points around and on a disc
-FEWEST, _ON_DISC = 16, 8
-
-
-#: the print is not looked at more obliquely than this [rad]
-_STEEPEST = np.radians(66.0)
-
-
-#: least contrast over noise, least share of the variance of light that the disc explains
-_CONTRAST, _EXPLAINED = 5.0, 0.75
-
-
-#: the same share where points are nearer than this share of the radius and light has little noise
-_CLEAR, _CLOSE = 0.86, 0.1
-
-
-#: radius and roundness are right within this share of the radius, or within so many sigmas
-_SHARE, _SIGMAS = 0.05, 4.0
-
-
-#: the print is flat within this share of the radius, and least share of points on its plane
-_FLAT, _ON_PLANE = 0.02, 0.5
-
-
-#: least share of the edge that is seen, and of that where light changes as it should
-_COVERAGE, _SHOWN = 0.6, 0.8
-
-
-#: print and ground that differ by more in range [m]: print that throws the beam back
-_RETRO = 5e-3
-
-
-#: a print's radius is known to this share of it
-_RADIUS_SHARE = 0.005
 
 
 @dataclass(frozen=True)
@@ -321,7 +273,7 @@ class DiscFit:
     @property
     def retro(self) -> bool:
         """Does the print throw the beam back, so that the distance is that of the ground?"""
-        return abs(self.split) > _RETRO
+        return abs(self.split) > GATES.retro_m
 
 
 @dataclass(frozen=True)
@@ -354,9 +306,11 @@ def fit_disc(
     direction [m].
     """
     light = np.asarray(intensity, dtype=float)
-    close = (np.linalg.norm(xyz - start, axis=1) < 1.8 * radius) & np.isfinite(light)
-    if close.sum() < FEWEST:
-        return NoDisc(f"only {int(close.sum())} points on and around it, {FEWEST} are needed")
+    close = (np.linalg.norm(xyz - start, axis=1) < GATES.reach_radii * radius) & np.isfinite(light)
+    if close.sum() < GATES.fewest_points:
+        return NoDisc(
+            f"only {int(close.sum())} points on and around it, {GATES.fewest_points} are needed"
+        )
     patch = _Patch(xyz[close], light[close], radius, footprint, sigma_range, sigma_angle)
     first = patch.placed(start)
     # the first plane is that of what lies around the start, the second that of the print alone
@@ -393,10 +347,12 @@ class _Patch:
 
     def lay(self, near: Array) -> NoDisc | None:
         """Fit the plane around a place (3,) and find the points that lie on it."""
-        use = np.linalg.norm(self.xyz - near, axis=1) < PATCH * self.radius
-        if use.sum() < FEWEST:
-            return NoDisc(f"only {int(use.sum())} points on and around it, {FEWEST} are needed")
-        low, high = np.quantile(self.light[use], [0.1, 0.9])
+        use = np.linalg.norm(self.xyz - near, axis=1) < EDGE.patch_radii * self.radius
+        if use.sum() < GATES.fewest_points:
+            return NoDisc(
+                f"only {int(use.sum())} points on and around it, {GATES.fewest_points} are needed"
+            )
+        low, high = np.quantile(self.light[use], GATES.light_quantiles)
         self.bright = self.light > (low + high) / 2
         plane = fit_board_plane(self.xyz[use], self.bright[use], near, 0.0)
         if plane is None:
@@ -405,16 +361,18 @@ class _Patch:
         away = float(np.linalg.norm(near))
         slope = abs(float(near @ plane.normal)) / away
         self.incidence = float(np.arccos(min(1.0, slope)))
-        if self.incidence > _STEEPEST:
+        if self.incidence > GATES.steepest_rad:
             return NoDisc(f"the beam meets it at {np.degrees(self.incidence):.0f} degrees")
         self.flat = plane.project(self.xyz)
         self.residual = self._residual()
-        gate = max(5 * plane.rms, 0.03 * self.radius)
+        gate = max(GATES.on_plane_sigmas * plane.rms, GATES.on_plane_radii * self.radius)
         self.on = self._clean(np.abs(self.residual) < gate, gate)
-        within = np.hypot(*self.flat.T) < PATCH * self.radius
-        if not (self.on & within).sum() > _ON_PLANE * within.sum():
+        within = np.hypot(*self.flat.T) < EDGE.patch_radii * self.radius
+        if not (self.on & within).sum() > GATES.on_plane_share * within.sum():
             return NoDisc("it is not flat: most of what lies around it is off its plane")
-        if plane.rms > max(0.06 * self.radius, 4 * self._range_sigma()):
+        if plane.rms > max(
+            GATES.most_rms_radii * self.radius, GATES.most_rms_sigmas * self._range_sigma()
+        ):
             return NoDisc(f"it is not flat: its points scatter by {1e3 * plane.rms:.1f} mm")
         self.shape = self._shape(near, int((self.on & within).sum()))
         return None
@@ -434,10 +392,10 @@ class _Patch:
 
     def _clean(self, on: Mask, gate: float) -> Mask:
         """Points on the plane whose beams do not brush something off it."""
-        off = np.abs(self.residual) > max(3 * gate, 0.01)
+        off = np.abs(self.residual) > max(GATES.off_plane_gates * gate, GATES.off_plane_m)
         if not off.any() or not self.footprint or not on.any():
             return on
-        reach = 0.6 * self.footprint / np.cos(self.incidence)
+        reach = GATES.brushing_footprints * self.footprint / np.cos(self.incidence)
         distance, _ = cKDTree(self.flat[off]).query(self.flat[on], distance_upper_bound=reach)
         out = on.copy()
         out[np.flatnonzero(on)[np.isfinite(distance)]] = False
@@ -446,18 +404,22 @@ class _Patch:
     def _shape(self, near: Array, count: int) -> DiscShape:
         """What is known of the disc before the fit."""
         away = float(np.linalg.norm(near))
-        pitch = float(np.sqrt(np.pi / max(count, 1))) * PATCH * self.radius
-        jitter = (2e-5 if self.sigma_angle is None else self.sigma_angle) * away
-        blur = 0.3 * pitch if self.footprint is None else self.footprint / 4
-        blur = max(float(np.hypot(blur, 0.5 * jitter)), 2e-3 * self.radius)
+        pitch = float(np.sqrt(np.pi / max(count, 1))) * EDGE.patch_radii * self.radius
+        jitter = (GATES.usual_angle_rad if self.sigma_angle is None else self.sigma_angle) * away
+        blur = (
+            GATES.unknown_blur_pitches * pitch
+            if self.footprint is None
+            else GATES.blur_footprints * self.footprint
+        )
+        blur = max(float(np.hypot(blur, 0.5 * jitter)), GATES.least_blur_radii * self.radius)
         along = self.plane.axes @ near / away
         return DiscShape(
             self.radius,
-            0.2 * self.radius,
+            GATES.free_radius_share * self.radius,
             along / np.cos(self.incidence),
             blur,
-            1.0 if self.footprint is None else 0.5,
-            max(jitter, 0.02 * blur),
+            GATES.unknown_blur_log_sigma if self.footprint is None else GATES.blur_log_sigma,
+            max(jitter, GATES.least_jitter_blurs * blur),
             pitch,
         )
 
@@ -465,17 +427,18 @@ class _Patch:
         """The edge with a free radius, if there is one."""
         flat, light = self.flat[self.on], self.light[self.on]
         away = np.hypot(*flat.T)
-        inner, ring = (
-            away < 0.6 * self.radius,
-            (away > 1.15 * self.radius) & (away < 1.6 * self.radius),
-        )
-        if inner.sum() < 3 or ring.sum() < 3:
-            return NoDisc(f"only {int(inner.sum())} points on it, {_ON_DISC} are needed")
+        low, high = GATES.start_ground_radii
+        inner = away < GATES.start_inside_radii * self.radius
+        ring = (away > low * self.radius) & (away < high * self.radius)
+        if min(inner.sum(), ring.sum()) < GATES.fewest_for_light:
+            return NoDisc(
+                f"only {int(inner.sum())} points on it, {GATES.fewest_on_disc} are needed"
+            )
         high, low = float(np.median(light[inner])), float(np.median(light[ring]))
         centre = np.zeros(2)
         for _ in range(3):
             like = (light - low) / (high - low if high != low else 1.0) > 0.5
-            like &= np.hypot(*(flat - centre).T) < 1.2 * self.radius
+            like &= np.hypot(*(flat - centre).T) < GATES.start_like_radii * self.radius
             if like.any():
                 centre = flat[like].mean(axis=0)
         solved = solve(flat, light, np.array([*centre, low, high - low]), self.shape)
@@ -489,7 +452,7 @@ class _Patch:
         reason = self._doubt(flat, light, free)
         if reason is not None:
             return reason
-        known = replace(self.shape, radius_sigma=_RADIUS_SHARE * self.radius)
+        known = replace(self.shape, radius_sigma=GATES.known_radius_share * self.radius)
         solved = solve(flat, light, free.p[:4], known)
         if solved is None:
             return NoDisc("the fit of its edge does not converge")
@@ -504,55 +467,59 @@ class _Patch:
         seen, shown = self._edge_seen(flat, light, fit)
         wrong = abs(fit.p[5] - self.radius)
         limit = max(
-            _SHARE * self.radius,
-            _SIGMAS * float(np.hypot(np.sqrt(fit.covariance[5, 5]), self.shape.step)),
+            GATES.radius_share * self.radius,
+            GATES.radius_sigmas * float(np.hypot(np.sqrt(fit.covariance[5, 5]), self.shape.step)),
         )
         on_disc = int((away < self.radius).sum())
-        if contrast < _CONTRAST:
-            text = f"its contrast is {contrast:.1f} times the noise, {_CONTRAST:g} are needed"
-            return NoDisc(text, explained < 0.3)
-        if seen < _COVERAGE:
+        if contrast < GATES.least_contrast:
+            text = f"its contrast is {contrast:.1f} times the noise, "
+            text += f"{GATES.least_contrast:g} are needed"
+            return NoDisc(text, explained < GATES.texture_explained_share)
+        if seen < GATES.edge_seen_share:
             return NoDisc(
                 f"its edge is seen on one side only, on {100 * seen:.0f} % of the circle, "
-                f"{100 * _COVERAGE:.0f} are needed"
+                f"{100 * GATES.edge_seen_share:.0f} are needed"
             )
-        if on_disc < _ON_DISC:
-            return NoDisc(f"only {on_disc} points on it, {_ON_DISC} are needed")
-        if shown < _SHOWN:
-            return NoDisc(f"light changes on {100 * shown:.0f} % of its edge only", shown < 0.5)
+        if on_disc < GATES.fewest_on_disc:
+            return NoDisc(f"only {on_disc} points on it, {GATES.fewest_on_disc} are needed")
+        if shown < GATES.edge_shown_share:
+            return NoDisc(
+                f"light changes on {100 * shown:.0f} % of its edge only",
+                shown < GATES.texture_shown_share,
+            )
         needed = self._needed(contrast)
         if explained < needed:
             text = (
                 f"a disc explains {100 * explained:.0f} % of its light, "
                 f"{100 * needed:.0f} are needed"
             )
-            return NoDisc(text, explained < 0.6)
-        if wrong > limit or limit > 0.25 * self.radius:
+            return NoDisc(text, explained < GATES.texture_disc_share)
+        if wrong > limit or limit > GATES.vague_radius_share * self.radius:
             radii = f"{1e3 * fit.p[5]:.1f} mm, not {1e3 * self.radius:g} mm"
             return NoDisc(f"it has the wrong radius: {radii}")
         size, sigma = departure(flat, light, fit, self.shape)
         sigma = float(np.hypot(sigma, np.sqrt(2) * self.shape.step))
-        if size > max(_SHARE * self.radius, _SIGMAS * sigma):
+        if size > max(GATES.radius_share * self.radius, GATES.radius_sigmas * sigma):
             return NoDisc(f"its edge is no circle: it departs from one by {1e3 * size:.1f} mm")
         sag, sigma = self._bend(fit)
-        if sag > max(_FLAT * self.radius, _SIGMAS * sigma):
+        if sag > max(GATES.bend_radii * self.radius, GATES.radius_sigmas * sigma):
             return NoDisc(f"it is not flat: it bends by {1e3 * sag:.1f} mm over its radius")
         return None
 
     def _needed(self, contrast: float) -> float:
         """Least share of the variance of light that a disc of this contrast explains."""
-        if self.shape.pitch > _CLOSE * self.radius:
-            return _EXPLAINED
-        inside = 1 / PATCH**2
+        if self.shape.pitch > GATES.close_pitch_radii * self.radius:
+            return GATES.explained_share
+        inside = 1 / EDGE.patch_radii**2
         noise = 1 / (contrast**2 * inside * (1 - inside))
-        return max(_EXPLAINED, _CLEAR - 2 * noise)
+        return max(GATES.explained_share, GATES.clear_explained_share - 2 * noise)
 
     def _edge_seen(self, flat: Array, light: Array, fit: EdgeFit) -> tuple[float, float]:
         """Share of the edge that is seen, and the share of that where light changes."""
         d = flat - fit.p[:2]
         away = np.hypot(d[:, 0], d[:, 1])
-        ring = (away > 0.5 * self.radius) & (away < PATCH * self.radius)
-        sectors = 24 if ring.sum() > 240 else 8
+        ring = (away > GATES.ring_radii * self.radius) & (away < EDGE.patch_radii * self.radius)
+        sectors = GATES.sectors if ring.sum() > GATES.many_points else GATES.few_sectors
         sector = ((np.arctan2(d[:, 1], d[:, 0]) + np.pi) * (sectors / (2 * np.pi))).astype(int)
         sector = np.where(ring, sector % sectors, sectors)
         inside = light_of(flat, fit.p, self.shape.slope)[1][:, 3]
@@ -562,13 +529,13 @@ class _Patch:
         )
         at = np.maximum(n, 1)
         swing, own = ff - f**2 / at, fi - f * i / at
-        both = swing > 0.1 * at
+        both = swing > GATES.sector_swing * at
         change = own[both] / swing[both] / fit.p[3]
-        shown = float(np.mean(change > 0.5)) if both.any() else 0.0
-        return float(np.mean(n > 0.2 * n.max())), shown
+        shown = float(np.mean(change > GATES.sector_change_share)) if both.any() else 0.0
+        return float(np.mean(n > GATES.sector_points_share * n.max())), shown
 
     def _bend(self, fit: EdgeFit) -> tuple[float, float]:
-        near = np.hypot(*(self.flat - fit.p[:2]).T) < 1.3 * self.radius
+        near = np.hypot(*(self.flat - fit.p[:2]).T) < GATES.bend_reach_radii * self.radius
         near &= self.on
         place = (self.flat[near] - fit.p[:2]) / self.radius
         return bend(place, self.residual[near], self.bright[near])
@@ -579,8 +546,8 @@ class _Patch:
         """Centre and covariance from the edge and the plane."""
         plane, gain = self.plane, float(solved.p[3])
         split = plane.split if gain > 0 else -plane.split
-        ground = abs(split) > _RETRO and gain > 0
-        use = self.on & (np.hypot(*(self.flat - centre).T) < PATCH * self.radius)
+        ground = abs(split) > GATES.retro_m and gain > 0
+        use = self.on & (np.hypot(*(self.flat - centre).T) < EDGE.patch_radii * self.radius)
         telling = ~self.bright if ground else self.bright
         shift, sigma = distance(
             self.flat[use] - centre,
@@ -611,7 +578,7 @@ class _Patch:
             coverage=self._edge_seen(flat, light, solved)[0],
             split=split,
             incidence=self.incidence,
-            points=int((np.hypot(*(self.flat - centre).T) < PATCH * self.radius).sum()),
+            points=int((np.hypot(*(self.flat - centre).T) < EDGE.patch_radii * self.radius).sum()),
             inliers=int(solved.use.sum()),
         )
 
@@ -622,8 +589,10 @@ def _explained(flat: Array, light: Array, fit: EdgeFit, shape: DiscShape) -> flo
     Where points are far apart those next to the edge tell nothing about it and are left out.
     """
     away = np.hypot(*(flat - fit.p[:2]).T)
-    near = away < PATCH * shape.radius
+    near = away < EDGE.patch_radii * shape.radius
     if shape.coarse:
-        near &= np.abs(away - shape.radius) > min(0.4 * shape.pitch, 0.2 * shape.radius)
+        near &= np.abs(away - shape.radius) > min(
+            GATES.edge_gap_pitches * shape.pitch, GATES.edge_gap_radii * shape.radius
+        )
     left = light[near] - light_of(flat[near], fit.p, shape.slope)[0]
     return 1 - float(left.var() / max(light[near].var(), 1e-12)) if near.any() else 0.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numba import njit, prange
@@ -17,43 +18,71 @@ from tribrach.targets.prints.windows import on_circle, points_around, shortening
 
 __all__ = ["find_discs"]
 
+
+@dataclass(frozen=True)
+class SpotGates:
+    """What the search for discs takes for a round spot, and how many it follows up.
+
+    Chosen by hand on simulated halls with discs, knobs, tiles and windows (tests/targets/test_discs
+    and benchmarks/target_search: all discs found, nothing else); no source but where one is named.
+    """
+
+    #: radii of the circles inside of the disc and on its ground, over its radius
+    inner_circle_radii: float = 0.5
+    outer_circle_radii: float = 1.4
+    #: directions along the outer circle; the inner one has every second of them
+    circle_samples: int = 16
+    #: smaller discs are not sought; seen obliquely they may be smaller by half
+    least_radius_px: float = 1.2
+    #: nearer pixels are not looked at: the housing of the scanner and its legs
+    nearest_m: float = 0.3
+    #: from one pixel that is looked at to the next, over the radius of the disc
+    stride_radii: float = 0.2
+    #: least difference of light on both circles over the sum of the spreads along them
+    least_strength: float = 1.6
+    #: least share of the samples of a circle that lies on the surface
+    samples_on_surface_share: float = 0.65
+    #: a sample lies on the surface within this, over the radius of the disc
+    surface_tolerance_radii: float = 0.35
+    #: squared tangent of the steepest incidence that a candidate may have (70 degrees, some more
+    #: than the fit accepts)
+    steepest_tangent_squared: float = float(np.tan(np.radians(70.0)) ** 2)
+    #: spots of one radius that are followed up, the strongest first: bounds the time
+    most_spots: int = 600
+    #: least spread of light along a circle, over the swing of the light of the whole scan
+    least_spread_share: float = 1e-3
+    #: refusals of spots at least this strong are listed even if they look like texture
+    listed_strength: float = 4.0
+    #: candidates nearer than this to a disc of the same radius are that disc [radii]
+    same_start_radii: float = 0.5
+    #: fits nearer than this are one disc, the one that explains more light [larger radii]
+    same_disc_radii: float = 0.7
+    #: refusals nearer than this to a disc are not listed [its radii]
+    refused_beside_radii: float = 1.6
+    #: a disc on fewer points says so
+    few_points: int = 100
+    #: a disc whose edge is seen on less of the circle says so
+    part_seen_share: float = 0.9
+
+
+GATES = SpotGates()
+
+# compiled code reads constants of the module, not attributes of an object
+_INNER_CIRCLE_RADII = GATES.inner_circle_radii
+_OUTER_CIRCLE_RADII = GATES.outer_circle_radii
+_LEAST_RADIUS_PX = GATES.least_radius_px
+_NEAREST_M = GATES.nearest_m
+_STRIDE_RADII = GATES.stride_radii
+_SAMPLES_ON_SURFACE_SHARE = GATES.samples_on_surface_share
+_SURFACE_TOLERANCE_RADII = GATES.surface_tolerance_radii
+_STEEPEST_TANGENT_SQUARED = GATES.steepest_tangent_squared
+
+
 # Where in a scan is a flat round spot of a disc's size, lighter or darker than its ground?
 #
 # At every pixel the surface is taken as the plane that its neighbours at the distance of the disc's
 # radius tell, so that a circle in metres on the surface becomes its ellipse in pixels. Light on a
 # circle inside of the disc is compared with light on a circle outside of it.
-
-
-#: radii of the inner and the outer circle over that of the disc
-_INNER, _OUTER = 0.5, 1.4
-
-
-#: directions along a circle; the inner one has every second of them
-_SAMPLES = 16
-
-
-#: discs of a smaller radius [pixels] are not sought; seen obliquely they may be smaller by half
-_SMALLEST = 1.2
-
-
-#: share of a radius between pixels that are looked at
-_STRIDE = 0.2
-
-
-#: least difference of both circles over the sum of the spreads along them
-_STRENGTH = 1.6
-
-
-#: share of the samples that must lie on the surface, tolerance of that over the radius
-_SEEN, _DEPTH = 0.65, 0.35
-
-
-#: squared tangent of the steepest incidence
-_STEEPEST = float(np.tan(np.radians(70.0)) ** 2)
-
-
-#: spots that are followed up, the strongest first
-_MOST = 600
 
 
 def blobs(
@@ -68,15 +97,15 @@ def blobs(
     ranges = image.filled()
     sines = np.maximum(np.abs(np.sin(image.v())), 0.05)
     steps = np.stack([np.full_like(sines, image.step_v), image.step_h * sines], axis=1)
-    turns = 2 * np.pi * np.arange(_SAMPLES) / _SAMPLES
+    turns = 2 * np.pi * np.arange(GATES.circle_samples) / GATES.circle_samples
     wave = np.stack([np.cos(turns), np.sin(turns)], axis=1)
     score = np.zeros(image.shape, dtype=np.float32)
     _score(light, ranges, steps, wave, radius, _least_spread(intensity), image.wraps, score)
-    rows, columns = np.nonzero(score > _STRENGTH)
+    rows, columns = np.nonzero(score > GATES.least_strength)
     strength = score[rows, columns].astype(float)
     order = np.argsort(-strength, kind="stable")
     rows, columns, strength = rows[order], columns[order], strength[order]
-    kept = _apart(rows, columns, ranges, steps, radius, image.wraps, _MOST)
+    kept = _apart(rows, columns, ranges, steps, radius, image.wraps, GATES.most_spots)
     return np.stack([rows[kept], columns[kept]], axis=1).astype(np.int64), strength[kept]
 
 
@@ -87,7 +116,7 @@ def _least_spread(intensity: NDArray[np.float32]) -> float:
     if len(some) == 0:
         return 1.0
     low, high = np.quantile(some, [0.01, 0.99])
-    return max(1e-3 * float(high - low), 1e-12)
+    return max(GATES.least_spread_share * float(high - low), 1e-12)
 
 
 @njit(cache=True, parallel=True, nogil=True)
@@ -97,16 +126,16 @@ def _score(light, ranges, steps, wave, radius, least, wraps, out):  # type: igno
     for i in prange(rows):
         for j in range(columns):
             r = ranges[i, j]
-            if not r > 0.3:
+            if not r > _NEAREST_M:
                 continue
             ry, rx = radius / (r * steps[i, 0]), radius / (r * steps[i, 1])
-            if min(rx, ry) < _SMALLEST:
+            if min(rx, ry) < _LEAST_RADIUS_PX:
                 continue
             # large discs need not be tried at every pixel
-            if i % max(1, int(_STRIDE * ry)) or j % max(1, int(_STRIDE * rx)):
+            if i % max(1, int(_STRIDE_RADII * ry)) or j % max(1, int(_STRIDE_RADII * rx)):
                 continue
             p, q = slope(ranges, i, j, rx, ry, steps, wraps)
-            if p * p + q * q < _STEEPEST:
+            if p * p + q * q < _STEEPEST_TANGENT_SQUARED:
                 out[i, j] = _spot(light, ranges, i, j, p, q, steps[i], wave, radius, least, wraps)
 
 
@@ -118,7 +147,7 @@ def _spot(light, ranges, i, j, p, q, step, wave, radius, least, wraps):  # type:
     short = shortening(p, q)
     mean, spread = np.zeros(2), np.zeros(2)
     for circle in range(2):
-        size = radius * (_OUTER if circle else _INNER)
+        size = radius * (_OUTER_CIRCLE_RADII if circle else _INNER_CIRCLE_RADII)
         count, total, squares = 0, 0.0, 0.0
         stride = 1 if circle else 2
         for k in range(0, len(wave), stride):
@@ -131,12 +160,12 @@ def _spot(light, ranges, i, j, p, q, step, wave, radius, least, wraps):  # type:
                 continue
             value = light[a, b]
             depth = ranges[a, b] - r - p * x - q * y
-            if np.isnan(value) or not abs(depth) < _DEPTH * radius:
+            if np.isnan(value) or not abs(depth) < _SURFACE_TOLERANCE_RADII * radius:
                 continue
             count += 1
             total += value
             squares += value * value
-        if count < _SEEN * len(wave) / stride:
+        if count < _SAMPLES_ON_SURFACE_SHARE * len(wave) / stride:
             return 0.0
         mean[circle] = total / count
         spread[circle] = np.sqrt(max(squares / count - mean[circle] ** 2, 0.0))
@@ -169,10 +198,6 @@ def _apart(rows, columns, ranges, steps, radius, wraps, most):  # type: ignore[n
                 elif 0 <= b < width:
                     taken[a, b] = True
     return kept[:count]
-
-
-#: refusals of spots at least this strong are worth a line in any case
-_STRONG = 4.0
 
 
 def find_discs(
@@ -208,7 +233,11 @@ def find_discs(
             window, start = points_around(image, int(row), int(column), 2 * radius)
             if start is None:
                 continue
-            if any(np.linalg.norm(f.center - start) < 0.5 * r for f, r in found if r == radius):
+            if any(
+                np.linalg.norm(f.center - start) < GATES.same_start_radii * r
+                for f, r in found
+                if r == radius
+            ):
                 continue
             fit = fit_disc(
                 xyz[window],
@@ -222,7 +251,7 @@ def find_discs(
             )
             if isinstance(fit, DiscFit):
                 _keep(found, fit, radius)
-            elif not fit.texture or strength > _STRONG:
+            elif not fit.texture or strength > GATES.listed_strength:
                 rejected.append(Rejected("disc", np.asarray(start), fit.reason))
     kept = [_detection(fit, radius, scan) for fit, radius in found]
     return kept, _without_repeats(rejected, kept)
@@ -238,7 +267,7 @@ def _width(footprint: tuple[float, float] | None, place: Array) -> float | None:
 def _keep(found: list[tuple[DiscFit, float]], fit: DiscFit, radius: float) -> None:
     """Add a fit unless a better one is at the same place; then it replaces a worse one."""
     for k, (other, size) in enumerate(found):
-        if np.linalg.norm(other.center - fit.center) < 0.7 * max(size, radius):
+        if np.linalg.norm(other.center - fit.center) < GATES.same_disc_radii * max(size, radius):
             if fit.explained > other.explained:
                 found[k] = (fit, radius)
             return
@@ -249,7 +278,10 @@ def _without_repeats(rejected: Sequence[Rejected], found: Sequence[Detection]) -
     """Refusals that are not on a disc that was found, nor repeat another at the same place."""
     out: list[Rejected] = []
     for r in rejected:
-        if any(np.linalg.norm(d.center - r.center) < 1.6 * d.radius for d in found):
+        if any(
+            np.linalg.norm(d.center - r.center) < GATES.refused_beside_radii * d.radius
+            for d in found
+        ):
             continue
         if any(o.reason == r.reason and np.allclose(o.center, r.center) for o in out):
             continue
@@ -260,9 +292,9 @@ def _without_repeats(rejected: Sequence[Rejected], found: Sequence[Detection]) -
 def _detection(fit: DiscFit, radius: float, scan: str) -> Detection:
     """A fit as the network wants it."""
     said = []
-    if fit.points < 100:
+    if fit.points < GATES.few_points:
         said.append(f"only {fit.points} points on and around it")
-    if fit.coverage < 0.9:
+    if fit.coverage < GATES.part_seen_share:
         said.append(f"its edge is seen on {100 * fit.coverage:.0f} % of the circle")
     if fit.retro:
         taken = "whose distance is taken" if fit.gain > 0 else "which is the lighter one"

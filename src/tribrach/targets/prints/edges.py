@@ -19,34 +19,54 @@ from scipy.special import erf
 
 from tribrach._types import Array
 
-__all__ = ["ASTRAY", "BLURS", "BLUR_SHARE", "EdgePoints", "locate_edge", "messages"]
+__all__ = ["BLURS", "GATES", "EdgePoints", "EdgePosteriorGates", "locate_edge", "messages"]
+
+
+@dataclass(frozen=True)
+class EdgePosteriorGates:
+    """What light says of an edge, and the grid on which its place is summed over.
+
+    Chosen by hand on simulated boards and discs, so that the errors of their centres are as large
+    as their covariances say (tests/targets/test_checkerboards, tests/targets/test_discs); no source
+    but where one is named.
+    """
+
+    #: nodes of the grid in each direction, and most rounds of closing in
+    grid_nodes: int = 17
+    grid_rounds: int = 8
+    #: the grid reaches out to this many sigmas
+    grid_reach_sigmas: float = 4.0
+    #: closing in ends when the grid shrinks to no less than this share
+    grid_shrinks_share: float = 0.6
+    #: points that say only a side, and that the whole grid obeys by this many sigmas, are left out
+    obeyed_sigmas: float = 5.0
+    #: light nearer to plain white or black than this share of half the swing says only the side
+    plain_swing: float = 0.06
+    #: ... or nearer than this many sigmas of its noise
+    plain_sigmas: float = 3.0
+    #: share of points that obey nothing of this (dirt, damaged print)
+    astray_share: float = 0.01
+    #: how well the blur is foretold, sigma of its logarithm
+    blur_log_sigma: float = 0.3
+    #: blurs that are tried, in these sigmas
+    blur_sigmas: tuple[float, ...] = (-1.2, 0.0, 1.2)
+    #: beams are between a Gaussian and a uniform disc of the same variance; what both differ by at
+    #: the same level of light, in sigmas of the footprint, is half of that difference, common to a
+    #: row (computed from both profiles)
+    profile_blurs: float = 0.06
+
+
+GATES = EdgePosteriorGates()
+
+# compiled code reads constants of the module, not attributes of an object
+_ASTRAY_SHARE = GATES.astray_share
 
 
 Kinds = NDArray[np.int8]
 
 
-#: nodes of the grid in each direction, most rounds of closing in, sigmas that the grid reaches
-_NODES, _ROUNDS, _REACH = 17, 8, 4.0
-
-
-#: light nearer to plain white or black than this share of the swing says only the side
-_PLAIN = 0.06
-
-
-#: share of points that obey nothing of this (dirt, damaged print)
-ASTRAY = 0.01
-
-
-#: the blur is foretold to within this share of itself, and tried at these multiples
-BLUR_SHARE = 0.3
-
-
-BLURS = np.exp(BLUR_SHARE * np.array([-1.2, 0.0, 1.2]))
-
-
-#: beams are between a Gaussian and a uniform disc of the same variance; in sigmas of the footprint,
-#: what they differ by at the same level of light is half of the difference, common to a row
-_PROFILE = 0.06
+#: multiples of the foretold blur that are tried
+BLURS = np.exp(GATES.blur_log_sigma * np.array(GATES.blur_sigmas))
 
 
 _PLACES = np.linspace(-4, 4, 1601)
@@ -89,25 +109,27 @@ def locate_edge(points: EdgePoints, shift: float, turn: float) -> tuple[Array, A
     told = [
         messages(points.level, points.noise, points.blur * share, points.jitter) for share in BLURS
     ]
-    for _ in range(_ROUNDS):
-        nodes = [m + np.linspace(-1, 1, _NODES) * r for m, r in zip(mean, reach, strict=True)]
-        score = np.empty((len(BLURS), _NODES, _NODES))
+    for _ in range(GATES.grid_rounds):
+        nodes = [
+            m + np.linspace(-1, 1, GATES.grid_nodes) * r for m, r in zip(mean, reach, strict=True)
+        ]
+        score = np.empty((len(BLURS), GATES.grid_nodes, GATES.grid_nodes))
         for k, (place, sigma, kind) in enumerate(told):
             away = points.across - mean[0] - mean[1] * points.along
             margin = kind * (away - place) - reach[0] - reach[1] * np.abs(points.along)
-            n = (kind == 0) | (margin < 5 * sigma)
+            n = (kind == 0) | (margin < GATES.obeyed_sigmas * sigma)
             lot = points.along[n], points.across[n], place[n], sigma[n], kind[n]
             _score(*lot, nodes[0], nodes[1], score[k])
             # a density of light is one of places times the blur
             share = np.log(BLURS[k])
-            score[k] += (kind == 0).sum() * share - 0.5 * (share / BLUR_SHARE) ** 2
+            score[k] += (kind == 0).sum() * share - 0.5 * (share / GATES.blur_log_sigma) ** 2
         weight = np.exp(score - score.max()).sum(axis=0)
         mean, covariance = _moments(weight / weight.sum(), nodes[0], nodes[1])
-        step, before = 2 * reach / (_NODES - 1), reach
-        reach = np.maximum(_REACH * np.sqrt(np.diag(covariance)), 1.5 * step)
-        if (reach > 0.6 * before).all():
+        step, before = 2 * reach / (GATES.grid_nodes - 1), reach
+        reach = np.maximum(GATES.grid_reach_sigmas * np.sqrt(np.diag(covariance)), 1.5 * step)
+        if (reach > GATES.grid_shrinks_share * before).all():
             break
-    covariance[0, 0] += (_PROFILE * points.blur) ** 2
+    covariance[0, 0] += (GATES.profile_blurs * points.blur) ** 2
     return mean, covariance
 
 
@@ -120,8 +142,8 @@ def messages(
     Place (n,) and sigma (n,) of that distance [m], kind (n,) : 0 where it is told, 1 or -1 where it
     is only told to be more, or less, than the place.
     """
-    plain = max(_PLAIN, 3 * noise)
-    width = np.hypot(jitter, _PROFILE * blur)
+    plain = max(GATES.plain_swing, GATES.plain_sigmas * noise)
+    width = np.hypot(jitter, GATES.profile_blurs * blur)
     kind = np.where(level > 1 - plain, 1, np.where(level < plain - 1, -1, 0)).astype(np.int8)
     place = np.interp(np.clip(level, plain - 1, 1 - plain), _LEVELS, _PLACES)
     slope = np.interp(place, _PLACES, _SLOPES) / blur
@@ -139,9 +161,9 @@ def _score(along, across, place, sigma, kind, shifts, turns, out):  # type: igno
                 distance = across[n] - shifts[i] - turns[j] * along[n]
                 z = (distance - place[n]) / sigma[n]
                 if kind[n] == 0:
-                    total += log(exp(-0.5 * z * z) + ASTRAY)
+                    total += log(exp(-0.5 * z * z) + _ASTRAY_SHARE)
                 else:
-                    total += log(0.5 * erfc(-kind[n] * z / sqrt(2.0)) + ASTRAY)
+                    total += log(0.5 * erfc(-kind[n] * z / sqrt(2.0)) + _ASTRAY_SHARE)
             out[i, j] = total
 
 

@@ -14,23 +14,43 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array
+from tribrach.statistics import robust_sigma
 
 __all__ = ["BoardPlane", "fit_board_plane"]
 
 
-#: residuals beyond this many sigmas take no part; a normal sigma cut there
-_TRIM, _CUT = 3.0, 0.98658
+@dataclass(frozen=True)
+class PrintPlaneGates:
+    """How the plane of a print is fitted.
+
+    Chosen by hand on simulated and real boards (tests/targets/test_checkerboards: the errors of
+    centres are as large as their covariances say); no source but where one is named.
+    """
+
+    #: residuals beyond this many sigmas take no part
+    trim_sigmas: float = 3.0
+    #: fewest points of a plane
+    fewest_points: int = 12
+    #: rounds of trimming at most
+    rounds: int = 10
+    #: a smaller move of the plane ends the rounds [m]
+    settled_m: float = 1e-7
+    #: beams are not flatter to the plane than this sine
+    flattest_sine: float = 0.1
+    #: a colour with fewer points gets no offset of its own
+    colour_points: int = 3
+    #: a colour with fewer points gets the noise of the other
+    noise_points: int = 4
+    #: least sigma of a range [m]
+    least_sigma_m: float = 1e-5
+    #: largest condition number of the scaled normal matrix
+    condition: float = 1e10
+    #: the first plane leaves out this share of the points, the farthest ones, in so many rounds
+    first_strays_share: float = 0.2
+    first_rounds: int = 4
 
 
-#: fewest points of a plane
-FEWEST = 12
-
-
-_ROUNDS = 10
-
-
-#: beams are not flatter to the plane than this sine
-_FLATTEST = 0.1
+GATES = PrintPlaneGates()
 
 
 @dataclass(frozen=True)
@@ -86,14 +106,17 @@ def fit_board_plane(
     normal = _principal(xyz)
     normal = -normal if normal @ near > 0 else normal
     offset, dark = float(np.median(xyz @ normal)), 0.0
-    for turn in range(_ROUNDS):
-        if abs(normal @ near) < _FLATTEST * np.linalg.norm(near):
+    for turn in range(GATES.rounds):
+        if abs(normal @ near) < GATES.flattest_sine * np.linalg.norm(near):
             return None
         origin, axes, slope = near * (offset / (near @ normal)), _axes(normal), unit @ normal
         residual = (xyz @ normal - offset) / slope - np.where(bright, 0.0, dark)
         own = _noise(residual, use, bright)
-        before, use = use, (np.abs(residual) < _TRIM * own) & (slope < -_FLATTEST)
-        if use.sum() < FEWEST:
+        before, use = (
+            use,
+            (np.abs(residual) < GATES.trim_sigmas * own) & (slope < -GATES.flattest_sine),
+        )
+        if use.sum() < GATES.fewest_points:
             return None
         flat = (xyz - origin) @ axes.T
         step = _step(flat[use], residual[use], slope[use], bright[use], own[use])
@@ -104,7 +127,7 @@ def fit_board_plane(
         normal = normal - move[1:3] @ axes
         normal = normal / np.linalg.norm(normal)
         offset = float(normal @ (origin + move[0] * normal))
-        if turn and (before == use).all() and abs(move[0]) < 1e-7:
+        if turn and (before == use).all() and abs(move[0]) < GATES.settled_m:
             break
     rms = float(np.sqrt(np.mean(residual[use] ** 2)))
     share = min(1.0, _independent(flat[use], spacing) / use.sum())
@@ -120,12 +143,13 @@ def _step(
     The plane is ``shift + slope_x x + slope_y y`` above the present one; with the cofactor (3, 3)
     of these three. None if the points do not determine it.
     """
-    both = 3 <= bright.sum() <= len(bright) - 3
+    least = GATES.colour_points
+    both = least <= bright.sum() <= len(bright) - least
     a = np.column_stack([np.ones(len(flat)), flat, np.where(bright, 0.0, slope)])
     a = (a if both else a[:, :3]) / (own * np.abs(slope))[:, None]
     n = a.T @ a
     size = np.sqrt(np.diag(n))
-    if not size.min() > 0 or np.linalg.cond(n / np.outer(size, size)) > 1e10:
+    if not size.min() > 0 or np.linalg.cond(n / np.outer(size, size)) > GATES.condition:
         return None
     q = np.asarray(np.linalg.inv(n), dtype=float)
     move = q @ (a.T @ (residual * np.sign(slope) / own))
@@ -135,7 +159,7 @@ def _step(
 def _noise(residual: Array, use: NDArray[np.bool_], bright: NDArray[np.bool_]) -> Array:
     """Sigma (n,) of each point's range, that of its colour [m]."""
     sigma = np.array([_spread(residual[use & (bright == colour)]) for colour in (False, True)])
-    sigma = np.where(sigma > 0, sigma, max(sigma.max(), 1e-5))
+    sigma = np.where(sigma > 0, sigma, max(sigma.max(), GATES.least_sigma_m))
     out: Array = sigma[bright.astype(int)]
     return out
 
@@ -143,11 +167,11 @@ def _noise(residual: Array, use: NDArray[np.bool_], bright: NDArray[np.bool_]) -
 def _principal(xyz: Array) -> Array:
     """Normal (3,) of the plane of least distances, proof against a fifth of strays."""
     use = np.ones(len(xyz), dtype=bool)
-    for _ in range(4):
+    for _ in range(GATES.first_rounds):
         d = xyz - xyz[use].mean(axis=0)
         normal: Array = np.linalg.eigh(d[use].T @ d[use])[1][:, 0]
         away = np.abs(d @ normal - np.median(d[use] @ normal))
-        use = away <= np.quantile(away, 0.8)
+        use = away <= np.quantile(away, 1 - GATES.first_strays_share)
     return normal
 
 
@@ -160,10 +184,8 @@ def _axes(normal: Array) -> Array:
 
 
 def _spread(residual: Array) -> float:
-    """Robust standard deviation."""
-    if len(residual) < 4:
-        return 0.0
-    return float(1.4826 * np.median(np.abs(residual - np.median(residual))))
+    """Robust standard deviation, 0 from very few."""
+    return robust_sigma(residual) if len(residual) >= GATES.noise_points else 0.0
 
 
 def _independent(flat: Array, spacing: float) -> float:

@@ -1,4 +1,7 @@
-"""Circles in metres on the surface of a range image: ellipses of pixels that follow its slope."""
+"""Around a pixel of a range image: the points in a window, and circles on the surface.
+
+A circle in metres on a surface is an ellipse of pixels that follows the slope of the surface.
+"""
 
 from __future__ import annotations
 
@@ -11,11 +14,8 @@ from tribrach.scan.range_image import RangeImage
 
 __all__ = ["on_circle", "points_around", "shortening", "slope"]
 
-# The points around a pixel of a range image, and the place that it looks at.
-
-
-#: points that are returned at most, about
-_ENOUGH = 20_000
+#: points that are returned at most, about: bounds the time of a fit
+_MOST_POINTS = 20_000
 
 
 def points_around(
@@ -42,7 +42,7 @@ def points_around(
     index = index[index >= 0]
     h, v = image.first_h + column * image.step_h, image.first_v + row * image.step_v
     place = near * np.array([np.sin(v) * np.cos(h), np.sin(v) * np.sin(h), np.cos(v)])
-    return index[:: max(1, len(index) // _ENOUGH)], place
+    return index[:: max(1, len(index) // _MOST_POINTS)], place
 
 
 def _range(image: RangeImage, row: int, column: int) -> float:

@@ -8,6 +8,7 @@ towards the scanner under range noise (method section 6.3), which every detectio
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from pykdtree.kdtree import KDTree
@@ -15,26 +16,52 @@ from pykdtree.kdtree import KDTree
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.targets.detection import Detection, Rejected
-from tribrach.targets.spheres.fit import FEWEST, SphereFit, fit_sphere_orthogonal
+from tribrach.targets.spheres.fit import GATES as FIT
+from tribrach.targets.spheres.fit import SphereFit, fit_sphere_orthogonal
 from tribrach.targets.spheres.votes import apart, gather
 
 __all__ = ["find_spheres_in_cloud"]
 
 
-#: one point per voxel of this many radii votes, its normal from this many neighbours
-_THIN, _NEIGHBOURS = 0.125, 12
+@dataclass(frozen=True)
+class CloudSphereGates:
+    """What a sphere in a cloud without lines of sight is.
+
+    Chosen by hand on simulated clouds with spheres, balls of other sizes and columns, so that all
+    spheres pass and nothing else (tests/targets/test_sphere_cloud); no source but where one is
+    named.
+    """
+
+    #: one point per voxel of this many radii votes
+    voxel_radii: float = 0.125
+    #: a normal comes from this many neighbours
+    neighbours: int = 12
+    #: share of the votes of a half sphere that makes a candidate
+    votes_share: float = 0.12
+    #: candidates at most, nearer to each other than this they are one [radii]
+    most_candidates: int = 300
+    apart_radii: float = 0.5
+    #: points looked at lie within this many radii of the candidate, along every axis
+    reach_radii: float = 1.5
+    #: form of good spheres [m], added to the noise in tests
+    form_m: float = 3e-4
+    #: largest ratio of residuals to noise
+    fit_ratio: float = 2.5
+    #: points lie inside the sphere if they do by this many sigmas
+    inside_sigmas: float = 3.0
+    #: largest number of points inside the sphere over those on it
+    inside_share: float = 0.15
+    #: least share of the directions around the centre that is seen
+    cover_share: float = 0.2
+    #: directions are counted in cells of about so many points, in rings within these bounds
+    cover_points: int = 16
+    cover_rings: tuple[int, int] = (3, 12)
+    #: a free radius may differ by this share of the radius or by so many sigmas
+    radius_share: float = 0.08
+    radius_sigmas: float = 4.0
 
 
-#: share of the votes of a half sphere that makes a candidate, and candidates at most
-_SHARE, _CANDIDATES = 0.12, 300
-
-
-#: residuals over noise, points inside the sphere, directions that must be seen, free radius
-_FIT, _INSIDE, _COVER, _RADIUS = 2.5, 0.15, 0.2, 0.08
-
-
-#: form of good spheres [m]
-_FORM = 3e-4
+GATES = CloudSphereGates()
 
 
 def find_spheres_in_cloud(
@@ -51,12 +78,14 @@ def find_spheres_in_cloud(
     if not all(r > 0 for r in radii):
         raise InputError("the radius of a sphere must be positive")
     points = xyz[np.isfinite(xyz).all(axis=1)]
-    if len(points) < FEWEST:
-        raise InputError(f"the cloud has {len(points)} finite points, {FEWEST} are needed")
+    if len(points) < FIT.fewest_points:
+        raise InputError(
+            f"the cloud has {len(points)} finite points, {FIT.fewest_points} are needed"
+        )
     found: list[Detection] = []
     rejected: list[Rejected] = []
     for radius in radii:
-        thin = _thinned(points, _THIN * radius)
+        thin = _thinned(points, GATES.voxel_radii * radius)
         normal, thickness = _normals(thin)
         noise = float(np.median(thickness)) if sigma is None else sigma
         for start in _candidates(thin, normal, radius):
@@ -80,7 +109,7 @@ def _thinned(points: Array, cell: float) -> Array:
 
 def _normals(points: Array) -> tuple[Array, Array]:
     """Normals (m, 3) of either sign and thickness (m,) [m] of the neighbourhoods of points."""
-    count = min(_NEIGHBOURS, len(points))
+    count = min(GATES.neighbours, len(points))
     _, near = KDTree(points).query(points, k=count)
     normal, thickness = np.empty_like(points), np.empty(len(points))
     for a in range(0, len(points), 200_000):  # bounds the memory of the neighbours
@@ -97,17 +126,21 @@ def _candidates(points: Array, normal: Array, radius: float) -> Array:
     """Centres (k, 3) with many votes, most votes first."""
     votes = np.concatenate([points + radius * normal, points - radius * normal])
     peaks, counts = gather(votes, radius)
-    wanted = _SHARE * 2 * np.pi / _THIN**2
+    wanted = GATES.votes_share * 2 * np.pi / GATES.voxel_radii**2
     enough = np.flatnonzero(counts >= wanted)
     order = enough[np.argsort(-counts[enough], kind="stable")]
-    return np.asarray(apart(peaks[order[: 4 * _CANDIDATES]], 0.5 * radius)[:_CANDIDATES])
+    return np.asarray(
+        apart(peaks[order[: 4 * GATES.most_candidates]], GATES.apart_radii * radius)[
+            : GATES.most_candidates
+        ]
+    )
 
 
 def _judged(
     points: Array, start: Array, radius: float, sigma: float, scan: str
 ) -> Detection | Rejected:
     """The sphere at a candidate, or why it is none."""
-    box = (np.abs(points - start) < 1.5 * radius).all(axis=1)
+    box = (np.abs(points - start) < GATES.reach_radii * radius).all(axis=1)
     around = points[box]
     try:
         fit = fit_sphere_orthogonal(around, start, radius, sigma=sigma)
@@ -116,31 +149,33 @@ def _judged(
     except InputError as error:
         return Rejected("sphere", start, str(error).rstrip("."))
     away = np.linalg.norm(around - fit.center, axis=1)
-    inside = float(np.sum(away < radius - 3 * max(fit.rms, sigma)) / max(len(on), 1))
+    inside = float(
+        np.sum(away < radius - GATES.inside_sigmas * max(fit.rms, sigma)) / max(len(on), 1)
+    )
     cover = _cover((on - fit.center) / radius, len(on))
     reason = _reason(fit, free, inside, cover, sigma)
     if reason:
         return Rejected("sphere", fit.center, reason)
     return Detection(
-        "sphere",
-        scan,
-        fit.center,
-        fit.covariance,
-        radius,
-        fit.rms,
-        len(around),
-        len(on),
-        float("nan"),
-        float("nan"),
-        cover,
-        {"s0": fit.s0, "free_radius_m": free.radius},
-        fit.sentences,
+        kind="sphere",
+        scan=scan,
+        center=fit.center,
+        covariance=fit.covariance,
+        radius=radius,
+        rms=fit.rms,
+        points=len(around),
+        inliers=len(on),
+        range=float("nan"),
+        incidence=float("nan"),
+        coverage=cover,
+        facts={"s0": fit.s0, "free_radius_m": free.radius},
+        sentences=fit.sentences,
     )
 
 
 def _cover(directions: Array, count: int) -> float:
     """Share of the directions around the centre that points (n, 3) see, in about equal cells."""
-    rings = int(np.clip(np.sqrt(count / 16), 3, 12))
+    rings = int(np.clip(np.sqrt(count / GATES.cover_points), *GATES.cover_rings))
     z = np.clip((directions[:, 2] + 1) / 2 * rings, 0, rings - 1).astype(np.int64)
     turn = np.arctan2(directions[:, 1], directions[:, 0]) / (2 * np.pi) % 1.0
     cells = z * 2 * rings + (turn * 2 * rings).astype(np.int64) % (2 * rings)
@@ -149,12 +184,14 @@ def _cover(directions: Array, count: int) -> float:
 
 def _reason(fit: SphereFit, free: SphereFit, inside: float, cover: float, sigma: float) -> str:
     """Why a fit is no sphere; empty if it is one."""
-    if fit.rms > _FIT * np.hypot(sigma, _FORM):
+    if fit.rms > GATES.fit_ratio * np.hypot(sigma, GATES.form_m):
         return f"residuals of {1e3 * fit.rms:.1f} mm are above the noise of {1e3 * sigma:.1f} mm"
-    if inside > _INSIDE:
+    if inside > GATES.inside_share:
         return f"{100 * inside:.0f} % as many points lie inside the sphere as on it"
-    if cover < _COVER:
+    if cover < GATES.cover_share:
         return f"only {100 * cover:.0f} % of its surface is seen"
-    if abs(free.radius - fit.radius) > max(_RADIUS * fit.radius, 4 * free.sigma_radius):
+    if abs(free.radius - fit.radius) > max(
+        GATES.radius_share * fit.radius, GATES.radius_sigmas * free.sigma_radius
+    ):
         return f"its own radius is {1e3 * free.radius:.1f} mm, not {1e3 * fit.radius:.1f} mm"
     return ""

@@ -15,28 +15,64 @@ from numba import njit
 
 from tribrach._types import Array, Mask
 from tribrach.errors import InputError
+from tribrach.statistics import MAD_TO_SIGMA
 
-__all__ = ["FEWEST", "FLOOR", "MASK", "SphereFit", "fit_sphere", "fit_sphere_orthogonal"]
-
-
-#: incidence angles beyond this are left out [rad]: mixed pixels and edge effects
-MASK = float(np.radians(60.0))
+__all__ = ["GATES", "SphereFit", "SphereFitGates", "fit_sphere", "fit_sphere_orthogonal"]
 
 
-#: fewer points are refused; below the second number the fit says so
-FEWEST, FEW = 30, 100
+@dataclass(frozen=True)
+class SphereFitGates:
+    """How a sphere is fitted to points.
+
+    Chosen by hand on simulated spheres (tests/targets/test_sphere_fit: errors as large as their
+    covariances say, and equal to the closed forms of method section 6.3); no source but where one
+    is named.
+    """
+
+    #: incidence beyond this is left out [rad]: mixed pixels and edge effects (method section 6.3)
+    mask_rad: float = float(np.radians(60.0))
+    #: fewer points are refused, on fewer than the second number the fit says so
+    fewest_points: int = 30
+    few_points: int = 100
+    #: sigma of what no fit sees of a target [m]: form, mount, material
+    floor_m: float = 3e-4
+    #: residuals beyond this many robust standard deviations are trimmed ...
+    trim_sigmas: float = 3.0
+    #: ... but none within this many sigmas of a single point
+    kept_sigmas: float = 0.3
+    #: residuals that take part at first, in the first steps and later, over the radius
+    first_gate_radii: float = 0.5
+    gate_radii: float = 1.0
+    first_steps: int = 5
+    #: steps at most; the set of points is held after the second number, so that the fit settles
+    most_steps: int = 60
+    held_after: int = 40
+    #: fewer points end the fit
+    solvable_points: int = 6
+    #: a longer step means that the fit runs away, longer moves than the second are cut [radii]
+    lost_radii: float = 10.0
+    most_move_radii: float = 0.5
+    #: a shorter step ends the fit [m]
+    settled_m: float = 1e-7
+    #: least determinant of the scaled normal matrix
+    determinant: float = 1e-12
 
 
-#: sigma of what no fit sees of a target [m]: form, mount, material
-FLOOR = 3e-4
+GATES = SphereFitGates()
 
-
-#: residuals beyond this many robust standard deviations are trimmed
-_TRIM = 3.0
-
-
-#: iterations; the set of points is held after the first of them, so that the fit must settle
-_ITERATIONS, _HOLD = 60, 40
+# compiled code reads constants of the module, not attributes of an object
+_TRIM_SIGMAS = GATES.trim_sigmas
+_KEPT_SIGMAS = GATES.kept_sigmas
+_FIRST_GATE_RADII = GATES.first_gate_radii
+_GATE_RADII = GATES.gate_radii
+_FIRST_STEPS = GATES.first_steps
+_MOST_STEPS = GATES.most_steps
+_HELD_AFTER = GATES.held_after
+_SOLVABLE_POINTS = GATES.solvable_points
+_LOST_RADII = GATES.lost_radii
+_MOST_MOVE_RADII = GATES.most_move_radii
+_SETTLED_M = GATES.settled_m
+_DETERMINANT = GATES.determinant
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,8 +108,8 @@ def fit_sphere(
     sigma_range: float,
     sigma_angle: float,
     free_radius: bool = False,
-    mask: float = MASK,
-    floor: float = FLOOR,
+    mask: float = GATES.mask_rad,
+    floor: float = GATES.floor_m,
 ) -> SphereFit:
     """Sphere through points (n, 3) [m] of the scanner frame, from a centre (3,) good to ~R/3.
 
@@ -98,7 +134,7 @@ def fit_sphere_orthogonal(
     *,
     sigma: float,
     free_radius: bool = False,
-    floor: float = FLOOR,
+    floor: float = GATES.floor_m,
 ) -> SphereFit:
     """Sphere by distances to the centre, for points (n, 3) [m] that do not know their scanner.
 
@@ -124,11 +160,11 @@ def _conclude(state: State, floor: float, free: bool, said: tuple[str, ...] = ()
     unknowns, normal, residuals, cosine, masked, keep, settled = state
     keep = keep & np.isfinite(residuals)
     count, u = int(keep.sum()), 4 if free else 3
-    if count < FEWEST:
-        raise InputError(f"only {count} points lie on the sphere, {FEWEST} are needed")
+    if count < GATES.fewest_points:
+        raise InputError(f"only {count} points lie on the sphere, {GATES.fewest_points} are needed")
     if not settled or not np.isfinite(unknowns).all():
         raise InputError("the fit of the sphere does not settle")
-    if count < FEW:
+    if count < GATES.few_points:
         said = (*said, f"only {count} points determine the centre")
     rms = float(np.sqrt(np.mean(residuals[keep] ** 2)))
     s0 = float(np.sqrt(normal[4, 4] / (count - u)))
@@ -138,18 +174,18 @@ def _conclude(state: State, floor: float, free: bool, said: tuple[str, ...] = ()
     with np.errstate(invalid="ignore"):
         incidence = np.arccos(cosine)
     return SphereFit(
-        unknowns[:3],
-        formal + floor**2 * np.eye(3),
-        formal,
-        float(unknowns[3]),
-        sigma_radius,
-        rms,
-        s0,
-        masked,
-        keep,
-        incidence,
-        residuals,
-        said,
+        center=unknowns[:3],
+        covariance=formal + floor**2 * np.eye(3),
+        formal=formal,
+        radius=float(unknowns[3]),
+        sigma_radius=sigma_radius,
+        rms=rms,
+        s0=s0,
+        masked=masked,
+        inliers=keep,
+        incidence=incidence,
+        residuals=residuals,
+        sentences=said,
     )
 
 
@@ -173,20 +209,25 @@ def _los(
     design, sigma = np.zeros((n, 4)), np.ones(n)
     normal = np.zeros((5, 5))
     settled = False
-    for iteration in range(_ITERATIONS):
+    for iteration in range(_MOST_STEPS):
         _beams(xyz, x, noise, design, residuals, sigma, cosine)
-        if iteration < _HOLD:
+        if iteration < _HELD_AFTER:
             masked = cosine >= cos_mask
-            keep = _trimmed(residuals, sigma, masked, 0.5 * radius if iteration < 5 else radius)
+            keep = _trimmed(
+                residuals,
+                sigma,
+                masked,
+                radius * (_FIRST_GATE_RADII if iteration < _FIRST_STEPS else _GATE_RADII),
+            )
         normal = _normal_matrix(design, residuals, sigma, keep)
-        if settled or keep.sum() < 6:
+        if settled or keep.sum() < _SOLVABLE_POINTS:
             break
         step = _solved(normal, 4 if free else 3)
         size = np.sqrt((step**2).sum())
-        if not size < 10 * radius:
+        if not size < _LOST_RADII * radius:
             break
-        x += step * min(1.0, 0.5 * radius / max(size, 1e-12))
-        settled = size < 1e-7 and iteration > 5 and x[3] > 0
+        x += step * min(1.0, _MOST_MOVE_RADII * radius / max(size, 1e-12))
+        settled = size < _SETTLED_M and iteration > _FIRST_STEPS and x[3] > 0
     return x, normal, residuals, cosine, masked, keep, settled
 
 
@@ -227,10 +268,10 @@ def _trimmed(residuals: Array, sigma: Array, masked: Mask, gate: float) -> Mask:
     """Points within three robust standard deviations of those nearer than ``gate`` [m]."""
     t = np.abs(residuals / sigma)
     near = masked & (np.abs(residuals) <= gate)
-    if near.sum() < 6:
+    if near.sum() < _SOLVABLE_POINTS:
         return near
-    scale = 1.4826 * np.median(t[near])
-    kept: Mask = near & (t <= max(_TRIM * scale, 0.3))
+    scale = MAD_TO_SIGMA * np.median(t[near])
+    kept: Mask = near & (t <= max(_TRIM_SIGMAS * scale, _KEPT_SIGMAS))
     return kept
 
 
@@ -260,7 +301,7 @@ def _solved(normal: Array, u: int) -> Array:
     scaled = normal[:u, :u] / np.outer(scale, scale)
     if not np.isfinite(scaled.sum()):
         return np.full(4, np.nan)
-    if not np.linalg.det(scaled) > 1e-12:
+    if not np.linalg.det(scaled) > _DETERMINANT:
         return np.full(4, np.nan)
     out[:u] = np.linalg.solve(scaled, normal[:u, 4] / scale) / scale
     return out
@@ -275,21 +316,21 @@ def _orthogonal(xyz: Array, start: Array, radius: float, free: bool, sigma: floa
     residuals, design, sigmas = np.zeros(n), np.zeros((n, 4)), np.full(n, sigma)
     normal = np.zeros((5, 5))
     settled = False
-    for iteration in range(_ITERATIONS):
+    for iteration in range(_MOST_STEPS):
         for i in range(n):
             d = xyz[i] - x[:3]
             size = np.sqrt((d**2).sum())
             residuals[i] = size - x[3]
             design[i, :3] = d / size
             design[i, 3] = 1.0
-        if iteration < _HOLD:
-            keep = _trimmed(residuals, sigmas, masked, 0.5 * radius)
+        if iteration < _HELD_AFTER:
+            keep = _trimmed(residuals, sigmas, masked, _FIRST_GATE_RADII * radius)
         normal = _normal_matrix(design, residuals, sigmas, keep)
-        if settled or keep.sum() < 6:
+        if settled or keep.sum() < _SOLVABLE_POINTS:
             break
         step = _solved(normal, 4 if free else 3)
-        if not np.sqrt((step**2).sum()) < 10 * radius:
+        if not np.sqrt((step**2).sum()) < _LOST_RADII * radius:
             break
         x += step
-        settled = np.sqrt((step**2).sum()) < 1e-7 and iteration > 5 and x[3] > 0
+        settled = np.sqrt((step**2).sum()) < _SETTLED_M and iteration > _FIRST_STEPS and x[3] > 0
     return x, normal, residuals, np.full(n, np.nan), masked, keep, settled

@@ -19,32 +19,83 @@ from tribrach.errors import InputError
 from tribrach.scan.range_image import RangeImage
 from tribrach.targets.detection import Detection, Rejected
 from tribrach.targets.range_noise import estimate_range_noise
-from tribrach.targets.spheres.fit import FEWEST, FLOOR, MASK, SphereFit, fit_sphere
+from tribrach.targets.spheres.fit import GATES as FIT
+from tribrach.targets.spheres.fit import SphereFit, fit_sphere
 from tribrach.targets.spheres.votes import vote_for_centers
 
 __all__ = ["find_spheres"]
+
+
+@dataclass(frozen=True)
+class SphereGates:
+    """What a sphere in a scan is: candidates that stand free, and what a fit has to pass.
+
+    Chosen by hand on simulated halls with balls of other sizes, columns, leaves and machinery, and
+    on the raw files of NIST, so that all spheres pass and nothing else (method section 6.4,
+    tests/targets/test_sphere_search, benchmarks/target_search); no source but where one is named.
+    """
+
+    #: runs of pixels are kept whose width is within these multiples of the diameter
+    run_diameters: tuple[float, float] = (0.25, 1.6)
+    #: fewest pixels of a run, and runs of a component
+    fewest_in_run: int = 3
+    fewest_runs: int = 3
+    #: widths and heights of spheres, as multiples of the diameter
+    width_diameters: tuple[float, float] = (0.5, 1.25)
+    height_diameters: tuple[float, float] = (0.5, 1.6)
+    #: things within these multiples of the diameter are reported when they are no sphere
+    reported_diameters: tuple[float, float] = (0.33, 2.0)
+    #: holes up to this many pixels are filled
+    filled_px: int = 2
+    #: jump of range [m] that parts a thing from its background, at most this and at most R
+    jump_m: float = 0.05
+
+    #: the window follows the centre in so many rounds, until it moves less than this [radii];
+    #: a fit that moves farther than the other runs away
+    window_rounds: int = 3
+    window_settled_radii: float = 0.05
+    lost_radii: float = 4.0
+    #: no window is wider than this [rad]
+    widest_rad: float = 0.6
+
+    #: form errors of good spheres [m], added to the noise in tests
+    form_m: float = 3e-4
+    #: largest ratio of residuals to noise
+    fit_ratio: float = 2.5
+    #: points are behind the outline if they lie no farther in front of the surface [sigmas]
+    front_sigmas: float = 3.0
+    #: least share of the points behind the outline that lies on the sphere
+    inlier_share: float = 0.7
+    #: least share of the pixels that should see the sphere and do
+    cover_share: float = 0.4
+    #: a free radius may differ by the less of these [m, radii], or by so many sigmas ...
+    free_radius_m: float = 6e-3
+    free_radius_share: float = 0.08
+    allowed_sigmas: float = 4.0
+    #: ... the form by this share of the radius or as many sigmas ...
+    form_share: float = 0.03
+    #: ... but never by more than these shares of the radius, noise or not
+    most_radius_share: float = 0.1
+    most_form_share: float = 0.05
+    most_rms_share: float = 0.1
+    #: directions of form that are weaker than this share of the strongest are not told
+    form_singular_share: float = 1e-3
+    #: things of another size that are listed at most, those most like a sphere first
+    most_listed: int = 50
+
+
+GATES = SphereGates()
+
+# compiled code reads constants of the module, not attributes of an object
+_RUN_DIAMETERS = GATES.run_diameters
+_FEWEST_IN_RUN = GATES.fewest_in_run
+
 
 # Free-standing things of about a sphere's size in a range image (method section 6.4).
 #
 # Rows are cut at jumps of range into runs. A run much narrower than the sphere (its pole or rod) or
 # much wider (walls) is dropped; the others are joined with those above them into components, whose
 # width and height must be those of the sphere.
-
-
-#: runs are kept whose width is within these multiples of the diameter
-_RUN = (0.25, 1.6)
-
-
-#: widths and heights of spheres, as multiples of the diameter
-_WIDTH, _HEIGHT = (0.5, 1.25), (0.5, 1.6)
-
-
-#: things within these multiples of the diameter are reported when they are no sphere
-_REPORTED = (0.33, 2.0)
-
-
-#: jump of range [m] that parts a thing from its background, at most this and at most R
-_JUMP = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,18 +114,18 @@ class SphereSizedParts:
 
 def find_components(image: RangeImage, radius: float) -> SphereSizedParts:
     """Components of the image that may be spheres of ``radius`` [m], and those nearly so."""
-    ranges = image.filled(2)
+    ranges = image.filled(GATES.filled_px)
     frame = (image.first_h, image.first_v, image.step_h, image.step_v)
-    runs = _runs(ranges, frame, radius, min(_JUMP, radius))
-    label = _joined(runs, ranges.shape[0], ranges.shape[1], image.wraps, min(_JUMP, radius))
+    runs = _runs(ranges, frame, radius, min(GATES.jump_m, radius))
+    label = _joined(runs, ranges.shape[0], ranges.shape[1], image.wraps, min(GATES.jump_m, radius))
     boxes = _boxes(runs, label, frame, ranges.shape[1], radius)
     width, height = boxes[:, 3], boxes[:, 4]
-    low, high = _REPORTED
+    low, high = GATES.reported_diameters
     near = (width > low) & (width < high) & (height > low) & (height < high)
-    near &= boxes[:, 5] >= 3
+    near &= boxes[:, 5] >= GATES.fewest_runs
     boxes, width, height = boxes[near], width[near], height[near]
-    fits = (width > _WIDTH[0]) & (width < _WIDTH[1])
-    fits &= (height > _HEIGHT[0]) & (height < _HEIGHT[1])
+    fits = (width > GATES.width_diameters[0]) & (width < GATES.width_diameters[1])
+    fits &= (height > GATES.height_diameters[0]) & (height < GATES.height_diameters[1])
     return SphereSizedParts(boxes[:, :3], width, height, fits)
 
 
@@ -100,7 +151,8 @@ def _runs(
                 n = j - start
                 mean = total / n
                 width = n * pitch * mean
-                if 2 * _RUN[0] * radius < width < 2 * _RUN[1] * radius and n >= 3:
+                low, high = _RUN_DIAMETERS
+                if 2 * low * radius < width < 2 * high * radius and n >= _FEWEST_IN_RUN:
                     if count == len(out):
                         grown = np.empty((2 * count, 6))
                         grown[:count] = out
@@ -204,37 +256,13 @@ def _boxes(
     return out[:count]
 
 
-#: largest ratio of residuals to noise, least shares of inliers and of covered pixels
-_FIT, _INLIERS, _COVER = 2.5, 0.7, 0.4
-
-
-#: a free radius may differ by the less of the first two [m, radii] or by 4 sigma, the form by a
-#: share of the radius or 4 sigma; but never by more than these shares, noise or not
-_RADIUS, _RADIUS_SHARE, _FORM_SHARE = 6e-3, 0.08, 0.03
-
-
-_MOST_RADIUS, _MOST_FORM, _MOST_RMS = 0.1, 0.05, 0.1
-
-
-#: rejections for size alone are listed for this many things at most, the likest first
-_LISTED = 50
-
-
-#: form errors of good spheres [m], added to the noise in tests
-_FORM = 3e-4
-
-
-#: no image window is searched that is wider than this [rad]
-_WIDEST = 0.6
-
-
 @dataclass(frozen=True)
 class _Noise:
     """Sigmas of one point: range [m] and angle [rad]; floor of a centre [m]."""
 
     range: float
     angle: float
-    floor: float = FLOOR
+    floor: float = FIT.floor_m
 
 
 def find_spheres(
@@ -244,7 +272,7 @@ def find_spheres(
     *,
     sigma_range: float | None = None,
     sigma_angle: float = 2e-5,
-    floor: float = FLOOR,
+    floor: float = FIT.floor_m,
     scan: str = "",
 ) -> tuple[list[Detection], list[Rejected]]:
     """Spheres of the given radii [m] among points (n, 3) [m] of the scanner frame.
@@ -290,7 +318,9 @@ def _of_radius(
         elif not any(np.linalg.norm(r.center - result.center) < radius for r in rejected):
             rejected.append(result)
     unlike = np.abs(np.log(parts.width)) + np.abs(np.log(parts.height))
-    for k in [k for k in np.argsort(unlike, kind="stable") if not parts.fits[k]][:_LISTED]:
+    for k in [k for k in np.argsort(unlike, kind="stable") if not parts.fits[k]][
+        : GATES.most_listed
+    ]:
         w, h = 2e3 * radius * parts.width[k], 2e3 * radius * parts.height[k]
         size = f"{w:.0f} mm wide and {h:.0f} mm high is not the size of a sphere"
         reason = f"{size} of {2e3 * radius:.0f} mm"
@@ -310,20 +340,22 @@ def _judged(
     """The sphere at a candidate, or why it is none."""
     center = np.asarray(start, dtype=float)
     fit: SphereFit | None = None
-    for _ in range(3):  # the window follows the centre
+    for _ in range(GATES.window_rounds):  # the window follows the centre
         window = _window(image, center, radius)
         points = xyz[window]
-        if len(points) < FEWEST:
-            return Rejected("sphere", center, f"only {len(points)} points, {FEWEST} are needed")
+        if len(points) < FIT.fewest_points:
+            return Rejected(
+                "sphere", center, f"only {len(points)} points, {FIT.fewest_points} are needed"
+            )
         try:
             fit = _fitted(points, center, radius, noise)
         except InputError as error:
             return Rejected("sphere", center, str(error).rstrip("."))
         moved = float(np.linalg.norm(fit.center - center))
-        if moved > 4 * radius:
+        if moved > GATES.lost_radii * radius:
             return Rejected("sphere", center, "the fit runs away from the candidate")
         center = fit.center
-        if moved < 0.05 * radius:
+        if moved < GATES.window_settled_radii * radius:
             break
     assert fit is not None
     return _tested(points, fit, image, noise, scan)
@@ -356,7 +388,7 @@ def _cone(
 ) -> tuple[NDArray[np.int32], int]:
     """Points of the pixels that look at the sphere, and the number of these pixels."""
     away = float(np.linalg.norm(center))
-    angle = min(float(np.arcsin(min(share * radius / away, 1.0))), _WIDEST)
+    angle = min(float(np.arcsin(min(share * radius / away, 1.0))), GATES.widest_rad)
     h, v = np.arctan2(center[1], center[0]), np.arctan2(np.hypot(center[0], center[1]), center[2])
     row, column = image.pixel(float(h), float(v))
     sine = max(float(np.sin(v)), np.sin(angle), 1e-3)
@@ -379,11 +411,11 @@ def _tested(
     points: Array, fit: SphereFit, image: RangeImage, noise: _Noise, scan: str
 ) -> Detection | Rejected:
     """Acceptance of a fitted sphere."""
-    sigma = np.hypot(noise.range, _FORM)
+    sigma = np.hypot(noise.range, GATES.form_m)
     on = fit.inliers
-    behind = fit.masked & (on | (fit.residuals > -3 * _spread(fit, noise)))
+    behind = fit.masked & (on | (fit.residuals > -GATES.front_sigmas * _spread(fit, noise)))
     inliers = float(on.sum() / max(behind.sum(), 1))
-    pixels = _cone(image, fit.center, fit.radius, float(np.sin(MASK)))[1]
+    pixels = _cone(image, fit.center, fit.radius, float(np.sin(FIT.mask_rad)))[1]
     cover = float(min(on.sum() / max(pixels, 1), 1.0))
     variance = sigma**2 + (noise.angle * np.linalg.norm(points[on], axis=1)) ** 2 * (
         np.tan(fit.incidence[on]) ** 2
@@ -397,40 +429,40 @@ def _tested(
         return Rejected("sphere", fit.center, reason)
     facts = {"s0": fit.s0, "free_radius_m": free, "form_m": form, "inlier_share": inliers}
     return Detection(
-        "sphere",
-        scan,
-        fit.center,
-        fit.covariance,
-        fit.radius,
-        fit.rms,
-        len(points),
-        int(on.sum()),
-        float(np.linalg.norm(fit.center)),
-        float(np.mean(fit.incidence[on])),
-        cover,
-        facts,
-        fit.sentences,
+        kind="sphere",
+        scan=scan,
+        center=fit.center,
+        covariance=fit.covariance,
+        radius=fit.radius,
+        rms=fit.rms,
+        points=len(points),
+        inliers=int(on.sum()),
+        range=float(np.linalg.norm(fit.center)),
+        incidence=float(np.mean(fit.incidence[on])),
+        coverage=cover,
+        facts=facts,
+        sentences=fit.sentences,
     )
 
 
 def _spread(fit: SphereFit, noise: _Noise) -> float:
     """Standard deviation of residuals that tells points in front of the sphere [m]."""
-    return float(max(fit.rms, noise.range, _FORM))
+    return float(max(fit.rms, noise.range, GATES.form_m))
 
 
 def _first_reason(ratio: float, inliers: float, cover: float, fit: SphereFit, noise: _Noise) -> str:
     """Why the fit itself speaks against a sphere; empty if it does not."""
-    if ratio > _FIT:
+    if ratio > GATES.fit_ratio:
         return (
             f"residuals of {1e3 * fit.rms:.1f} mm are {ratio:.1f} times the noise of "
             f"{1e3 * noise.range:.1f} mm"
         )
-    if fit.rms > _MOST_RMS * fit.radius:
+    if fit.rms > GATES.most_rms_share * fit.radius:
         share = 100 * fit.rms / fit.radius
         return f"residuals of {1e3 * fit.rms:.1f} mm are {share:.0f} % of the radius"
-    if inliers < _INLIERS:
+    if inliers < GATES.inlier_share:
         return f"only {100 * inliers:.0f} % of the points behind its outline lie on the sphere"
-    if cover < _COVER:
+    if cover < GATES.cover_share:
         return f"only {100 * cover:.0f} % of the pixels that should see the sphere do"
     return ""
 
@@ -442,12 +474,17 @@ def _form_reason(points: Array, fit: SphereFit, noise: _Noise) -> tuple[str, flo
     except InputError:
         return "its radius cannot be determined from its points", fit.radius, 0.0
     off = abs(free.radius - fit.radius)
-    allowed = min(_RADIUS, _RADIUS_SHARE * fit.radius)
-    if off > min(max(allowed, 4 * free.sigma_radius), _MOST_RADIUS * fit.radius):
+    allowed = min(GATES.free_radius_m, GATES.free_radius_share * fit.radius)
+    if off > min(
+        max(allowed, GATES.allowed_sigmas * free.sigma_radius), GATES.most_radius_share * fit.radius
+    ):
         what = f"its own radius is {1e3 * free.radius:.1f} mm, not {1e3 * fit.radius:.1f} mm"
         return what, free.radius, 0.0
     form, sigma_form = _form(points, fit)
-    if form > min(max(_FORM_SHARE * fit.radius, 4 * sigma_form), _MOST_FORM * fit.radius):
+    if form > min(
+        max(GATES.form_share * fit.radius, GATES.allowed_sigmas * sigma_form),
+        GATES.most_form_share * fit.radius,
+    ):
         what = f"its surface departs from a sphere by {1e3 * form:.1f} mm: it is longer one way"
         return what, free.radius, form
     return "", free.radius, form
@@ -471,7 +508,7 @@ def _form(points: Array, fit: SphereFit) -> tuple[float, float]:
     q, _ = np.linalg.qr(sphere)
     second = second - q @ (q.T @ second)
     u, size, _ = np.linalg.svd(second, full_matrices=False)
-    u = u[:, size > 1e-3 * size[0]] if size[0] > 0 else u[:, :0]
+    u = u[:, size > GATES.form_singular_share * size[0]] if size[0] > 0 else u[:, :0]
     parts = u.T @ normal
     rest = normal - q @ (q.T @ normal) - u @ parts
     freedom = max(len(n) - 9, 1)

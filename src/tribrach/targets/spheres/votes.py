@@ -7,6 +7,8 @@ place are a candidate (method section 6.4, second detector).
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -17,29 +19,57 @@ from tribrach.scan.range_image import RangeImage
 __all__ = ["apart", "gather", "vote_for_centers"]
 
 
-#: neighbours are looked up at this many radii
-_REACH = 0.45
+@dataclass(frozen=True)
+class VoteGates:
+    """Which pixels vote for the centre of a sphere, and which places with votes are candidates.
+
+    Chosen by hand on simulated rooms whose walls cast votes by their noise, and halls with balls
+    and columns (tests/targets/test_sphere_search); no source but where one is named.
+    """
+
+    #: neighbours are looked up at this many radii
+    reach_radii: float = 0.45
+    #: height of the middle above the chord, as multiples of a sphere's: at least, at most
+    least_height: float = 0.5
+    most_height: float = 1.7
+    #: what noise adds at the upper end, in sigmas of the height
+    above_sigmas: float = 2.0
+    #: what the noise of a plane must not reach at the lower end, in sigmas of the height
+    plane_sigmas: float = 2.0
+    #: the quick test along the beam is wider: heights seen from the side, by these factors
+    quick_least: float = 0.8
+    quick_most: float = 5.0
+    #: sigma of the height over that of a range: one range less the mean of two, sqrt(3/2)
+    height_sigma: float = 1.2247
+    #: edge of a voxel in radii, but not below this [m]
+    voxel_radii: float = 0.25
+    least_voxel_m: float = 0.008
+    #: a voxel with fewer votes is no peak
+    peak_votes: int = 2
+    #: a candidate has so many votes, and this share of what a free sphere would get
+    least_votes: int = 5
+    votes_share: float = 0.2
+    #: candidates are farther from the scanner than this, nearer to each other than that are one
+    nearest_radii: float = 1.5
+    apart_radii: float = 0.5
+    #: votes kept at most, and candidates returned at most: bound memory and time
+    most_votes: int = 4_000_000
+    most_candidates: int = 400
 
 
-#: height of the middle above the chord, as multiples of a sphere's; what noise adds at the upper
-#: end, and what a plane's noise must not reach at the lower one, in sigmas of the height
-_SAG, _ABOVE, _PLANE = (0.5, 1.7), 2.0, 2.0
+GATES = VoteGates()
 
-
-#: sigma of the height over that of a range: one range less the mean of two
-_HEIGHT = 1.2247
-
-
-#: edge of a voxel in radii, but not below the second number [m]
-_VOXEL, _SMALLEST = 0.25, 0.008
-
-
-#: votes: at least this many, and this share of what a free sphere would get
-_VOTES, _SHARE = 5, 0.2
-
-
-#: votes kept at most, and candidates returned at most
-_MOST, _CANDIDATES = 4_000_000, 400
+# compiled code reads constants of the module, not attributes of an object
+_REACH_RADII = GATES.reach_radii
+_LEAST_HEIGHT = GATES.least_height
+_MOST_HEIGHT = GATES.most_height
+_ABOVE_SIGMAS = GATES.above_sigmas
+_PLANE_SIGMAS = GATES.plane_sigmas
+_QUICK_LEAST = GATES.quick_least
+_QUICK_MOST = GATES.quick_most
+_HEIGHT_SIGMA = GATES.height_sigma
+_PEAK_VOTES = GATES.peak_votes
+_MOST_VOTES = GATES.most_votes
 
 
 def vote_for_centers(xyz: Array, image: RangeImage, radius: float, sigma: float) -> Array:
@@ -53,16 +83,20 @@ def vote_for_centers(xyz: Array, image: RangeImage, radius: float, sigma: float)
         return np.empty((0, 3))
     peaks, counts = gather(votes, radius)
     away = np.linalg.norm(peaks, axis=1)
-    pixels = _REACH**2 * np.pi * radius**2 / (away**2 * image.step_h * image.step_v)
+    pixels = GATES.reach_radii**2 * np.pi * radius**2 / (away**2 * image.step_h * image.step_v)
     flat_sine = np.maximum(np.hypot(peaks[:, 0], peaks[:, 1]) / np.maximum(away, 1e-9), 0.05)
-    keep = (counts >= np.maximum(_VOTES, _SHARE * pixels / flat_sine)) & (away > 1.5 * radius)
-    chosen = np.flatnonzero(keep)[np.argsort(-counts[keep], kind="stable")][: 4 * _CANDIDATES]
-    return np.asarray(apart(peaks[chosen], 0.5 * radius)[:_CANDIDATES])
+    keep = (counts >= np.maximum(GATES.least_votes, GATES.votes_share * pixels / flat_sine)) & (
+        away > GATES.nearest_radii * radius
+    )
+    chosen = np.flatnonzero(keep)[np.argsort(-counts[keep], kind="stable")][
+        : 4 * GATES.most_candidates
+    ]
+    return np.asarray(apart(peaks[chosen], GATES.apart_radii * radius)[: GATES.most_candidates])
 
 
 def gather(votes: Array, radius: float) -> tuple[Array, NDArray[np.int64]]:
     """Places (k, 3) where votes (n, 3) for centres [m] are densest, and their votes (k,)."""
-    cell = max(_VOXEL * radius, _SMALLEST)
+    cell = max(GATES.voxel_radii * radius, GATES.least_voxel_m)
     keys = np.floor(votes / cell).astype(np.int64)
     keys -= keys.min(axis=0)
     size = keys.max(axis=0) + 3
@@ -94,8 +128,8 @@ def _votes(
             r = ranges[i, j]
             if not r > 2 * radius:
                 continue
-            kh = int(_REACH * radius / (r * step_h * sine) + 0.5)
-            kv = int(_REACH * radius / (r * step_v) + 0.5)
+            kh = int(_REACH_RADII * radius / (r * step_h * sine) + 0.5)
+            kv = int(_REACH_RADII * radius / (r * step_v) + 0.5)
             if kh < 1 or kv < 1 or i < kv or i >= rows - kv or kh >= columns // 4:
                 continue
             left, right = j - kh, j + kh
@@ -117,7 +151,7 @@ def _votes(
             if not good:
                 continue
             if count == len(out):
-                if count >= _MOST:
+                if count >= _MOST_VOTES:
                     return out
                 grown = np.empty((2 * count, 3))
                 grown[:count] = out
@@ -134,9 +168,9 @@ def _plausible(sag: float, half: float, radius: float, sigma: float) -> bool:
     Tilted towards the beam the height along it grows, by up to five times where points still vote.
     """
     wanted = half * half / (2 * radius)
-    noise = _HEIGHT * sigma
-    least = 0.8 * max(_SAG[0] * wanted, min(_PLANE * noise, wanted))
-    return bool(least < sag < 5 * _SAG[1] * wanted + 2 * noise)
+    noise = _HEIGHT_SIGMA * sigma
+    least = _QUICK_LEAST * max(_LEAST_HEIGHT * wanted, min(_PLANE_SIGMAS * noise, wanted))
+    return bool(least < sag < _QUICK_MOST * _MOST_HEIGHT * wanted + _ABOVE_SIGMAS * noise)
 
 
 @njit(cache=True, nogil=True)
@@ -159,8 +193,8 @@ def _convex(
             return False, normal
         wanted = radius - np.sqrt(radius**2 - half2)
         sag = ((middle - 0.5 * (first + last)) * normal).sum()
-        least = max(_SAG[0] * wanted, min(_PLANE * _HEIGHT * sigma, wanted))
-        if not least < sag < _SAG[1] * wanted + _ABOVE * _HEIGHT * sigma:
+        least = max(_LEAST_HEIGHT * wanted, min(_PLANE_SIGMAS * _HEIGHT_SIGMA * sigma, wanted))
+        if not least < sag < _MOST_HEIGHT * wanted + _ABOVE_SIGMAS * _HEIGHT_SIGMA * sigma:
             return False, normal
     return True, normal
 
@@ -177,7 +211,7 @@ def _peaks(
     peaks, counts = np.empty((n, 3)), np.zeros(n, dtype=np.int64)
     found = 0
     for k in range(n):
-        if own[k] < 2:
+        if own[k] < _PEAK_VOTES:
             continue
         total, mean, top = 0, np.zeros(3), True
         for di in range(-1, 2):
