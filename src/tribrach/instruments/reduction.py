@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
 from tribrach.errors import InputError
+from tribrach.statistics import robust_sigma
 from tribrach.units import SEC
 
 __all__ = [
@@ -359,7 +360,7 @@ def _far(values: Array, known: NDArray[np.bool_]) -> NDArray[np.bool_]:
         far[known] = np.abs(values[known]) > np.radians(0.5)
         return far
     off = np.abs(values - np.median(values[known]))
-    spread = 1.4826 * np.median(off[known])
+    spread = robust_sigma(off[known], about=0.0)
     far[known] = off[known] > max(LIMIT * spread, FLOOR)
     return far
 

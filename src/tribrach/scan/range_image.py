@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from tribrach._types import Array, Index, Single
 from tribrach.errors import InputError
 from tribrach.scan.angular_step import angular_step
+from tribrach.statistics import robust_sigma
 
 __all__ = ["RangeImage", "organise"]
 
@@ -133,7 +134,7 @@ def _line(row: Index, v: Array) -> tuple[float, float] | None:
             return None
         v1, v0 = np.polyfit(row[keep], v[keep], 1)
         off = np.abs(v - v0 - v1 * row)
-        keep = off <= max(3 * 1.4826 * float(np.median(off)), 1e-9)
+        keep = off <= max(3 * robust_sigma(off, about=0.0), 1e-9)
     off = np.abs(v - v0 - v1 * row)
     if v1 == 0 or np.quantile(off, 0.9) > max(_STRAIGHT * abs(v1), 1e-5):
         return None

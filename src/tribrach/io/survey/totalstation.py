@@ -31,6 +31,7 @@ from tribrach.network.network import Datum
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Observations, Use
 from tribrach.observations.sights import Directions, SlopeDistances, ZenithAngles
+from tribrach.statistics import robust_sigma
 from tribrach.units import SEC
 
 __all__ = ["ReducedFile", "reduce_file", "survey_of"]
@@ -136,7 +137,7 @@ def _residuals(reduced: ReducedFile) -> list[str]:
     ]
     if not pool:
         return []
-    limit = max(RESIDUAL, LIMIT * 1.4826 * float(np.median(np.concatenate(pool))))
+    limit = max(RESIDUAL, LIMIT * robust_sigma(np.concatenate(pool), about=0.0))
     out = []
     for setup in setups:
         if not setup.rounds.dof:

@@ -21,6 +21,7 @@ from tribrach.network.network import Network
 from tribrach.network.reliability import UNCONTROLLED, redundancy_numbers, weigh
 from tribrach.network.significance import w_critical
 from tribrach.observations.base import Observations
+from tribrach.statistics import robust_sigma
 
 __all__ = ["RobustResult", "adjust_robust", "weight_function"]
 
@@ -206,7 +207,7 @@ def _standardised(adjustment: Adjustment, spread: Array) -> Array:
     controlled = np.isfinite(spread)
     scale = 1.0
     if controlled.any():
-        scale = max(1.0, 1.4826 * float(np.median(np.abs(vbar[controlled]))))
+        scale = max(1.0, robust_sigma(vbar[controlled], about=0.0))
     standardised: Array = vbar / scale
     return standardised
 

@@ -21,6 +21,7 @@ from tribrach._types import Array, Index
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import exp
 from tribrach.registration.clouds.surfels import Surfels
+from tribrach.statistics import robust_sigma
 
 __all__ = ["GATES", "FineAlignment", "Indexed", "Matches", "align", "matched"]
 
@@ -253,7 +254,7 @@ def _step(pairs: _Pairs, pose: Pose, gate: float) -> tuple[Pose, float, float]:
     inside = np.abs(m.residual) < gate
     if inside.sum() < 10:
         return pose, 0.0, np.inf
-    spread = float(1.4826 * np.median(np.abs(m.residual[inside])))
+    spread = robust_sigma(m.residual[inside], about=0.0)
     middle = m.point[inside].mean(axis=0)
     lever = float(np.sqrt(((m.point[inside] - middle) ** 2).sum(axis=1).mean()))
     weight = np.where(inside, (1 - (m.residual / gate) ** 2) ** 2, 0.0)

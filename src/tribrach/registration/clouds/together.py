@@ -30,6 +30,7 @@ from tribrach.registration.clouds.prepared import PreparedScan
 from tribrach.registration.clouds.relative_covariance import FLOOR
 from tribrach.registration.clouds.surfels import Surfels
 from tribrach.registration.edges import Edge, edges
+from tribrach.statistics import robust_sigma
 
 __all__ = [
     "CloudGroup",
@@ -93,7 +94,7 @@ def differences(
     flat &= s.size[found.first] == t.size[found.second]
     found = found.subset(flat & found.forward)
     # the few that are beyond all noise are edges
-    limit = 6 * 1.4826 * float(np.median(np.abs(found.residual))) if len(found) else 0.0
+    limit = 6 * robust_sigma(found.residual, about=0.0) if len(found) else 0.0
     found = found.subset(np.abs(found.residual) <= limit)
     if len(found) < _PLACES:
         return None

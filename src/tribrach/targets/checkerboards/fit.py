@@ -155,7 +155,7 @@ def doubt(
         for i in (-1, 1)
         for j in (-1, 1)
     ]
-    if min(counts) < max(GATES.quadrant_share * np.mean(counts), GATES.quadrant_points):
+    if min(counts) < max(GATES.quadrant_share * float(np.mean(counts)), GATES.quadrant_points):
         return f"its quadrants hold {counts} points"
     if _goes_on(a / half, b / half, light / p[5]):
         return "its pattern goes on beyond the side of the board"
