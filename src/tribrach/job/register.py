@@ -22,7 +22,7 @@ from tribrach.job.poses import joint_covariance, pose_texts
 from tribrach.job.scans import StationScan
 from tribrach.registration.clouds.pair import PairFit
 from tribrach.registration.clouds.prepared import PreparedScan, prepare
-from tribrach.registration.clouds.relative_covariance import FLOOR
+from tribrach.registration.clouds.relative_covariance import GATES as COVARIANCE
 from tribrach.registration.clouds.together import CloudGroup, CloudRegistration, register_clouds
 from tribrach.scan.scan import Scan
 
@@ -42,7 +42,7 @@ def register_files(
     paths: Sequence[Path],
     *,
     approximate: bool = True,
-    floor: tuple[float, float] = FLOOR,
+    floor: tuple[float, float] = COVARIANCE.floor,
     progress: Progress = lambda what, done, total: None,
 ) -> RegisteredFiles:
     """Register all scans of files; no more than one scan's surfels are made at a time.

@@ -23,16 +23,28 @@ from tribrach.statistics import chi2
 __all__ = ["Matching", "match"]
 
 
-#: distances and heights may differ by this many sigmas
-_GATE = 4.0
+@dataclass(frozen=True)
+class MatchingGates:
+    """When targets and points match (method section 8.4).
+
+    Chosen by hand on simulated lists with false targets (tests/targets/test_matching); no source
+    but where one is named.
+    """
+
+    #: distances and heights may differ by this many sigmas
+    distance_sigmas: float = 4.0
+    #: solutions whose sum of squares is beyond this quantile of chi-square do not fit
+    fit_level: float = 0.9999
+    #: a solution with a pair less is a rival if its sum of squares is smaller by more than this
+    #: quantile of chi-square with three degrees of freedom, the share of one pair
+    rival_level: float = 0.999
+    #: points nearer to one line (one place if levelled) than this determine no motion [m]
+    least_spread_m: float = 1e-3
+    #: association graphs with more nodes are refused: bounds the time
+    most_nodes: int = 3600
 
 
-#: solutions whose sum of squares is beyond this quantile do not fit
-_FIT_LEVEL = 0.9999
-
-
-#: association graphs beyond this many nodes are refused
-_MOST_NODES = 3600
+GATES = MatchingGates()
 
 
 @dataclass(frozen=True)
@@ -93,7 +105,7 @@ def match(
         that fit any points.
     """
     n, m = len(targets), len(points)
-    if n * m > _MOST_NODES:
+    if n * m > GATES.most_nodes:
         raise InputError(
             f"{n} targets and {m} points are too many to match without names",
             cure="name three targets or give an approximate pose",
@@ -120,7 +132,7 @@ def match(
     best = full[0]
     rivals = [s for s in solutions if len(s.pairs) == size - 1 and s.chi_square < best.chi_square]
     # a smaller solution is a rival only where its residuals are less by more than one pair's share
-    rivals = [s for s in rivals if best.chi_square - s.chi_square > chi2.ppf(0.999, 3)]
+    rivals = [s for s in rivals if best.chi_square - s.chi_square > chi2.ppf(GATES.rival_level, 3)]
     return replace(best, others=tuple(s.pairs for s in [*full[1:], *rivals]))
 
 
@@ -144,7 +156,7 @@ def _associations(
     rise_t, rise_p = (x[:, None, 2] - x[None, :, 2] for x in (targets, points))
     out = []
     for k in range(len(nodes)):
-        gate = _GATE * np.sqrt(s2[i[k], j[k]] + s2[i, j])
+        gate = GATES.distance_sigmas * np.sqrt(s2[i[k], j[k]] + s2[i, j])
         joined = (i != i[k]) & (j != j[k])
         joined &= np.abs(length_t[i[k], i] - length_p[j[k], j]) < gate
         if levelled:
@@ -191,14 +203,14 @@ def _fit(targets: Array, points: Array, pairs: Index, s2: Array, levelled: bool)
         plan = group_planar(one, 1, local[:, :2], world[:, :2], weights)
         rotation[:2, :2], translation[:2] = plan.rotation[0], plan.translation[0]
         translation[2] = np.average(world[:, 2] - local[:, 2], weights=weights)
-        sound, unknowns = plan.spread[0] > 1e-3, 4
+        sound, unknowns = plan.spread[0] > GATES.least_spread_m, 4
     else:
         space = group_rigid(one, 1, local, world, weights)
         rotation, translation = space.rotation[0], space.translation[0]
-        sound, unknowns = space.spread[0] > 1e-3, 6
+        sound, unknowns = space.spread[0] > GATES.least_spread_m, 6
     v = world - local @ rotation.T - translation
     square = float((weights[:, None] * v**2).sum())
-    if not sound or square > chi2.ppf(_FIT_LEVEL, 3 * len(pairs) - unknowns):
+    if not sound or square > chi2.ppf(GATES.fit_level, 3 * len(pairs) - unknowns):
         return None
     centre = np.average(world, axis=0, weights=weights)
     cofactor = _cofactor(world - centre, weights, levelled)

@@ -17,11 +17,23 @@ import numpy as np
 
 from tribrach.geometry.pose import Pose
 
-__all__ = ["CLOSES", "Joint", "PoseGraph", "join"]
+__all__ = ["GATES", "Joint", "LoopGates", "PoseGraph", "join"]
 
 
-#: a loop closes within this [m] and [rad]
-CLOSES = 0.05, float(np.radians(0.25))
+@dataclass(frozen=True)
+class LoopGates:
+    """When a loop of three relative poses closes; longer ones by the root of their number.
+
+    Chosen by hand on simulated yards and real rooms (tests/registration/test_pose_graph,
+    tests/registration/test_plane_poses): no source.
+    """
+
+    #: gap [m] and turn [rad] that a good loop may leave
+    gap_m: float = 0.05
+    turn_rad: float = float(np.radians(0.25))
+
+
+GATES = LoopGates()
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +81,7 @@ class _Loop:
     def closes(self) -> bool:
         """Within the tolerance for so many joints?"""
         room = np.sqrt(len(self.joints) / 3)
-        return bool(self.gap < CLOSES[0] * room and self.turn < CLOSES[1] * room)
+        return bool(self.gap < GATES.gap_m * room and self.turn < GATES.turn_rad * room)
 
 
 def join(stations: Sequence[str], joints: Sequence[Joint]) -> PoseGraph:

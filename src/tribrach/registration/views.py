@@ -31,6 +31,44 @@ __all__ = [
     "view_of",
 ]
 
+
+@dataclass(frozen=True)
+class ViewGates:
+    """How a station's view is kept, and when a point contradicts it.
+
+    Chosen by hand on simulated yards, rooms and corridors (tests/registration/test_station_view,
+    tests/registration/test_plane_poses, benchmarks/plane_registration); no source but where one is
+    named.
+    """
+
+    #: directions that are kept apart [rad]
+    step_rad: float = float(np.radians(0.5))
+    #: points that stand for the surfaces, at most
+    most_points: int = 4000
+    #: edge of the cells of space that one of them is drawn from [m]
+    cell_m: float = 0.3
+    #: pixels of an image that are looked at for them, at most: bounds the time
+    most_pixels: int = 600_000
+    #: a scan with returns from this share of its image or more looked along all of it
+    filled_share: float = 0.2
+    #: a point agrees with a surface within this distance [m] plus this share of the range
+    near_m: float = 0.15
+    near_share: float = 0.005
+    #: nearer points are not judged: the housing of the scanner and its legs [m]
+    nearest_m: float = 0.3
+    #: open sky contradicts a point that is nearer than this share of the reach of the scanner
+    reach_share: float = 0.8
+
+
+GATES = ViewGates()
+
+# compiled code reads constants of the module, not attributes of an object
+_NEAR_M = GATES.near_m
+_NEAR_SHARE = GATES.near_share
+_NEAREST_M = GATES.nearest_m
+_REACH_SHARE = GATES.reach_share
+
+
 # What is known of a station, or of a group of stations as if they were one: planes and views.
 #
 # Metres and radians, in the frame of the station or of the group.
@@ -88,27 +126,7 @@ def seen(
     return total, there, back
 
 
-#: directions that are kept apart [rad]
-STEP = float(np.radians(0.5))
-
-
-_ROWS, _COLUMNS = round(np.pi / STEP), round(2 * np.pi / STEP)
-
-
-#: points that stand for the surfaces, at most, and the cells of space that they are drawn from [m]
-_POINTS, _CELL = 4000, 0.3
-
-
-#: pixels of an image that are looked at for them, at most
-_SOME = 600_000
-
-
-#: a scan with returns from this share of its image or more looked along all of it
-_FILLED = 0.2
-
-
-#: a point agrees with a surface within this distance [m] and share of the range
-_NEAR, _SHARE = 0.15, 0.005
+_ROWS, _COLUMNS = round(np.pi / GATES.step_rad), round(2 * np.pi / GATES.step_rad)
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,10 +195,13 @@ def view_of(xyz: Array, image: RangeImage) -> StationView:
     _fill(xyz, near, far)
     seen = np.isfinite(near)
     filled = float(np.isfinite(image.range).mean())
-    if filled >= _FILLED:
-        v, h = (np.arange(a[0], a[-1] + STEP / 2, STEP / 2) for a in (image.v(), image.h()))
-        rows = np.clip((v / STEP).astype(np.int64), 0, _ROWS - 1)
-        columns = np.floor((h + np.pi) / STEP).astype(np.int64) % _COLUMNS
+    if filled >= GATES.filled_share:
+        v, h = (
+            np.arange(a[0], a[-1] + GATES.step_rad / 2, GATES.step_rad / 2)
+            for a in (image.v(), image.h())
+        )
+        rows = np.clip((v / GATES.step_rad).astype(np.int64), 0, _ROWS - 1)
+        columns = np.floor((h + np.pi) / GATES.step_rad).astype(np.int64) % _COLUMNS
         looked[np.ix_(np.unique(rows), np.unique(columns))] = True
     reach = float(np.nanmax(far)) if seen.any() else 0.0
     return StationView(near, far, looked | seen, _spread(xyz, image), reach)
@@ -210,7 +231,7 @@ def agreement(mine: StationView, other: StationView, other_from_mine: Pose) -> A
 def _spread(xyz: Array, image: RangeImage) -> Array:
     """Points spread over the surfaces of a scan."""
     index = image.index.ravel()
-    stride = max(1, len(index) // _SOME)
+    stride = max(1, len(index) // GATES.most_pixels)
     index = index[::stride]
     return _thinned(xyz[index[index >= 0]])
 
@@ -219,10 +240,10 @@ def _thinned(points: Array) -> Array:
     """One point from each cell of space, some of them if there are many."""
     if len(points) == 0:
         return points
-    cells = np.floor(points / _CELL).astype(np.int64)
+    cells = np.floor(points / GATES.cell_m).astype(np.int64)
     _, first = np.unique(cells, axis=0, return_index=True)
-    if len(first) > _POINTS:
-        first = np.random.default_rng(0).choice(first, _POINTS, replace=False)
+    if len(first) > GATES.most_points:
+        first = np.random.default_rng(0).choice(first, GATES.most_points, replace=False)
     return points[np.sort(first)]
 
 
@@ -253,7 +274,7 @@ def _compare(xyz: Array, near: Single, far: Single, looked: Mask, reach: float) 
     for k in range(len(xyz)):
         x, y, z = xyz[k, 0], xyz[k, 1], xyz[k, 2]
         r = np.sqrt(x * x + y * y + z * z)
-        if r < 0.3:
+        if r < _NEAREST_M:
             out[4] += 1
             continue
         i = min(max(int(np.arccos(z / r) / step), 0), rows - 1)
@@ -266,10 +287,10 @@ def _compare(xyz: Array, near: Single, far: Single, looked: Mask, reach: float) 
                     all_looked = False
                 elif not np.isnan(near[a, c]):
                     low, high = min(low, near[a, c]), max(high, far[a, c])
-        tolerance = _NEAR + _SHARE * r
+        tolerance = _NEAR_M + _NEAR_SHARE * r
         if low > high:
             # nothing came back from all around, though the scanner reaches that far
-            sky = all_looked and r < 0.8 * reach
+            sky = all_looked and r < _REACH_SHARE * reach
             out[3 if sky else 4] += 1
         elif r < low - tolerance:
             out[2 if all_looked else 4] += 1

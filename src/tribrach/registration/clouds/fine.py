@@ -23,28 +23,48 @@ from tribrach.geometry.rotation import exp
 from tribrach.registration.clouds.surfels import Surfels
 from tribrach.statistics import robust_sigma
 
-__all__ = ["GATES", "FineAlignment", "Indexed", "Matches", "align", "matched"]
+__all__ = ["FINE", "FineAlignment", "FineAlignmentGates", "Indexed", "Matches", "align", "matched"]
 
 
-#: limits of the residuals, one after the other [m]
-GATES = (0.2, 0.05, 0.015)
-#: the last gate is never below this many sigmas of the residuals
-_SIGMAS = 4.5
-#: steps at one gate, at most; smaller steps than these end it [m at the mean lever]
-_STEPS, _SETTLED = 20, 2e-6
-#: surfels of either scan that are looked up before the last gate
-_SOME = 15_000
-#: matches are looked up again when surfels have moved by this share of their size
-_MOVED = 0.05
-#: normals of matches differ by less than this [cosine]
-_ALIKE = 0.8
-#: a match is no further along the surface than this many sizes
-_REACH = 1.0
-#: error of single surfels that no scatter tells (waves of surfaces, shares of beams) [m], and the
-#: share of their roughness that does not average out
-SIGMA_SURFACE, _ROUGH = 5e-4, 0.1
-#: directions with less than this share of the largest eigenvalue are not moved
-_HELD = 1e-4
+@dataclass(frozen=True)
+class FineAlignmentGates:
+    """How surfels of two scans are matched and fitted.
+
+    Chosen by hand on simulated yards and real rooms (tests/registration/clouds: errors as large as
+    their covariances say, benchmarks/registration); no source but where one is named.
+    """
+
+    #: limits of the residuals, one after the other [m]
+    gates_m: tuple[float, ...] = (0.2, 0.05, 0.015)
+    #: the last gate is never below this many sigmas of the residuals; a gate is so many sigmas
+    gate_sigmas: float = 4.5
+    #: steps at one gate, at most
+    most_steps: int = 20
+    #: smaller steps end a gate [m at the mean lever]
+    settled_m: float = 2e-6
+    #: surfels of either scan that are looked up before the last gate: bounds the time
+    some_surfels: int = 15_000
+    #: matches are looked up again when surfels have moved by this share of their size ...
+    moved_sizes: float = 0.05
+    #: ... or the gate has shrunk to less than this share
+    gate_shrinks: float = 0.5
+    #: the turn moves the surfel at this quantile of the distances of a scan
+    reach_quantile: float = 0.8
+    #: normals of matches differ by less than this [cosine]
+    alike_cosine: float = 0.8
+    #: a match is no further along the surface than this many sizes
+    reach_sizes: float = 1.0
+    #: error of single surfels that no scatter tells (waves of surfaces, shares of beams) [m]
+    surface_m: float = 5e-4
+    #: share of their roughness that does not average out
+    rough_share: float = 0.1
+    #: directions with less than this share of the largest eigenvalue are not moved
+    held_share: float = 1e-4
+    #: fewer matches make no step
+    fewest_matches: int = 10
+
+
+FINE = FineAlignmentGates()
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,24 +123,28 @@ class FineAlignment:
 
 
 def align(
-    a: Indexed, b: Indexed, start: Pose, gates: Sequence[float] = GATES, steps: int = _STEPS
+    a: Indexed,
+    b: Indexed,
+    start: Pose,
+    gates: Sequence[float] = FINE.gates_m,
+    steps: int = FINE.most_steps,
 ) -> FineAlignment:
     """Move b onto a from a pose within the first gate or so of the true one."""
     pose, settled = start, False
     pairs = _Pairs(a, b)
     spread = np.inf
     for number, gate in enumerate(gates):
-        gate = max(gate, _SIGMAS * spread if np.isfinite(spread) else 0.0)
+        gate = max(gate, FINE.gate_sigmas * spread if np.isfinite(spread) else 0.0)
         settled = False
         # until the last gate some surfels will do
-        pairs.most = _SOME if number < len(gates) - 1 else None
+        pairs.most = FINE.some_surfels if number < len(gates) - 1 else None
         for _ in range(steps):
             pairs.look_up(pose, gate)
             pose, size, spread = _step(pairs, pose, gate)
-            if size < _SETTLED:
+            if size < FINE.settled_m:
                 settled = True
                 break
-    gate = max(gates[-1], _SIGMAS * spread if np.isfinite(spread) else 0.0)
+    gate = max(gates[-1], FINE.gate_sigmas * spread if np.isfinite(spread) else 0.0)
     pairs.most = None
     pairs.look_up(pose, gate, anew=True)
     found = pairs.matches(pose)
@@ -149,16 +173,18 @@ class _Pairs:
         self._looked: int | None = None
         self._sigmas = [(_sigma(x.surfels), x.surfels.sigma_normal) for x in (a, b)]
         self._small = float(min(np.median(x.surfels.size) for x in (a, b)))
-        self._reach = float(np.linalg.norm(np.quantile(np.abs(b.surfels.center), 0.8, axis=0)))
+        self._reach = float(
+            np.linalg.norm(np.quantile(np.abs(b.surfels.center), FINE.reach_quantile, axis=0))
+        )
 
     def look_up(self, pose: Pose, gate: float, anew: bool = False) -> None:
         """Nearest surfels both ways, where they are not known well enough."""
         known = self._pose is not None and self._looked == self.most
-        if not anew and self._pose is not None and known and gate >= 0.5 * self._gate:
+        if not anew and self._pose is not None and known and gate >= FINE.gate_shrinks * self._gate:
             moved = self._pose.inverse @ pose
             turn = np.linalg.norm(moved.rotation - np.eye(3)) / np.sqrt(2)
             far = float(np.linalg.norm(moved.translation) + turn * self._reach)
-            if far < _MOVED * self._small:
+            if far < FINE.moved_sizes * self._small:
                 return
         self._pose, self._gate, self._looked = pose, gate, self.most
         i, one = self._nearest(self.a, self.b.surfels, pose, gate)
@@ -200,20 +226,24 @@ class _Pairs:
 
 def _sigma(s: Surfels) -> Array:
     """Sigma (n,) of the mean of surfels along the normal [m]."""
-    return np.asarray(np.sqrt(s.sigma_offset**2 + (_ROUGH * s.thickness) ** 2 + SIGMA_SURFACE**2))
+    return np.asarray(
+        np.sqrt(s.sigma_offset**2 + (FINE.rough_share * s.thickness) ** 2 + FINE.surface_m**2)
+    )
 
 
 def _nearest(reference: Indexed, surfels: Surfels, pose: Pose, gate: float) -> Index:
     """Index (n,) of the nearest surfel of the reference with a like normal, -1 without one."""
     moved, normal = pose @ surfels.center, surfels.normal @ pose.rotation.T
-    limit = float(np.hypot(gate, _REACH * max(surfels.size.max(), reference.surfels.size.max())))
+    limit = float(
+        np.hypot(gate, FINE.reach_sizes * max(surfels.size.max(), reference.surfels.size.max()))
+    )
     far, found = reference.tree.query(
         np.ascontiguousarray(moved), distance_upper_bound=limit, sqr_dists=False
     )
     index = np.where(np.isfinite(far), found, 0).astype(np.int64)
     other = reference.surfels
-    alike = np.einsum("ni,ni->n", normal, other.normal[index]) > _ALIKE
-    reach = np.hypot(gate, _REACH * np.maximum(surfels.size, other.size[index]))
+    alike = np.einsum("ni,ni->n", normal, other.normal[index]) > FINE.alike_cosine
+    reach = np.hypot(gate, FINE.reach_sizes * np.maximum(surfels.size, other.size[index]))
     return np.where(np.isfinite(far) & alike & (far < reach), index, -1)
 
 
@@ -252,16 +282,16 @@ def _step(pairs: _Pairs, pose: Pose, gate: float) -> tuple[Pose, float, float]:
     """One step; the pose, its size [m] and the robust sigma of the residuals within the gate."""
     m = pairs.matches(pose)
     inside = np.abs(m.residual) < gate
-    if inside.sum() < 10:
+    if inside.sum() < FINE.fewest_matches:
         return pose, 0.0, np.inf
     spread = robust_sigma(m.residual[inside], about=0.0)
     middle = m.point[inside].mean(axis=0)
     lever = float(np.sqrt(((m.point[inside] - middle) ** 2).sum(axis=1).mean()))
     weight = np.where(inside, (1 - (m.residual / gate) ** 2) ** 2, 0.0)
-    weight /= m.sigma**2 + (gate / _SIGMAS) ** 2
+    weight /= m.sigma**2 + (gate / FINE.gate_sigmas) ** 2
     normal, right = _normal(m.point, m.normal, m.residual, weight, middle, lever)
     values, vectors = np.linalg.eigh(normal)
-    held = values > _HELD * values[-1]
+    held = values > FINE.held_share * values[-1]
     part = vectors[:, held]
     step = part @ ((part.T @ right) / values[held])
     turn = exp(step[3:] / lever)

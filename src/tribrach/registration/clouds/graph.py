@@ -35,8 +35,15 @@ __all__ = [
 ]
 
 
-#: probability that a good loop is called open
-ALPHA = 0.001
+@dataclass(frozen=True)
+class CloudLoopGates:
+    """When a loop of pairs of clouds closes (method section 2.11)."""
+
+    #: probability that a good loop is called open; the usual level of a test of blunders
+    alpha: float = 0.001
+
+
+GATES = CloudLoopGates()
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,7 +215,7 @@ def _closed(stations: tuple[str, ...], edges: Sequence[CloudEdge]) -> StationLoo
         float(np.sqrt(np.trace(covariance[:3, :3]))),
         float(np.sqrt(np.trace(covariance[3:, 3:]))),
         float(closure @ np.linalg.solve(covariance, closure)),
-        float(chi2.ppf(1 - ALPHA, 6)),
+        float(chi2.ppf(1 - GATES.alpha, 6)),
     )
 
 

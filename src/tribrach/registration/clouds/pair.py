@@ -15,10 +15,10 @@ import numpy as np
 
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import log
-from tribrach.registration.clouds.fine import GATES, FineAlignment, Indexed, align
+from tribrach.registration.clouds.fine import FINE, FineAlignment, Indexed, align
 from tribrach.registration.clouds.prepared import PreparedScan
+from tribrach.registration.clouds.relative_covariance import GATES as COVARIANCE
 from tribrach.registration.clouds.relative_covariance import (
-    FLOOR,
     RelativeCovariance,
     relative_covariance,
 )
@@ -28,40 +28,80 @@ from tribrach.registration.clouds.verdict import Verdict, judge
 
 __all__ = ["CloudPair", "PairFit", "register_pair"]
 
+
+@dataclass(frozen=True)
+class CloudPairGates:
+    """Which poses of two scans are looked at, and when one of them is taken.
+
+    Chosen by hand on simulated yards, facades, corridors and rooms, so that no wrong pose is taken
+    (tests/registration/clouds/test_pair), and on real rooms (test_real_scans); no source but where
+    one is named. A size is that of the coarse surfels.
+    """
+
+    #: gates of the first and of the second look [sizes], and steps at each
+    first_gates_sizes: tuple[float, ...] = (4.0, 2.0, 1.0)
+    first_steps: int = 3
+    second_gates_sizes: tuple[float, ...] = (1.0, 0.5)
+    second_steps: int = 8
+    #: surfels that the first look takes
+    first_surfels: int = 2500
+    #: poses nearer than this are one: shift [sizes], turn [rad]
+    same_sizes: float = 1.5
+    same_turn_rad: float = float(np.radians(3.0))
+    #: ... after the second look, as a share of that shift
+    same_again: float = 0.3
+    #: candidates that are looked at a second time, and the share of the best score that they need
+    second_looks: int = 6
+    best_share: float = 0.4
+    #: places to either side that are tried along an open direction, one size apart
+    slide_places: int = 60
+    #: how many of them are kept, and how many sizes these are apart
+    slid_kept: int = 3
+    slid_apart: int = 3
+    #: what is open is a shift if it has this share of shift or more
+    slide_share: float = 0.9
+    #: fewer matches tell of no open direction and hold no pose
+    fewest_matches: int = 50
+    #: agreement along normals in the search [sizes]
+    agrees_sizes: float = 0.4
+
+    #: a pair overlaps if either scan is seen by the other with this share and this area [m^2]
+    least_overlap: float = 0.12
+    least_area_m2: float = 4.0
+    #: of what is judged at least so much agrees
+    least_consistency: float = 0.25
+    #: shares of the agreeing area, and of that of it which is no floor, that may be seen through:
+    #: things that were moved between the scans
+    moved_share: float = 0.01
+    moved_standing_share: float = 0.02
+    #: rivals agree in this share of the area of the best, or in the lesser one if they are clearly
+    #: less seen through than it
+    rival_share: float = 0.7
+    clean_rival_share: float = 0.4
+    #: edge of patches that are independent evidence [m], and sigmas by which rivals are excluded
+    patch_m: float = 0.5
+    excluded_sigmas: float = 3.0
+    #: agreement along normals in the fit [sigmas of the residuals], at least [m]
+    agrees_sigmas: float = 3.0
+    agrees_m: float = 0.004
+    #: poses that differ by less than this are the same: shift at the overlap [m]
+    same_m: float = 0.3
+    #: approximate poses further off than this are called wrong: shift [m], turn [rad]
+    wrong_m: float = 1.0
+    wrong_rad: float = float(np.radians(5.0))
+    #: proposals that are fitted, and those of them that differ only where nothing holds
+    fitted: int = 5
+    fitted_alike: int = 2
+
+
+GATES = CloudPairGates()
+
+
 # Poses that may be right: moved to where they fit best, judged, doubles put together.
 
 
 #: origin of approximate poses that were given
 GIVEN = "approximate pose"
-
-
-#: gates of the first and of the second look, in coarse surfels [sizes]
-_FIRST, _SECOND = (4.0, 2.0, 1.0), (1.0, 0.5)
-
-
-#: surfels that the first look takes
-_FEW = 2500
-
-
-#: poses nearer than this are one: shift [sizes], turn [rad]
-_SHIFT, _TURN = 1.5, np.radians(3.0)
-
-
-#: candidates that are looked at a second time, and the share of the best score that they need
-_SECONDS, _OF_BEST = 6, 0.4
-
-
-#: places to either side that are tried along an open direction, one size apart; how many of them
-#: are kept, and how many sizes these are apart
-_SLIDE, _SLID, _APART = 60, 3, 3
-
-
-#: what is open is a shift if it has this share of shift or more; matches that tell
-_SHIFT_SHARE, _MATCHES = 0.9, 50
-
-
-#: agreement along normals [sizes]
-_TOLERANCE = 0.4
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,15 +123,21 @@ def judged(
     for pose, origin in proposed:
         if any(_same(c.pose, pose, size) for c in looked):
             continue
-        moved = align(few[0], few[1], pose, [k * size for k in _FIRST], steps=3).pose
+        moved = align(
+            few[0],
+            few[1],
+            pose,
+            [k * size for k in GATES.first_gates_sizes],
+            steps=GATES.first_steps,
+        ).pose
         if any(_same(c.pose, moved, size) for c in looked):
             continue
         looked.append(_candidate(a, b, moved, origin, size))
     looked.sort(key=lambda c: -c.verdict.score)
-    least = _OF_BEST * looked[0].verdict.score if looked else 0.0
-    good = [c for c in looked[:_SECONDS] if c.verdict.score >= least]
+    least = GATES.best_share * looked[0].verdict.score if looked else 0.0
+    good = [c for c in looked[: GATES.second_looks] if c.verdict.score >= least]
     # what the user gave is looked at in any case
-    good += [c for c in looked[_SECONDS:] if c.origin == GIVEN]
+    good += [c for c in looked[GATES.second_looks :] if c.origin == GIVEN]
     found = refined(a, b, good)
     slid = [place for c in found for place in _slid(a, b, few, c)]
     return refined(a, b, [*found, *slid]) if slid else found
@@ -106,24 +152,24 @@ def _slid(
     tells where it is right, and who looked through that.
     """
     size = _size(a, b)
-    found = align(few[0], few[1], c.pose, [_SECOND[-1] * size], steps=1)
-    if len(found.matches) < _MATCHES:
+    found = align(few[0], few[1], c.pose, [GATES.second_gates_sizes[-1] * size], steps=1)
+    if len(found.matches) < GATES.fewest_matches:
         return []
     unheld = relative_covariance(few[0], few[1], found).unheld
-    if unheld.shape[1] != 1 or np.linalg.norm(unheld[:3, 0]) < _SHIFT_SHARE:
+    if unheld.shape[1] != 1 or np.linalg.norm(unheld[:3, 0]) < GATES.slide_share:
         return []
     along = unheld[:3, 0] / np.linalg.norm(unheld[:3, 0])
-    steps = size * np.arange(-_SLIDE, _SLIDE + 1)
+    steps = size * np.arange(-GATES.slide_places, GATES.slide_places + 1)
     places = [Pose(c.pose.rotation, c.pose.translation + s * along) for s in steps]
     seen = (a.view, b.view)
-    scores = np.array([judge(*few, seen, p, _TOLERANCE * size).score for p in places])
+    scores = np.array([judge(*few, seen, p, GATES.agrees_sizes * size).score for p in places])
     out = []
-    for _ in range(_SLID):
+    for _ in range(GATES.slid_kept):
         best = int(np.argmax(scores))
-        if scores[best] < _OF_BEST * c.verdict.score:
+        if scores[best] < GATES.best_share * c.verdict.score:
             break
         out.append(_candidate(a, b, places[best], c.origin, size))
-        scores[max(best - _APART, 0) : best + _APART + 1] = -np.inf
+        scores[max(best - GATES.slid_apart, 0) : best + GATES.slid_apart + 1] = -np.inf
     return out
 
 
@@ -132,8 +178,14 @@ def refined(a: PreparedScan, b: PreparedScan, some: Sequence[Candidate]) -> list
     size = _size(a, b)
     out: list[Candidate] = []
     for c in some:
-        pose = align(a.coarse, b.coarse, c.pose, [k * size for k in _SECOND], steps=8).pose
-        if not any(_same(other.pose, pose, 0.3 * size) for other in out):
+        pose = align(
+            a.coarse,
+            b.coarse,
+            c.pose,
+            [k * size for k in GATES.second_gates_sizes],
+            steps=GATES.second_steps,
+        ).pose
+        if not any(_same(other.pose, pose, GATES.same_again * size) for other in out):
             out.append(_candidate(a, b, pose, c.origin, size))
     return sorted(out, key=lambda c: -c.verdict.score)
 
@@ -152,55 +204,22 @@ def _size(a: PreparedScan, b: PreparedScan) -> float:
 def _some(indexed: Indexed) -> Surfels:
     """Some surfels, evenly."""
     s = indexed.surfels
-    return s if len(s) <= _FEW else s.subset(np.linspace(0, len(s) - 1, _FEW).astype(np.int64))
+    return (
+        s
+        if len(s) <= GATES.first_surfels
+        else s.subset(np.linspace(0, len(s) - 1, GATES.first_surfels).astype(np.int64))
+    )
 
 
 def _same(one: Pose, two: Pose, size: float) -> bool:
     shift, turn = apart(one, two)
-    return shift < _SHIFT * size and turn < _TURN
+    return shift < GATES.same_sizes * size and turn < GATES.same_turn_rad
 
 
 def _candidate(a: PreparedScan, b: PreparedScan, pose: Pose, origin: str, size: float) -> Candidate:
     """A judged pose."""
-    verdict = judge(a.coarse, b.coarse, (a.view, b.view), pose, _TOLERANCE * size)
+    verdict = judge(a.coarse, b.coarse, (a.view, b.view), pose, GATES.agrees_sizes * size)
     return Candidate(pose, verdict, origin)
-
-
-#: a pair overlaps if either scan is seen by the other with this share, and this area [m^2]
-LEAST_OVERLAP, _LEAST_AREA = 0.12, 4.0
-
-
-#: of what is judged at least so much agrees
-_CONSISTENT = 0.25
-
-
-#: shares of the agreeing area, and of that of it which is no floor, that may be seen through
-_MOVED, _MOVED_STANDING = 0.01, 0.02
-
-
-#: rivals agree in this share of the area of the best, or in the lesser one if they are clearly less
-#: seen through than it
-_RIVAL, _CLEAN_RIVAL = 0.7, 0.4
-
-
-#: edge of patches that are independent evidence [m], and sigmas by which rivals are excluded
-_PATCH, _SIGMAS = 0.5, 3.0
-
-
-#: agreement along normals [sigmas of the residuals], at least [m]
-_TIGHT, _LEAST_TIGHT = 3.0, 0.004
-
-
-#: poses that differ by less than this are the same: shift at the overlap [m]
-_SAME = 0.3
-
-
-#: approximate poses further off than this are called wrong: shift [m], turn [rad]
-_WRONG = (1.0, np.radians(5.0))
-
-
-#: proposals that are fitted, and those of them that differ only where nothing holds
-_FITTED, _FITTED_ALIKE = 5, 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,7 +257,7 @@ def register_pair(
     b: PreparedScan,
     prior: Pose | None = None,
     *,
-    floor: tuple[float, float] = FLOOR,
+    floor: tuple[float, float] = COVARIANCE.floor,
 ) -> CloudPair:
     """The pose of b in a without approximate values.
 
@@ -288,7 +307,7 @@ def _fits(
     fits: list[PairFit] = []
     for c in judged(a, b, proposed):
         alike = sum(_alike(f, c.pose) for f in fits)
-        wanted = len(fits) < _FITTED and alike < _FITTED_ALIKE
+        wanted = len(fits) < GATES.fitted and alike < GATES.fitted_alike
         if _possible(c.verdict) and (wanted or c.origin == GIVEN):
             fit = _fitted(a, b, c, floor)
             fits += [] if fit is None else [fit]
@@ -300,10 +319,10 @@ def _fitted(
 ) -> PairFit | None:
     """A candidate with some of the fine surfels; None if hardly any match."""
     found = align(a.some, b.some, c.pose)
-    if len(found.matches) < 50:
+    if len(found.matches) < GATES.fewest_matches:
         return None
     precision = relative_covariance(a.some, b.some, found, floor)
-    tolerance = max(_LEAST_TIGHT, _TIGHT * found.rms)
+    tolerance = max(GATES.agrees_m, GATES.agrees_sigmas * found.rms)
     verdict = judge(a.some, b.some, (a.view, b.view), found.pose, tolerance)
     return PairFit(found, precision, verdict, c.origin)
 
@@ -314,7 +333,7 @@ def _with_all(
     """The chosen one with all surfels."""
     if a.some is a.fine and b.some is b.fine:
         return fit
-    found = align(a.fine, b.fine, fit.pose, GATES[1:])
+    found = align(a.fine, b.fine, fit.pose, FINE.gates_m[1:])
     if len(found.matches) < len(fit.alignment.matches):
         return fit
     return replace(
@@ -324,13 +343,13 @@ def _with_all(
 
 def _possible(v: Verdict) -> bool:
     """Does enough of the scans overlap?"""
-    return max(v.overlap) >= LEAST_OVERLAP and v.agree >= _LEAST_AREA
+    return max(v.overlap) >= GATES.least_overlap and v.agree >= GATES.least_area_m2
 
 
 def _consistent(v: Verdict) -> bool:
     """Does what overlaps agree?"""
-    allowed = _MOVED * v.agree + _MOVED_STANDING * v.standing
-    return v.consistency >= _CONSISTENT and v.surely_through <= allowed
+    allowed = GATES.moved_share * v.agree + GATES.moved_standing_share * v.standing
+    return v.consistency >= GATES.least_consistency and v.surely_through <= allowed
 
 
 def _rivals(best: PairFit, others: Sequence[PairFit]) -> list[PairFit]:
@@ -341,15 +360,18 @@ def _rivals(best: PairFit, others: Sequence[PairFit]) -> list[PairFit]:
 def _excluded(best: PairFit, other: PairFit) -> bool:
     """Is clearly less seen, or clearly more seen through?"""
     clean = _clearly_more(best.verdict.through, other.verdict.through)
-    if other.verdict.agree < (_CLEAN_RIVAL if clean else _RIVAL) * best.verdict.agree:
+    if (
+        other.verdict.agree
+        < (GATES.clean_rival_share if clean else GATES.rival_share) * best.verdict.agree
+    ):
         return True
     return _clearly_more(other.verdict.through, best.verdict.through)
 
 
 def _clearly_more(one: float, two: float) -> bool:
     """Is one area [m^2] larger than another by more than chance of independent patches?"""
-    more, less = one / _PATCH**2, two / _PATCH**2
-    return more - less > _SIGMAS * float(np.sqrt(more + less + 1.0))
+    more, less = one / GATES.patch_m**2, two / GATES.patch_m**2
+    return more - less > GATES.excluded_sigmas * float(np.sqrt(more + less + 1.0))
 
 
 def _nearest(fits: Sequence[PairFit], prior: Pose) -> PairFit:
@@ -366,19 +388,19 @@ def _alike(one: PairFit, pose: Pose) -> bool:
     direction = np.concatenate([moved, np.zeros(3)])
     unheld = one.precision.unheld
     rest = direction - unheld @ (unheld.T @ direction)
-    return bool(np.linalg.norm(rest) < _SAME and turn * lever < _SAME)
+    return bool(np.linalg.norm(rest) < GATES.same_m and turn * lever < GATES.same_m)
 
 
 def _wrong(pose: Pose, prior: Pose) -> bool:
     """Is an approximate pose nowhere near?"""
     shift, turn = apart(pose, prior)
-    return shift >= _WRONG[0] or turn >= _WRONG[1]
+    return shift >= GATES.wrong_m or turn >= GATES.wrong_rad
 
 
 def _no_overlap(a: str, b: str) -> str:
     return (
         f"no overlap was found between {a} and {b}: wherever one is laid on the other, less than "
-        f"{100 * LEAST_OVERLAP:.0f} % of either agrees"
+        f"{100 * GATES.least_overlap:.0f} % of either agrees"
     )
 
 

@@ -21,20 +21,51 @@ from tribrach.registration.clouds.surfels import CellSum, CubeSums, Surfels, coa
 
 __all__ = ["AT_SURFACE", "BEHIND", "SEEN_THROUGH", "UNSEEN", "PreparedScan", "RangeView", "prepare"]
 
+
+@dataclass(frozen=True)
+class PreparedScanGates:
+    """How fine surfels and views are, and how many are kept.
+
+    Chosen by hand for time and memory on scans of 1 to 50 million points, and on coarse ones of
+    rooms and models (tests/registration/clouds/test_surfels, benchmarks/registration); no source
+    but where one is named.
+    """
+
+    #: rows of the finest image of ranges, twice as many columns: half a degree
+    view_rows: int = 360
+    #: ... and of the coarsest
+    least_rows: int = 45
+    #: points in a seen pixel, on the average, that let no gaps appear
+    pixel_points: float = 6.0
+    #: edges of the cubes: fine ones for the last tenths, coarse ones for the search [m]
+    fine_m: float = 0.1
+    coarse_m: float = 0.4
+    #: no scan is coarser than this share of its radius: rooms and models have small cubes
+    coarse_radii: float = 0.04
+    #: the radius of a scan holds this share of its surface
+    radius_quantile: float = 0.9
+    #: surfels that are kept at most: for the fit, for the choice between places, for the search
+    most_fine: int = 100_000
+    most_some: int = 15_000
+    most_coarse: int = 12_000
+    #: times that fine cubes are merged, once more in a scan with fewer surfels than the second
+    fine_merges: int = 3
+    sparse_surfels: int = 3000
+    #: times that coarse cubes are merged
+    coarse_merges: int = 2
+    #: fewer surfels are no scan to register
+    fewest_surfels: int = 50
+
+
+GATES = PreparedScanGates()
+
+
 # How far did a scanner see in every direction? What lies nearer there was not in its way.
 #
 # A coarse image of the smallest range in every half degree of H and V, or in every degree of a scan
 # with few points. A surface that another scan places
 # clearly nearer than anything in that direction contradicts the pose: the beams went through it.
 # Directions without points (sky, glass) say nothing. Scanner frame, metres.
-
-
-#: rows and columns of the finest image
-_ROWS, _COLUMNS = 360, 720
-
-
-#: points in a seen pixel, on the average, that let no gaps appear
-_ENOUGH = 6.0
 
 
 #: what a scanner says of a place: it never looked there, something is before it, it is no more
@@ -46,8 +77,8 @@ class RangeView:
     """Ranges that are filled with chunks of points: ``nearest`` and ``farthest`` (r, 2 r) [m]."""
 
     def __init__(self) -> None:
-        self.nearest = np.full((_ROWS, _COLUMNS), np.inf)
-        self.farthest = np.zeros((_ROWS, _COLUMNS))
+        self.nearest = np.full((GATES.view_rows, 2 * GATES.view_rows), np.inf)
+        self.farthest = np.zeros((GATES.view_rows, 2 * GATES.view_rows))
         self._points = 0
 
     def add(self, xyz: Array) -> None:
@@ -57,8 +88,8 @@ class RangeView:
 
     def settle(self) -> None:
         """Join pixels until they hold enough points each."""
-        while len(self.nearest) > 45:
-            if self._points >= _ENOUGH * np.isfinite(self.nearest).sum():
+        while len(self.nearest) > GATES.least_rows:
+            if self._points >= GATES.pixel_points * np.isfinite(self.nearest).sum():
                 return
             rows = len(self.nearest) // 2
             self.nearest = self.nearest.reshape(rows, 2, 2 * rows, 2).min(axis=(1, 3))
@@ -114,29 +145,9 @@ def _judged(points, margin, nearest, farthest):  # type: ignore[no-untyped-def]
     return out
 
 
-#: edges of the cubes: fine ones for the last tenths, coarse ones for the search [m]
-FINE, _COARSE = 0.1, 0.4
-
-
 #: turn of the cubes: a floor or wall that runs along faces of cubes would be cut by them, its noise
 #: above in one cube and below in the other
 _ASKEW = Pose(exp(np.array([0.37, 0.53, 0.29])), np.zeros(3))
-
-
-#: no scan is coarser than this share of its radius: rooms and models have small cubes
-_OF_RADIUS = 0.04
-
-
-#: surfels that are kept, at most
-_FINE_MOST, _SOME_MOST, _COARSE_MOST = 100_000, 15_000, 12_000
-
-
-#: times that cubes are merged; once more for a scan with fewer surfels than this
-_MERGES, _SPARSE = 3, 3000
-
-
-#: fewer are no scan to register
-_FEWEST = 50
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,10 +167,12 @@ class PreparedScan:
     @property
     def radius(self) -> float:
         """Within which nine tenths of the surface lie [m]."""
-        return float(np.quantile(np.linalg.norm(self.coarse.surfels.center, axis=1), 0.9))
+        return float(
+            np.quantile(np.linalg.norm(self.coarse.surfels.center, axis=1), GATES.radius_quantile)
+        )
 
 
-def prepare(name: str, chunks: Iterable[Array], size: float = FINE) -> PreparedScan:
+def prepare(name: str, chunks: Iterable[Array], size: float = GATES.fine_m) -> PreparedScan:
     """A scan from chunks of points (n, 3) [m].
 
     Raises
@@ -173,25 +186,29 @@ def prepare(name: str, chunks: Iterable[Array], size: float = FINE) -> PreparedS
         total += len(xyz)
     view.settle()
     cells = cubes.cells
-    fine = _upright(cells, _MERGES)
-    if len(fine) < _SPARSE:
-        fine = _upright(cells, _MERGES + 1)
-    fine = fine.thinned(_FINE_MOST)
-    radius = float(np.quantile(np.linalg.norm(fine.center, axis=1), 0.9)) if len(fine) else 0.0
-    while cells.size < min(_COARSE, _OF_RADIUS * radius) - 1e-6:
+    fine = _upright(cells, GATES.fine_merges)
+    if len(fine) < GATES.sparse_surfels:
+        fine = _upright(cells, GATES.fine_merges + 1)
+    fine = fine.thinned(GATES.most_fine)
+    radius = (
+        float(np.quantile(np.linalg.norm(fine.center, axis=1), GATES.radius_quantile))
+        if len(fine)
+        else 0.0
+    )
+    while cells.size < min(GATES.coarse_m, GATES.coarse_radii * radius) - 1e-6:
         cells = coarser(cells)
-    coarse = _upright(cells, 2)
-    while len(coarse) > _COARSE_MOST:
+    coarse = _upright(cells, GATES.coarse_merges)
+    while len(coarse) > GATES.most_coarse:
         cells = coarser(cells)
-        coarse = _upright(cells, 2)
-    if len(fine) < _FEWEST or len(coarse) < _FEWEST:
+        coarse = _upright(cells, GATES.coarse_merges)
+    if len(fine) < GATES.fewest_surfels or len(coarse) < GATES.fewest_surfels:
         raise InputError(
             f"scan {name} has {total} points that make {len(fine)} pieces of surface, too few to "
             "register it",
             cure="give the whole scan, with surfaces in it",
         )
     whole = Indexed.of(fine)
-    some = whole if len(fine) <= _SOME_MOST else Indexed.of(fine.thinned(_SOME_MOST))
+    some = whole if len(fine) <= GATES.most_some else Indexed.of(fine.thinned(GATES.most_some))
     return PreparedScan(name, total, whole, some, Indexed.of(coarse), view)
 
 

@@ -25,26 +25,46 @@ from scipy.linalg import eigh
 from tribrach._types import Array
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import skew
-from tribrach.registration.clouds.fine import FineAlignment, Indexed, Matches
+from tribrach.registration.clouds.fine import FINE, FineAlignment, Indexed, Matches
 from tribrach.units import SEC
 
-__all__ = ["FLOOR", "RelativeCovariance", "relative_covariance"]
+__all__ = ["GATES", "CloudCovarianceGates", "RelativeCovariance", "relative_covariance"]
 
 
-#: sigmas of what residuals never show: of shifts [m] and of turns [rad]
-FLOOR = (1e-3, 10 * SEC)
-#: edges of the cubes [m]
-_EDGES = (0.125, 0.25, 0.5, 1.0, 2.0, 4.0)
-#: a variance needs so many cubes
-_CUBES = 40
-#: a direction is not held if the noise of normals makes more than this share of what holds it
-_NOISE = 0.3
-#: or if it has less than this share of the best held one: normals are not better than half a degree
-_SHARE = 1e-4
-#: least slope of the loss against its weight: residuals of poor fits fill the whole gate
-_LEAST_SLOPE = 0.05
-#: a direction that fewer places than this hold is weak
-_PLACES = 6.0
+@dataclass(frozen=True)
+class CloudCovarianceGates:
+    """What makes the covariance of a pair of clouds honest.
+
+    Chosen by hand on simulated yards and corridors: errors are as large as their covariances say
+    (tests/registration/clouds/test_covariance); no source but where one is named.
+    """
+
+    #: sigmas of what residuals never show: of shifts [m] and of turns [rad]
+    floor: tuple[float, float] = (1e-3, 10 * SEC)
+    #: edges of the cubes over which residuals are summed [m]
+    edges_m: tuple[float, ...] = (0.125, 0.25, 0.5, 1.0, 2.0, 4.0)
+    #: a variance needs so many cubes
+    fewest_cubes: int = 40
+    #: both directions compare the same points: observations count half at most
+    least_shared: float = 2.0
+    #: the correlation length is the first edge that reaches this share of the largest factor
+    length_share: float = 0.8
+    #: a direction is not held if noise of normals makes more than this share of what holds it ...
+    noise_share: float = 0.3
+    #: ... or if it has less than this share of the best held one: normals are not better than half
+    #: a degree
+    held_share: float = 1e-4
+    #: least slope of the loss against its weight: residuals of poor fits fill the whole gate
+    least_slope: float = 0.05
+    #: edge of the cubes that count as places of their own [m]
+    place_m: float = 1.0
+    #: a direction that fewer places than this hold is weak
+    fewest_places: float = 6.0
+    #: in words: a direction moves what has this part of it or more
+    told_part: float = 0.1
+
+
+GATES = CloudCovarianceGates()
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +103,7 @@ class RelativeCovariance:
             f"there its sigma is set to {self.lever:.1f} m"
             for d in self.unheld.T
         ]
-        if self.rank and self.places < _PLACES:
+        if self.rank and self.places < GATES.fewest_places:
             said.append(
                 f"a direction of the pose between {a} and {b} is held by about "
                 f"{self.places:.0f} places only"
@@ -92,7 +112,7 @@ class RelativeCovariance:
 
 
 def relative_covariance(
-    a: Indexed, b: Indexed, found: FineAlignment, floor: tuple[float, float] = FLOOR
+    a: Indexed, b: Indexed, found: FineAlignment, floor: tuple[float, float] = GATES.floor
 ) -> RelativeCovariance:
     """Covariance of an alignment with at least ten matches.
 
@@ -103,10 +123,10 @@ def relative_covariance(
     lever = float(np.sqrt(((m.point - middle) ** 2).sum(axis=1).mean()))
     design = np.concatenate([m.normal, np.cross((m.point - middle) / lever, m.normal)], axis=1)
     u = (m.residual / found.gate) ** 2
-    alone = 1 / (m.sigma**2 + (found.gate / 4.5) ** 2)
+    alone = 1 / (m.sigma**2 + (found.gate / FINE.gate_sigmas) ** 2)
     weight = (1 - u) ** 2 * alone
     # Tukey's loss gives way: its slope, not its weight, is what holds (Huber 1981, chapter 7)
-    slope = np.maximum((1 - u) * (1 - 5 * u) * alone, _LEAST_SLOPE * weight)
+    slope = np.maximum((1 - u) * (1 - 5 * u) * alone, GATES.least_slope * weight)
     normal = (design * slope[:, None]).T @ design
     unheld, held, places = _directions(a, b, m, design, weight, normal, middle, lever)
     half = held @ _inverse_root(held.T @ normal @ held)
@@ -147,9 +167,10 @@ def _directions(
     top = float(np.linalg.eigvalsh(normal)[-1])
     # what may only be noise, against all there is
     share, vectors = eigh(
-        noise + _SHARE * top * _NOISE * np.eye(6), normal + 1e-12 * top * np.eye(6)
+        noise + GATES.held_share * top * GATES.noise_share * np.eye(6),
+        normal + 1e-12 * top * np.eye(6),
     )
-    loose = share > _NOISE
+    loose = share > GATES.noise_share
     unheld, _ = np.linalg.qr(vectors[:, loose]) if loose.any() else (np.zeros((6, 0)), None)
     full, _ = np.linalg.qr(np.column_stack([unheld, np.eye(6)]))
     held = full[:, unheld.shape[1] :]
@@ -157,7 +178,7 @@ def _directions(
         return unheld, held, 0.0
     axes = held @ np.linalg.eigh(held.T @ normal @ held)[1]
     holding = (design @ axes) ** 2 * weight[:, None]
-    sums = _sums(m.point, m.normal, holding, 1.0)
+    sums = _sums(m.point, m.normal, holding, GATES.place_m)
     places = sums.sum(axis=0) ** 2 / np.maximum((sums**2).sum(axis=0), 1e-300)
     return unheld, held, float(places.min())
 
@@ -171,15 +192,17 @@ def _shared(scores: Array, m: Matches) -> tuple[float, float]:
     """By what factor neighbours reduce the observations, and over which length [m]."""
     alone = float((scores**2).sum())
     factors = []
-    for edge in _EDGES:
+    for edge in GATES.edges_m:
         sums = _sums(m.point, m.normal, scores, edge)
         count = len(sums)
-        enough = count >= _CUBES
+        enough = count >= GATES.fewest_cubes
         factors.append(float((sums**2).sum()) / alone * count / (count - 6) if enough else 0.0)
     factor = max(1.0, *factors)
-    reached = [e for e, f in zip(_EDGES, factors, strict=True) if f >= 0.8 * factor]
+    reached = [
+        e for e, f in zip(GATES.edges_m, factors, strict=True) if f >= GATES.length_share * factor
+    ]
     # both directions compare the same points, whatever the residuals say
-    return max(factor, 2.0), reached[0] if reached else _EDGES[0]
+    return max(factor, GATES.least_shared), reached[0] if reached else GATES.edges_m[0]
 
 
 def _sums(point: Array, normal: Array, values: Array, edge: float) -> Array:
@@ -222,9 +245,9 @@ def _words(direction: Array, lever: float) -> str:
     """What a direction (6,) moves."""
     shift, turn = direction[:3], direction[3:]
     said = []
-    if np.linalg.norm(shift) > 0.1:
+    if np.linalg.norm(shift) > GATES.told_part:
         said.append("a shift along " + _axis(shift))
-    if np.linalg.norm(turn) > 0.1:
+    if np.linalg.norm(turn) > GATES.told_part:
         said.append("a turn about " + _axis(turn))
     return " together with ".join(said)
 

@@ -6,6 +6,8 @@ attitude of the scans. It is a proposal like others: judged by the clouds before
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
@@ -16,6 +18,67 @@ from tribrach.geometry.rotation import exp
 from tribrach.registration.clouds.surfels import Surfels
 
 __all__ = ["kiss_pose", "plan_poses"]
+
+
+@dataclass(frozen=True)
+class PlanSearchGates:
+    """How one plan is sought in another, and which places are worth a look.
+
+    Chosen by hand on simulated yards, rooms and facades and on real rooms
+    (tests/registration/clouds/test_pair, benchmarks/registration); no source but where one is
+    named.
+    """
+
+    #: cells of the plan along an edge
+    cells: int = 256
+    #: their least size [m]
+    least_cell_m: float = 0.4
+    #: part of the surfels that the plan reaches out to
+    within_quantile: float = 0.97
+    #: fewer walls, or fewer surfaces that look up, propose nothing
+    fewest_surfels: int = 20
+    #: places kept per heading and in all
+    per_heading: int = 3
+    most_places: int = 16
+    #: places with less than this share of the best correlation are not kept
+    best_share: float = 0.45
+    #: a heading turns the outer part of the plan by a cell, which lies at this share of the radius
+    heading_radii: float = 0.7
+    #: headings between these steps [rad]
+    finest_rad: float = float(np.radians(1.0))
+    coarsest_rad: float = float(np.radians(3.0))
+    #: places nearer than this many cells and headings than this many steps are one
+    same_cells: float = 3.0
+    same_steps: float = 2.5
+    #: normals: of walls below, of floors and ceilings above [sine of the slope]
+    wall_sine: float = 0.5
+    level_sine: float = 0.9
+    #: floors lean by so much, no more and no less [rad]
+    least_tilt_rad: float = float(np.radians(3.0))
+    most_tilt_rad: float = float(np.radians(60.0))
+    #: normals of a floor are alike within this [rad]
+    alike_rad: float = float(np.radians(4.0))
+    #: surfaces that are tried as floor, about
+    floor_seeds: int = 300
+    #: width of the classes of differences of height [m]
+    height_class_m: float = 0.15
+    #: a second height has this share of the weight of the first or more
+    second_height_share: float = 0.5
+    #: level surfaces that are compared, about: bounds the time
+    most_level: int = 20_000
+    #: levels of a cell of the plan that are compared
+    levels: int = 4
+
+    #: size of the cubes of kiss-matcher [sizes of the surfels]
+    kiss_voxel_sizes: float = 1.5
+    #: fewer surfels are not matched by it
+    kiss_fewest: int = 50
+    #: its rotations are none if their rows depart from orthonormal by more
+    kiss_skewed: float = 1e-3
+
+
+GATES = PlanSearchGates()
+
 
 # Where may one upright scan lie in another? Every heading and every shift of the plan is tried.
 #
@@ -29,42 +92,7 @@ __all__ = ["kiss_pose", "plan_poses"]
 Plan = NDArray[np.complex64]
 
 
-#: cells of the plan along an edge, and their smallest size [m]
-_CELLS, _CELL = 256, 0.4
-
-
-#: part of the surfels that the plan reaches out to
-_WITHIN = 0.97
-
-
-#: places kept per heading and in all
-_PER_HEADING, _KEPT, _OF_BEST = 3, 16, 0.45
-
-
-#: headings between these steps [rad]
-_FINEST, _COARSEST = np.radians(1.0), np.radians(3.0)
-
-
-#: places nearer than this many cells and headings than this many steps are one
-_SAME_CELLS, _SAME_STEPS = 3.0, 2.5
-
-
-#: normals: of walls below, of floors and ceilings above [sine of the slope]
-_WALL, _LEVEL = 0.5, 0.9
-
-
-#: floors lean by so much, no more and no less; their surfaces are alike within this [rad]
-_LEAST_TILT, _MOST_TILT, _ALIKE = np.radians(3.0), np.radians(60.0), np.radians(4.0)
-
-
-#: width of the classes of differences of height [m]
-_CLASS = 0.15
-
-
-_MOST_LEVEL = 20_000
-
-
-def plan_poses(a: Surfels, b: Surfels, kept: int = _KEPT) -> list[Pose]:
+def plan_poses(a: Surfels, b: Surfels, kept: int = GATES.most_places) -> list[Pose]:
     """Poses of b in a that are worth a look, the best correlation first; none without walls.
 
     Scans are taken as upright, and once more levelled by what seems to be their floor, if that
@@ -81,16 +109,16 @@ def plan_poses(a: Surfels, b: Surfels, kept: int = _KEPT) -> list[Pose]:
 
 def _levelling(s: Surfels) -> Pose | None:
     """The turn that makes the largest set of upward surfaces level; None if it is, or has none."""
-    up = s.subset(s.normal[:, 2] > np.cos(_MOST_TILT))
-    if len(up) < 20:
+    up = s.subset(s.normal[:, 2] > np.cos(GATES.most_tilt_rad))
+    if len(up) < GATES.fewest_surfels:
         return None
-    seeds = up.normal[:: max(1, len(up) // 300)]
-    near = seeds @ up.normal.T > np.cos(_ALIKE)
+    seeds = up.normal[:: max(1, len(up) // GATES.floor_seeds)]
+    near = seeds @ up.normal.T > np.cos(GATES.alike_rad)
     best = int(np.argmax(near @ up.area))
     floor = up.area[near[best]] @ up.normal[near[best]]
     floor /= np.linalg.norm(floor)
     lean = float(np.arccos(np.clip(floor[2], -1, 1)))
-    if lean < _LEAST_TILT:
+    if lean < GATES.least_tilt_rad:
         return None
     axis = np.cross(floor, [0.0, 0.0, 1.0])
     return Pose(exp(lean * axis / np.linalg.norm(axis)), np.zeros(3))
@@ -98,12 +126,17 @@ def _levelling(s: Surfels) -> Pose | None:
 
 def _upright_poses(a: Surfels, b: Surfels, kept: int) -> list[Pose]:
     """The same for scans whose z axes are upright."""
-    walls = [x.subset(np.abs(x.normal[:, 2]) < _WALL) for x in (a, b)]
-    if min(map(len, walls)) < 20:
+    walls = [x.subset(np.abs(x.normal[:, 2]) < GATES.wall_sine) for x in (a, b)]
+    if min(map(len, walls)) < GATES.fewest_surfels:
         return []
-    radius = [float(np.quantile(np.hypot(w.center[:, 0], w.center[:, 1]), _WITHIN)) for w in walls]
-    cell = max(_CELL, 2 * sum(radius) / _CELLS)
-    step = float(np.clip(cell / (0.7 * radius[1]), _FINEST, _COARSEST))
+    radius = [
+        float(np.quantile(np.hypot(w.center[:, 0], w.center[:, 1]), GATES.within_quantile))
+        for w in walls
+    ]
+    cell = max(GATES.least_cell_m, 2 * sum(radius) / GATES.cells)
+    step = float(
+        np.clip(cell / (GATES.heading_radii * radius[1]), GATES.finest_rad, GATES.coarsest_rad)
+    )
     count = int(np.ceil(2 * np.pi / step))
     base = np.conj(fft.fft2(_blurred(_drawn(walls[0], 0.0, cell, radius[0]))))
     found = []
@@ -124,14 +157,14 @@ def _drawn(walls: Surfels, heading: float, cell: float, radius: float) -> Plan:
     normal = (walls.normal[:, 0] + 1j * walls.normal[:, 1]) * turn
     near = np.abs(at) <= radius
     at, normal = at[near], normal[near] * walls.area[near]
-    column = np.floor(at.real / cell).astype(np.int64) % _CELLS
-    row = np.floor(at.imag / cell).astype(np.int64) % _CELLS
-    place = row * _CELLS + column
-    size = _CELLS * _CELLS
+    column = np.floor(at.real / cell).astype(np.int64) % GATES.cells
+    row = np.floor(at.imag / cell).astype(np.int64) % GATES.cells
+    place = row * GATES.cells + column
+    size = GATES.cells * GATES.cells
     plan = np.bincount(place, normal.real, size) + 1j * np.bincount(place, normal.imag, size)
     # high walls count more than low ones, but not as much more as they are higher
     strength = np.sqrt(np.maximum(np.abs(plan), 1e-12))
-    return (plan / strength).astype(np.complex64).reshape(_CELLS, _CELLS)
+    return (plan / strength).astype(np.complex64).reshape(GATES.cells, GATES.cells)
 
 
 def _blurred(plan: Plan) -> Plan:
@@ -146,16 +179,16 @@ def _peaks(score: NDArray[np.float32], cell: float) -> list[tuple[float, float, 
     """Best places of one heading: score, x, y [m]."""
     out = []
     score = score.copy()
-    for _ in range(_PER_HEADING):
+    for _ in range(GATES.per_heading):
         best = int(np.argmax(score))
-        row, column = divmod(best, _CELLS)
+        row, column = divmod(best, GATES.cells)
         value = float(score[row, column])
         if value <= 0:
             break
-        x, y = (k - _CELLS if k >= _CELLS // 2 else k for k in (column, row))
+        x, y = (k - GATES.cells if k >= GATES.cells // 2 else k for k in (column, row))
         out.append((value, x * cell, y * cell))
         near = np.arange(-2, 3)
-        score[np.ix_((row + near) % _CELLS, (column + near) % _CELLS)] = 0
+        score[np.ix_((row + near) % GATES.cells, (column + near) % GATES.cells)] = 0
     return out
 
 
@@ -171,9 +204,9 @@ def _distinct(
         other = table[out]
         turn = np.abs(np.angle(np.exp(1j * (other[:, 1] - table[k, 1]))))
         apart = np.hypot(other[:, 2] - table[k, 2], other[:, 3] - table[k, 3])
-        if not ((turn < _SAME_STEPS * step) & (apart < _SAME_CELLS * cell)).any():
+        if not ((turn < GATES.same_steps * step) & (apart < GATES.same_cells * cell)).any():
             out.append(k)
-        if len(out) == kept or table[k, 0] < _OF_BEST * table[0, 0]:
+        if len(out) == kept or table[k, 0] < GATES.best_share * table[0, 0]:
             break
     return [tuple(map(float, row)) for row in table[out]]  # type: ignore[misc]
 
@@ -193,15 +226,17 @@ def _heights(a: Surfels, b: Surfels) -> list[float]:
     if len(value) == 0:
         return [0.0]
     low = value.min()
-    number = np.floor((value - low) / _CLASS).astype(np.int64)
+    number = np.floor((value - low) / GATES.height_class_m).astype(np.int64)
     tally = np.convolve(np.bincount(number, weight), [0.5, 1.0, 0.5], mode="same")
     out: list[float] = []
     most = float(tally.max())
     for _ in range(2):
         best = int(np.argmax(tally))
-        if tally[best] < 0.5 * most:
+        if tally[best] < GATES.second_height_share * most:
             break
-        near = np.abs(value - low - (best + 0.5) * _CLASS) < 1.5 * _CLASS
+        near = (
+            np.abs(value - low - (best + 0.5) * GATES.height_class_m) < 1.5 * GATES.height_class_m
+        )
         out.append(float(np.average(value[near], weights=weight[near])) if near.any() else low)
         tally[max(best - 3, 0) : best + 4] = 0
     return out
@@ -212,8 +247,8 @@ def _level_differences(a: Surfels, b: Surfels, side: float) -> tuple[Array, Arra
     size = 2 * float(max(np.median(a.size), np.median(b.size)))
     tables = []
     for x in (a, b):
-        level = np.flatnonzero(side * x.normal[:, 2] > _LEVEL)
-        level = level[:: max(1, len(level) // _MOST_LEVEL)]
+        level = np.flatnonzero(side * x.normal[:, 2] > GATES.level_sine)
+        level = level[:: max(1, len(level) // GATES.most_level)]
         cell = np.floor(x.center[level, :2] / size).astype(np.int64)
         key = (cell[:, 0] + (1 << 30)) * (1 << 31) + cell[:, 1] + (1 << 30)
         order = np.argsort(key, kind="stable")
@@ -222,10 +257,10 @@ def _level_differences(a: Surfels, b: Surfels, side: float) -> tuple[Array, Arra
     # every level of a cell of b against up to four levels of the same cell of a
     first, last = np.searchsorted(key_a, key_b), np.searchsorted(key_a, key_b, side="right")
     values, weights = [], []
-    for k in range(4):
+    for k in range(GATES.levels):
         some = first + k < last
         values.append(z_a[first[some] + k] - z_b[some])
-        weights.append(1.0 / np.minimum(last[some] - first[some], 4))
+        weights.append(1.0 / np.minimum(last[some] - first[some], GATES.levels))
     return np.concatenate(values), np.concatenate(weights)
 
 
@@ -235,26 +270,17 @@ except ImportError:
     kiss_matcher = None
 
 
-#: size of its cubes [sizes of the surfels]
-_VOXEL = 1.5
-
-
-#: fewer surfels are not matched
-_FEWEST = 50
-
-
-_SKEWED = 1e-3
-
-
 def kiss_pose(a: Surfels, b: Surfels) -> Pose | None:
     """The pose of b in a; None if kiss-matcher is not installed or finds none."""
-    if kiss_matcher is None or min(len(a), len(b)) < _FEWEST:
+    if kiss_matcher is None or min(len(a), len(b)) < GATES.kiss_fewest:
         return None
     size = float(max(np.median(x.size) for x in (a, b)))
-    matcher = kiss_matcher.KISSMatcher(kiss_matcher.KISSMatcherConfig(_VOXEL * size))
+    matcher = kiss_matcher.KISSMatcher(
+        kiss_matcher.KISSMatcherConfig(GATES.kiss_voxel_sizes * size)
+    )
     found = matcher.estimate(*(list(x.center.astype(np.float32)) for x in (b, a)))
     rotation = np.asarray(found.rotation, dtype=np.float64)
-    if not found.valid or np.abs(rotation @ rotation.T - np.eye(3)).max() > _SKEWED:
+    if not found.valid or np.abs(rotation @ rotation.T - np.eye(3)).max() > GATES.kiss_skewed:
         return None
     u, _, vt = np.linalg.svd(rotation)
     if np.linalg.det(u @ vt) < 0:

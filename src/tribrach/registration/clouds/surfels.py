@@ -19,6 +19,28 @@ from tribrach.geometry.pose import Pose
 
 __all__ = ["CellSum", "CubeSums", "Surfels", "coarser", "surfels_of"]
 
+
+@dataclass(frozen=True)
+class SurfelGates:
+    """Which cubes of points are pieces of surface.
+
+    Chosen by hand on simulated yards with edges and leaves (tests/registration/clouds/test_surfels,
+    benchmarks/registration); no source but where one is named.
+    """
+
+    #: points that make a plane
+    fewest_points: int = 6
+    #: times that cubes with too few points are merged
+    merges: int = 3
+    #: thickness over the lesser width of points that are still a plane
+    most_thickness_widths: float = 0.2
+    #: lesser over greater width of points that are no line
+    least_width_ratio: float = 0.12
+
+
+GATES = SurfelGates()
+
+
 # Points of a scan summed up in cubes, chunk by chunk: counts, first and second moments.
 #
 # Cubes of one size lie on a lattice about the scanner; moments are kept about the middle of each
@@ -205,22 +227,6 @@ def _merged(keys, moments, size):  # type: ignore[no-untyped-def]
     return out_keys[:count].copy(), out[:count].copy()
 
 
-#: points that make a plane
-FEWEST = 6
-
-
-#: times that cubes with too few points are merged
-_MERGES = 3
-
-
-#: thickness over the lesser width of points that are still a plane
-_THIN = 0.2
-
-
-#: lesser over greater width of points that are no line
-_WIDE = 0.12
-
-
 @dataclass(frozen=True, eq=False)
 class Surfels:
     """Pieces of surface.
@@ -291,7 +297,9 @@ class Surfels:
         return replace(some, stands_for=self.stands_for * len(self) / most)
 
 
-def surfels_of(cells: CubeSums, merges: int = _MERGES, viewpoint: Array | None = None) -> Surfels:
+def surfels_of(
+    cells: CubeSums, merges: int = GATES.merges, viewpoint: Array | None = None
+) -> Surfels:
     """Surfels of the cubes of a scan.
 
     viewpoint (3,) : where the normals look, the origin if None.
@@ -299,7 +307,7 @@ def surfels_of(cells: CubeSums, merges: int = _MERGES, viewpoint: Array | None =
     parts = []
     eye = np.zeros(3) if viewpoint is None else viewpoint
     for level in range(merges + 1):
-        enough = np.flatnonzero(cells.moments[:, 0] >= FEWEST)
+        enough = np.flatnonzero(cells.moments[:, 0] >= GATES.fewest_points)
         columns, flat = _planes(cells.subset(enough), eye)
         parts.append([column[flat] for column in columns])
         if level < merges:
@@ -320,7 +328,9 @@ def _planes(cells: CubeSums, eye: Array) -> tuple[tuple[Array, ...], NDArray[np.
     away = np.einsum("ni,ni->n", normal, eye - center) < 0
     normal = np.where(away[:, None], -normal, normal)
     thickness, width = table[:, 6], table[:, 7:9]
-    flat = (thickness < _THIN * width[:, 0]) & (width[:, 0] > _WIDE * width[:, 1])
+    flat = (thickness < GATES.most_thickness_widths * width[:, 0]) & (
+        width[:, 0] > GATES.least_width_ratio * width[:, 1]
+    )
     size = np.full(len(cells), cells.size)
     return (center, normal, cells.moments[:, 0], thickness, width, size), flat
 

@@ -27,7 +27,7 @@ from tribrach.registration.clouds.graph import (
 )
 from tribrach.registration.clouds.pair import CloudPair, register_pair
 from tribrach.registration.clouds.prepared import PreparedScan
-from tribrach.registration.clouds.relative_covariance import FLOOR
+from tribrach.registration.clouds.relative_covariance import GATES as COVARIANCE
 from tribrach.registration.clouds.surfels import Surfels
 from tribrach.registration.edges import Edge, edges
 from tribrach.statistics import robust_sigma
@@ -41,20 +41,37 @@ __all__ = [
     "settled",
 ]
 
+
+@dataclass(frozen=True)
+class DifferenceGates:
+    """Which places of two placed clouds are compared (method section 9.5).
+
+    Chosen by hand on simulated yards: clouds differ as predicted
+    (tests/registration/clouds/test_covariance): no source.
+    """
+
+    #: differences beyond this are other surfaces [m]
+    gate_m: float = 0.1
+    #: surfels with so many points, no rougher than this many times the median, are flat places
+    flat_points: int = 12
+    flat_roughness: float = 2.5
+    #: differences beyond this many robust sigmas are edges
+    edge_sigmas: float = 6.0
+    #: fewer places tell nothing
+    fewest_places: int = 30
+    #: pairs that were not registered and are said to be, at most
+    most_refusals: int = 10
+
+
+GATES = DifferenceGates()
+
+
 # Do two placed clouds differ as much as their uncertainty says?
 #
 # On flat places that both stations see, the mean of one cloud lies off the plane of the other by
 # noise, and by what is uncertain of the relative pose: ``s^2 = s_1^2/n_1 + s_2^2/n_2 + s_plane^2 +
 # a C a^T`` with ``a = [n ; (X - X_0) x n]`` (method section 9.5). Its RMS over the overlap is
 # predicted and observed. Metres and radians.
-
-
-#: surfels with as many points, and no rougher than this many times the median, are flat places
-_POINTS, _SMOOTH = 12, 2.5
-
-
-#: fewer places tell nothing
-_PLACES = 30
 
 
 @dataclass(frozen=True)
@@ -81,7 +98,7 @@ class Differences:
 
 
 def differences(
-    a: PreparedScan, b: PreparedScan, pose: Pose, covariance: Array, gate: float = 0.1
+    a: PreparedScan, b: PreparedScan, pose: Pose, covariance: Array, gate: float = GATES.gate_m
 ) -> Differences | None:
     """Differences of two scans; None if they have hardly a flat place in common.
 
@@ -94,9 +111,9 @@ def differences(
     flat &= s.size[found.first] == t.size[found.second]
     found = found.subset(flat & found.forward)
     # the few that are beyond all noise are edges
-    limit = 6 * robust_sigma(found.residual, about=0.0) if len(found) else 0.0
+    limit = GATES.edge_sigmas * robust_sigma(found.residual, about=0.0) if len(found) else 0.0
     found = found.subset(np.abs(found.residual) <= limit)
-    if len(found) < _PLACES:
+    if len(found) < GATES.fewest_places:
         return None
     i, j = found.first, found.second
     q = found.point - s.center[i]
@@ -115,13 +132,9 @@ def differences(
 
 def _flat(s: Surfels) -> NDArray[np.bool_]:
     """Which surfels (n,) are flat places with enough points."""
-    enough = s.count >= _POINTS
+    enough = s.count >= GATES.flat_points
     usual = float(np.median(s.thickness[enough])) if enough.any() else 0.0
-    return np.asarray(enough & (s.thickness <= _SMOOTH * usual))
-
-
-#: pairs that were not registered and are said to be
-_REFUSALS = 10
+    return np.asarray(enough & (s.thickness <= GATES.flat_roughness * usual))
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +172,7 @@ def register_clouds(
     scans: Sequence[PreparedScan],
     priors: Mapping[str, Pose] | None = None,
     *,
-    floor: tuple[float, float] = FLOOR,
+    floor: tuple[float, float] = COVARIANCE.floor,
     progress: Progress = lambda what, done, total: None,
 ) -> CloudRegistration:
     """Register scans of distinct names; priors : approximate poses, all in one frame, by name."""
@@ -170,7 +183,7 @@ def pairwise(
     scans: Sequence[PreparedScan],
     priors: Mapping[str, Pose] | None = None,
     *,
-    floor: tuple[float, float] = FLOOR,
+    floor: tuple[float, float] = COVARIANCE.floor,
     progress: Progress = lambda what, done, total: None,
 ) -> list[CloudPair]:
     """Every pair of scans."""
@@ -213,8 +226,10 @@ def _refusals(pairs: Sequence[CloudPair], hung: Sequence[CloudGroup]) -> list[st
     """Why pairs between stations that nothing else joins were not registered, at most ten."""
     number = {name: k for k, group in enumerate(hung) for name in group.stations}
     said = [s for p in pairs if not p.fit and number[p.a] != number[p.b] for s in p.sentences]
-    left = len(said) - _REFUSALS
-    return said[:_REFUSALS] + ([f"{left} more pairs were not registered"] if left > 0 else [])
+    left = len(said) - GATES.most_refusals
+    return said[: GATES.most_refusals] + (
+        [f"{left} more pairs were not registered"] if left > 0 else []
+    )
 
 
 def _group(

@@ -18,14 +18,29 @@ from tribrach.registration.clouds.prepared import AT_SURFACE, SEEN_THROUGH, Rang
 __all__ = ["Verdict", "judge"]
 
 
-#: what may lie nearer without being seen through [m], and per metre of range
-_MARGIN, _PER_METRE = 0.12, 0.01
-#: agreeing normals [cosine]
-_ALIKE = 0.85
-#: slopes that are no floor [cosine]
-_STANDING = 0.7
-#: weights of what is seen through and of what is missed against what agrees
-_THROUGH, _MISSED = 50.0, 0.1
+@dataclass(frozen=True)
+class VerdictGates:
+    """When surfels of one scan agree with another, and what that is worth.
+
+    Chosen by hand on simulated yards, facades and rooms, so that no wrong pose wins
+    (tests/registration/clouds/test_pair): no source.
+    """
+
+    #: what may lie nearer without being seen through [m], and per metre of range
+    margin_m: float = 0.12
+    margin_per_metre: float = 0.01
+    #: agreeing normals [cosine]
+    alike_cosine: float = 0.85
+    #: normals steeper than this cosine are those of floors
+    floor_cosine: float = 0.7
+    #: weights of what is seen through and of what is missed against what agrees
+    through_weight: float = 50.0
+    missed_weight: float = 0.1
+    #: sigmas of the number of pieces that chance may make of what is seen through
+    chance_sigmas: float = 2.0
+
+
+GATES = VerdictGates()
 
 
 @dataclass(frozen=True)
@@ -47,7 +62,7 @@ class Verdict:
     @property
     def surely_through(self) -> float:
         """What is seen through, less what chance makes of so few pieces (two sigmas) [m^2]."""
-        doubt = 2.0 / float(np.sqrt(max(self.pieces, 1.0)))
+        doubt = GATES.chance_sigmas / float(np.sqrt(max(self.pieces, 1.0)))
         return self.through * max(1.0 - doubt, 0.0)
 
     @property
@@ -62,7 +77,7 @@ class Verdict:
         A wrong pose agrees in much that is alike everywhere (ground, parallel walls), but beams go
         through nothing of a right one, except what has moved.
         """
-        return self.agree - _THROUGH * self.through - _MISSED * self.missed
+        return self.agree - GATES.through_weight * self.through - GATES.missed_weight * self.missed
 
 
 def judge(
@@ -86,13 +101,13 @@ def _direction(
     far, found = there.tree.query(np.ascontiguousarray(points), sqr_dists=False)
     found = found.astype(np.int64)
     off = np.abs(np.einsum("ni,ni->n", t.normal[found], points - t.center[found]))
-    alike = np.einsum("ni,ni->n", normals, t.normal[found]) > _ALIKE
+    alike = np.einsum("ni,ni->n", normals, t.normal[found]) > GATES.alike_cosine
     near = far < np.hypot(tolerance, np.maximum(s.size, t.size[found]))
     agree = near & alike & (off < tolerance)
     ranges = np.linalg.norm(points, axis=1)
-    seen = view.judge(points, _MARGIN + _PER_METRE * ranges + s.size)
+    seen = view.judge(points, GATES.margin_m + GATES.margin_per_metre * ranges + s.size)
     through = ~agree & (seen == SEEN_THROUGH)
     missed = ~agree & (seen == AT_SURFACE)
-    standing = agree & (np.abs(s.normal[:, 2]) < _STANDING)
+    standing = agree & (np.abs(s.normal[:, 2]) < GATES.floor_cosine)
     flags = (agree, standing, through, missed)
     return (*(float(s.area[flag].sum()) for flag in flags), float(through.sum()))

@@ -21,13 +21,25 @@ from tribrach.targets.planes import Plane
 __all__ = ["PlaneSet", "overlap"]
 
 
-#: two planes of one station are one surface if their normals differ by less than this [rad] and
-#: their offsets, where they overlap, by less than this [m]
-_SAME_TURN, _SAME_OFFSET = float(np.radians(1.0)), 0.01
+@dataclass(frozen=True)
+class SamePlaneGates:
+    """When planes of two scans of one station are one surface.
+
+    Chosen by hand on simulated yards with several scans at a station
+    (tests/registration/test_plane_poses): no source.
+    """
+
+    #: their normals differ by less than this [rad] ...
+    turn_rad: float = float(np.radians(1.0))
+    #: ... and their offsets, where they overlap, by less than this [m]
+    offset_m: float = 0.01
+    #: cells of two patches are the same place within this many widths of the wider ones
+    cell_widths: float = 1.5
+    #: ... and this share of the cells of one lies on the other
+    overlap_share: float = 0.5
 
 
-#: cells of two patches are the same place within this many widths of the wider ones
-_WIDTHS = 1.5
+GATES = SamePlaneGates()
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,14 +144,14 @@ class PlaneSet:
         """Is plane k of one scan the plane that another scan of the station has?"""
         if self.scans[k] == self.scans[other] or self.normal[k] @ self.normal[other] < 0:
             return False
-        if np.linalg.norm(np.cross(self.normal[k], self.normal[other])) > _SAME_TURN:
+        if np.linalg.norm(np.cross(self.normal[k], self.normal[other])) > GATES.turn_rad:
             return False
-        if abs(self.normal[other] @ (self.center[k] - self.center[other])) > _SAME_OFFSET:
+        if abs(self.normal[other] @ (self.center[k] - self.center[other])) > GATES.offset_m:
             return False
         here = np.ascontiguousarray(self.samples[k])
         distance, _ = KDTree(np.ascontiguousarray(self.samples[other])).query(here, k=1)
         spacing = max(self.spacing[k], self.spacing[other])
-        return bool(np.mean(distance < _WIDTHS * spacing) > 0.5)
+        return bool(np.mean(distance < GATES.cell_widths * spacing) > GATES.overlap_share)
 
 
 def overlap(first: PlaneSet, second: PlaneSet, i: int, j: int, first_from_second: Pose) -> float:
@@ -147,7 +159,7 @@ def overlap(first: PlaneSet, second: PlaneSet, i: int, j: int, first_from_second
     spacing = max(first.spacing[i], second.spacing[j])
     there = first_from_second.inverse @ first.samples[i]
     distance, _ = second.trees[j].query(np.ascontiguousarray(there), k=1)
-    return float(first.area[i] * np.mean(distance < _WIDTHS * spacing))
+    return float(first.area[i] * np.mean(distance < GATES.cell_widths * spacing))
 
 
 def _in_basis(normal: Array, tangents: Array, covariance: Array) -> Array:

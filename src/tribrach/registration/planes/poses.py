@@ -32,36 +32,91 @@ __all__ = [
     "pair_poses",
 ]
 
+
+@dataclass(frozen=True)
+class PlanePairGates:
+    """How the relative pose of two stations is sought by their planes, and when it is decided.
+
+    Chosen by hand on simulated yards, symmetric rooms, corridors and repeated facades, so that no
+    wrong pose is decided (tests/registration/test_plane_poses, benchmarks/plane_registration); no
+    source but where one is named.
+    """
+
+    #: normals of one surface differ by less than this, and so do the angles between two [rad]
+    turn_rad: float = float(np.radians(1.0))
+    #: turns that differ by less than this are one [rad]
+    turns_apart_rad: float = float(np.radians(2.0))
+    #: steps of headings that are proposed, over ``turn_rad``
+    heading_step: float = 0.25
+    #: proposals of turns that are followed: of levelled stations, of others
+    levelled_turns: int = 24
+    free_turns: int = 40
+    #: largest planes whose pairs propose a turn in space, and proposals that are weighed
+    turning_planes: int = 24
+    weighed_turns: int = 4000
+    #: planes whose normals are flatter than this sine propose no heading
+    wall_sine: float = 0.3
+    #: planes nearer to parallel than this propose no turn [rad]
+    crossing_rad: float = float(np.radians(20.0))
+    #: areas beyond this count no more [m^2]: one facade does not outweigh all else
+    most_area_m2: float = 100.0
+
+    #: normals within this angle are one direction [rad]
+    direction_rad: float = float(np.radians(8.0))
+    #: offsets of one surface agree within this while the turn is not yet sharp [m]
+    offset_m: float = 0.1
+    #: proposals along one direction, directions that are combined, and shifts that are returned
+    peaks: int = 14
+    combined_directions: int = 5
+    most_shifts: int = 12
+    #: directions are independent if the least singular value of their unit vectors is above this
+    independent: float = 0.2
+
+    #: largest planes that take part in the search, and poses that are looked at closely
+    most_planes: int = 60
+    close_looks: int = 80
+    #: planes are one surface if normals agree within this [rad] and offsets within this [m], from
+    #: the first fit to the last
+    stages: tuple[tuple[float, float], ...] = ((0.0175, 0.1), (0.009, 0.04), (0.0045, 0.02))
+    #: parts of one surface differ by less than this where there is something nearer [m]
+    nearest_m: float = 0.004
+    #: area [m^2] and share of the smaller plane that two patches have in common; half suffices
+    common_m2: float = 0.2
+    common_share: float = 0.05
+    common_half: float = 0.5
+    #: sigmas that no plane falls below in the fit of two stations [rad], [m]; tilt of levelled ones
+    least_turn_rad: float = 2e-4
+    least_offset_m: float = 1e-3
+    levelled_rad: float = 3e-4
+    #: sigmas of the start of a step [m], [rad], and along directions that the planes leave open [m]
+    start_m: float = 0.3
+    start_rad: float = 0.03
+    still_m: float = 1e-4
+    #: poses within this [m] and [rad] are the same
+    same_m: float = 0.3
+    same_rad: float = 0.03
+    #: a pose is possible with at most this share of points in empty space ...
+    most_conflict: float = 0.12
+    #: ... and this overlap in one direction at least
+    least_overlap: float = 0.08
+    #: a rival has at most so many times the conflict of the best pose, or so much more of it ...
+    rival_times: float = 2.5
+    rival_more: float = 0.012
+    #: ... and at least this share of its agreement
+    rival_agrees: float = 0.6
+    #: of two poses with like conflict the one that agrees more is the best, by this weight
+    agreement_weight: float = 0.05
+
+
+GATES = PlanePairGates()
+
+
 # Turns between two stations under which the normals of their planes fall together.
 #
 # Levelled stations differ by one angle about the plumb line, and every pair of walls proposes
 # one; others differ by three, and every pair of planes that enclose the same angle in both scans
 # proposes them (method section 8.4: angles between normals do not change). What many planes
 # propose comes first.
-
-
-#: normals of one surface differ by less than this [rad], and so do the angles between two
-TURN = float(np.radians(1.0))
-
-
-#: turns that differ by less than this are one [rad]
-_APART = float(np.radians(2.0))
-
-
-#: proposals that are followed, of levelled stations and of others
-_LEVELLED, _FREE = 24, 40
-
-
-#: planes whose pairs propose a turn in space, and proposals that are weighed
-_PLANES_FOR_ROTATION, _WEIGHED = 24, 4000
-
-
-#: planes flatter than this propose no heading, and planes nearer to parallel no turn
-_WALL, _ANGLE = 0.3, float(np.radians(20.0))
-
-
-#: areas beyond this count no more [m^2]
-_LARGE = 100.0
 
 
 def rotations(first: PlaneSet, second: PlaneSet, levelled: bool) -> Array:
@@ -77,9 +132,9 @@ def rotations(first: PlaneSet, second: PlaneSet, levelled: bool) -> Array:
         if support[k] <= 0:
             break
         turn = _refined(first, second, proposed[k], levelled)
-        if all(_angle(turn, other) > _APART for other in out):
+        if all(_angle(turn, other) > GATES.turns_apart_rad for other in out):
             out.append(turn)
-        if len(out) == (_LEVELLED if levelled else _FREE):
+        if len(out) == (GATES.levelled_turns if levelled else GATES.free_turns):
             break
     return np.array(out).reshape(-1, 3, 3)
 
@@ -87,23 +142,26 @@ def rotations(first: PlaneSet, second: PlaneSet, levelled: bool) -> Array:
 def fitting_pairs(first: PlaneSet, second: PlaneSet, rotation: Array) -> tuple[Index, Index]:
     """Numbers (p,), (p,) of planes whose normals a rotation brings together."""
     cosine = first.normal @ (second.normal @ rotation.T).T
-    i, j = np.nonzero(cosine > np.cos(TURN))
+    i, j = np.nonzero(cosine > np.cos(GATES.turn_rad))
     return i, j
 
 
 def pair_weights(first: PlaneSet, second: PlaneSet, i: Index, j: Index) -> Array:
     """Weights (p,) of pairs of planes by the smaller area."""
-    return np.asarray(np.sqrt(np.minimum(np.minimum(first.area[i], second.area[j]), _LARGE)))
+    return np.asarray(
+        np.sqrt(np.minimum(np.minimum(first.area[i], second.area[j]), GATES.most_area_m2))
+    )
 
 
 def _headings(first: PlaneSet, second: PlaneSet) -> Array:
     """Turns (h, 3, 3) about the third axis, one for every pair of walls that lean alike."""
-    flat = [np.linalg.norm(s.normal[:, :2], axis=1) > _WALL for s in (first, second)]
+    flat = [np.linalg.norm(s.normal[:, :2], axis=1) > GATES.wall_sine for s in (first, second)]
     a, b = first.normal[flat[0]], second.normal[flat[1]]
-    alike = np.abs(a[:, None, 2] - b[None, :, 2]) < TURN
+    alike = np.abs(a[:, None, 2] - b[None, :, 2]) < GATES.turn_rad
     heading = np.arctan2(a[:, 1], a[:, 0])[:, None] - np.arctan2(b[:, 1], b[:, 0])[None]
-    heading = np.unique(np.round(np.remainder(heading[alike], 2 * np.pi) / (TURN / 4)))
-    heading = heading * (TURN / 4)
+    step = GATES.heading_step * GATES.turn_rad
+    heading = np.unique(np.round(np.remainder(heading[alike], 2 * np.pi) / step))
+    heading = heading * step
     out = np.zeros((len(heading), 3, 3))
     out[:, 0, 0] = out[:, 1, 1] = np.cos(heading)
     out[:, 1, 0], out[:, 0, 1] = np.sin(heading), -np.sin(heading)
@@ -113,18 +171,18 @@ def _headings(first: PlaneSet, second: PlaneSet) -> Array:
 
 def _turns(first: PlaneSet, second: PlaneSet) -> Array:
     """Turns (h, 3, 3) that bring two planes of one station onto two of the other."""
-    a, b = first.normal[:_PLANES_FOR_ROTATION], second.normal[:_PLANES_FOR_ROTATION]
+    a, b = first.normal[: GATES.turning_planes], second.normal[: GATES.turning_planes]
     i, k = np.triu_indices(len(a), 1)
     j, m = np.nonzero(~np.eye(len(b), dtype=bool))
     mine = np.arccos(np.clip(np.einsum("ni,ni->n", a[i], a[k]), -1, 1))
     theirs = np.arccos(np.clip(np.einsum("ni,ni->n", b[j], b[m]), -1, 1))
-    wide = (mine > _ANGLE) & (mine < np.pi - _ANGLE)
-    p, q = np.nonzero((np.abs(mine[:, None] - theirs[None]) < TURN) & wide[:, None])
+    wide = (mine > GATES.crossing_rad) & (mine < np.pi - GATES.crossing_rad)
+    p, q = np.nonzero((np.abs(mine[:, None] - theirs[None]) < GATES.turn_rad) & wide[:, None])
     area = np.minimum(
         np.minimum(first.area[i[p]], first.area[k[p]]),
         np.minimum(second.area[j[q]], second.area[m[q]]),
     )
-    best = np.argsort(-area, kind="stable")[:_WEIGHED]
+    best = np.argsort(-area, kind="stable")[: GATES.weighed_turns]
     p, q = p[best], q[best]
     return np.asarray(_axes(a[i[p]], a[k[p]]) @ _axes(b[j[q]], b[m[q]]).transpose(0, 2, 1))
 
@@ -175,22 +233,6 @@ def _angle(one: Array, two: Array) -> float:
 # shift stays open along the rest.
 
 
-#: normals within this angle are one direction [rad]
-_ONE = float(np.radians(8.0))
-
-
-#: offsets of one surface agree within this while the turn is not yet sharp [m]
-OFFSET = 0.1
-
-
-#: proposals along one direction, directions that are combined, and shifts that are returned
-_PEAKS, _AXES, _SHIFTS = 14, 5, 12
-
-
-#: directions are independent if the smallest singular value of their unit vectors is above this
-INDEPENDENT = 0.2
-
-
 @dataclass(frozen=True)
 class _Axis:
     """A direction that planes have in common: unit (3,), proposals (m,) [m] and their weights."""
@@ -208,11 +250,11 @@ def shifts(first: PlaneSet, second: PlaneSet, rotation: Array) -> tuple[Array, A
     i, j = fitting_pairs(first, second, rotation)
     weight = pair_weights(first, second, i, j)
     wanted = first.offset[i] - second.offset[j]
-    axes = _shift_axes(first.normal[i], wanted, weight)[:_AXES]
+    axes = _shift_axes(first.normal[i], wanted, weight)[: GATES.combined_directions]
     found: list[Array] = []
     for triple in combinations(axes, 3):
         units = np.array([axis.unit for axis in triple])
-        if np.linalg.svd(units, compute_uv=False)[-1] < INDEPENDENT:
+        if np.linalg.svd(units, compute_uv=False)[-1] < GATES.independent:
             continue
         values = np.array(list(product(*(axis.values for axis in triple))))
         found.append(values @ np.linalg.inv(units).T)
@@ -223,9 +265,9 @@ def shifts(first: PlaneSet, second: PlaneSet, rotation: Array) -> tuple[Array, A
     order = np.argsort(-support, kind="stable")
     kept: list[int] = []
     for k in order:
-        if all(np.linalg.norm(shift[k] - shift[m]) > OFFSET for m in kept):
+        if all(np.linalg.norm(shift[k] - shift[m]) > GATES.offset_m for m in kept):
             kept.append(int(k))
-        if len(kept) == _SHIFTS:
+        if len(kept) == GATES.most_shifts:
             break
     return shift[kept], support[kept]
 
@@ -235,14 +277,14 @@ def open_directions(normal: Array) -> Array:
     if len(normal) == 0:
         return np.eye(3)
     values, vectors = np.linalg.eigh(_directions(normal))
-    return np.asarray(vectors[:, np.sqrt(np.maximum(values, 0)) < INDEPENDENT].T)
+    return np.asarray(vectors[:, np.sqrt(np.maximum(values, 0)) < GATES.independent].T)
 
 
 def _directions(normal: Array) -> Array:
     """Sum (3, 3) of the outer products of the different directions, each counted once."""
     units: list[Array] = []
     for n in normal:
-        if all(abs(n @ u) < np.cos(_ONE) for u in units):
+        if all(abs(n @ u) < np.cos(GATES.direction_rad) for u in units):
             units.append(n)
     directions = np.array(units)
     return np.asarray(directions.T @ directions)
@@ -255,7 +297,7 @@ def _shift_axes(normal: Array, wanted: Array, weight: Array) -> list[_Axis]:
     while left.any():
         head = normal[np.flatnonzero(left)[np.argmax(weight[left])]]
         cosine = normal @ head
-        mine = left & (np.abs(cosine) > np.cos(_ONE))
+        mine = left & (np.abs(cosine) > np.cos(GATES.direction_rad))
         values = (wanted * np.sign(cosine))[mine]
         out.append(_Axis(head, _peaks(values, weight[mine]), float(weight[mine].sum())))
         left &= ~mine
@@ -264,15 +306,15 @@ def _shift_axes(normal: Array, wanted: Array, weight: Array) -> list[_Axis]:
 
 def _peaks(values: Array, weight: Array) -> Array:
     """Values (m,) around which most weight lies, no two within the tolerance."""
-    near = np.abs(values[:, None] - values[None]) < OFFSET / 2
+    near = np.abs(values[:, None] - values[None]) < GATES.offset_m / 2
     support = near @ weight
     kept: list[float] = []
     for k in np.argsort(-support, kind="stable"):
         # walls and what is let into them propose several values: the one in the middle of the area
         value = _median(values[near[k]], weight[near[k]])
-        if all(abs(value - v) > OFFSET / 2 for v in kept):
+        if all(abs(value - v) > GATES.offset_m / 2 for v in kept):
             kept.append(value)
-        if len(kept) == _PEAKS:
+        if len(kept) == GATES.peaks:
             break
     return np.array(kept)
 
@@ -292,48 +334,10 @@ def _shift_support(
     out = np.empty(len(shift))
     for a in range(0, len(shift), 2000):
         some = shift[a : a + 2000]
-        good = np.abs(some @ normal.T - wanted) < OFFSET
+        good = np.abs(some @ normal.T - wanted) < GATES.offset_m
         best = np.maximum.reduceat(np.where(good, weight, 0.0), starts, axis=1)
         out[a : a + 2000] = best.sum(axis=1)
     return out
-
-
-#: largest planes that take part in the search, and poses that are looked at closely
-_PLANES, _CLOSE = 60, 80
-
-
-#: planes are one surface if their normals agree within this [rad] and the offsets within this [m],
-#: from the first fit to the last
-_STAGES = ((0.0175, 0.1), (0.009, 0.04), (0.0045, 0.02))
-
-
-#: parts of one surface differ by less than this where there is something nearer [m]
-_ALIKE = 0.004
-
-
-#: area [m^2] and share of the smaller plane that two patches have in common
-_COMMON, _SHARE = 0.2, 0.05
-
-
-#: sigmas that no plane falls below in the fit of two stations [rad], [m]; tilt of levelled ones
-_TURN, _OFFSET, _TILT = 2e-4, 1e-3, 3e-4
-
-
-#: sigmas of the start of a step [m], [rad], and along directions that the planes leave open [m]
-_START, _STILL = np.repeat([0.3, 0.03], 3), 1e-4
-
-
-#: poses within this [m] and [rad] are the same
-_SAME_PLACE, _SAME_TURN = 0.3, 0.03
-
-
-#: a pose is possible with at most this share of points in empty space, and this overlap
-_CONFLICT, _OVERLAP = 0.12, 0.08
-
-
-#: a rival has at most so many times the conflict of the best pose, or so much more of it, and at
-#: least this share of its agreement
-_TIMES, _MORE, _AGREES = 2.5, 0.012, 0.6
 
 
 @dataclass(frozen=True, eq=False)
@@ -378,7 +382,7 @@ class PairPoses:
 def pair_poses(first: Surroundings, second: Surroundings) -> PairPoses:
     """Possible relative poses of two stations."""
     levelled = first.levelled and second.levelled
-    mine, theirs = first.planes.largest(_PLANES), second.planes.largest(_PLANES)
+    mine, theirs = first.planes.largest(GATES.most_planes), second.planes.largest(GATES.most_planes)
     for one in (first, second):
         lacking = open_directions(one.planes.normal)
         if len(lacking):
@@ -389,7 +393,7 @@ def pair_poses(first: Surroundings, second: Surroundings) -> PairPoses:
         trials += [(float(s), Pose(turn, t)) for s, t in zip(support, shift, strict=True)]
     trials.sort(key=lambda trial: -trial[0])
     found: list[PlanePose] = []
-    for _, start in trials[:_CLOSE]:
+    for _, start in trials[: GATES.close_looks]:
         if any(_same(start, other.pose) for other in found):
             continue
         fit = refined(first, second, start)
@@ -407,14 +411,14 @@ def refined(first: Surroundings, second: Surroundings, start: Pose) -> PlanePose
     levelled = first.levelled and second.levelled
     pose = start
     pairs = np.zeros((0, 2), dtype=np.int64)
-    for turn, offset in _STAGES:
+    for turn, offset in GATES.stages:
         pairs = common_planes(first.planes, second.planes, pose, turn, offset)
         if len(pairs) < 2:
             return None
         pose = _fitted(first.planes, second.planes, pairs, pose, levelled)
     held = open_directions(first.planes.normal[pairs[:, 0]])
     both, there, back = seen(first, second, pose)
-    if both.conflict > _CONFLICT or max(there, back) < _OVERLAP:
+    if both.conflict > GATES.most_conflict or max(there, back) < GATES.least_overlap:
         return None
     i, j = pairs.T
     off = offsets(first.planes, second.planes, i, j, pose)
@@ -433,13 +437,15 @@ def common_planes(
     shared = np.array(
         [overlap(first, second, a, b, pose) for a, b in zip(i.tolist(), j.tolist(), strict=True)]
     )
-    good = shared > np.minimum(np.maximum(_COMMON, _SHARE * size), 0.5 * size)
+    good = shared > np.minimum(
+        np.maximum(GATES.common_m2, GATES.common_share * size), GATES.common_half * size
+    )
     i, j, away = i[good], j[good], away[good]
     # a wall and what is let into it: each belongs to the nearest of the other's
     least = np.full((2, max(len(first), len(second))), np.inf)
     np.minimum.at(least[0], i, away)
     np.minimum.at(least[1], j, away)
-    nearest = away <= np.minimum(least[0][i], least[1][j]) + _ALIKE
+    nearest = away <= np.minimum(least[0][i], least[1][j]) + GATES.nearest_m
     return np.stack([i[nearest], j[nearest]], axis=1)
 
 
@@ -505,16 +511,18 @@ def _swung(planes: PlaneSet, numbers: Index, lever: Array) -> Array:
 
 def _fitted(first: PlaneSet, second: PlaneSet, pairs: Index, pose: Pose, levelled: bool) -> Pose:
     """The pose with least squares of tilts and offsets of common planes, one step."""
-    normal, right = information(first, second, pairs, pose, (_TURN, _OFFSET))
-    normal = normal + np.diag(1 / _START**2)
+    normal, right = information(
+        first, second, pairs, pose, (GATES.least_turn_rad, GATES.least_offset_m)
+    )
+    normal = normal + np.diag(1 / np.repeat([GATES.start_m, GATES.start_rad], 3) ** 2)
     # what the planes hardly hold, by the noise of their normals alone, stays where it is
     lacking = open_directions(first.normal[pairs[:, 0]])
-    normal[:3, :3] += lacking.T @ lacking / _STILL**2
+    normal[:3, :3] += lacking.T @ lacking / GATES.still_m**2
     if levelled:
         # the turn brings the third axis of the second station onto that of the first
         up = pose.rotation[:, 2]
-        normal[[3, 4], [3, 4]] += 1 / _TILT**2
-        right[3:5] += np.array([up[1], -up[0]]) / _TILT**2
+        normal[[3, 4], [3, 4]] += 1 / GATES.levelled_rad**2
+        right[3:5] += np.array([up[1], -up[0]]) / GATES.levelled_rad**2
     scale = 1 / np.sqrt(np.diag(normal))
     step = scale * np.linalg.solve(normal * scale[:, None] * scale, scale * right)
     turn = turns.exp(step[None, 3:])[0]
@@ -524,8 +532,8 @@ def _fitted(first: PlaneSet, second: PlaneSet, pairs: Index, pose: Pose, levelle
 def _same(one: Pose, other: Pose) -> bool:
     """Are two poses one?"""
     cosine = (np.trace(one.rotation.T @ other.rotation) - 1) / 2
-    near = float(np.linalg.norm(one.translation - other.translation)) < _SAME_PLACE
-    return near and bool(np.arccos(np.clip(cosine, -1, 1)) < _SAME_TURN)
+    near = float(np.linalg.norm(one.translation - other.translation)) < GATES.same_m
+    return near and bool(np.arccos(np.clip(cosine, -1, 1)) < GATES.same_rad)
 
 
 def decided(found: Sequence[PlanePose]) -> tuple[PlanePose, ...]:
@@ -533,9 +541,9 @@ def decided(found: Sequence[PlanePose]) -> tuple[PlanePose, ...]:
     if not found:
         return ()
     most = max(f.seen.agree for f in found)
-    good = [f for f in found if f.seen.agree > _AGREES * most]
-    best = min(good, key=lambda f: f.seen.conflict - 0.05 * f.seen.agree / most)
-    limit = max(_TIMES * best.seen.conflict, best.seen.conflict + _MORE)
+    good = [f for f in found if f.seen.agree > GATES.rival_agrees * most]
+    best = min(good, key=lambda f: f.seen.conflict - GATES.agreement_weight * f.seen.agree / most)
+    limit = max(GATES.rival_times * best.seen.conflict, best.seen.conflict + GATES.rival_more)
     rivals = [f for f in good if f is not best and f.seen.conflict <= limit]
     rivals.sort(key=lambda f: f.seen.conflict)
     return (best, *rivals)

@@ -22,19 +22,36 @@ from tribrach.registration.planes.poses import (
     open_directions,
     pair_poses,
 )
-from tribrach.registration.pose_graph import CLOSES, Joint, PoseGraph, join
+from tribrach.registration.pose_graph import GATES as LOOP
+from tribrach.registration.pose_graph import Joint, PoseGraph, join
 from tribrach.registration.views import Surroundings, merged, seen
 
 __all__ = ["PlaneRegistration", "lacking_words", "register_by_planes"]
 
 
-#: a pair that no loop confirms has at most this share of points in empty space and at least so
-#: many common planes
-_CONFLICT, _PLANES = 0.03, 4
+@dataclass(frozen=True)
+class StationJoinGates:
+    """When a pair of stations may be joined by its planes alone.
+
+    Chosen by hand on simulated yards, facades and corridors, so that no wrong pair is joined
+    (tests/registration/test_plane_poses, tests/job/test_tying): no source.
+    """
+
+    #: a pair that no loop confirms has at most this share of points in empty space ...
+    most_conflict: float = 0.03
+    #: ... and at least so many common planes
+    fewest_planes: int = 4
+    #: poses from targets may be wrong by this [m], [rad]
+    known_m: float = 0.3
+    known_rad: float = float(np.radians(1.0))
+    #: in words: two places differ by a shift if they are turned by less [rad]
+    shifted_rad: float = float(np.radians(1.0))
+    #: in words: a direction is the height above this cosine, level below that one
+    height_cosine: float = 0.9
+    level_cosine: float = 0.2
 
 
-#: poses from targets may be wrong by this [m], [rad]
-_KNOWN = 0.3, float(np.radians(1.0))
+GATES = StationJoinGates()
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +121,7 @@ def register_by_planes(
 def _joint(pair: PairPoses, chosen: PlanePose | None = None) -> Joint:
     """A joint of the graph from the pose of a pair."""
     best = pair.poses[0] if chosen is None else chosen
-    alone = best.seen.conflict <= _CONFLICT and len(best.pairs) >= _PLANES
+    alone = best.seen.conflict <= GATES.most_conflict and len(best.pairs) >= GATES.fewest_planes
     return Joint(pair.first, pair.second, best.pose, float(best.seen.agree), alone)
 
 
@@ -120,7 +137,7 @@ def _united(joints: Sequence[Joint], further: Sequence[Joint]) -> tuple[list[Joi
         left = joint.pose.inverse @ other.from_to(joint.first)
         gap = float(np.linalg.norm(left.translation))
         turn = float(np.arccos(np.clip((np.trace(left.rotation) - 1) / 2, -1, 1)))
-        if gap < CLOSES[0] and turn < CLOSES[1]:
+        if gap < LOOP.gap_m and turn < LOOP.turn_rad:
             out.append(replace(joint, alone=True))
         else:
             said.append(
@@ -137,7 +154,7 @@ def _doubted(joint: Joint, known: Mapping[str, Pose]) -> Joint:
     left = joint.pose.inverse @ known[joint.first].inverse @ known[joint.second]
     gap = float(np.linalg.norm(left.translation))
     turn = float(np.arccos(np.clip((np.trace(left.rotation) - 1) / 2, -1, 1)))
-    return joint if gap < _KNOWN[0] and turn < _KNOWN[1] else replace(joint, alone=False)
+    return joint if gap < GATES.known_m and turn < GATES.known_rad else replace(joint, alone=False)
 
 
 def _settled(
@@ -213,7 +230,11 @@ def _ways(name: str, pair: PairPoses) -> str:
     shift = best.translation - rival.translation
     turn = best.inverse @ rival
     angle = np.degrees(np.arccos(np.clip((np.trace(turn.rotation) - 1) / 2, -1, 1)))
-    how = f"shifted by {np.linalg.norm(shift):.2f} m" if angle < 1 else f"turned by {angle:.0f} deg"
+    how = (
+        f"shifted by {np.linalg.norm(shift):.2f} m"
+        if angle < np.degrees(GATES.shifted_rad)
+        else f"turned by {angle:.0f} deg"
+    )
     return (
         f"it fits on {other} in {len(pair.poses)} ways ({how} for instance: a repeated pattern or "
         "a symmetric room) and nothing that they see tells which; a target that both see, or a "
@@ -238,10 +259,10 @@ def _along(directions: Array) -> str:
     """Directions of a scanner's frame in words."""
     words = []
     for d in directions:
-        if abs(d[2]) > 0.9:
+        if abs(d[2]) > GATES.height_cosine:
             words.append("its height")
             continue
         around = np.degrees(np.arctan2(d[1], d[0])) % 180 / 0.9
-        level = "level " if abs(d[2]) < 0.2 else ""
+        level = "level " if abs(d[2]) < GATES.level_cosine else ""
         words.append(f"the shift {level}along H = {around:.0f} gon of its scan")
     return " and ".join(words)

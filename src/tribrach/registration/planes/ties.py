@@ -25,12 +25,25 @@ from tribrach.registration.views import Surroundings
 __all__ = ["PlaneTies", "tie_planes"]
 
 
-#: planes that are one agree within these [rad], [m] even where the covariances are small ...
-_TURN, _OFFSET = 1e-3, 0.004
+@dataclass(frozen=True)
+class PlaneTieGates:
+    """When planes of two stations are one surface, once both have poses.
+
+    Chosen by hand on simulated yards with panels on walls (tests/registration/test_plane_ties,
+    tests/registration/test_edges: statistics of edges are chi-square): no source.
+    """
+
+    #: planes that are one agree within these [rad], [m] even where the covariances are small ...
+    turn_rad: float = 1e-3
+    offset_m: float = 0.004
+    #: ... and within so many sigmas ...
+    sigmas: float = 4.0
+    #: ... but never beyond these [rad], [m]
+    most_turn_rad: float = 0.0175
+    most_offset_m: float = 0.02
 
 
-#: ... and within so many sigmas, but never beyond [rad], [m]
-_SIGMAS, _MOST = 4.0, (0.0175, 0.02)
+GATES = PlaneTieGates()
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +142,7 @@ def _doubled(
             i, j = np.array([place[a]]), np.array([place[b]])
             off = abs(float(offsets(planes, planes, i, j, Pose.identity())[0]))
             sigma = np.sqrt(planes.covariance[[i[0], j[0]], 2, 2].sum())
-            if off > _OFFSET + _SIGMAS * sigma:
+            if off > GATES.offset_m + GATES.sigmas * sigma:
                 misfit = [float(away[(links == k).any(axis=1)].mean()) for k in (a, b)]
                 return int(a if misfit[0] > misfit[1] else b)
     return None
@@ -139,7 +152,7 @@ def _agreeing(
     one: Surroundings, two: Surroundings, between: Pose, slack: float
 ) -> tuple[Index, Array]:
     """Pairs (p, 2) of planes that overlap and agree within what is known, and misfits (p,) [m]."""
-    turn, most = _MOST[0], _MOST[1] + slack
+    turn, most = GATES.most_turn_rad, GATES.most_offset_m + slack
     found = common_planes(one.planes, two.planes, between, turn, most)
     i, j = found.T
     joint = one.planes.covariance[i] + two.planes.covariance[j]
@@ -147,9 +160,9 @@ def _agreeing(
     basis = plane_basis(one.planes.normal[i]).transpose(0, 2, 1)
     tilt = np.linalg.norm(np.einsum("pki,pi->pk", basis, turned), axis=1)
     sigma = np.sqrt(np.trace(joint[:, :2, :2], axis1=1, axis2=2))
-    alike = tilt < _TURN + _SIGMAS * sigma
+    alike = tilt < GATES.turn_rad + GATES.sigmas * sigma
     away = np.abs(offsets(one.planes, two.planes, i, j, between))
-    good = alike & (away < _OFFSET + slack + _SIGMAS * np.sqrt(joint[:, 2, 2]))
+    good = alike & (away < GATES.offset_m + slack + GATES.sigmas * np.sqrt(joint[:, 2, 2]))
     return np.asarray(found[good]), np.asarray(away[good])
 
 
