@@ -1,8 +1,8 @@
 """Tribrach: one least-squares network for scans and survey observations.
 
 >>> import tribrach as tb
->>> project = tb.Project.load("campus.toml")          # doctest: +SKIP
->>> adjustment = tb.adjust(project.network())          # doctest: +SKIP
+>>> job = tb.open_job("campus.toml")                   # doctest: +SKIP
+>>> adjustment = tb.adjust(job.network())              # doctest: +SKIP
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from tribrach.kernel_cache import ensure_cache
 
 if TYPE_CHECKING:
     from tribrach.io.survey.formats import read_files
+    from tribrach.job.opened import open_job
     from tribrach.network.adjustment import Adjustment, adjust
     from tribrach.network.network import Datum, Network
     from tribrach.network.quality import assess
@@ -30,6 +31,7 @@ __all__ = [
     "adjust",
     "assess",
     "fit_transformation",
+    "open_job",
     "read_files",
 ]
 
@@ -42,6 +44,7 @@ _HOMES = {
     "adjust": "network.adjustment",
     "assess": "network.quality",
     "fit_transformation": "transformation.fit",
+    "open_job": "job.opened",
     "read_files": "io.survey.formats",
 }
 

@@ -15,6 +15,7 @@ from tribrach._types import Progress
 from tribrach.io.outputs import write_texts
 from tribrach.job.antenna_lever_arms import lever_arm_files
 from tribrach.job.antennas import carried_antennas
+from tribrach.job.opened import open_job
 from tribrach.job.results import JobResults
 from tribrach.job.station_comparison import StationComparison
 from tribrach.job.steps import compare, find_and_name, georeference
@@ -141,26 +142,25 @@ def run(
     settings = AdjustmentSettings(
         wish.snoop, wish.robust, wish.vce, wish.posterior, project.confidence, project.output.angle
     )
-    if project.gnss.sessions and project.scans:
-        project.survey(progress=progress)  # baselines show their progress, and are kept
-    work = find_and_name(project, folder, progress) if project.scans else None
+    job = open_job(project, progress)
+    work = find_and_name(job, folder, progress) if project.scans else None
     further = None if work is None else work.registered.survey
-    survey = project.survey(further, progress)
-    network = project.network_of(survey, whole=further is not None)
+    survey = job.surveyed(further)
+    network = job.network_of(survey, whole=further is not None)
     solution = solve(network, settings)
     adjustment = solution.adjustment
     origin = sigma_origin(adjustment, settings.posterior)
     placed = None
     comparisons: tuple[StationComparison, ...] = ()
     if work is not None:
-        placed = georeference(project, work, adjustment, folder, origin, progress)
-        comparisons = compare(project, work, adjustment, progress)
+        placed = georeference(job, work, adjustment, folder, origin, progress)
+        comparisons = compare(job, work, adjustment, progress)
     antennas = carried_antennas(
         survey, adjustment, adjustment.variance_factor(posterior=settings.posterior)
     )
     results = JobResults(
         project,
-        project.computed_sessions,
+        job.sessions,
         None if work is None else work.registered,
         placed,
         comparisons,

@@ -14,8 +14,8 @@ from tribrach.errors import InputError
 from tribrach.geometry.polar import xyz_from_polar
 from tribrach.instruments.calibration import MODELS, ORDER, find_model, unit_of
 from tribrach.io.calibration_file import read_calibration
+from tribrach.job.opened import open_job
 from tribrach.network.network import Network
-from tribrach.project import Project
 from tribrach.project.calibration import CalibrationSection, Hold
 from tribrach.simulate.twins.newcastle_lab import MISALIGNMENTS, with_ceiling
 
@@ -385,7 +385,7 @@ scanner = "hybrid"
 
 def test_the_project_model_knows_its_names(tmp_path: Path) -> None:
     path = job(tmp_path, lab(("x10",)))
-    network = Project.load(path).network()
+    network = open_job(path).network()
     assert set(network.start.layout.names["scalar"]) == {f"{p}(scanner)" for p in MISALIGNMENTS}
 
 

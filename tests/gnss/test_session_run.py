@@ -14,6 +14,7 @@ from tribrach.gnss import sessions as session_run
 from tribrach.gnss.antennas import AntennaSetup
 from tribrach.gnss.baseline import Baseline, Processing
 from tribrach.gnss.sessions import Occupation, Session, run_sessions
+from tribrach.job.opened import open_job
 from tribrach.network.adjustment import adjust
 from tribrach.project import Project
 
@@ -165,7 +166,7 @@ def test_project_adjusts_sessions_with_their_correlation(
     for _ in range(60):
         engine = Engine(rng)
         monkeypatch.setattr(session_run, "compute_baseline", engine)
-        adjustment = adjust(project.at(tmp_path).network())
+        adjustment = adjust(open_job(project).network())
         assert adjustment.dof == 9
         sums.append(adjustment.vtpv)
         layout, site = adjustment.layout, adjustment.network.site
@@ -187,11 +188,11 @@ def test_project_adjusts_sessions_with_their_correlation(
 def test_baselines_are_computed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     engine = Engine()
     monkeypatch.setattr(session_run, "compute_baseline", engine)
-    project = four_receivers(tmp_path)
+    job = open_job(four_receivers(tmp_path))
     for _ in range(3):
-        project.network()
+        job.network()
     assert len(engine.calls) == 6
-    assert len(project.computed_sessions) == 2
+    assert len(job.sessions) == 2
 
 
 @pytest.mark.parametrize(
@@ -231,7 +232,7 @@ def test_wrong_projects_end_in_a_sentence(
     if "flat" in words:
         (tmp_path / "control.csv").write_text("point,e_m,n_m,u_m\nA,0,0,0\n")
     with pytest.raises(InputError, match=words):
-        Project.load(path).network()
+        open_job(path).network()
 
 
 def test_control_of_another_epoch_is_carried(
@@ -245,7 +246,7 @@ def test_control_of_another_epoch_is_carried(
         'role = "fixed"\nepoch = 2011.2\nvelocity_m_per_year = [0.01, -0.02, 0.03]',
     )
     path.write_text(text)
-    network = Project.load(path).network()
+    network = open_job(path).network()
     found = network.site.to_ecef(network.start.points)[0]  # type: ignore[attr-defined]
     np.testing.assert_allclose(found, PLACES["A"] + [0.1, -0.2, 0.3], atol=1e-6)
     assert network.reference.epoch == 2021.2

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tribrach.job.opened import open_job
 from tribrach.network.adjustment import adjust
 from tribrach.network.site_accuracy import sessions, site_accuracy
 from tribrach.network.survey import Survey
@@ -136,12 +137,14 @@ def test_the_common_share_is_the_instruments(tmp_path: Path) -> None:
         (tmp_path / "p.toml").write_text(
             own_text.replace('sheet = "NetRTK"', f'sheet = "NetRTK"\ngnss_common_share = {share}')
         )
-        found = sessions(adjust(Project.load(tmp_path / "p.toml").network()))
+        found = sessions(adjust(open_job(tmp_path / "p.toml").network()))
         if share:
             assert found[0].sigma[2] == pytest.approx(0.05 * np.sqrt(share))
         else:
             assert found == []
-    assert sessions(adjust(own.network()))[0].sigma[2] == pytest.approx(0.05 * np.sqrt(0.5))
+    assert sessions(adjust(open_job(own).network()))[0].sigma[2] == pytest.approx(
+        0.05 * np.sqrt(0.5)
+    )
 
 
 def test_a_free_network_has_no_absolute_accuracy(tmp_path: Path) -> None:

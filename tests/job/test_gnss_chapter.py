@@ -22,9 +22,9 @@ from tribrach.geodesy.projection import ProjectedGrid
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.gnss.engine import engines
 from tribrach.job.gnss_loops import baselines_of, loops_of
+from tribrach.job.opened import open_job
 from tribrach.network.adjustment import adjust
 from tribrach.network.network import Datum
-from tribrach.project import Project
 from tribrach.report.chapters.gnss import gnss_chapter
 
 RUN = CliRunner()
@@ -55,7 +55,7 @@ def ghilani(folder: Path, file: str) -> Path:
 @pytest.mark.parametrize("file", ["v.csv", "v.gvx"])
 def test_network_of_ghilani_in_a_project(tmp_path: Path, file: str) -> None:
     """AC-32: coordinates, redundancy and sigma0 in ECEF of the project's frame."""
-    adjustment = adjust(Project.load(ghilani(tmp_path, file)).network())
+    adjustment = adjust(open_job(ghilani(tmp_path, file)).network())
     site, layout = adjustment.network.site, adjustment.layout
     for name, xyz in ADJUSTED.items():
         x = adjustment.state.points[layout.index("point", name)]
@@ -65,7 +65,7 @@ def test_network_of_ghilani_in_a_project(tmp_path: Path, file: str) -> None:
 
 
 def test_closures_of_ghilani_by_hand(tmp_path: Path) -> None:
-    adjustment = adjust(Project.load(ghilani(tmp_path, "v.csv")).network())
+    adjustment = adjust(open_job(ghilani(tmp_path, "v.csv")).network())
     found = baselines_of(adjustment)
     assert found is not None
     loops = loops_of(found)
@@ -149,7 +149,7 @@ def test_a_site_is_centred_on_geographic_points(tmp_path: Path) -> None:
     (tmp_path / "v.csv").write_text(
         "from,to,dx_m,dy_m,dz_m,sigma_dx_mm,sigma_dy_mm,sigma_dz_mm\nA,B,1,2,3,3,3,3\n"
     )
-    network = Project.load(tmp_path / "p.toml").network()
+    network = open_job(tmp_path / "p.toml").network()
     site = network.site
     assert isinstance(site, EllipsoidSite)
     np.testing.assert_allclose(
@@ -177,7 +177,7 @@ def test_a_projected_site_is_centred_on_points_of_any_kind(tmp_path: Path, colum
     (tmp_path / "p.toml").write_text(
         '[site]\ncrs = "EPSG:32632"\n[[points]]\nfile = "p.csv"\n[[observations]]\nfile = "v.csv"\n'
     )
-    network = Project.load(tmp_path / "p.toml").network()
+    network = open_job(tmp_path / "p.toml").network()
     site = network.site
     assert isinstance(site, EllipsoidSite)
     assert np.degrees([site.latitude, site.longitude]) == pytest.approx([48.002, 9.503], abs=2e-4)
@@ -214,7 +214,7 @@ def test_a_blunder_in_a_baseline_is_named(tmp_path: Path) -> None:
     path = ghilani(tmp_path, "v.csv")
     table = tmp_path / "v.csv"
     table.write_text(table.read_text().replace("-1837.7459", "-1838.0459"))
-    adjustment = adjust(Project.load(path).network())
+    adjustment = adjust(open_job(path).network())
     made = gnss_chapter(adjustment)
     assert made is not None
     warnings = [warning.text for warning in made.warnings]
@@ -235,7 +235,7 @@ def test_network_of_dynadjust(shared_data: Path, tmp_path: Path) -> None:
     (tmp_path / "p.toml").write_text(
         f'[[observations]]\nfiles = ["{there}/gnss-network.stn", "{there}/gnss-network.msr"]\n'
     )
-    adjustment = adjust(Project.load(tmp_path / "p.toml").network())
+    adjustment = adjust(open_job(tmp_path / "p.toml").network())
     assert adjustment.dof == 288
     assert adjustment.sigma0_posterior**2 == pytest.approx(1.169, abs=5e-4)
     found = baselines_of(adjustment)
@@ -284,8 +284,7 @@ def test_from_rinex_to_the_report(shared_data: Path, tmp_path: Path) -> None:
     (baseline,) = data["gnss"]["baselines"]
     assert baseline["fixed_share"] == 1
     assert baseline["epochs"] == 115
-    project = Project.load(tmp_path / "p.toml")
-    network = project.network()
+    network = open_job(tmp_path / "p.toml").network()
     site = network.site
     found = site.to_ecef(np.array([data["points"]["0759"]["xyz"]]))[0]  # type: ignore[attr-defined]
     np.testing.assert_allclose(found, [-3976219.1874, 3382371.6055, 3652511.1446], atol=0.015)

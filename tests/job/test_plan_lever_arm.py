@@ -16,6 +16,7 @@ from typer.testing import CliRunner
 from tribrach.cli import app
 from tribrach.errors import InputError
 from tribrach.geometry.rotation import skew
+from tribrach.job.opened import open_job
 from tribrach.job.plan.steps import DesignResult, plan_project
 from tribrach.network.adjustment import adjust
 from tribrach.project import Project
@@ -117,7 +118,7 @@ def test_the_covariance_is_that_of_the_normal_equations(
     targets = layout(5, np.radians(40), 10, 40)
     station = "levelled = true\nlevelling_arcsec = 30" if levelled else ""
     project = load(tmp_path, prior=prior, station=station, targets=targets)
-    found = forecast(plan_project(project))
+    found = forecast(plan_project(open_job(project)))
     expected = by_hand(targets, 1e-3 * prior, 30 * SEC if levelled else None)
     np.testing.assert_allclose(found.after, expected, rtol=2e-4, atol=1e-10)
     assert np.array_equal(found.after, found.before)
@@ -146,19 +147,19 @@ def test_published_medians(
     sigmas = []
     for seed in range(15):
         project = load(tmp_path, station=station, targets=layout(seed, window, near, far))
-        sigmas.append(np.sqrt(np.diag(forecast(plan_project(project)).after)))
+        sigmas.append(np.sqrt(np.diag(forecast(plan_project(open_job(project))).after)))
     x, _, z = 1e3 * np.median(sigmas, axis=0)
     assert (x, z) == pytest.approx(published, rel=0.12)
 
 
 def test_the_name_of_the_antenna_in_a_later_job_does_not_matter(tmp_path: Path) -> None:
-    one = forecast(plan_project(load(tmp_path)))
-    two = forecast(plan_project(load(tmp_path, station='mounted_point = "ROVER"')))
+    one = forecast(plan_project(open_job(load(tmp_path))))
+    two = forecast(plan_project(open_job(load(tmp_path, station='mounted_point = "ROVER"'))))
     assert np.array_equal(one.after, two.after)
 
 
 def test_an_executed_calibration_scatters_as_planned(tmp_path: Path) -> None:
-    plan = plan_project(load(tmp_path, "add_targets = 2", "window_deg = 60", prior=20.0))
+    plan = plan_project(open_job(load(tmp_path, "add_targets = 2", "window_deg = 60", prior=20.0)))
     found, runs = forecast(plan).after, 60
     rng = np.random.default_rng(3)
     total = 0.0
@@ -172,7 +173,7 @@ def test_an_executed_calibration_scatters_as_planned(tmp_path: Path) -> None:
 def test_the_first_proposal_is_the_best_of_all(tmp_path: Path) -> None:
     """Each place by itself through the normal equations: none is better than the proposed one."""
     window = "window_deg = 40\nnearest_m = 10\nfarthest_m = 40"
-    plan = plan_project(load(tmp_path, "add_targets = 1", window))
+    plan = plan_project(open_job(load(tmp_path, "add_targets = 1", window)))
     layout_ = plan.adjustment.layout
     (proposed,) = plan.proposals
     own = [n for n in layout_.names["point"] if n != proposed.name]
@@ -199,7 +200,7 @@ def test_targets_at_places_of_a_file(tmp_path: Path) -> None:
     (tmp_path / "places.csv").write_text("\n".join(["point,e_m,n_m,u_m", *places, ""]))
     keys = 'add_targets = 2\nmove_targets = 1\ntarget_places = "places.csv"\ndrop = true'
     targets = layout(2, np.radians(90), 5, 15)[:5]
-    plan = plan_project(load(tmp_path, keys, targets=targets))
+    plan = plan_project(open_job(load(tmp_path, keys, targets=targets)))
     assert {p.name for p in plan.proposals} < {"Q0", "Q1", "Q2"}
     assert len(plan.proposals) == 2
     spares = {s.name: s.after for s in plan.spares}
@@ -224,7 +225,7 @@ def test_a_calibration_that_is_measured_already(tmp_path: Path) -> None:
     project = load(tmp_path, "add_targets = 1")
     path = tmp_path / "p.toml"
     path.write_text(path.read_text().replace("[plan]\n", f"{files}[plan]\n"))
-    plan = plan_project(Project.load(path))
+    plan = plan_project(open_job(path))
     found = forecast(plan)
     np.testing.assert_allclose(found.before, by_hand(targets, 10.0), rtol=2e-4, atol=1e-10)
     (one,) = plan.proposals
@@ -291,4 +292,4 @@ def test_what_cannot_be_planned_is_a_sentence(
     at = text.index(old)
     path.write_text(text[:at] + new + text[at + len(old) :])
     with pytest.raises(InputError, match=words):
-        plan_project(Project.load(path))
+        plan_project(open_job(path))

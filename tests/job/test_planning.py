@@ -10,6 +10,7 @@ from scipy.stats import chi2
 from tests.job.plan_jobs import PARAMETERS, load, table
 from tests.network.plan_networks import combine
 from tribrach.errors import InputError, RankDefect
+from tribrach.job.opened import open_job
 from tribrach.job.plan.steps import DesignResult, plan_project
 from tribrach.job.plan.survey import PlanSurvey
 from tribrach.network.adjustment import Adjustment, adjust
@@ -35,10 +36,10 @@ PROPOSE = "faces = 2\nadd_targets = 3\nspacing_m = 0.8\n"
 )
 def test_three_targets_beat_a_thousand_random_placements(tmp_path: Path, criterion: str) -> None:
     project = load(tmp_path, PROPOSE + f'criterion = "{criterion}"\n')
-    plan = plan_project(project)
+    plan = plan_project(open_job(project))
     assert plan.before is not None
     # the same places, judged three at a time at random
-    survey = PlanSurvey(project)
+    survey = PlanSurvey(open_job(project))
     base = predict(survey.network())
     further = survey.candidates(dict(plan.places), {}, base.network)
     now = prospect_for(base, plan.criterion, [further])
@@ -86,7 +87,7 @@ def predicted_variances(found: Adjustment) -> tuple[np.ndarray, np.ndarray, np.n
 
 
 def test_an_executed_survey_scatters_as_predicted(tmp_path: Path) -> None:
-    plan = plan_project(load(tmp_path, PROPOSE.replace("0.8", "2.0")))
+    plan = plan_project(open_job(load(tmp_path, PROPOSE.replace("0.8", "2.0"))))
     runs = 25
     deviations, found = executed(plan, runs, seed=1)
     names = [f"{p}(scanner)" for p in PARAMETERS]
@@ -107,7 +108,7 @@ def split(deviations: np.ndarray, found: Adjustment) -> list[np.ndarray]:
 
 @pytest.mark.slow
 def test_predicted_precision_is_that_of_executed_surveys(tmp_path: Path) -> None:
-    plan = plan_project(load(tmp_path, PROPOSE))
+    plan = plan_project(open_job(load(tmp_path, PROPOSE)))
     runs = 1500
     deviations, found = executed(plan, runs, seed=11)
     parts = split(deviations, found)
@@ -122,7 +123,7 @@ def test_predicted_precision_is_that_of_executed_surveys(tmp_path: Path) -> None
 
 def test_moves_and_what_can_be_spared_are_named(tmp_path: Path) -> None:
     keys = 'move_targets = 2\nspacing_m = 1.5\ndrop = true\npoints = ["S1", "S2"]\nkeep = ["T01"]\n'
-    plan = plan_project(load(tmp_path, keys, targets=8, calibration=False))
+    plan = plan_project(open_job(load(tmp_path, keys, targets=8, calibration=False)))
     assert len(plan.relocations) == 2
     assert all(r.after < r.before for r in plan.relocations)
     # the points of the criterion stay, and so does what is to be kept
@@ -131,7 +132,7 @@ def test_moves_and_what_can_be_spared_are_named(tmp_path: Path) -> None:
 
 
 def test_sets_and_sigmas_for_a_requirement(tmp_path: Path) -> None:
-    plan = plan_project(load(tmp_path, "sigma_mm = 0.6\n", targets=13, calibration=False))
+    plan = plan_project(open_job(load(tmp_path, "sigma_mm = 0.6\n", targets=13, calibration=False)))
     assert plan.reached is False
     assert plan.sets is not None
     assert plan.sets.reached
@@ -143,7 +144,7 @@ def test_sets_and_sigmas_for_a_requirement(tmp_path: Path) -> None:
 
 
 def test_datums_agree_in_what_is_estimable(tmp_path: Path) -> None:
-    plan = plan_project(load(tmp_path, "", targets=13, calibration=False))
+    plan = plan_project(open_job(load(tmp_path, "", targets=13, calibration=False)))
     assert len(plan.datums) >= 2
     first = plan.datums[0]
     for choice in plan.datums[1:]:
@@ -155,12 +156,12 @@ def test_datums_agree_in_what_is_estimable(tmp_path: Path) -> None:
 def test_new_points_get_the_stations_that_they_need(tmp_path: Path) -> None:
     """Behind a wall, new points are seen from some of the places only."""
     project = hidden_points(tmp_path)
-    plan = plan_project(project)
+    plan = plan_project(open_job(project))
     assert plan.before is None
     assert plan.reached
     chosen = [p.name for p in plan.proposals]
     assert chosen[0] == "good"
-    seen = PlanSurvey(project).network(stations={})
+    seen = PlanSurvey(open_job(project)).network(stations={})
     with pytest.raises(RankDefect):
         predict(seen)
     exact = figures(plan.adjustment, Criterion("sigma", ("N1", "N2", "N3")))
@@ -203,8 +204,8 @@ def test_a_measured_project_is_planned_on(tmp_path: Path) -> None:
     )
     (tmp_path / "job.toml").write_text(text)
     project = Project.load(tmp_path / "job.toml")
-    measured = adjust(project.network())
-    plan = plan_project(project)
+    measured = adjust(open_job(project).network())
+    plan = plan_project(open_job(project))
     assert plan.before is not None
     # before, the plan is the adjustment that there is, but for misalignments in the geometry
     own = figures(measured, plan.criterion)
@@ -227,4 +228,4 @@ def test_what_is_wrong_is_said(tmp_path: Path) -> None:
         ('add_targets = 1\ntarget_places = "targets.csv"\n', "T01 is a point or station"),
     ):
         with pytest.raises(InputError, match=words):
-            plan_project(load(tmp_path, keys, calibration=False))
+            plan_project(open_job(load(tmp_path, keys, calibration=False)))

@@ -16,6 +16,7 @@ from tribrach.geometry import rotation
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader
 from tribrach.io.scans.formats import read_scans
+from tribrach.job.opened import open_job
 from tribrach.pipeline import run
 from tribrach.project import Project
 
@@ -140,8 +141,7 @@ def test_geocentric_clouds(tmp_path: Path) -> None:
 def test_the_flat_way_says_what_it_costs(tmp_path: Path) -> None:
     """0.9996 at 1020 m height and a kilometre: scale and millimetres are those of PROJ."""
     path, _ = write_project(tmp_path, site='kind = "flat"')
-    project = Project.load(path)
-    (warning,) = [w for w in project.survey().warnings if "taken as Cartesian" in w]
+    (warning,) = [w for w in open_job(path).survey.warnings if "taken as Cartesian" in w]
     stated, extent_mm = (float(x) for x in re.findall(r"(-?[\d.]+) (?:ppm|mm over)", warning))
     control = np.loadtxt(tmp_path / "control.csv", delimiter=",", skiprows=1, usecols=(1, 2, 3))
     up = control[:, 2].mean() - HEIGHT
@@ -165,7 +165,7 @@ def test_missing_grids_are_named(tmp_path: Path) -> None:
     with pytest.raises(
         InputError, match=r"absent\.gtx: the geoid grid is not there.*nothing is down"
     ):
-        Project.load(path).network()
+        open_job(path).network()
 
 
 def test_heights_that_are_not_ellipsoidal_want_a_geoid(tmp_path: Path) -> None:
@@ -173,7 +173,7 @@ def test_heights_that_are_not_ellipsoidal_want_a_geoid(tmp_path: Path) -> None:
     assert vertical_name(UTM) is None
     path, _ = write_project(tmp_path, crs=f"{UTM}+5773")
     with pytest.raises(InputError, match=r"p\.toml:2: .*heights of EGM96 height"):
-        Project.load(path).network()
+        open_job(path).network()
     for site, words in (
         ('geoid_grid = "g.gtx"\ngeoid_height_m = 1.0', "either geoid_grid or geoid_height_m"),
         ('geoid_grid = "g.gtx"\nkind = "flat"', "the site is flat"),
@@ -233,7 +233,7 @@ def test_sigmas_of_geocentric_coordinates_are_along_their_titles(
         f"[site]\nlatitude_deg = {LATITUDE}\nlongitude_deg = {LONGITUDE}\nheight_m = {HEIGHT}\n"
         '[[observations]]\nfile = "gnss.csv"\n'
     )
-    (o,) = Project.load(path).network().observations
+    (o,) = open_job(path).network().observations
     given = np.diag(np.square(local)) * 1e-6
     expected = given if title.startswith("sigma_e") else enu @ given @ enu.T
     assert o.covariance[0] == pytest.approx(expected, abs=1e-12)

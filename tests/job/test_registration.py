@@ -14,6 +14,7 @@ from tribrach.geometry import rotation
 from tribrach.geometry.rotation import skew
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.twins import write_twin
+from tribrach.job.opened import open_job
 from tribrach.job.steps import find_and_name
 from tribrach.network.adjustment import adjust
 from tribrach.project import Project
@@ -95,8 +96,9 @@ def statistic(errors, covariance):
 
 
 def solved(project, folder):
-    work = find_and_name(project, folder, lambda *_: None)
-    return work, adjust(project.network(work.registered.survey))
+    job = open_job(project)
+    work = find_and_name(job, folder, lambda *_: None)
+    return work, adjust(job.network(work.registered.survey))
 
 
 def quiet(*_):
@@ -127,18 +129,18 @@ def test_a_yard_is_registered_by_planes_alone(tmp_path):
 def test_planes_are_remembered_and_found_anew_when_the_settings_change(tmp_path):
     file = write(tmp_path, yard(), {k: POSES[k] for k in ("S1", "S2")})
     out = tmp_path / "out"
-    find_and_name(Project.load(file), out, quiet)
+    find_and_name(open_job(file), out, quiet)
     said = []
-    find_and_name(Project.load(file), out, lambda what, *_: said.append(what))
+    find_and_name(open_job(file), out, lambda what, *_: said.append(what))
     assert not any(what.startswith("planes of") for what in said)
     file.write_text(file.read_text().replace("plane_floor_mm = 0.0", "plane_floor_mm = 0.5"))
-    find_and_name(Project.load(file), out, lambda what, *_: said.append(what))
+    find_and_name(open_job(file), out, lambda what, *_: said.append(what))
     assert "planes of S1" in said
     for packed in (out / ".tribrach").glob("planes-S1-*.npz"):
         packed.write_bytes(packed.read_bytes()[: packed.stat().st_size])
         packed.write_bytes(b"x" * packed.stat().st_size)
     said.clear()
-    find_and_name(Project.load(file), out, lambda what, *_: said.append(what))
+    find_and_name(open_job(file), out, lambda what, *_: said.append(what))
     assert said.count("planes of S1") == 1
 
 

@@ -22,6 +22,7 @@ from tribrach.io.scans.formats import read_scans
 from tribrach.io.twins import write_twin
 from tribrach.job.calibrate import calibrate_project, calibrations_of
 from tribrach.job.grouping import whole_source
+from tribrach.job.opened import open_job
 from tribrach.project import Project
 from tribrach.scan.prepared import corrected_scan
 from tribrach.simulate.twins.newcastle_lab import MISALIGNMENTS, build, places
@@ -134,9 +135,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     known = 'calibration = "scanner.calibration.toml"\n'
     (place / "known.toml").write_text(JOB.format(calibration=known, folder="known"))
     project = Project.load(place / "calibrate.toml")
-    found = calibrate_project(project, lambda *_: None)
+    job = open_job(project)
+    found = calibrate_project(job, lambda *_: None)
     (place / "scanner.calibration.toml").write_text(
-        calibration_text(calibrations_of(project, found)["scanner"])
+        calibration_text(calibrations_of(job, found)["scanner"])
     )
     return place
 
@@ -223,8 +225,9 @@ def test_check_points_of_the_twin_drop_to_the_noise(tmp_path: Path) -> None:
     path = write_twin(twin, tmp_path)
     (tmp_path / "calibrate.toml").write_text(CALIBRATE.replace("readings.csv", "polar.csv"))
     project = Project.load(tmp_path / "calibrate.toml")
-    found = calibrate_project(project, lambda *_: None)
-    text = calibration_text(calibrations_of(project, found)["scanner"])
+    job = open_job(project)
+    found = calibrate_project(job, lambda *_: None)
+    text = calibration_text(calibrations_of(job, found)["scanner"])
     (tmp_path / "scanner.calibration.toml").write_text(text)
     plain = path.read_text()
     head = "[instruments.scanner]\n"

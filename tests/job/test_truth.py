@@ -8,9 +8,9 @@ from scipy.stats import chi2
 
 from tests.project.test_lever_arms import ARM, write
 from tribrach.errors import InputError
+from tribrach.job.opened import open_job
 from tribrach.job.truth import TruthRow, against_truth, read_truth
 from tribrach.network.adjustment import adjust
-from tribrach.project import Project
 from tribrach.simulate.twins import build
 
 POINTS = 10_000
@@ -28,7 +28,7 @@ def rows_of(folder, seed, factor=1.0):
     ]
     path = folder / "project.toml"
     path.write_text("\n".join([*lines, "[[scans]]", 'file = "none.laz"', ""]))
-    adjustment = adjust(Project.load(path).network())
+    adjustment = adjust(open_job(path).network())
     points = {name: np.asarray(x).tolist() for name, x in twin.marks.items()}
     points |= {t.name: t.center.tolist() for t in twin.targets}
     truth = {"stations": {}, "points": points, "targets": {}}
@@ -96,7 +96,7 @@ def test_a_truth_file_that_is_none(tmp_path):
 def test_lever_arms_are_compared(tmp_path):
     """z held 2 mm beside the truth is no error that was estimated; x and y are."""
     arm = "x_m=0\ny_m=0\nz_m=0.331\nsigma_x_mm=50\nsigma_y_mm=50\nsigma_z_mm=0"
-    adjustment = adjust(Project.load(write(tmp_path, arm)).network())
+    adjustment = adjust(open_job(write(tmp_path, arm)).network())
     facts = {"lever_arm_m": ARM.tolist(), "lever_arms": {"S": "antenna"}}
     truth = {"stations": {}, "points": {}, "targets": {}, "facts": facts}
     rows = against_truth(truth, tmp_path, adjustment, (), {}, None)

@@ -18,6 +18,7 @@ from tribrach.errors import InputError, RankDefect
 from tribrach.instruments.calibration import PAPER_EIGHT_ELEVATION
 from tribrach.io.survey.csv.file import read_table
 from tribrach.job.calibrate import calibrate_project, calibrations_of
+from tribrach.job.opened import open_job
 from tribrach.network.adjustment import Adjustment
 from tribrach.project import Project
 from tribrach.report.calibration_words import calibration_sentences
@@ -41,7 +42,7 @@ def figures(a: Adjustment) -> dict[str, float]:
 
 
 def run(name: str) -> SelfCalibration:
-    return calibrate_project(Project.load(FOLDER / f"{name}.toml"), lambda *_: None)
+    return calibrate_project(open_job(FOLDER / f"{name}.toml"), lambda *_: None)
 
 
 def rho(a: Adjustment, first: str, second: str, column: int) -> float:
@@ -158,11 +159,12 @@ def test_commands_as_documented(tmp_path: Path) -> None:
 
 def test_a_minimum_norm_says_what_it_is_and_is_not_saved() -> None:
     project = Project.load(FOLDER / "no_constraint.toml")
-    found = calibrate_project(project, lambda *_: None)
+    job = open_job(project)
+    found = calibrate_project(job, lambda *_: None)
     words = "\n".join(calibration_sentences(found))
     assert "depends on these units" in words
     with pytest.raises(InputError, match="single stations"):
-        calibrations_of(project, found)
+        calibrations_of(job, found)
 
 
 def test_with_zenith_angles_and_what_can_be_separated() -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tribrach.errors import InputError
+from tribrach.job.opened import open_job
 from tribrach.network.adjustment import adjust
 from tribrach.project import Project
 
@@ -56,7 +57,7 @@ def project(folder: Path, keys: str, *, levelled: bool = True) -> Project:
     ],
 )
 def test_one_height_is_kept_or_all_are_weighed(tmp_path: Path, keys: str, error: float) -> None:
-    adjustment = adjust(project(tmp_path, keys).network())
+    adjustment = adjust(open_job(project(tmp_path, keys)).network())
     names = [adjustment.layout.index("point", f"P{k}") for k in range(3)]
     off = adjustment.state.points[names, 2] - PLACES[:, 2]
     assert off == pytest.approx([error] * 3, abs=1e-3)
@@ -71,11 +72,11 @@ def test_one_height_is_kept_or_all_are_weighed(tmp_path: Path, keys: str, error:
 )
 def test_wrong_names_are_refused_with_their_line(tmp_path: Path, keys: str, words: str) -> None:
     with pytest.raises(InputError, match=words):
-        project(tmp_path, keys).network()
+        open_job(project(tmp_path, keys)).network()
 
 
 def test_keys_that_make_no_sense_alone(tmp_path: Path) -> None:
     with pytest.raises(InputError, match='need heights = "recipe"'):
         project(tmp_path, 'height_mark = "P1"')
     with pytest.raises(InputError, match="needs two marks"):
-        project(tmp_path, 'heights = "recipe"', levelled=False).network()
+        open_job(project(tmp_path, 'heights = "recipe"', levelled=False)).network()

@@ -10,6 +10,7 @@ from scipy.stats import chi2
 from tests.cloud.known_setup import KnownSetup
 from tribrach.errors import InputError
 from tribrach.instruments.precision import pointing_sigma
+from tribrach.job.opened import open_job
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.contributions import by_category, contributions
 from tribrach.project import Project
@@ -86,7 +87,7 @@ def closed(pointings: int = 1) -> KnownSetup:
 
 
 def adjusted(project: Project) -> Adjustment:
-    return adjust(project.network())
+    return adjust(open_job(project).network())
 
 
 @pytest.mark.parametrize("pointings", [1, 4])
@@ -147,7 +148,7 @@ def test_monte_carlo_of_the_set_up(tmp_path: Path) -> None:
     """Errors drawn where they arise: the pose scatters as its covariance says."""
     rng, trials = np.random.default_rng(3), 150
     project = written(tmp_path, sight("B", B))
-    network = project.network()
+    network = open_job(project).network()
     state = adjust(network).state
     poses = []
     for _ in range(trials):
@@ -173,13 +174,13 @@ def test_monte_carlo_of_the_set_up(tmp_path: Path) -> None:
         ("height_mm = 1.0->", "its height measured is not given"),
         ("magnification = 30.0->", "how well the telescope of S1 points"),
         ('levelled = true\ninstrument = "scanner"->levelled = true\ninstrument = "other"',
-         "has no instrument"),
+         "instrument other is not defined"),
     ],
 )  # fmt: skip
 def test_what_is_missing_is_named(tmp_path: Path, edit: str, words: str) -> None:
     project = written(tmp_path, sight("B", B), edit=edit)
     with pytest.raises(InputError, match=words) as caught:
-        project.network()
+        open_job(project).network()
     assert "p.toml" in str(caught.value)
 
 

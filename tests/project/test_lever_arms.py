@@ -11,6 +11,7 @@ from tribrach.errors import InputError
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.geometry import rotation
 from tribrach.io.lever_arm_file import LeverArmResult, lever_arm_text, read_lever_arm
+from tribrach.job.opened import open_job
 from tribrach.network.adjustment import Adjustment
 from tribrach.units import SEC
 
@@ -58,7 +59,7 @@ def write(
 
 
 def adjusted(path: Path) -> Adjustment:
-    return tb.adjust(tb.Project.load(path).network())
+    return tb.adjust(open_job(path).network())
 
 
 def arm_of(adjustment: Adjustment) -> tuple[np.ndarray, np.ndarray]:
@@ -204,7 +205,7 @@ def test_a_geoid_grid_gives_the_deflection(tmp_path: Path) -> None:
         'kind = "flat"', 'kind = "geodetic"\nlatitude_deg = 37.87\nlongitude_deg = 32.5'
     )
     path.write_text(text)
-    found = tb.Project.load(path).network()
+    found = open_job(path).network()
     plumb = next(o for o in found.observations if o.kind == "inclination")
     assert plumb.xi[0] / SEC == pytest.approx(-10.31, abs=0.02)  # type: ignore[attr-defined]
 

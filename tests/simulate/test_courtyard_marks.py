@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import chi2
 
+from tribrach.job.opened import open_job
 from tribrach.network.adjustment import adjust
-from tribrach.project import Project
 from tribrach.simulate.twins import build
 
 SEEDS = 12
@@ -24,7 +24,7 @@ def test_spheres_over_marks_err_as_stated(tmp_path: Path) -> None:
         path = tmp_path / "p.toml"
         # the project as it is written, without check points and scans
         path.write_text(re.sub(r"\[\[points\]\].*?(?=\[\[obs)", "", twin.project, flags=re.DOTALL))
-        adjustment = adjust(Project.load(path).network())
+        adjustment = adjust(open_job(path).network())
         layout = adjustment.layout
         where = [layout.index("point", name) for name in SPHERES]
         true = {t.name: t.center for t in twin.targets}

@@ -21,7 +21,14 @@ from tribrach.network.survey import ObservationTable, Survey, as_column
 from tribrach.observations.control import ScalarPriors
 from tribrach.observations.scanner import ScannerPolar, TargetCentres
 
-__all__ = ["StationModel", "add_priors", "calibrate_survey", "polar_of_centres", "unknown_name"]
+__all__ = [
+    "StationModel",
+    "add_priors",
+    "calibrate_survey",
+    "polar_of_centres",
+    "scanned_stations",
+    "unknown_name",
+]
 
 
 @dataclass(frozen=True)
@@ -56,6 +63,31 @@ def unknown_name(parameter: str, owner: str) -> str:
     return f"{parameter}({owner})"
 
 
+def scanned_stations(survey: Survey) -> set[str]:
+    """Find the scanner stations from which a survey has readings of targets.
+
+    Parameters
+    ----------
+    survey : Survey
+        Any survey.
+
+    Returns
+    -------
+    set of str
+        Their names.
+    """
+    out: set[str] = set()
+    for table in survey.tables():
+        if _scanned(table):
+            out |= table.names("pose")
+    return out
+
+
+def _scanned(table: ObservationTable) -> bool:
+    """True for readings that a scanner took of targets."""
+    return table.kind in (TargetCentres, ScannerPolar) and not table.hard
+
+
 def calibrate_survey(survey: Survey, models: Mapping[str, StationModel]) -> None:
     """Give the scanner observations of stations (by name) their calibration models.
 
@@ -70,8 +102,7 @@ def calibrate_survey(survey: Survey, models: Mapping[str, StationModel]) -> None
     joint = survey.joint_tables()
     tables: list[list[ObservationTable]] = []
     for number, table in enumerate(survey.tables()):
-        mine = table.kind in (TargetCentres, ScannerPolar) and not table.hard
-        if not mine or not table.names("pose") & models.keys():
+        if not _scanned(table) or not table.names("pose") & models.keys():
             tables.append([table])
             continue
         if number in joint:

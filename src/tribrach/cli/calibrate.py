@@ -13,6 +13,7 @@ from tribrach.cli.shell import fail, guarded, refuse_outputs, shown
 from tribrach.io.calibration_file import calibration_text
 from tribrach.io.outputs import write_texts
 from tribrach.job.calibrate import calibrate_project, calibrations_of
+from tribrach.job.opened import open_job
 from tribrach.project import Project
 from tribrach.report.calibration_page import calibration_json, calibration_page
 from tribrach.report.calibration_words import calibration_text as summary
@@ -45,22 +46,23 @@ def calibrate(
 
     def work() -> None:
         refuse_outputs([project], (json_file, html_file, save))
-        job = Project.load(project)
+        given = Project.load(project)
         with shown(quiet) as progress:
+            job = open_job(given, progress)
             found = calibrate_project(job, progress, reduce=estimable)
             words: list[str] = []
             if against is not None:
                 other = Project.load(against)
-                first = calibrate_project(other, progress, reduce=estimable)
+                first = calibrate_project(open_job(other, progress), progress, reduce=estimable)
                 words = [
                     f"against {other.title}: {sentence}"
                     for sentence in compare_runs(first, found).sentences()
                 ]
         texts: dict[Path, str | bytes] = {}
         if json_file is not None:
-            texts[json_file] = calibration_json(job.title, found)
+            texts[json_file] = calibration_json(given.title, found)
         if html_file is not None:
-            texts[html_file] = calibration_page(job.title, found, words)
+            texts[html_file] = calibration_page(given.title, found, words)
         if save is not None:
             several = calibrations_of(job, found)
             files = {name: _file_of(save, name, len(several)) for name in several}
@@ -68,7 +70,7 @@ def calibrate(
             texts |= {files[name]: calibration_text(one) for name, one in several.items()}
         write_texts(texts)
         if not quiet:
-            typer.echo("\n".join([job.title, summary(found), *(f"= {w}" for w in words)]))
+            typer.echo("\n".join([given.title, summary(found), *(f"= {w}" for w in words)]))
         if found.adjustment.dof <= 0:
             fail("no redundancy: nothing is checked; observe more before these figures are used")
 

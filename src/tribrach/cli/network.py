@@ -13,6 +13,7 @@ from tribrach.cli.shell import fail, guarded, refuse_outputs, shown
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
 from tribrach.io.survey.formats import read_files
+from tribrach.job.opened import open_job
 from tribrach.job.results import JobResults
 from tribrach.network.observed_part import observed_part
 from tribrach.project import Project, parse_datum
@@ -54,17 +55,12 @@ def adjust(
         refuse_outputs(files, (json_file, html_file, text_file))
         with shown(quiet) as progress:
             project = _project(files)
-            network = (
-                observed_part(read_files(files)).network()
-                if project is None
-                else project.network(progress=progress)
-            )
+            job = None if project is None else open_job(project, progress)
+            network = observed_part(read_files(files)).network() if job is None else job.network()
         if datum is not None:
             network = network.with_datum(parse_datum(datum))
         settings = pipeline.AdjustmentSettings(snoop, robust, vce, posterior, confidence, angle)
-        facts, sessions = (
-            ({}, ()) if project is None else (project.facts, project.computed_sessions)
-        )
+        facts, sessions = ({}, ()) if job is None else (job.project.facts, job.sessions)
         results = JobResults(sessions=sessions)
         content = pipeline.report(pipeline.solve(network, settings), settings, facts, results)
         outputs: list[tuple[Path | None, Callable[[Content], str]]] = [

@@ -10,6 +10,7 @@ import typer
 
 from tribrach.cli.shell import guarded, refuse_outputs, shown
 from tribrach.io.outputs import write_texts
+from tribrach.job.opened import open_job
 from tribrach.job.plan.steps import plan_project
 from tribrach.job.steps import find_and_name
 from tribrach.project import Project
@@ -32,9 +33,10 @@ def plan(
 
     def work() -> None:
         refuse_outputs([project], (json_file, html_file, text_file))
-        job = Project.load(project)
+        given = Project.load(project)
         with shown(quiet) as progress:
-            found = find_and_name(job, job.results, progress) if job.scans else None
+            job = open_job(given, progress)
+            found = find_and_name(job, given.results, progress) if given.scans else None
             named = None if found is None else found.named
             result = plan_project(job, None if named is None else named.survey, progress)
             page = plan_report(result)

@@ -13,6 +13,7 @@ from typing import Any
 from lxml import etree
 
 from tribrach.errors import InputError
+from tribrach.io.opened_files import contents
 
 __all__ = ["MAX_BYTES", "line_of", "load", "read_bytes"]
 
@@ -35,7 +36,7 @@ def read_bytes(path: Path) -> bytes:
                 f"the file has {size / 1e6:.0f} MB, more than {MAX_BYTES / 1e6:.0f} MB",
                 file=path,
             )
-        data = path.read_bytes()
+        data = contents(path)
     except OSError as error:
         raise InputError(
             f"the file cannot be read ({error.strerror})",

@@ -12,21 +12,19 @@ from tribrach.calibration.self_calibration import SelfCalibration, Wishes, calib
 from tribrach.errors import InputError
 from tribrach.instruments.calibration import NIST
 from tribrach.io.calibration_file import Calibration
-from tribrach.job.calibrations import Calibrations
 from tribrach.job.steps import find_and_name
 from tribrach.network.network import Datum, Network
 
 if TYPE_CHECKING:
+    from tribrach.job.opened import Job
     from tribrach.project import Project
     from tribrach.project.calibration import CalibrationSection
 
 __all__ = ["calibrate_project", "calibrations_of"]
 
 
-def calibrate_project(
-    project: Project, progress: Progress, *, reduce: bool = False
-) -> SelfCalibration:
-    """Calibrate the scanners of a project; reduce : leave out what cannot be separated.
+def calibrate_project(job: Job, progress: Progress, *, reduce: bool = False) -> SelfCalibration:
+    """Calibrate the scanners of a job; reduce : leave out what cannot be separated.
 
     Without control and without a datum of its own the project has inner constraints.
 
@@ -35,12 +33,12 @@ def calibrate_project(
     InputError : the project has no section calibration, or what its files say wrong.
     RankDefect : unknowns are open, in sentences.
     """
-    section = project.calibration
+    project, section = job.project, job.project.calibration
     if section is None:
         raise project.error(
             (), "the project has no section calibration", "add [calibration] with a model"
         )
-    work = find_and_name(project, project.results, progress) if project.scans else None
+    work = find_and_name(job, project.results, progress) if project.scans else None
     further = None if work is None else work.registered.survey
     progress("calibration", 0, None)
     wishes = Wishes(
@@ -52,7 +50,7 @@ def calibrate_project(
         back=section.scanner == "panoramic",
         snoop=project.adjustment.snoop,
     )
-    network = project.network(further)
+    network = job.network(further)
     if "datum" not in project.model_fields_set and not _has_control(network):
         network = network.with_datum(Datum("free"))
     return calibrate(network, wishes, [NIST])
@@ -64,7 +62,7 @@ def _has_control(network: Network) -> bool:
     return not points.all() or any(o.group == "control" for o in network.observations)
 
 
-def calibrations_of(project: Project, found: SelfCalibration) -> dict[str, Calibration]:
+def calibrations_of(job: Job, found: SelfCalibration) -> dict[str, Calibration]:
     """The calibrations as they go into files, by instrument.
 
     Raises
@@ -72,8 +70,8 @@ def calibrations_of(project: Project, found: SelfCalibration) -> dict[str, Calib
     InputError : parameters of single stations, or a minimum norm: neither holds for other set-ups;
         an instrument of which no parameter was estimated.
     """
-    section = project.calibration
-    names = Calibrations(project, project.folder, project.error).sought
+    project, section = job.project, job.project.calibration
+    names = job.calibrations.sought
     assert section is not None
     if section.per == "station":
         raise InputError(

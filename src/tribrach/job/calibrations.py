@@ -3,36 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from tribrach.calibration.calibrated import StationModel, add_priors, calibrate_survey, unknown_name
-from tribrach.errors import InputError
 from tribrach.io.calibration_file import Calibration, read_calibration
+from tribrach.job.whose_instrument import Instruments
 from tribrach.network.survey import Survey
 from tribrach.observations.control import DirectedComponents
 from tribrach.observations.poses import RelativeRotations, RelativeTranslations, RotationComponents
 from tribrach.project.calibration import COMPONENTS, Hold
 from tribrach.units import SEC
 
-if TYPE_CHECKING:
-    from tribrach.project.model import Project
-
 __all__ = ["Calibrations"]
 
 
 class Calibrations:
-    """The calibrations of a project.
+    """The calibrations of a project: known ones, read from their files, and those sought.
 
-    locate : an error at a key of the project file.
+    Parameters
+    ----------
+    instruments : Instruments
+        The instruments of the project and the stations they stood on.
+
+    Raises
+    ------
+    InputError
+        A calibration file is wrong, or ``[calibration]`` does not tell which scanner is meant.
     """
 
-    def __init__(self, project: Project, folder: Path, locate: Callable[..., InputError]) -> None:
-        self.project, self.error = project, locate
+    def __init__(self, instruments: Instruments) -> None:
+        self.project = project = instruments.project
+        self.instruments = instruments
         self.known: dict[str, Calibration] = {
-            name: read_calibration(folder / instrument.calibration)
+            name: read_calibration(project.folder / instrument.calibration)
             for name, instrument in project.instruments.items()
             if instrument.calibration is not None
         }
@@ -46,7 +51,7 @@ class Calibrations:
         if not section.instrument:
             scanners = [n for n, i in instruments.items() if i.range_mm is not None]
             if len(scanners) != 1:
-                raise self.error(
+                raise self.project.error(
                     ("calibration",),
                     f"the project has {len(scanners)} scanners with range_mm, so that the "
                     "instrument to calibrate must be named",
@@ -55,24 +60,12 @@ class Calibrations:
             return (scanners[0],)
         for name in section.instrument:
             if name not in instruments:
-                raise self.error(
+                raise self.project.error(
                     ("calibration", "instrument"),
                     f"instrument {name} is not defined",
                     f"add a section [instruments.{name}]",
                 )
         return tuple(dict.fromkeys(section.instrument))
-
-    @property
-    def any(self) -> bool:
-        """True if any station has a model."""
-        return bool(self.known) or bool(self.sought)
-
-    def instrument_of(self, station: str, named: str | None) -> str | None:
-        """Instrument of a station: its own, the one named for its file, or the only one."""
-        section = self.project.stations.get(station)
-        own = None if section is None else section.instrument
-        only = list(self.project.instruments)
-        return own or named or (only[0] if len(only) == 1 else None)
 
     def model_of(self, instrument: str | None, station: str) -> StationModel | None:
         """Model of a station; None if its instrument has none."""
@@ -87,14 +80,14 @@ class Calibrations:
             owner = instrument if section.per == "instrument" else station
             return StationModel(section.columns(), owner, section.scanner)
         if section.per == "station":
-            raise self.error(
+            raise self.project.error(
                 ("calibration", "per"),
                 f"the calibration file of {instrument} holds for all of its stations",
                 'say per = "instrument"',
             )
         first, second = known.columns(), section.columns()
         if first.name != second.name or known.unit_lengths != section.unit_lengths_m:
-            raise self.error(
+            raise self.project.error(
                 ("calibration", "model"),
                 f"the calibration file of {instrument} has the model {known.model}",
                 "take the same model in [calibration]",
@@ -104,15 +97,34 @@ class Calibrations:
 
     def has(self, station: str) -> bool:
         """True if the scans of a station have a calibration, known or sought."""
-        named = (s.instrument for s in self.project.scans if s.station in (station, None))
-        entry = next((name for name in named if name is not None), None)
-        return self.model_of(self.instrument_of(station, entry), station) is not None
+        return self.model_of(self.instruments.of_station(station), station) is not None
 
-    def apply(self, survey: Survey, named: Callable[[str], str | None]) -> None:
-        """Give the stations of a survey their models; named : instrument of a station's file."""
+    def apply(
+        self,
+        survey: Survey,
+        stations: Iterable[str],
+        whose: Callable[[str], str | None] | None = None,
+    ) -> None:
+        """Give scanner stations of a survey their calibration models.
+
+        Parameters
+        ----------
+        survey : Survey
+            Its readings of these stations get the models.
+        stations : Iterable[str]
+            Names of the stations.
+        whose : callable, optional
+            Name of the instrument of a station; the rule of measured stations if not given.
+
+        Raises
+        ------
+        InputError
+            Readings that the model cannot hold for.
+        """
+        whose = whose or self.instruments.of_station
         models = {}
-        for station in survey.stations:
-            model = self.model_of(self.instrument_of(station, named(station)), station)
+        for station in stations:
+            model = self.model_of(whose(station), station)
             if model is not None:
                 models[station] = model
         if models:
@@ -134,7 +146,7 @@ class Calibrations:
             if missing and not whole:
                 continue
             if missing:
-                raise self.error(
+                raise self.project.error(
                     ("calibration", "hold", k),
                     f"scanner station {missing[0]} is observed by nothing",
                     "name a station that has observations",

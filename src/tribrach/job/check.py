@@ -18,12 +18,12 @@ from tribrach.io.survey.csv import tables as csv_tables
 from tribrach.io.survey.csv.reader import Context
 from tribrach.io.survey.csv.scans import SERIES
 from tribrach.io.xml_file import read_bytes
+from tribrach.job.opened import open_job
 from tribrach.job.polar_targets import observe_readings
 from tribrach.job.steps import find_and_name
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Use
 from tribrach.observations.scanner import ScannerPolar, TargetCentres
-from tribrach.project import Project
 
 __all__ = ["read_earlier", "readings_of", "survey_to_check"]
 
@@ -39,10 +39,11 @@ def survey_to_check(path: Path, precision: Precision, progress: Progress) -> tup
     """
     if path.suffix.lower() != ".toml":
         return csv_tables.read(path, Context(precision=precision)), path.name
-    project = Project.load(path)
+    job = open_job(path, progress)
+    project = job.project
     if not project.scans:
-        return project.survey(), project.title
-    work = find_and_name(project, project.results, progress)
+        return job.surveyed(), project.title
+    work = find_and_name(job, project.results, progress)
     survey = Survey()
     if work.named is None:
         raise InputError(

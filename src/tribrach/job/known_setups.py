@@ -8,8 +8,7 @@ adjustment (method section 5.1); targets, sights and further backsights may be m
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -17,40 +16,40 @@ from tribrach._types import Array
 from tribrach.errors import AdjustmentError, InputError
 from tribrach.geometry.rotation import exp
 from tribrach.instruments.precision import pointing_sigma
+from tribrach.job.whose_instrument import Instruments
 from tribrach.network.adjustment import adjust
 from tribrach.network.survey import Survey
 from tribrach.observations.control import Offsets
 from tribrach.observations.instrument_frames import FrameAngles
+from tribrach.project import Project
 from tribrach.project.instrument import Instrument
 from tribrach.project.sections import Backsight, StationSection
 from tribrach.units import MM, SEC
 
-if TYPE_CHECKING:
-    from tribrach.project.model import Project
-
 __all__ = ["add_known_setups"]
 
 
-def add_known_setups(project: Project, survey: Survey, error: Callable[..., InputError]) -> None:
+def add_known_setups(instruments: Instruments, survey: Survey) -> None:
     """Add the occupied marks and backsights of all stations.
 
     Raises
     ------
     InputError : centring, height or pointing of the instrument that are not given.
     """
+    project = instruments.project
     for name, station in project.stations.items():
         if station.occupies is None and not station.backsights:
             continue
-        instrument = _instrument(project, name, station, error)
+        instrument = _instrument(instruments, name)
         _start(survey, name, station)
-        over = _centring(name, instrument, error)
+        over = _centring(project, name, instrument)
         if station.occupies is not None:
             _over(survey, station.occupies, name, station.height_m, over, f"station {name}")
         for k, sight in enumerate(station.backsights):
             prism = f"{sight.to}, backsight of {name}"
             source = f"backsight {k + 1} of station {name}"
             _over(survey, sight.to, prism, sight.height_target_m, over, source)
-            sigma = _pointing(name, k, instrument, sight, error)
+            sigma = _pointing(project, name, k, instrument, sight)
             survey.add(
                 FrameAngles,
                 values=[np.radians(sight.horizontal_deg)],
@@ -97,28 +96,23 @@ def _places(survey: Survey, names: Sequence[str]) -> dict[str, Array]:
     return {n: x for n, x in found.items() if n in names and np.isfinite(x).all()} | known
 
 
-def _instrument(
-    project: Project, name: str, station: StationSection, error: Callable[..., InputError]
-) -> Instrument:
-    """The instrument of a station: the named one, else the only one."""
-    known = project.instruments
-    chosen = station.instrument
-    if chosen is None and len(known) == 1:
-        chosen = next(iter(known))
-    if chosen is None or chosen not in known:
-        raise error(
+def _instrument(instruments: Instruments, name: str) -> Instrument:
+    """The instrument of a station."""
+    chosen = instruments.of_station(name)
+    if chosen is None:
+        raise instruments.project.error(
             ("stations", name),
             f"station {name} is set up over a mark or turned to a backsight and has no instrument",
             "name an instrument of the project with its centring_mm and height_mm",
         )
-    return known[chosen]
+    return instruments.named(chosen)
 
 
-def _centring(name: str, instrument: Instrument, error: Callable[..., InputError]) -> Array:
+def _centring(project: Project, name: str, instrument: Instrument) -> Array:
     """Covariance (3, 3) [m^2] of a centre over its mark."""
     plan, up = instrument.centring_mm * MM, instrument.height_mm * MM
     if not (plan > 0 and up > 0):
-        raise error(
+        raise project.error(
             ("stations", name),
             f"how well the instrument of {name} is centred and its height measured is not given",
             "add centring_mm and height_mm to the instrument",
@@ -142,17 +136,13 @@ def _over(
 
 
 def _pointing(
-    name: str,
-    k: int,
-    instrument: Instrument,
-    sight: Backsight,
-    error: Callable[..., InputError],
+    project: Project, name: str, k: int, instrument: Instrument, sight: Backsight
 ) -> float:
     """Sigma [rad] of the horizontal angle to a backsight."""
     if sight.sigma_arcsec is not None:
         return sight.sigma_arcsec * SEC
     if instrument.magnification is None:
-        raise error(
+        raise project.error(
             ("stations", name, "backsights", k),
             f"how well the telescope of {name} points is not given",
             "add magnification to the instrument, or sigma_arcsec to the backsight",

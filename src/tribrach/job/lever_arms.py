@@ -2,28 +2,50 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from tribrach._types import Array
-from tribrach.errors import InputError
 from tribrach.io.lever_arm_file import read_lever_arm
 from tribrach.network.survey import Survey
 from tribrach.observations.control import VectorComponentPriors, VectorPriors
 from tribrach.observations.gnss import MountedPoints
+from tribrach.project import Project
 from tribrach.project.sections import LeverArm, StationSection
 from tribrach.units import MM
 
-__all__ = ["add_lever_arms", "add_mounted_points", "known_lever_arm", "lever_arms_of"]
+__all__ = [
+    "KnownLeverArm",
+    "add_lever_arms",
+    "add_mounted_points",
+    "known_lever_arm",
+    "lever_arms_of",
+]
 
 
-def lever_arms_of(
-    stations: Mapping[str, StationSection],
-    arms: Mapping[str, LeverArm],
-    error: Callable[..., InputError],
-) -> dict[str, str]:
+@dataclass(frozen=True)
+class KnownLeverArm:
+    """What is known of a lever arm before the adjustment, in the scanner frame.
+
+    Parameters
+    ----------
+    vector : ndarray
+        From the scanner to the antenna, (3,) [m].
+    covariance : ndarray
+        (3, 3) [m^2], zero for a component that is held.
+    source : str
+        Where it comes from.
+    """
+
+    vector: Array
+    covariance: Array
+    source: str
+
+
+def lever_arms_of(project: Project) -> dict[str, str]:
     """Name of the lever arm by station.
 
     Raises
@@ -31,17 +53,17 @@ def lever_arms_of(
     InputError : a station names a lever arm that is not there, or a point on it without one.
     """
     out = {}
-    for name, station in stations.items():
+    for name, station in project.stations.items():
         if station.lever_arm is None and station.mounted_point is not None:
-            raise error(
+            raise project.error(
                 ("stations", name, "mounted_point"),
                 f"{station.mounted_point} is mounted on {name} and no lever arm says where",
                 "add lever_arm to the station",
             )
         if station.lever_arm is None:
             continue
-        if station.lever_arm not in arms:
-            raise error(
+        if station.lever_arm not in project.lever_arms:
+            raise project.error(
                 ("stations", name, "lever_arm"),
                 f"lever arm {station.lever_arm} is not defined",
                 f"add a section [lever_arms.{station.lever_arm}]",
@@ -50,17 +72,18 @@ def lever_arms_of(
     return out
 
 
-def add_lever_arms(
-    survey: Survey, used: Mapping[str, str], arms: Mapping[str, LeverArm], folder: Path
-) -> None:
-    """Lever arms that stations use, as vectors with what is known of them.
+def add_lever_arms(survey: Survey, arms: Mapping[str, KnownLeverArm]) -> None:
+    """Add lever arms to a survey, as vectors with what is known of them.
 
-    Raises
-    ------
-    InputError : a lever arm file is unreadable or wrong.
+    Parameters
+    ----------
+    survey : Survey
+        Gets the vectors and their priors.
+    arms : Mapping[str, KnownLeverArm]
+        By name those that stations use.
     """
-    for name in dict.fromkeys(used.values()):
-        vector, covariance, source = known_lever_arm(name, arms[name], folder)
+    for name, arm in arms.items():
+        vector, covariance, source = arm.vector, arm.covariance, arm.source
         free = np.diag(covariance) > 0
         survey.vectors[name] = (vector, free)
         if free.all():
@@ -88,8 +111,8 @@ def add_lever_arms(
             survey.correlate([table, table], [0, 1], [0, 0], both, source)
 
 
-def known_lever_arm(name: str, arm: LeverArm, folder: Path) -> tuple[Array, Array, str]:
-    """Vector (3,) [m], covariance (3, 3) [m^2], where it comes from.
+def known_lever_arm(name: str, arm: LeverArm, folder: Path) -> KnownLeverArm:
+    """What a section or its file says of a lever arm.
 
     Raises
     ------
@@ -97,11 +120,11 @@ def known_lever_arm(name: str, arm: LeverArm, folder: Path) -> tuple[Array, Arra
     """
     if arm.file is not None:
         found = read_lever_arm(folder / arm.file)
-        return found.vector, found.covariance, arm.file
+        return KnownLeverArm(found.vector, found.covariance, arm.file)
     sigmas = (arm.sigma_x_mm, arm.sigma_y_mm, arm.sigma_z_mm)
     sigma = np.array([s if s is not None else arm.sigma_mm for s in sigmas], dtype=float) * MM
     vector = np.array([arm.x_m, arm.y_m, arm.z_m], dtype=float)
-    return vector, np.diag(sigma**2), f"lever arm {name}"
+    return KnownLeverArm(vector, np.diag(sigma**2), f"lever arm {name}")
 
 
 def add_mounted_points(

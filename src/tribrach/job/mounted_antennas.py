@@ -9,14 +9,13 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.gnss.sessions import SessionResult
-from tribrach.job.lever_arms import known_lever_arm
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.survey import Survey
 from tribrach.observations.gnss import Antennas, MountedPoints
 from tribrach.registration.units import Mounted
 
 if TYPE_CHECKING:
-    from tribrach.project import Project
+    from tribrach.job.opened import Job
 
 __all__ = ["mounted_antennas", "raised_antennas"]
 
@@ -30,7 +29,7 @@ _RAISED = 0.005
 
 
 def mounted_antennas(
-    project: Project, survey: Survey, points: Mapping[str, tuple[Array, float]]
+    job: Job, survey: Survey, points: Mapping[str, tuple[Array, float]]
 ) -> dict[str, tuple[Mounted, ...]]:
     """The antennas on each station; points : name to coordinates and one sigma [m].
 
@@ -43,17 +42,16 @@ def mounted_antennas(
     """
     positions = _positions(survey)
     out: dict[str, tuple[Mounted, ...]] = {}
-    for name, station in project.stations.items():
+    for name, station in job.project.stations.items():
         if station.lever_arm is None:
             continue
-        arm = project.lever_arms[station.lever_arm]
-        vector, covariance, _ = known_lever_arm(station.lever_arm, arm, project.folder)
+        arm = job.lever_arms[station.lever_arm]
         place = positions.get(name)
         if station.mounted_point is not None and station.mounted_point in points:
             place = points[station.mounted_point]
-        sigma = _one_sigma(covariance)
+        sigma = _one_sigma(arm.covariance)
         if place is not None and sigma < _VAGUE:
-            out[name] = (Mounted(vector, place[0], sigma, place[1]),)
+            out[name] = (Mounted(arm.vector, place[0], sigma, place[1]),)
     return out
 
 

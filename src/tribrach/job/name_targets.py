@@ -11,7 +11,6 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.errors import AdjustmentError, InputError
 from tribrach.geometry.pose import Pose
-from tribrach.job.calibrations import Calibrations
 from tribrach.job.find_targets import Findings, merged
 from tribrach.job.mounted_antennas import mounted_antennas
 from tribrach.job.polar_targets import observe_readings
@@ -25,7 +24,7 @@ from tribrach.registration.identify import Identification, Sighting, identify
 from tribrach.targets.detection import Detection
 
 if TYPE_CHECKING:
-    from tribrach.project import Project
+    from tribrach.job.opened import Job
 
 __all__ = ["Named", "name_targets"]
 
@@ -52,7 +51,7 @@ class Named:
 
 
 def name_targets(
-    project: Project,
+    job: Job,
     scans: Sequence[StationScan],
     findings: Sequence[Findings],
     groups: Sequence[Mapping[str, Pose]] = (),
@@ -69,10 +68,10 @@ def name_targets(
     InputError : a station that fits nowhere, or in several ways.
     """
     targets = merged(findings)
-    surveyed = project.survey()
+    surveyed, stations = job.survey, job.project.stations
     points = known_points(surveyed)
-    mounted = mounted_antennas(project, surveyed, points)
-    on_scanners = {section.mounted_point for section in project.stations.values()}
+    mounted = mounted_antennas(job, surveyed, points)
+    on_scanners = {section.mounted_point for section in stations.values()}
     points = {name: known for name, known in points.items() if name not in on_scanners}
     first = {scan.station: scan for scan in reversed(scans)}
     sightings = [
@@ -88,14 +87,13 @@ def name_targets(
         for station, found in targets.items()
         if found
     ]
-    antennas = any(section.lever_arm for section in project.stations.values())
+    antennas = any(section.lever_arm for section in stations.values())
     identification = identify(sightings, points, free=antennas, groups=groups, partial=partial)
     survey = Survey(site=surveyed.site)
     for station in identification.poses:
         survey.station(station, source=f"scan {station}")
-    calibrations = Calibrations(project, project.folder, project.error)
     for station, names in identification.names.items():
-        if calibrations.has(station):
+        if job.calibrations.has(station):
             found = zip(names, targets[station], strict=True)
             own = {name: d for name, d in found if name}
             observe_readings(survey, station, own, scans, findings)

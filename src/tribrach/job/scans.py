@@ -17,14 +17,13 @@ from tribrach.instruments.correction import Correction, Faces
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.calibration_file import Calibration
 from tribrach.io.scans.formats import read_scans
-from tribrach.job.calibrations import Calibrations
 from tribrach.observations.scanner import ScannerPolar
 from tribrach.scan.prepared import corrected_scan, seen_from, sides
 from tribrach.scan.scan import Scan
 
 if TYPE_CHECKING:
+    from tribrach.job.opened import Job
     from tribrach.network.adjustment import Adjustment
-    from tribrach.project import Project
     from tribrach.project.sections import ScanFile
 
 __all__ = ["StationScan", "as_adjusted", "calibration_sentences", "open_scans", "share_after"]
@@ -146,8 +145,8 @@ class StationScan:
         return (self.scan.index, *self.scan.scanner, *more)
 
 
-def open_scans(project: Project) -> list[StationScan]:
-    """The headers of all scans of a project, in its order.
+def open_scans(job: Job) -> list[StationScan]:
+    """The headers of all scans of a job, in its order.
 
     Raises
     ------
@@ -155,9 +154,8 @@ def open_scans(project: Project) -> list[StationScan]:
         defined, two scans of one name, a scanner far from its points.
     """
     found: list[StationScan] = []
-    known = Calibrations(project, project.folder, project.error).known
-    for k, entry in enumerate(project.scans):
-        found += _open(project, k, entry, known)
+    for k, entry in enumerate(job.project.scans):
+        found += _open(job, k, entry)
     at = Counter(scan.station for scan in found)
     found = [s if at[s.station] == 1 else _several(s) for s in found]
     names: set[str] = set()
@@ -181,23 +179,21 @@ def _several(scan: StationScan) -> StationScan:
     return replace(scan, name=f"{scan.station} {scan.scan.name}")
 
 
-def _open(
-    project: Project, k: int, entry: ScanFile, calibrations: Mapping[str, Calibration]
-) -> list[StationScan]:
+def _open(job: Job, k: int, entry: ScanFile) -> list[StationScan]:
     """The scans of one entry."""
-    scans = read_scans(project.folder / entry.file)
+    scans = read_scans(job.folder / entry.file)
     if entry.scan is not None:
         chosen = [scan for scan in scans if scan.name == entry.scan]
         if not chosen:
             known = ", ".join(scan.name for scan in scans[:10])
-            raise project.error(
+            raise job.error(
                 ("scans", k, "scan"),
                 f"{entry.file} has no scan {entry.scan}",
                 f"its scans are {known}",
             )
         scans = tuple(chosen)
     if entry.station is not None and len(scans) > 1:
-        raise project.error(
+        raise job.error(
             ("scans", k, "station"),
             f"{entry.file} has {len(scans)} scans and one station is given",
             "give one entry with scan and station for each, or leave station out",
@@ -205,13 +201,15 @@ def _open(
     found = []
     for scan in (_from_origin(entry, scan) for scan in scans):
         station = entry.station or scan.name
+        if entry.instrument is not None:
+            job.instruments.learn([station], entry.instrument, ("scans", k, "instrument"))
         if entry.face != "order":
             faces: tuple[Faces, ...] = (entry.face,)
             parts: tuple[Scan, ...] = (scan,)
         else:
             faces, parts = ("front", "back"), sides(scan)
         for part, face in zip(parts, faces, strict=True):
-            found.append(_at_station(project, k, entry, part, station, face, calibrations))
+            found.append(_at_station(job, entry, part, station, face))
     return found
 
 
@@ -222,49 +220,20 @@ def _from_origin(entry: ScanFile, scan: Scan) -> Scan:
     return scan if entry.origin is None else seen_from(scan, entry.origin)
 
 
-def _at_station(
-    project: Project,
-    k: int,
-    entry: ScanFile,
-    scan: Scan,
-    station: str,
-    face: Faces,
-    calibrations: Mapping[str, Calibration],
-) -> StationScan:
+def _at_station(job: Job, entry: ScanFile, scan: Scan, station: str, face: Faces) -> StationScan:
     """A scan with what the project says about its station."""
-    section = project.stations.get(station)
-    named = entry.instrument or (None if section is None else section.instrument)
-    instrument = named or _only(project)
-    known = calibrations.get(instrument) if instrument is not None else None
+    section = job.project.stations.get(station)
+    instrument = job.instruments.of_station(station)
+    known = None if instrument is None else job.calibrations.known.get(instrument)
     if known is not None:
         scan = corrected_scan(scan, known_correction(known, face))
     return StationScan(
         name=station,
         station=station,
         scan=scan,
-        noise=_noise(project, k, named),
+        noise=job.instruments.noise(instrument),
         levelled=section is not None and section.levelled,
         names=entry.names,
         known=known,
         faces=face,
     )
-
-
-def _only(project: Project) -> str | None:
-    """The only instrument of a project, or None."""
-    names = list(project.instruments)
-    return names[0] if len(names) == 1 else None
-
-
-def _noise(project: Project, k: int, name: str | None) -> ScanNoise | None:
-    """Noise of the named instrument; without a name of the only one that has any."""
-    if name is not None:
-        if name not in project.instruments:
-            raise project.error(
-                ("scans", k, "instrument"),
-                f"instrument {name} is not defined",
-                f"add a section [instruments.{name}]",
-            )
-        return project.instruments[name].noise()
-    noises = [n for n in (i.noise() for i in project.instruments.values()) if n is not None]
-    return noises[0] if len(noises) == 1 else None

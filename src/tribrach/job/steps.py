@@ -30,6 +30,7 @@ from tribrach.job.truth import TruthRow, against_truth, read_truth
 from tribrach.network.adjustment import Adjustment
 
 if TYPE_CHECKING:
+    from tribrach.job.opened import Job
     from tribrach.project import Project
 
 __all__ = ["PlacedScans", "ScanWork", "compare", "find_and_name", "georeference"]
@@ -106,26 +107,26 @@ class PlacedScans:
     loose: bool = False
 
 
-def find_and_name(project: Project, folder: Path, progress: Progress) -> ScanWork:
+def find_and_name(job: Job, folder: Path, progress: Progress) -> ScanWork:
     """Open the scans, find their targets, give them names, tie the stations to each other.
 
     Raises
     ------
     InputError : scans that cannot be read or matched, clouds that are asked for and impossible.
     """
-    state = Remembered(folder)
-    scans = open_scans(project)
+    project, state = job.project, Remembered(folder)
+    scans = open_scans(job)
     refuse_impossible(project, scans)
     wished = wishes(project, scans)
     findings: Sequence[Findings] = ()
     if project.targets.wanted:
         findings = extract(scans, project.targets, state, lambda what: progress(what, 0, None))
-    registered = register(project, scans, findings, state, progress)
+    registered = register(job, scans, findings, state, progress)
     return ScanWork(scans, findings, registered, state, wished)
 
 
 def georeference(
-    project: Project,
+    job: Job,
     work: ScanWork,
     adjustment: Adjustment,
     folder: Path,
@@ -133,7 +134,7 @@ def georeference(
     progress: Progress,
 ) -> PlacedScans:
     """Write poses and clouds through the adjusted stations; what was made of the scans."""
-    frame = output_frame(project)
+    project, frame = job.project, output_frame(job)
     work = work.corrected(adjustment)
     factor = adjustment.variance_factor(posterior=project.adjustment.posterior)
     stations = set(adjustment.layout.names["pose"])
@@ -194,19 +195,19 @@ def _truth(
 
 
 def compare(
-    project: Project, work: ScanWork, adjustment: Adjustment, progress: Progress
+    job: Job, work: ScanWork, adjustment: Adjustment, progress: Progress
 ) -> tuple[StationComparison, ...]:
     """The comparisons between stations that the project asks for."""
-    factor = adjustment.variance_factor(posterior=project.adjustment.posterior)
+    factor = adjustment.variance_factor(posterior=job.project.adjustment.posterior)
     scans = {scan.name: scan for scan in work.corrected(adjustment).scans}
     wished = [wish.of(scans) for wish in work.comparisons]
-    frame = output_frame(project)
+    frame = output_frame(job)
     return tuple(compare_stations(wished, adjustment, frame, factor, work.state, progress))
 
 
-def output_frame(project: Project) -> OutputFrame:
+def output_frame(job: Job) -> OutputFrame:
     """The frame of the clouds: as the project says, else the site's own coordinates."""
-    work = project.frame()
+    project, work = job.project, job.frame
     kind: FrameKind = project.cloud.frame or ("work" if work.grid is None else "projected")
     crs, site = project.site.crs, project.site
     if kind == "ecef":

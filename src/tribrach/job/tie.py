@@ -43,6 +43,7 @@ from tribrach.targets.planes import find_planes
 from tribrach.units import MM, SEC
 
 if TYPE_CHECKING:
+    from tribrach.job.opened import Job
     from tribrach.project import Project
 
 __all__ = ["Registered", "Tying", "register"]
@@ -300,7 +301,7 @@ class Registered:
 
 
 def register(
-    project: Project,
+    job: Job,
     scans: Sequence[StationScan],
     findings: Sequence[Findings],
     state: Remembered,
@@ -312,10 +313,11 @@ def register(
     ------
     InputError : a station that nothing places, with what was tried and what would help.
     """
+    project = job.project
     by = project.registration.by
     wanted = "targets" in by and project.targets.wanted
     if by == ("targets",):
-        named = name_targets(project, scans, findings) if wanted else None
+        named = name_targets(job, scans, findings) if wanted else None
         return Registered(None if named is None else named.survey, named)
     around = _stations(project, scans, state, progress)
     wish = project.registration
@@ -325,18 +327,18 @@ def register(
         around,
         lambda k, n: progress("pairs of stations by planes", k, n),
         () if clouds is None else clouds.joints,
-        _by_targets(project, scans, findings) if wanted else None,
+        _by_targets(job, scans, findings) if wanted else None,
     )
     groups = [group for group in found.groups if len(group) > 1]
-    named = name_targets(project, scans, findings, groups, partial=True) if wanted else None
+    named = name_targets(job, scans, findings, groups, partial=True) if wanted else None
     poses, adrift = _poses(named, found)
-    surveyed = project.survey()
+    surveyed = job.survey
     obstacles = _obstacles(by, found, clouds)
     _refuse_lost(surveyed, scans, poses, found, obstacles, named)
     framed = not adrift or (project.datum.kind == "free" and not surveyed.points)
     edges, wrong = _believed(clouds, poses)
     tying = Tying(
-        project.network,
+        job.network,
         surveyed.site,
         None if named is None else named.survey,
         around if "planes" in by else (),
@@ -351,10 +353,10 @@ def register(
 
 
 def _by_targets(
-    project: Project, scans: Sequence[StationScan], findings: Sequence[Findings]
+    job: Job, scans: Sequence[StationScan], findings: Sequence[Findings]
 ) -> Mapping[str, Pose]:
     """Poses of the stations that their own targets place."""
-    return name_targets(project, scans, findings, partial=True).identification.poses
+    return name_targets(job, scans, findings, partial=True).identification.poses
 
 
 def _believed(

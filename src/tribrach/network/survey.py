@@ -481,6 +481,26 @@ class Survey:
             columns = self._tables[index[0][a]].columns
             columns["covariance"][index[1][a], index[2][a], index[2][b]] = matrix[a, b]
 
+    def copy(self) -> Survey:
+        """Copy the survey so that what is added to one does not come to the other.
+
+        Returns
+        -------
+        Survey
+            With points, stations and tables of its own; the numbers in them are shared.
+        """
+        return replace(
+            self,
+            points={name: replace(point) for name, point in self.points.items()},
+            stations={name: replace(station) for name, station in self.stations.items()},
+            planes=dict(self.planes),
+            vectors=dict(self.vectors),
+            scalars=dict(self.scalars),
+            warnings=list(self.warnings),
+            _tables=[replace(table, columns=dict(table.columns)) for table in self._tables],
+            _joint=list(self._joint),
+        )
+
     def merge(self, other: Survey) -> None:
         """Add everything of another survey.
 

@@ -7,16 +7,7 @@ from typing import Self
 
 from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
-from tribrach._types import Progress
 from tribrach.errors import InputError
-from tribrach.geodesy.work_frame import WorkFrame
-from tribrach.gnss.sessions import SessionResult
-from tribrach.job.assembly import SurveyReader
-from tribrach.job.gnss_observations import compute_sessions
-from tribrach.network.height_recipe import height_recipe
-from tribrach.network.network import Network
-from tribrach.network.observed_part import observed_part
-from tribrach.network.survey import Survey
 from tribrach.project import toml_file
 from tribrach.project.calibration import CalibrationSection
 from tribrach.project.gnss import GnssSection
@@ -77,7 +68,6 @@ class Project(Section):
     _folder: Path = PrivateAttr(default=Path())
     _file: Path | None = PrivateAttr(default=None)
     _text: str = PrivateAttr(default="")
-    _baselines: tuple[SessionResult, ...] | None = PrivateAttr(default=None)
 
     @model_validator(mode="after")
     def _one_epoch(self) -> Self:
@@ -111,7 +101,7 @@ class Project(Section):
     def at(self, folder: str | Path) -> Self:
         """The same project with its files in a folder."""
         moved = self.model_copy()
-        moved._folder, moved._baselines = Path(folder), None
+        moved._folder = Path(folder)
         return moved
 
     @property
@@ -136,96 +126,12 @@ class Project(Section):
             )
         return folder
 
-    def survey(
-        self,
-        further: Survey | None = None,
-        progress: Progress = lambda what, done, total: None,
-    ) -> Survey:
-        """Everything that was measured and given, by name; further : what scans add to it.
-
-        Baselines of GNSS sessions are computed the first time.
-
-        Raises
-        ------
-        InputError : what a file or a section says wrong, with its line.
-        """
-        return SurveyReader(self, self._folder, self.error, progress).read(further)
-
-    def baselines(
-        self, survey: Survey, progress: Progress = lambda what, done, total: None
-    ) -> tuple[SessionResult, ...]:
-        """Baselines of the GNSS sessions, started at points of a survey; computed once.
-
-        Raises
-        ------
-        InputError : what a file says wrong, or a flat site.
-        """
-        if self._baselines is None:
-            self._baselines = compute_sessions(self.gnss, survey, self._folder, progress)
-        return self._baselines
-
-    @property
-    def computed_sessions(self) -> tuple[SessionResult, ...]:
-        """GNSS sessions whose baselines have been computed."""
-        return self._baselines or ()
-
-    def frame(self) -> WorkFrame:
-        """The work frame of the site.
-
-        Raises
-        ------
-        InputError : as :meth:`survey`.
-        """
-        assembly = SurveyReader(self, self._folder, self.error)
-        assembly.read()
-        return assembly.context.frame
-
-    def network(
-        self,
-        further: Survey | None = None,
-        progress: Progress = lambda what, done, total: None,
-    ) -> Network:
-        """The least-squares network of the project; further : what scans add to it.
-
-        Raises
-        ------
-        InputError : as :meth:`survey`, and a datum that names what the network does not have.
-        """
-        return self.network_of(self.survey(further, progress), whole=further is not None)
-
-    def network_of(self, survey: Survey, *, whole: bool = False) -> Network:
-        """The network of a survey of this project; whole : with what scans add to it.
-
-        Raises
-        ------
-        InputError : as :meth:`network`.
-        """
-        network = observed_part(survey).network()
-        # without its scans a project has no heights to take from them
-        if self.adjustment.heights == "recipe" and (whole or not self.scans):
-            network = self._by_recipe(network)
-        if "datum" not in self.model_fields_set:
-            return network
-        try:
-            return network.with_datum(network.datum)
-        except InputError as error:
-            raise self.error(("datum",), error.what, error.cure) from error
-
-    def _by_recipe(self, network: Network) -> Network:
-        """The network with heights of GNSS marks by the recipe.
-
-        Raises
-        ------
-        InputError : no levelled station sees two of them.
-        """
-        wish = self.adjustment
-        try:
-            return height_recipe(network, wish.height_station, wish.height_mark)
-        except InputError as error:
-            raise self.error(("adjustment", "heights"), error.what, error.cure) from error
+    def line(self, keys: tuple[str | int, ...]) -> int | None:
+        """1-based line of a key in the project file, None for a project made in Python."""
+        return toml_file.line_of(self._text, keys) if self._text else None
 
     def error(self, keys: tuple[str | int, ...], what: str, cure: str | None = None) -> InputError:
         """An error about what a key of the project file says."""
-        line = toml_file.line_of(self._text, keys)
+        line = self.line(keys)
         record = ".".join(str(key) for key in keys) if self._file is None else None
         return InputError(what, file=self._file, line=line, record=record, cure=cure)

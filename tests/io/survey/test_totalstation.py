@@ -15,9 +15,9 @@ from tribrach.io.survey.csv import tables as csv_tables
 from tribrach.io.survey.csv.reader import Context
 from tribrach.io.survey.formats import read_files
 from tribrach.io.totalstation.recorder import Recorder
+from tribrach.job.opened import open_job
 from tribrach.network.adjustment import adjust
 from tribrach.observations.base import Use
-from tribrach.project import Project
 from tribrach.units import GON, SEC
 
 TRUTH = {
@@ -218,7 +218,7 @@ def test_a_project_with_a_raw_file(tmp_path):
     gsi(tmp_path, given=("C",))
     (tmp_path / "points.csv").write_text(POINTS)
     (tmp_path / "job.toml").write_text(PROJECT)
-    adjustment = adjust(Project.load(tmp_path / "job.toml").network())
+    adjustment = adjust(open_job(tmp_path / "job.toml").network())
     # the coordinates of C in the raw file are not control here
     for name, truth in TRUTH.items():
         xyz = adjustment.state.points[adjustment.layout.index("point", name)]

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.io.gnss.records import GnssRecords
+from tribrach.io.opened_files import contents
 
 __all__ = ["read_sinex"]
 
@@ -109,7 +110,7 @@ def _lines(path: Path) -> list[str]:
     try:
         if path.stat().st_size > MAX_BYTES:
             raise InputError(f"the file has more than {MAX_BYTES / 1e6:.0f} MB", file=path)
-        text = path.read_text(encoding="latin-1")
+        text = contents(path).decode("latin-1")
     except OSError as error:
         raise InputError(
             f"the file cannot be read ({error.strerror})", file=path, cure="check the path"

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geodesy.site import ecef_from_geodetic, enu_rotation
+from tribrach.io.opened_files import contents
 
 __all__ = ["FIXED", "FLOAT", "SatelliteUse", "Solution", "read_solution", "read_status"]
 
@@ -177,7 +178,7 @@ def _text(path: Path) -> str:
     try:
         if path.stat().st_size > MAX_BYTES:
             raise InputError(f"the file has more than {MAX_BYTES / 1e6:.0f} MB", file=path)
-        return path.read_text(encoding="latin-1")
+        return contents(path).decode("latin-1")
     except OSError as error:
         raise InputError(
             f"the file cannot be read ({error.strerror})", file=path, cure="check the path"

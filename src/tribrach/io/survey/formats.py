@@ -8,6 +8,7 @@ from pathlib import Path
 
 from tribrach.errors import InputError
 from tribrach.geodesy.site import FlatSite
+from tribrach.io.opened_files import contents
 from tribrach.io.totalstation.formats import recognised
 from tribrach.network.identity import names_apart
 from tribrach.network.survey import Survey
@@ -55,7 +56,7 @@ def format_of(path: Path) -> str:
         raise InputError("there is no such file", file=path, cure="check the path")
     suffix = path.suffix.lower()
     if suffix == ".xml":
-        head = path.read_bytes()[:4000].lower()
+        head = contents(path, 4000).lower()
         if b"<landxml" in head:
             return "totalstation"
         if b"<gvx" in head:

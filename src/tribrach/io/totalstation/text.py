@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 from tribrach.errors import InputError
+from tribrach.io.opened_files import contents
 from tribrach.io.xml_file import read_bytes
 from tribrach.units import UNITS
 
@@ -35,8 +36,7 @@ def read_lines(path: Path) -> list[str]:
 def head(path: Path, size: int = 4000) -> str:
     """Beginning of a file as text, for a look at what it is; "" if it cannot be read."""
     try:
-        with path.open("rb") as file:
-            return _decoded(file.read(size))
+        return _decoded(contents(path, size))
     except OSError:
         return ""
 

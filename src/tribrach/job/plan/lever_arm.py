@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array
-from tribrach.job.lever_arms import known_lever_arm
-from tribrach.job.plan.scans import ScannerPlace, precision_of
+from tribrach.job.plan.scans import ScannerPlace
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Use
@@ -26,6 +25,7 @@ from tribrach.observations.scanner import ScannerPolar, TargetCentres
 from tribrach.project.plan import LeverArmPlan
 
 if TYPE_CHECKING:
+    from tribrach.job.opened import Job
     from tribrach.project import Project
 
 __all__ = ["PLANNED", "LeverArmForecast", "PlannedLeverArm", "forecast"]
@@ -83,7 +83,13 @@ class PlannedLeverArm:
                 f"no station carries lever arm {self.name}",
                 f'add a section [stations.NAME] with lever_arm = "{self.name}"',
             )
-        precision = precision_of(project, section.gnss)
+        if section.gnss not in project.instruments:
+            raise project.error(
+                ("plan", "lever_arm", "gnss"),
+                f"instrument {section.gnss} is not defined",
+                f"add a section [instruments.{section.gnss}]",
+            )
+        precision = project.instruments[section.gnss].precision()
         if precision.gnss_plan is None or precision.gnss_up is None:
             raise project.error(
                 ("plan", "lever_arm", "gnss"),
@@ -142,7 +148,7 @@ class PlannedLeverArm:
 
 
 def forecast(
-    project: Project, arm: PlannedLeverArm, before: Adjustment | None, after: Adjustment
+    job: Job, arm: PlannedLeverArm, before: Adjustment | None, after: Adjustment
 ) -> LeverArmForecast:
     """What predictions without and with the proposals say of a lever arm.
 
@@ -150,7 +156,7 @@ def forecast(
     ------
     InputError : a lever arm file is unreadable or wrong.
     """
-    prior = known_lever_arm(arm.name, project.lever_arms[arm.name], project.folder)[1]
+    prior = job.lever_arms[arm.name].covariance
     start = after if before is None else before
     return LeverArmForecast(
         arm.name,

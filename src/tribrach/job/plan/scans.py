@@ -9,23 +9,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array
 from tribrach.geometry.polar import polar_from_xyz
-from tribrach.instruments.precision import Precision
+from tribrach.job.whose_instrument import Instruments
 from tribrach.network.survey import Survey
 from tribrach.observations.scanner import ScannerPolar
 from tribrach.simulate.scene import Scene
 from tribrach.simulate.sight_lines import SightLines, sight_lines
 
-if TYPE_CHECKING:
-    from tribrach.project import Project
-
-__all__ = ["PlannedScans", "ScannerPlace", "instrument_of", "precision_of"]
+__all__ = ["PlannedScans", "ScannerPlace"]
 
 
 #: what scans of a plan are called as sources
@@ -40,42 +36,16 @@ class ScannerPlace:
     rotation: Array
 
 
-def instrument_of(project: Project, station: str | None) -> str | None:
-    """Name of the instrument of a station: its own, the plan's, or the only one there is."""
-    section = None if station is None else project.stations.get(station)
-    own = None if section is None else section.instrument
-    planned = None if project.plan is None else project.plan.instrument
-    only = list(project.instruments)
-    return own or planned or (only[0] if len(only) == 1 else None)
-
-
-def precision_of(project: Project, name: str | None) -> Precision:
-    """Precision of a named instrument; nothing is known of none.
-
-    Raises
-    ------
-    InputError : there is no instrument of this name.
-    """
-    if name is None:
-        return Precision()
-    if name not in project.instruments:
-        raise project.error(
-            ("plan", "instrument"),
-            f"instrument {name} is not defined",
-            f"add a section [instruments.{name}]",
-        )
-    return project.instruments[name].precision()
-
-
 class PlannedScans:
     """Scans of a plan.
 
     named : pairs (station, target) that are scanned whatever hides the target.
     """
 
-    def __init__(self, project: Project, named: set[tuple[str, str]]) -> None:
+    def __init__(self, instruments: Instruments, named: set[tuple[str, str]]) -> None:
+        project = instruments.project
         assert project.plan is not None
-        self.project, self.plan, self.named = project, project.plan, named
+        self.instruments, self.plan, self.named = instruments, project.plan, named
         bodies = [body.primitive() for body in project.plan.scene]
         self.scene = Scene.of(bodies) if bodies else None
 
@@ -130,10 +100,10 @@ class PlannedScans:
 
     def _sigma(self, station: str, polar: Array) -> Array:
         """Sigmas (n, 3) of range and angles: the mean of the sets, and the target's own."""
-        precision = precision_of(self.project, instrument_of(self.project, station))
+        precision = self.instruments.precision(self.instruments.of_planned(station))
         along = precision.of_ranges(polar[:, 0])
         if along is None or precision.scan_angle is None:
-            raise self.project.error(
+            raise self.instruments.project.error(
                 ("plan", "instrument"),
                 f"the scanner of station {station} is not known",
                 "give an instrument with range_mm and scan_angle_arcsec",

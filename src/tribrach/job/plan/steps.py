@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from tribrach._types import Array, Progress
+from tribrach.job.opened import Job
 from tribrach.job.plan.lever_arm import LeverArmForecast, forecast
 from tribrach.job.plan.survey import PlanSurvey, plan_of
 from tribrach.job.plan.work import DesignProposal, PlanWork, Relocation, Spare
@@ -20,7 +21,6 @@ from tribrach.network.survey import Survey
 from tribrach.planning.datum_choices import DatumChoice, compare_datums
 from tribrach.planning.prediction import Criterion, Figures, figures
 from tribrach.planning.weights import RequiredPrecision, SetsByStation
-from tribrach.project import Project
 
 __all__ = ["DesignResult", "plan_project"]
 
@@ -67,19 +67,19 @@ class DesignResult:
 
 
 def plan_project(
-    project: Project,
+    job: Job,
     further: Survey | None = None,
     progress: Progress = lambda what, done, total: None,
 ) -> DesignResult:
-    """Plan a project; further : what scans of the project brought.
+    """Plan a job; further : what scans of the project brought.
 
     Raises
     ------
     InputError : no section [plan], or what it says wrong.
     RankDefect : the plan leaves something open that no proposal closes.
     """
-    section = plan_of(project)
-    survey = PlanSurvey(project, further)
+    section = plan_of(job.project)
+    survey = PlanSurvey(job, further)
     names = section.points or section.new_points
     if survey.arm is not None:
         names = (survey.arm.name,)
@@ -101,7 +101,7 @@ def plan_project(
     datums = [] if survey.arm is not None else compare_datums(work.network(), criterion)
     sets, precisions = work.weights(section.required)
     return DesignResult(
-        project.title,
+        job.project.title,
         criterion,
         section.required,
         network,
@@ -119,5 +119,5 @@ def plan_project(
         work.judged_at,
         work.judged,
         (*adjustment.warnings, *work.warnings),
-        None if survey.arm is None else forecast(project, survey.arm, first, adjustment),
+        None if survey.arm is None else forecast(job, survey.arm, first, adjustment),
     )

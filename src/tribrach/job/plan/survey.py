@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,9 +19,8 @@ from tribrach.errors import AdjustmentError, InputError
 from tribrach.io.survey.csv import tables as csv_tables
 from tribrach.io.survey.csv.planned import read_planned
 from tribrach.io.survey.csv.reader import Context
-from tribrach.job.calibrations import Calibrations
 from tribrach.job.plan.lever_arm import PlannedLeverArm
-from tribrach.job.plan.scans import PlannedScans, ScannerPlace, instrument_of, precision_of
+from tribrach.job.plan.scans import PlannedScans, ScannerPlace
 from tribrach.network.adjustment import adjust
 from tribrach.network.network import Network
 from tribrach.network.survey import Survey
@@ -29,6 +29,7 @@ from tribrach.observations.scanner import Inclinations
 from tribrach.project.plan import PlanSection
 
 if TYPE_CHECKING:
+    from tribrach.job.opened import Job
     from tribrach.project import Project
 
 __all__ = ["PlanSurvey", "active_only", "named", "plan_of", "read_places"]
@@ -72,12 +73,14 @@ class PlanSurvey:
     InputError : what the project or a file says wrong.
     """
 
-    def __init__(self, project: Project, further: Survey | None = None) -> None:
+    def __init__(self, job: Job, further: Survey | None = None) -> None:
+        project = job.project
         assert project.plan is not None
-        self.project, self.plan, self.further = project, project.plan, further
+        self.job, self.project, self.plan, self.further = job, project, project.plan, further
         wish = project.plan.lever_arm
         self.arm = None if wish is None else PlannedLeverArm(project, wish)
-        self.context = Context(frame=self._plain({}).frame())
+        self._bare = self._plain({})
+        self.context = Context(frame=self._bare.frame)
         surveyed = self._surveyed()
         self.points = {n: p.xyz for n, p in surveyed.points.items() if np.isfinite(p.xyz).all()}
         given = surveyed.points.items()
@@ -99,20 +102,19 @@ class PlanSurvey:
         for table, _ in self.tables:
             self.known |= table.named(GnssPositions, "position")
         self.extra = {pair for _, scans in self.tables for pair in scans}
-        self.scans = PlannedScans(project, self.extra)
+        self.scans = PlannedScans(job.instruments, self.extra)
         self._check_names()
         self.targets = self.plan.targets or tuple(self.points)
 
-    def _plain(self, stations: Mapping[str, Any]) -> Project:
-        """The project without what concerns planned stations."""
-        without = {"calibration": None, "scale_bars": (), "stations": dict(stations)}
-        return self.project.model_copy(update=without)
+    def _plain(self, stations: Mapping[str, Any]) -> Job:
+        """The job without what concerns planned stations."""
+        return self.job.changed(calibration=None, scale_bars=(), stations=dict(stations))
 
     def _surveyed(self) -> Survey:
         """What is measured already."""
-        known = self._plain({}).survey(self.further).stations
+        known = self._bare.surveyed(self.further).stations
         own = {n: s for n, s in self.project.stations.items() if n in known}
-        return self._plain(own).survey(self.further)
+        return self._plain(own).surveyed(self.further)
 
     def _adjusted(self, survey: Survey) -> dict[str, Any]:
         """Adjusted scalars of what was measured; its points and stations get their places."""
@@ -169,8 +171,8 @@ class PlanSurvey:
         return self.project.error(("plan", key), what, cure)
 
     def _reading(self) -> Context:
-        name = instrument_of(self.project, None)
-        return replace(self.context, precision=precision_of(self.project, name))
+        instruments = self.job.instruments
+        return replace(self.context, precision=instruments.precision(instruments.of_planned(None)))
 
     def survey(
         self,
@@ -231,7 +233,7 @@ class PlanSurvey:
         self._calibrate(planned)
         if self.further is not None:
             planned.merge(self.further)
-        whole = self._as_planned().survey(planned)
+        whole = self._as_planned.surveyed(planned)
         active_only(whole, {*self.plan.new_points, *self.plan.points})
         if not whole.tables():
             raise self._error(
@@ -244,15 +246,16 @@ class PlanSurvey:
             network = network.with_datum(network.datum)
         return self._started(network)
 
-    def _as_planned(self) -> Project:
-        """The project, with planned antennas of a lever arm as positions of their stations."""
+    @cached_property
+    def _as_planned(self) -> Job:
+        """The job, with planned antennas of a lever arm as positions of their stations."""
         if self.arm is None:
-            return self.project
+            return self.job
         stations = {
             name: s.model_copy(update={"mounted_point": None}) if name in self.planned else s
             for name, s in self.project.stations.items()
         }
-        return self.project.model_copy(update={"stations": stations})
+        return self.job.changed(stations=stations)
 
     def candidates(
         self, targets: Mapping[str, Array], stations: Mapping[str, ScannerPlace], base: Network
@@ -294,10 +297,7 @@ class PlanSurvey:
 
     def _calibrate(self, survey: Survey) -> None:
         """Calibration unknowns as the project has them."""
-        project = self.project
-        Calibrations(project, project.folder, project.error).apply(
-            survey, lambda station: instrument_of(self.project, station)
-        )
+        self.job.calibrations.apply(survey, survey.stations, self.job.instruments.of_planned)
 
     def _started(self, network: Network) -> Network:
         """The network with approximate values for everything that is known."""

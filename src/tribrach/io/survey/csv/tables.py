@@ -23,7 +23,7 @@ from tribrach.io.survey.csv.scans import InclinationReader, PolarReader, TargetR
 from tribrach.io.survey.csv.sights import AngleReader, SightReader
 from tribrach.network.survey import Survey
 
-__all__ = ["Context", "read"]
+__all__ = ["Context", "read", "survey_of"]
 
 _READERS: dict[str, Callable[[CsvTable, Context], Reader]] = {
     "scanner polar observations": PolarReader,
@@ -47,8 +47,29 @@ def read(path: Path, context: Context | None = None) -> Survey:
     ------
     InputError : the file, the line, what is wrong there and what to do about it.
     """
-    context = context or Context()
-    table = replace(read_table(Path(path)), label=context.label)
+    return survey_of(read_table(Path(path)), context or Context())
+
+
+def survey_of(table: CsvTable, context: Context) -> Survey:
+    """Survey of a table that has been read.
+
+    Parameters
+    ----------
+    table : CsvTable
+        The table.
+    context : Context
+        What the project says about it.
+
+    Returns
+    -------
+    Survey
+
+    Raises
+    ------
+    InputError
+        The line, what is wrong there and what to do about it.
+    """
+    table = replace(table, label=context.label)
     if table.kind.name not in _READERS:
         raise table.error(
             None,

@@ -1,0 +1,374 @@
+"""A job: a project that was opened, with all of its survey files read once.
+
+Opening reads the files of points and observations, calibrations and lever arms, and computes the
+GNSS sessions. From then on the survey is put together as often as it is needed without reading
+anything again: alone, or with what scans add to it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tribrach._types import Progress
+from tribrach.errors import InputError
+from tribrach.geodesy.output_frame import OutputFrame
+from tribrach.geodesy.proj_grids import missing_grid_sentences
+from tribrach.geodesy.projection import flat_warnings
+from tribrach.geodesy.work_frame import WorkFrame
+from tribrach.gnss.sessions import SessionResult
+from tribrach.io.opened_files import opened_once
+from tribrach.job.calibrations import Calibrations
+from tribrach.job.known_setups import add_known_setups
+from tribrach.job.lever_arms import (
+    KnownLeverArm,
+    add_lever_arms,
+    add_mounted_points,
+    known_lever_arm,
+)
+from tribrach.job.plumb_line import PlumbLine, plumb_columns, plumb_line
+from tribrach.job.survey_files import ReadFiles, read_survey_files
+from tribrach.job.whose_instrument import Instruments, Keys
+from tribrach.network.facts import Reference
+from tribrach.network.height_recipe import height_recipe
+from tribrach.network.network import Datum, Network
+from tribrach.network.observed_part import observed_part
+from tribrach.network.survey import Survey
+from tribrach.observations.scanner import Inclinations
+from tribrach.observations.sights import Distances
+from tribrach.project import Project
+from tribrach.units import MM
+
+__all__ = ["Job", "open_job"]
+
+
+def open_job(
+    project: Project | str | Path,
+    progress: Progress = lambda what, done, total: None,
+) -> Job:
+    """Read the survey files of a project and compute its GNSS sessions.
+
+    Parameters
+    ----------
+    project : Project or path
+        The project or its file.
+    progress : Progress
+        Told of baselines that are computed.
+
+    Returns
+    -------
+    Job
+
+    Raises
+    ------
+    InputError
+        What the project or a file says wrong, with its line.
+    """
+    if not isinstance(project, Project):
+        project = Project.load(project)
+    return _opened(Instruments(project), {}, None, progress)
+
+
+def _opened(
+    instruments: Instruments,
+    contents: dict[Path, bytes],
+    sessions: tuple[SessionResult, ...] | None,
+    progress: Progress,
+) -> Job:
+    """The job of a project whose files may have been read before."""
+    with opened_once(contents):
+        calibrations = Calibrations(instruments)
+        files = read_survey_files(instruments, calibrations, sessions, progress)
+    return Job(instruments.project, instruments, calibrations, files, contents)
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """One opened project.
+
+    Parameters
+    ----------
+    project : Project
+        The sections of the project file.
+    instruments : Instruments
+        Whose instrument measured at a station, in a file, in a scan.
+    calibrations : Calibrations
+        Calibrations of the instruments, known and sought.
+    files : ReadFiles
+        What the survey files say.
+    contents : dict
+        Bytes of the files that were read, by path, for another reading with other sections.
+    """
+
+    project: Project
+    instruments: Instruments
+    calibrations: Calibrations
+    files: ReadFiles
+    contents: dict[Path, bytes] = field(default_factory=dict, repr=False)
+
+    @property
+    def folder(self) -> Path:
+        """Folder that the files of the project are relative to."""
+        return self.project.folder
+
+    @property
+    def frame(self) -> WorkFrame:
+        """The work frame: of the site, or of the first file that brought one."""
+        return self.files.context.frame
+
+    @property
+    def sessions(self) -> tuple[SessionResult, ...]:
+        """The GNSS sessions whose baselines were computed."""
+        return self.files.sessions
+
+    @cached_property
+    def survey(self) -> Survey:
+        """Everything that was measured and given, without what scans add; not to be changed.
+
+        Raises
+        ------
+        InputError
+            What a section says wrong, with its line.
+        """
+        return self.surveyed()
+
+    @cached_property
+    def lever_arms(self) -> Mapping[str, KnownLeverArm]:
+        """What is known of the lever arms that stations use, by name.
+
+        Raises
+        ------
+        InputError
+            A lever arm file is unreadable or wrong.
+        """
+        project = self.project
+        with self._reading():
+            return {
+                name: known_lever_arm(name, project.lever_arms[name], project.folder)
+                for name in dict.fromkeys(self.files.context.lever_arms.values())
+            }
+
+    @cached_property
+    def plumb(self) -> PlumbLine | None:
+        """The deflection of the vertical at the site, None if the project names none.
+
+        Raises
+        ------
+        InputError
+            A geoid grid that cannot be read, or a flat site.
+        """
+        return plumb_line(self.project, self.frame.site)
+
+    def error(self, keys: Keys, what: str, cure: str | None = None) -> InputError:
+        """Make an error about what a key of the project file says.
+
+        Parameters
+        ----------
+        keys : tuple
+            Names of tables and numbers of entries down to the key.
+        what : str
+            What is wrong.
+        cure : str, optional
+            What to do about it.
+
+        Returns
+        -------
+        InputError
+            With file and line.
+        """
+        return self.project.error(keys, what, cure)
+
+    def changed(self, **sections: Any) -> Job:
+        """Open the same files with other sections of the project.
+
+        Parameters
+        ----------
+        **sections
+            Sections by name, which take the place of those of the project.
+
+        Returns
+        -------
+        Job
+            No file is opened again and no GNSS session is computed again.
+        """
+        project = self.project.model_copy(update=sections)
+        instruments = self.instruments.changed(project)
+        return _opened(instruments, self.contents, self.sessions, lambda what, done, total: None)
+
+    def surveyed(self, further: Survey | None = None) -> Survey:
+        """Put the survey together from files and sections.
+
+        Parameters
+        ----------
+        further : Survey, optional
+            What scans add to it; it is not changed. Without it, stations that only scans observe
+            are passed over.
+
+        Returns
+        -------
+        Survey
+            A new one with each call.
+
+        Raises
+        ------
+        InputError
+            What a section says wrong, with its line.
+        """
+        project = self.project
+        survey = self.files.survey.copy()
+        if further is not None:
+            more = further.copy()
+            self.calibrations.apply(more, more.stations)
+            survey.merge(more)
+        self._add_scale_bars(survey)
+        add_known_setups(self.instruments, survey)
+        whole = further is not None or not project.scans
+        self.calibrations.finish(survey, whole=whole)
+        self._add_levelling(survey, whole=whole)
+        add_lever_arms(survey, self.lever_arms)
+        add_mounted_points(survey, project.stations, project.lever_arms)
+        survey.title = project.title
+        survey.reference = self._reference.completed(survey.reference)
+        survey.warnings += self._site_warnings(survey)
+        if project.datum.kind != "control":
+            survey.datum = Datum(project.datum.kind, project.datum.points)
+        return survey
+
+    def network(self, further: Survey | None = None) -> Network:
+        """Build the least-squares network of the job.
+
+        Parameters
+        ----------
+        further : Survey, optional
+            What scans add to the survey.
+
+        Returns
+        -------
+        Network
+
+        Raises
+        ------
+        InputError
+            What a section says wrong, and a datum that names what the network does not have.
+        """
+        return self.network_of(self.surveyed(further), whole=further is not None)
+
+    def network_of(self, survey: Survey, *, whole: bool = False) -> Network:
+        """Build the network of a survey of this job.
+
+        Parameters
+        ----------
+        survey : Survey
+            As :meth:`surveyed` gives it.
+        whole : bool
+            True if it has what scans add.
+
+        Returns
+        -------
+        Network
+
+        Raises
+        ------
+        InputError
+            As :meth:`network`.
+        """
+        project = self.project
+        network = observed_part(survey).network()
+        # without its scans a project has no heights to take from them
+        if project.adjustment.heights == "recipe" and (whole or not project.scans):
+            network = self._by_recipe(network)
+        if "datum" not in project.model_fields_set:
+            return network
+        try:
+            return network.with_datum(network.datum)
+        except InputError as error:
+            raise self.error(("datum",), error.what, error.cure) from error
+
+    def _by_recipe(self, network: Network) -> Network:
+        """The network with heights of GNSS marks by the recipe."""
+        section = self.project.adjustment
+        try:
+            return height_recipe(network, section.height_station, section.height_mark)
+        except InputError as error:
+            raise self.error(("adjustment", "heights"), error.what, error.cure) from error
+
+    @contextmanager
+    def _reading(self) -> Iterator[None]:
+        """Files that were opened before are not opened again."""
+        with opened_once(self.contents):
+            yield
+
+    @property
+    def _reference(self) -> Reference:
+        """The reference system that the site names, or that a file brought."""
+        site, frame = self.project.site, self.frame
+        grid = None if frame.grid is None else OutputFrame(frame, "projected", site.crs)
+        name, epoch = site.frame, site.epoch
+        if self.files.realisation is not None:
+            name, epoch = self.files.realisation.frame, self.files.realisation.epoch
+        return Reference(site.crs, name, epoch, grid)
+
+    def _site_warnings(self, survey: Survey) -> list[str]:
+        """What the site costs: missing grids, and Cartesian coordinates of a projection."""
+        site = self.project.site
+        if site.kind == "projected" and site.crs is not None:
+            return missing_grid_sentences(site.crs)
+        if site.kind != "flat":
+            return []
+        xyz = np.array([point.xyz for point in survey.points.values()]).reshape(-1, 3)
+        return flat_warnings(xyz, site.crs, curved=site.curvature_radius_m is not None)
+
+    def _add_scale_bars(self, survey: Survey) -> None:
+        """Known lengths, exact ones as constraints."""
+        for k, bar in enumerate(self.project.scale_bars):
+            survey.add(
+                Distances,
+                values=[bar.length_m],
+                sigma=bar.sigma_mm * MM if bar.sigma_mm > 0 else None,
+                hard=bar.sigma_mm == 0,
+                start=[bar.start],
+                end=[bar.end],
+                source=[f"scale bar {k + 1}"],
+                group="scale bar",
+            )
+
+    def _add_levelling(self, survey: Survey, *, whole: bool) -> None:
+        """Levelled stations: inclination zero with the compensator's sigma.
+
+        whole : all stations must be there; otherwise those that are not are passed over.
+        """
+        plumb = plumb_columns(survey, self.plumb)
+        for name, station in self.project.stations.items():
+            if name not in survey.stations:
+                if not whole:
+                    continue
+                raise self.error(
+                    ("stations", name),
+                    f"scanner station {name} is observed by nothing",
+                    "remove it or add its observations",
+                )
+            if not station.levelled:
+                continue
+            tilt = self.instruments.precision(self.instruments.of_station(name)).tilt
+            if station.levelling_arcsec is not None:
+                tilt = np.radians(station.levelling_arcsec / 3600)
+            if tilt is None:
+                raise self.error(
+                    ("stations", name),
+                    f"the sigma of the compensator of {name} is not given",
+                    "add levelling_arcsec to the station or its instrument",
+                )
+            survey.add(
+                Inclinations,
+                values=[[0.0, 0.0]],
+                sigma=tilt,
+                station=[name],
+                source=[f"station {name}"],
+                **plumb,
+            )
