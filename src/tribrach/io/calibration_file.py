@@ -1,8 +1,8 @@
 """Calibration files: parameters of an instrument with their full covariance, as TOML.
 
 Parameters in metres, radians or without unit, as ``unit`` says; the covariance in the same units,
-in the order of the parameters. The file says from which observations, in which datum and with which
-sigmas it was found (a priori or a posteriori), so that nobody need guess.
+in the order of the parameters. The file states the observations, the datum and the kind of sigmas
+(a priori or a posteriori) that it comes from, so that nobody need guess.
 """
 
 from __future__ import annotations
@@ -35,11 +35,22 @@ class Calibration:
 
     Attributes
     ----------
+    instrument, serial
+        The instrument.
     model
-        Name of the model; parameters (k,) names; values (k,), covariance (k, k) in metres and
-        radians; unit_lengths [m].
+        Name of the calibration model.
+    parameters
+        k names.
+    values : (k,)
+        In metres, radians or without unit.
+    covariance : (k, k)
+        Of the values.
+    unit_lengths
+        Of the modulation of the range [m].
     architecture
         Panoramic or hybrid.
+    date
+        Of the calibration.
     datum, sigma_origin
         In words.
     observations, redundancy
@@ -67,7 +78,7 @@ class Calibration:
         return sigma
 
     def columns(self) -> CalibrationModel:
-        """The model with these parameters."""
+        """The calibration model with these parameters."""
         return find_model(self.model, self.parameters, self.unit_lengths)
 
 
@@ -108,13 +119,13 @@ class _File(_Table):
 
 
 def read_calibration(path: Path) -> Calibration:
-    """A calibration file.
+    """Read a calibration file.
 
     Raises
     ------
     InputError
         Unreadable, not TOML, a key that is missing, unknown or wrong, parameters that the model
-        does not have, a covariance that is none or that contradicts the sigmas.
+        does not have, a matrix that is no covariance or contradicts the sigmas.
     """
     path = Path(path)
     file = read_model(path, _File, "write calibration files with tribrach calibrate --save")
@@ -126,6 +137,7 @@ def _checked(file: _File, path: Path) -> Calibration:
     head, names = file.calibration, tuple(p.name for p in file.parameters)
 
     def wrong(what: str, cure: str | None = None) -> InputError:
+        """The error of this file."""
         return InputError(what, file=path, cure=cure)
 
     if head.schema_ != SCHEMA:
@@ -163,7 +175,7 @@ def _checked(file: _File, path: Path) -> Calibration:
 
 
 def _check_matrix(matrix: Array, sigma: Array, names: tuple[str, ...], wrong: Any) -> None:
-    """Symmetric, positive definite, and of the stated sigmas."""
+    """Refuse a covariance that is not symmetric, positive definite and of the stated sigmas."""
     diagonal = np.diag(matrix)
     if not (diagonal > 0).all():
         worst = names[int(np.argmin(diagonal))]
@@ -179,7 +191,7 @@ def _check_matrix(matrix: Array, sigma: Array, names: tuple[str, ...], wrong: An
 
 
 def calibration_text(calibration: Calibration) -> str:
-    """The file as text; :func:`read_calibration` gives the same numbers back to the last bit."""
+    """The file as text; :func:`read_calibration` gives back the same numbers to the last bit."""
     c = calibration
     date = (c.date or datetime.date.today()).isoformat()
     lines = [

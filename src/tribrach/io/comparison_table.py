@@ -1,4 +1,4 @@
-"""Columns of numbers from the JSON of a comparison: one row per test site.
+"""Columns of numbers from the JSON of a comparison, with one row for each test site.
 
 ``range`` [m] and ``incidence`` [deg] of the site; figures by their place, such as ``c2c.mean`` or
 ``m3c2.std`` [mm], shares and ratios as they are; a name without a place is one of ``c2c``.
@@ -21,7 +21,7 @@ from tribrach.io.xml_file import read_bytes
 __all__ = ["read_comparison"]
 
 _CURE = "give what tribrach compare wrote with --json and --sites"
-#: units by the last word of a name; all else is a length
+#: units by the last word of a name; all others are lengths
 _UNITS = {"range": ("m", 1.0), "incidence": ("deg", 180 / math.pi)} | dict.fromkeys(
     ("n", "count", "beyond", "changed", "lattice", "ratio", "noise_ratio", "noise_ratio_error"),
     ("", 1.0),
@@ -30,12 +30,19 @@ _LENGTHS = ("mm", 1e3)
 
 
 def read_comparison(path: Path, names: Sequence[str]) -> NumberTable:
-    """Named figures of all sites that have all of them; the others are named in the remarks.
+    """Named figures of all sites that have all of them; the other sites are listed in the remarks.
+
+    Parameters
+    ----------
+    path
+        JSON of a comparison.
+    names
+        Names of the figures.
 
     Raises
     ------
     InputError
-        Unreadable, no comparison, no site that has all figures.
+        Unreadable, not a comparison, or no site that has all figures.
     """
     try:
         sites = json.loads(read_bytes(path))["sites"]
@@ -62,13 +69,13 @@ def read_comparison(path: Path, names: Sequence[str]) -> NumberTable:
 
 
 def _figure(site: dict[str, Any], name: str) -> float | None:
-    """A figure of a site, None where there is none."""
+    """A figure of a site, None if it does not have it."""
     places = name.split(".") if "." in name or name in site else ["c2c", name]
-    found: Any = site
+    value: Any = site
     for place in places:
-        if not isinstance(found, dict):
+        if not isinstance(value, dict):
             return None
-        found = found.get(place)
-    if isinstance(found, bool) or not isinstance(found, int | float) or not math.isfinite(found):
+        value = value.get(place)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         return None
-    return float(found)
+    return float(value)

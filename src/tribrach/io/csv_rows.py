@@ -1,4 +1,4 @@
-"""Rows of cells of a CSV file, whoever reads them.
+"""Rows of cells of a CSV file.
 
 UTF-8; comma, semicolon or tab between cells, whichever the header has most of; lines that begin
 with ``#`` are comments.
@@ -16,13 +16,20 @@ __all__ = ["read_rows"]
 
 
 def read_rows(path: Path) -> tuple[list[list[str]], list[int]]:
-    """Rows of cells, the header first and all as long as it, and their 1-based lines.
+    """Rows of cells and their lines.
+
+    Returns
+    -------
+    rows : list of list of str
+        The header first, and all as long as it.
+    lines : list of int
+        1-based line of each row.
 
     Raises
     ------
     InputError
         Unreadable, not UTF-8 text, no row under the header, a quoted cell that goes over several
-        lines, a row of another length.
+        lines, or a row of another length.
     """
     data = read_bytes(path)
     try:

@@ -1,4 +1,4 @@
-"""How is an E57 file laid out? Pages of 1024 bytes with a checksum each, an XML section inside.
+"""The layout of E57 files: pages of 1024 bytes, each with a checksum, and an XML section inside.
 
 ASTM E2807: every page is 1020 bytes of content and their CRC-32C, big-endian. Physical offsets
 count all bytes, logical ones the content only. The first 48 bytes of content are the header.
@@ -46,12 +46,14 @@ _POLYNOMIAL = 0x82F63B78  # Castagnoli, bits reversed
 
 @dataclass(frozen=True)
 class Header:
-    """What the first 48 bytes say.
+    """The header of a file, its first 48 bytes.
 
     Attributes
     ----------
+    version
+        Major and minor.
     physical_length
-        Of the file.
+        Of the file [bytes].
     xml_offset
         Physical.
     xml_length
@@ -75,7 +77,7 @@ class Header:
         return pages * PAGE == self.physical_length
 
     def to_bytes(self) -> bytes:
-        """The 48 bytes."""
+        """The header as 48 bytes."""
         return _LAYOUT.pack(
             b"ASTM-E57",
             *self.version,
@@ -89,10 +91,15 @@ class Header:
 def read_header(file: BinaryIO, path: Path) -> Header:
     """The header of an open file, checked against its size.
 
+    Parameters
+    ----------
+    file, path
+        The file, and its path for messages.
+
     Raises
     ------
     InputError
-        No E57 file, truncated, or offsets beyond its end.
+        Not an E57 file, truncated, or with offsets beyond its end.
     """
     size = file.seek(0, os.SEEK_END)
     file.seek(0)
@@ -116,12 +123,19 @@ def read_header(file: BinaryIO, path: Path) -> Header:
 
 
 def read_xml(file: BinaryIO, header: Header, path: Path) -> bytes:
-    """The XML section of an open file, checksums verified.
+    """The XML section of an open file, with its checksums verified.
+
+    Parameters
+    ----------
+    file, header
+        The file and its header.
+    path
+        Of the file, for messages.
 
     Raises
     ------
     InputError
-        A checksum that is wrong, or more XML than is taken.
+        A checksum that is wrong, or more XML than :data:`~tribrach.io.xml_file.MAX_BYTES`.
     """
     if header.xml_length > MAX_BYTES:
         raise InputError(
@@ -141,10 +155,17 @@ def read_xml(file: BinaryIO, header: Header, path: Path) -> bytes:
 def parse(data: bytes, path: Path) -> etree._Element:
     """The root of an XML section; CDATA stays CDATA.
 
+    Parameters
+    ----------
+    data
+        The XML section.
+    path
+        Of the file, for messages.
+
     Raises
     ------
     InputError
-        Not well-formed, declares a document type or entities, or another root.
+        Not well-formed, declares a document type or entities, or has another root.
     """
     if re.search(rb"<!(ENTITY|DOCTYPE)", data):
         raise _entities(path)
@@ -168,7 +189,7 @@ def parse(data: bytes, path: Path) -> etree._Element:
 
 
 def child(element: etree._Element | None, *names: str) -> etree._Element | None:
-    """The element down a path of names of the standard itself; None if any is missing."""
+    """The element down a path of names of the standard itself; None if one is missing."""
     for name in names:
         if element is None:
             return None
@@ -186,7 +207,7 @@ def child(element: etree._Element | None, *names: str) -> etree._Element | None:
 
 
 def number(element: etree._Element | None) -> float | None:
-    """The value of a number of any kind; None if it is missing, no number or not finite."""
+    """The value of a numeric element; None if it is missing, not a number or not finite."""
     if element is None:
         return None
     try:
@@ -199,7 +220,7 @@ def number(element: etree._Element | None) -> float | None:
 
 
 def paged(content: bytes) -> bytes:
-    """Logical content as whole pages with checksums, the last filled up with zeros."""
+    """Logical content as whole pages with checksums; the last page is filled up with zeros."""
     count = -(-len(content) // PAYLOAD)
     pages = np.zeros((count, PAGE), dtype=np.uint8)
     flat = np.zeros(count * PAYLOAD, dtype=np.uint8)
@@ -211,12 +232,21 @@ def paged(content: bytes) -> bytes:
 
 
 def verify(pages: Bytes, first: int, path: Path) -> None:
-    """Check whole pages (n, 1024); ``first`` is the number of the first.
+    """Check the checksums of whole pages.
+
+    Parameters
+    ----------
+    pages : (n, 1024)
+        The pages.
+    first
+        Number of the first of them.
+    path
+        Of the file, for messages.
 
     Raises
     ------
     InputError
-        A checksum that is wrong.
+        A checksum is wrong.
     """
     stated = np.ascontiguousarray(pages[:, PAYLOAD:]).view(">u4").ravel()
     wrong = np.flatnonzero(stated != _checksums(pages, _TABLE))
@@ -225,7 +255,7 @@ def verify(pages: Bytes, first: int, path: Path) -> None:
 
 
 def damaged(path: Path, reason: str) -> InputError:
-    """What is said of a damaged file."""
+    """The error of a damaged file."""
     return InputError(f"the file is damaged ({reason})", file=path, cure=CURE)
 
 

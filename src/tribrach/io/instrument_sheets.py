@@ -1,8 +1,8 @@
-"""What does the maker say of an instrument, and where does each of its figures come from?
+"""Data sheets of instruments, with the source of each figure.
 
 Figures carry their unit in their name, as in a project file. One that the maker does not publish
-has a default whose source says so. They are single-point figures of the makers, whose meaning
-(one sigma, a limit, which surface) differs from sheet to sheet: a field check is worth more.
+has a default whose source says so. They are single-point figures of the makers, whose meaning (one
+sigma, a limit, which surface) differs from sheet to sheet: a field check is worth more.
 """
 
 from __future__ import annotations
@@ -23,7 +23,17 @@ _ABOUT = ("aliases", "kind", "status", "remark")
 
 @dataclass(frozen=True)
 class Figure:
-    """One figure by its key, such as ``range_mm``, with its source."""
+    """One figure of a sheet.
+
+    Attributes
+    ----------
+    key
+        Name with its unit, such as ``range_mm``.
+    value
+        In that unit.
+    source
+        Where the figure comes from.
+    """
 
     key: str
     value: float
@@ -31,7 +41,7 @@ class Figure:
 
     @property
     def published(self) -> bool:
-        """False for a default in place of a figure that the maker does not give."""
+        """False for a default that stands in for a figure which the maker does not give."""
         return not self.source.startswith("default")
 
 
@@ -41,11 +51,19 @@ class Sheet:
 
     Attributes
     ----------
+    name
+        Of the model.
+    kind
+        Of instrument.
     status
         ``read`` if its figures were compared with their sources, ``quoted`` if they should be
         compared with the sheet of the instrument at hand.
+    figures
+        With their sources.
     aliases
         Models with the same figures.
+    remark
+        On the sheet.
     """
 
     name: str
@@ -61,7 +79,7 @@ class Sheet:
         return {figure.key: figure.value for figure in self.figures}
 
     def source(self, key: str) -> str:
-        """Where a figure comes from; "" for one that the sheet has not."""
+        """Where a figure comes from; "" for one that is not on the sheet."""
         return next((figure.source for figure in self.figures if figure.key == key), "")
 
 
@@ -76,7 +94,7 @@ def sheets() -> tuple[Sheet, ...]:
 
 
 def find_sheet(name: str) -> Sheet:
-    """The sheet of a model, capitals and blanks aside.
+    """The sheet of a model; capitals and blanks do not matter.
 
     Raises
     ------
@@ -84,9 +102,9 @@ def find_sheet(name: str) -> Sheet:
         There is none; the nearest names are given.
     """
     known = {_plain(word): sheet for sheet in sheets() for word in (sheet.name, *sheet.aliases)}
-    found = known.get(_plain(name))
-    if found is not None:
-        return found
+    sheet = known.get(_plain(name))
+    if sheet is not None:
+        return sheet
     near = difflib.get_close_matches(_plain(name), known, 3, cutoff=0.5)
     names = list(dict.fromkeys(known[word].name for word in near)) or [s.name for s in sheets()]
     raise InputError(
@@ -102,6 +120,7 @@ def _plain(name: str) -> str:
 
 
 def _sheet(name: str, entry: dict[str, Any], sources: dict[str, str]) -> Sheet:
+    """A sheet by its entry of the file."""
     figures = [
         Figure(key, float(value[0]), sources[value[1]])
         for key, value in entry.items()

@@ -1,7 +1,7 @@
 """Lever arm files: an antenna or prism on a scanner with its covariance, as TOML.
 
 The vector goes from the scanner's origin to the antenna, in the scanner frame; metres and metres
-squared. The file says in which datum and with which sigmas it was found (a priori or a posteriori).
+squared. The file states the datum and the kind of sigmas (a priori or a posteriori) of its origin.
 """
 
 from __future__ import annotations
@@ -27,14 +27,20 @@ _Row = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
 
 @dataclass(frozen=True, eq=False)
 class LeverArmResult:
-    """A lever arm as it was found.
-
-    vector (3,) [m], covariance (3, 3) [m^2], zero where a component was held.
+    """A lever arm as an adjustment determined it.
 
     Attributes
     ----------
+    name
+        Of the lever arm.
+    vector : (3,)
+        From the scanner's origin to the antenna, in the scanner frame [m].
+    covariance : (3, 3)
+        In m^2, zero where a component was held.
     stations
-        On whose observations it rests.
+        Those whose observations determine it.
+    date
+        Of the adjustment.
     datum, sigma_origin
         In words.
     """
@@ -63,7 +69,7 @@ class _File(BaseModel):
 
 
 def lever_arm_text(arm: LeverArmResult) -> str:
-    """The file as text; :func:`read_lever_arm` gives the same numbers back to the last bit."""
+    """The file as text; :func:`read_lever_arm` gives back the same numbers to the last bit."""
     rows = [f"  [{', '.join(repr(float(v)) for v in row)}]," for row in arm.covariance]
     lines = [
         "# Lever arm from the origin of a scanner to the antenna or prism on it, in its frame.",
@@ -83,7 +89,7 @@ def lever_arm_text(arm: LeverArmResult) -> str:
 
 
 def read_lever_arm(path: Path) -> LeverArmResult:
-    """A lever arm file.
+    """Read a lever arm file.
 
     Raises
     ------

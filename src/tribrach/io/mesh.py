@@ -1,4 +1,4 @@
-"""Triangles of a model from STL (text or binary) and OBJ files. Coordinates as in the file [m]."""
+"""Triangles of a model from STL (text or binary) and OBJ files, coordinates as in the file [m]."""
 
 from __future__ import annotations
 
@@ -25,10 +25,15 @@ _VERTEX = re.compile(rb"^\s*vertex\s+(\S+)\s+(\S+)\s+(\S+)", re.MULTILINE)
 def read_mesh(path: Path) -> Array:
     """Triangles (n, 3, 3) of a file; polygons are cut into triangles from their first corner.
 
+    Parameters
+    ----------
+    path
+        An STL or OBJ file.
+
     Raises
     ------
     InputError
-        Unreadable, no STL or OBJ, without triangles, numbers that are none.
+        Unreadable, not STL or OBJ, without triangles, or with values that are no numbers.
     """
     data = read_bytes(path)
     suffix = path.suffix.lower()
@@ -45,7 +50,7 @@ def read_mesh(path: Path) -> Array:
 
 
 def _stl(path: Path, data: bytes) -> Array:
-    """Binary where the size is what the count says, text else."""
+    """Triangles of an STL file: binary where the size fits the count, else text."""
     if len(data) >= _HEAD:
         count = int(np.frombuffer(data, "<u4", 1, 80)[0])
         if len(data) == _HEAD + count * _RECORD.itemsize:
@@ -53,17 +58,17 @@ def _stl(path: Path, data: bytes) -> Array:
             return corners.astype(np.float64)
     if not data.lstrip().startswith(b"solid"):
         raise InputError("this is no STL file, or a truncated one", file=path, cure="export again")
-    found = _VERTEX.findall(data)
-    if len(found) % 3:
+    vertices = _VERTEX.findall(data)
+    if len(vertices) % 3:
         raise InputError("the last triangle is not whole", file=path, cure="export again")
     try:
-        return np.array(found, dtype=np.float64).reshape(-1, 3, 3)
+        return np.array(vertices, dtype=np.float64).reshape(-1, 3, 3)
     except ValueError as error:
         raise InputError("a vertex is no three numbers", file=path, cure="export again") from error
 
 
 def _obj(path: Path, data: bytes) -> Array:
-    """Lines ``v x y z`` and ``f a b c ...``; what follows a slash is not used."""
+    """Triangles of lines ``v x y z`` and ``f a b c ...``; what follows a slash is not used."""
     vertices: list[list[float]] = []
     faces: list[tuple[int, int, int]] = []
     for number, line in enumerate(data.splitlines(), start=1):
@@ -88,7 +93,7 @@ def _obj(path: Path, data: bytes) -> Array:
 
 
 def _corner(word: bytes, count: int) -> int:
-    """Number of a vertex from zero; negative ones count from the last so far."""
+    """Index of a vertex from zero; negative numbers count back from the last vertex so far."""
     index = int(word.split(b"/")[0])
     if abs(index) > MAX_BYTES:
         raise ValueError("more vertices than a file can hold")

@@ -1,7 +1,7 @@
-"""Columns of numbers from a CSV file by their names, units as the header gives them.
+"""Columns of numbers from a CSV file by their names, in the units that the header gives.
 
 A column ``range`` may be titled ``range``, ``range_m``, ``range [m]`` or ``range (m)``. UTF-8;
-comma, semicolon or tab between cells; ``#`` starts a comment line. Other columns are left alone.
+comma, semicolon or tab between cells; ``#`` starts a comment line. Other columns are ignored.
 """
 
 from __future__ import annotations
@@ -28,12 +28,14 @@ _UNIT = r"(?:_| ?[\[(])\s*([\w/°\"″%]+)\s*[\])]?$"
 
 @dataclass(frozen=True)
 class NumberTable:
-    """Columns by name.
+    """Columns of numbers by name.
 
     Attributes
     ----------
-    values
-        (n,) in the units of the file.
+    path
+        Of the file.
+    values : dict of (n,)
+        In the units of the file.
     units
         "" where not given.
     remarks
@@ -52,15 +54,22 @@ class NumberTable:
 def read_numbers(path: Path, names: Sequence[str]) -> NumberTable:
     """Named columns of a CSV file, every cell a finite number.
 
+    Parameters
+    ----------
+    path
+        The file.
+    names
+        Of the columns.
+
     Raises
     ------
     InputError
-        Unreadable, not UTF-8 text, a column that is missing or there twice, a row of another
-        length, a cell that is no number.
+        Unreadable, not UTF-8 text, a column that is missing or occurs twice, a row of another
+        length, or a cell that is no number.
     """
     rows, lines = read_rows(path)
     titles = [" ".join(title.split()) for title in rows[0]]
-    found = {name: _place(path, lines[0], titles, name) for name in dict.fromkeys(names)}
+    places = {name: _place(path, lines[0], titles, name) for name in dict.fromkeys(names)}
     values = {
         name: np.array(
             [
@@ -68,9 +77,9 @@ def read_numbers(path: Path, names: Sequence[str]) -> NumberTable:
                 for row, line in zip(rows[1:], lines[1:], strict=True)
             ]
         )
-        for name, (column, _) in found.items()
+        for name, (column, _) in places.items()
     }
-    return NumberTable(path, values, {name: unit for name, (_, unit) in found.items()})
+    return NumberTable(path, values, {name: unit for name, (_, unit) in places.items()})
 
 
 def _place(path: Path, line: int, titles: list[str], name: str) -> tuple[int, str]:

@@ -1,4 +1,4 @@
-"""Files that are either whole or not there, several of them together."""
+"""Writes files that are either whole or absent, several of them together."""
 
 from __future__ import annotations
 
@@ -35,7 +35,17 @@ def write_bytes(path: Path, data: bytes) -> Path:
 
 
 def write_texts(texts: Mapping[Path, str | bytes]) -> list[Path]:
-    """Write files of UTF-8 text or bytes: all under temporary names first, then each gets its own.
+    """Write several files of UTF-8 text or bytes; all get temporary names first, then their own.
+
+    Parameters
+    ----------
+    texts
+        Contents by path.
+
+    Returns
+    -------
+    list of Path
+        The paths.
 
     Raises
     ------
@@ -60,7 +70,7 @@ def write_texts(texts: Mapping[Path, str | bytes]) -> list[Path]:
 
 
 def destination(path: Path) -> Path:
-    """Where a file really goes: what a link leads to, in a folder that is made as needed.
+    """The path that is really written: the target of a link, in a folder that is made as needed.
 
     Raises
     ------
@@ -77,19 +87,19 @@ def destination(path: Path) -> Path:
 
 
 def reason(error: OSError) -> str:
-    """Why a file cannot be written."""
+    """Why a file cannot be written, in words."""
     if isinstance(error, FileExistsError | NotADirectoryError):
         return "its folder is a file"
     return str(error.strerror or error)
 
 
 def special(path: Path) -> bool:
-    """True for devices and pipes, which take what is written and are never replaced."""
+    """True for devices and pipes, which are written to and never replaced."""
     return path.exists() and not path.is_file()
 
 
 def _put(name: str, path: Path) -> None:
-    """Give a temporary file its name."""
+    """Rename a temporary file; a device or pipe gets its content."""
     if special(path):
         path.write_bytes(Path(name).read_bytes())
     else:
@@ -97,7 +107,13 @@ def _put(name: str, path: Path) -> None:
 
 
 def _stage(path: Path, text: str | bytes) -> str:
-    """Write the contents beside its destination; the temporary name."""
+    """Write the content beside its destination.
+
+    Returns
+    -------
+    str
+        The temporary name.
+    """
     place = destination(path)
     # beside a device or a pipe is no place for files
     folder = None if special(place) else place.parent

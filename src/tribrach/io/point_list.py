@@ -1,9 +1,9 @@
-"""Points of one coordinate system from a CSV file: ``point,e_m,n_m,u_m`` and what they are worth.
+"""Points of one coordinate system from a CSV file: ``point,e_m,n_m,u_m`` and their precision.
 
 The table of coordinates that projects have, with ``x, y, z``, ``easting, northing, height`` or
 ``ecef_x, ecef_y, ecef_z`` as other names; without heights the points lie in a plane. Sigmas in
 ``sigma_`` columns or covariances in ``cxx_mm2`` and so on; ``use`` (on, check, off), ``reason`` and
-``role`` (only ``check`` means anything here). Metres, axes in the order x, y, z.
+``role`` (of which only ``check`` has a meaning here). Metres, axes in the order x, y, z.
 """
 
 from __future__ import annotations
@@ -27,12 +27,22 @@ _USES = ("", "on", "check", "off")
 
 @dataclass(frozen=True, eq=False)
 class PointList:
-    """Points by name: xyz (n, d) [m], covariance (n, d, d) [m^2] or None.
+    """Points of one file.
 
     Attributes
     ----------
+    path
+        Of the file.
+    names
+        Of the n points.
+    xyz : (n, d)
+        Coordinates [m], d is 3 or 2.
+    covariance : (n, d, d) or None
+        Of the coordinates [m^2].
     use
-        ``on``, ``check`` or ``off`` for each, with reasons.
+        ``on``, ``check`` or ``off`` for each.
+    reasons
+        Why points are off, "" for the others.
     titles
         Of the coordinates.
     """
@@ -47,17 +57,17 @@ class PointList:
 
     @property
     def dimension(self) -> int:
-        """3, or 2 without heights."""
+        """3 with heights, 2 without."""
         return int(self.xyz.shape[1])
 
 
 def read_point_list(path: Path) -> PointList:
-    """Points of a CSV file.
+    """Read the points of a CSV file.
 
     Raises
     ------
     InputError
-        What the table says wrong, latitudes, a name that is there twice.
+        Errors of the table, latitudes in place of metres, or a name that occurs twice.
     """
     table = read_table(path)
     if table.kind.name != "coordinates":
@@ -92,7 +102,7 @@ def read_point_list(path: Path) -> PointList:
 
 
 def _uses(table: CsvTable) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Use of each point, and why it is off."""
+    """Use of each point, and the reason of those that are off."""
     n = len(table)
     words = [word.lower() for word in table.words.get("use", [""] * n)]
     roles = [word.lower() for word in table.words.get("role", [""] * n)]
@@ -112,7 +122,9 @@ def _uses(table: CsvTable) -> tuple[tuple[str, ...], tuple[str, ...]]:
 
 
 def _covariance(table: CsvTable, d: int) -> Array | None:
-    """Covariances (n, d, d) from six (three in the plane) columns or sigmas; None without."""
+    """Covariances (n, d, d) [m^2] from six (three in the plane) columns or from sigmas; None
+    without.
+    """
     pairs = [f"c{pair}" for pair in _PAIRS if d == 3 or "u" not in pair]
     axes = ("e", "n", "u")[:d]
     if any(table.has(pair) for pair in pairs):
@@ -136,7 +148,17 @@ def _covariance(table: CsvTable, d: int) -> Array | None:
 
 
 def point_list_text(names: Sequence[str], xyz: Array, covariance: Array | None) -> str:
-    """A CSV table of points (n, 3) or (n, 2) with their covariances, as it is read again."""
+    """A CSV table of points with their covariances that :func:`read_point_list` reads.
+
+    Parameters
+    ----------
+    names
+        Of the points.
+    xyz : (n, 3) or (n, 2)
+        Coordinates [m].
+    covariance : (n, d, d) or None
+        Of the coordinates [m^2].
+    """
     d = xyz.shape[1]
     axes = "xyz"[:d]
     pairs = [(i, j) for i in range(d) for j in range(i, d)]
@@ -160,7 +182,7 @@ def _cell(name: str) -> str:
 
 
 def refuse_dimensions(a: PointList, b: PointList) -> None:
-    """Points in space and points in a plane do not go together.
+    """Refuse points in space together with points in a plane.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """Test sites from a CSV file: ``name,x,y,z,radius`` or ``name,xmin,ymin,zmin,xmax,ymax,zmax``.
 
 Metres in the frame of the clouds. UTF-8; comma, semicolon or tab between cells; lines that begin
-with ``#`` are comments. Further columns are passed over.
+with ``#`` are comments. Further columns are ignored.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def read_sites(path: Path) -> list[ComparisonSite]:
     InputError
         Unreadable, not UTF-8 text, columns of neither kind or of both, a row of another length, a
         cell that is no finite number, a radius or side that is not above zero, a name that is empty
-        or there twice.
+        or occurs twice.
     """
     rows, lines = read_rows(path)
     titles = [" ".join(title.split()).lower() for title in rows[0]]
@@ -65,7 +65,7 @@ def _wanted(path: Path, line: int, titles: list[str]) -> tuple[str, ...]:
 
 
 def _number(path: Path, line: int, column: str, cell: str) -> float:
-    """A finite number."""
+    """A finite number [m]."""
     try:
         value = float(cell)
     except ValueError:
@@ -77,7 +77,7 @@ def _number(path: Path, line: int, column: str, cell: str) -> float:
 
 
 def _site(path: Path, line: int, name: str, numbers: list[float]) -> ComparisonSite:
-    """A ball of four numbers, a box of six."""
+    """A ball from four numbers, a box from six."""
     if len(numbers) == len(_BALL):
         x, y, z, radius = numbers
         if not radius > 0:

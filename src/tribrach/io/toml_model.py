@@ -1,4 +1,4 @@
-"""Small TOML files of ours, checked by a model: whatever is wrong becomes a sentence."""
+"""Reads small TOML files of ours, checked by a pydantic model whose complaints become sentences."""
 
 from __future__ import annotations
 
@@ -17,10 +17,14 @@ Model = TypeVar("Model", bound=BaseModel)
 
 
 def read_model(path: Path, model: type[Model], cure: str) -> Model:
-    """The file as the model.
+    """A file as an instance of a model.
 
     Parameters
     ----------
+    path
+        The file.
+    model
+        The pydantic model.
     cure
         What to do about a key that is wrong.
 

@@ -29,14 +29,22 @@ SCHEMA = 1
 
 @dataclass(frozen=True, eq=False)
 class StoredTransformation:
-    """A transformation from a file; covariance (k, k) of its parameters, None if unknown."""
+    """A transformation from a file.
+
+    Attributes
+    ----------
+    transformation
+        Ready to be applied.
+    covariance : (k, k) or None
+        Of its parameters, None if unknown.
+    """
 
     transformation: Transformation
     covariance: Array | None
 
 
 def transformation_data(fit: TransformationFit) -> dict[str, Any]:
-    """What is needed to apply a fit again, as JSON."""
+    """A fit as data for JSON, with all that is needed to apply it again."""
     t = fit.transformation
     covariance = fit.covariance
     known = bool(np.isfinite(covariance).all())
@@ -71,12 +79,12 @@ def transformation_data(fit: TransformationFit) -> dict[str, Any]:
 
 
 def read_transformation(path: Path) -> StoredTransformation:
-    """A transformation that :func:`transformation_data` wrote.
+    """Read a transformation that :func:`transformation_data` described.
 
     Raises
     ------
     InputError
-        Unreadable, another kind of file, numbers that are none or do not go together.
+        Unreadable, another kind of file, values that are no numbers or contradict each other.
     """
     cure = "give the file that tribrach transform fit --json wrote"
     try:
@@ -93,8 +101,8 @@ def read_transformation(path: Path) -> StoredTransformation:
     except (ValueError, TypeError, KeyError, RecursionError) as error:
         raise InputError("this is no transformation", file=path, cure=cure) from error
     affine = matrix if model.turn == "affine" else None
-    found = Transformation(model, centre, shift, rotation, factors, affine)
-    if not np.allclose(found.matrix, matrix, rtol=1e-9, atol=1e-12):
+    transformation = Transformation(model, centre, shift, rotation, factors, affine)
+    if not np.allclose(transformation.matrix, matrix, rtol=1e-9, atol=1e-12):
         raise InputError("rotation, factors and matrix do not agree", file=path, cure=cure)
     singular = np.linalg.svd(matrix, compute_uv=False)
     if not singular[-1] > 1e-9 * singular[0]:
@@ -103,11 +111,11 @@ def read_transformation(path: Path) -> StoredTransformation:
         raise InputError(
             "the covariance is not symmetric and positive definite", file=path, cure=cure
         )
-    return StoredTransformation(found, covariance)
+    return StoredTransformation(transformation, covariance)
 
 
 def _proper(covariance: Array) -> bool:
-    """True for a covariance, in the unit of its own standard deviations."""
+    """True for a covariance matrix, judged in units of its own standard deviations."""
     if not covariance.any():
         # points that fit exactly leave no scatter
         return True
@@ -119,7 +127,7 @@ def _proper(covariance: Array) -> bool:
 
 
 def _array(value: Any, shape: tuple[int, ...]) -> Array:
-    """Finite numbers of a shape.
+    """Finite numbers as an array of a given shape.
 
     Raises
     ------

@@ -1,9 +1,9 @@
-"""A twin on disk: scans, tables, project file, and the truth.
+"""Writes a twin to disk: scans, tables, project file, and the truth.
 
 ``truth/truth.json`` holds poses, points and what each station can see; ``truth/truth-SCAN.npz`` the
 true places of a random share of the points that are no mixture of several surfaces: ``point`` (n,)
-in the order of the file, ``xyz`` (n, 3) world [m]; besides how many points the scan has, and what
-it was made from: a scan that is there and whole is not simulated again.
+in the order of the file, ``xyz`` (n, 3) world [m]; also how many points the scan has, and a digest
+of what it was made from: a scan that is there and whole is not simulated again.
 """
 
 from __future__ import annotations
@@ -48,18 +48,27 @@ def write_twin(
     progress: Callable[[str, int, int], None] | None = None,
     truth: int = TRUTH,
 ) -> Path:
-    """Simulate all scans of a twin and write everything; the path of the project file.
+    """Simulate all scans of a twin and write everything.
 
-    Scans that are there and whole stay as they are, and if that is all of them so do the tables and
-    the project file. Otherwise the project file goes first and comes last: what is interrupted
-    leaves no project, and another call goes on with it.
+    Scans that are there and whole stay as they are, and if all of them are, so do the tables and
+    the project file. Otherwise the project file is removed first and written last: an interrupted
+    call leaves no project, and another call goes on with it.
 
     Parameters
     ----------
+    twin
+        The twin.
+    folder
+        Where it is written.
     progress
-        Told the scan's name, directions done and their number.
+        Called with the scan's name, directions done and their number.
     truth
         Points of each scan whose true place is kept.
+
+    Returns
+    -------
+    Path
+        The project file.
 
     Raises
     ------
@@ -88,7 +97,7 @@ def write_twin(
 
 
 def _clear(folder: Path, path: Path) -> None:
-    """Remove the project file, and what a killed simulation left half-written."""
+    """Remove the project file, and files that a killed simulation left half-written."""
     parts = [p for name in ("", "scans", "truth") for p in (folder / name).glob(".*.part")]
     try:
         for each in (path, *parts):
@@ -115,7 +124,7 @@ def _recipe(twin: Twin, number: int, truth: int) -> str:
 
 
 def _made(folder: Path, twin: Twin, number: int, recipe: str) -> int | None:
-    """The number of points of a scan that is there, whole and made in this way, else None."""
+    """Number of points of a scan that is there, whole and made in this way; None otherwise."""
     one = twin.scans[number]
     try:
         with (
@@ -152,7 +161,13 @@ def _write_scan(
     truth: int,
     recipe: str,
 ) -> int:
-    """One scan and its truth; the number of its points."""
+    """Write one scan and its truth.
+
+    Returns
+    -------
+    int
+        The number of its points.
+    """
     one = twin.scans[number]
     header = CloudHeader(one.name, _FIELDS, step=STEP)
     keeper = _Keeper(truth, child_rng(twin.seed, "truth"))
@@ -183,7 +198,7 @@ class _Keeper:
         )
 
     def take(self, block: SimulatedPoints) -> None:
-        """The points of a block; those with the smallest lots stay."""
+        """Take a block into account; the points with the smallest lots stay."""
         alone = np.flatnonzero(~block.mixed)
         lot = np.concatenate([self._lot, self._rng.random(len(alone))])
         keep = np.sort(np.argsort(lot)[: self._count])
@@ -194,14 +209,14 @@ class _Keeper:
         self.mixed += len(block) - len(alone)
 
     def packed(self, made: dict[str, Any]) -> bytes:
-        """Numbers in the file and world coordinates as npz, with how the scan was made."""
+        """Numbers in the file and world coordinates as npz, with the facts ``made`` of the scan."""
         buffer = BytesIO()
         np.savez(buffer, point=self._point, xyz=self._xyz, **made)
         return buffer.getvalue()
 
 
 def _title(twin: Twin, one: TwinScan) -> str:
-    """The scan's name in a project, where a station may have several."""
+    """Name of the scan in a project, where a station may have several."""
     alone = sum(other.station == one.station for other in twin.scans) == 1
     return one.station if alone or one.name == one.station else f"{one.station} {one.name}"
 
@@ -220,6 +235,7 @@ def project_text(twin: Twin) -> str:
 
 
 def _station_sections(twin: Twin) -> Iterator[str]:
+    """A section of the project file for each station."""
     arms = twin.facts.get("lever_arms", {})
     for station in twin.stations:
         text = f"[stations.{station.name}]\nlevelled = {str(station.levelled).lower()}\n"

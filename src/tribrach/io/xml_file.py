@@ -1,7 +1,7 @@
-"""How is an XML file read without letting it read anything else?
+"""Reads XML files, without letting them make the parser read anything else.
 
-No entities, no network, no external DTD, no huge trees, and a size limit: a survey file needs
-none of them.
+No entities, no network, no external DTD, no huge trees, and a size limit: a survey file needs none
+of them.
 """
 
 from __future__ import annotations
@@ -53,13 +53,15 @@ def load(path: Path, root: str, *others: str) -> etree._Element:
 
     Parameters
     ----------
+    path
+        The file.
     root, others
         Names that the root element may have.
 
     Raises
     ------
     InputError
-        Unreadable, empty, not well-formed, wrong encoding, declares entities, or has another root
+        Unreadable, empty, not well-formed, in a wrong encoding, with entities, or with another root
         element.
     """
     data = read_bytes(path)

@@ -1,11 +1,21 @@
 """COPC 1.0: LAZ whose chunks are the nodes of an octree, so that viewers load what they show.
 
 The format is that of https://copc.io: point records 6 or 7, the record ``copc`` 1 first in the
-file, chunks of variable size, the hierarchy as extended record ``copc`` 1000 behind them. Fields,
-steps, offsets and facts are those of LAS. The order of points is that of the octree.
+file, chunks of variable size, the hierarchy as extended record ``copc`` 1000 after them. Fields,
+steps, offsets and facts are those of LAS. The order of points is that of the octree. The same
+points in the same order give the same bytes.
 
-The tree can only be built once all points are known: they are spooled beside the destination
-first. The same points in the same order give the same bytes.
+**The octree.** Each point goes into the coarsest node in which its cell of a grid of 128 x 128 x
+128 is still free; the first point in the file's order wins a cell. Two departures keep the number
+of nodes small: a node that few points reach keeps them all, and a child that would get very few
+leaves them to its parent. Places are integers: parts of the root's side, 2^31 of them, so that the
+path of a point down the tree is in its bits and nothing depends on rounding.
+
+**Clouds larger than memory.** The tree can only be built once all points are known, so they are
+spooled beside the destination first (:class:`PointSpool`). Nodes that very many points reach
+(the upper nodes of :class:`OctreeDivision`) take theirs in one pass over the whole cloud, with a
+bit for each cell; the remaining subtrees (tiles) are small enough to be built one after the other
+in memory.
 """
 
 from __future__ import annotations
@@ -33,70 +43,67 @@ from tribrach.io.clouds.staged import Staged
 
 __all__ = ["Cube", "subtree"]
 
-# The octree of a COPC file: which point goes into which node?
-#
-# Each point takes the coarsest node in which its cell of a grid of 128 x 128 x 128 is still
-# free; the first point in the file's order wins a cell. Two departures keep the number of nodes
-# small: a node that few points reach keeps them all, and a child that would get very few leaves
-# them to its parent.
-#
-# Clouds larger than memory are divided first: nodes that very many points reach (`Plan.upper`) take
-# theirs in one pass over the whole cloud, with a bit for each cell; the remaining subtrees (tiles)
-# are small enough to be made one after the other in memory.
-#
-# Places are integers: parts of the root's side, 2^31 of them, so that the path of a point down the
-# tree is in its bits and nothing depends on rounding.
-
-
 Places = NDArray[np.int32]
-
+Records = NDArray[np.void]
 
 #: bits of a place; the grid within a node takes the last of them
 _BITS, _GRID_BITS = 31, 7
-
-
 #: cells of a node along each axis
 GRID = 1 << _GRID_BITS
-
-
 #: words of 32 bits that hold a bit for each cell of a node
 _WORDS = GRID**3 // 32
-
-
 #: nodes that at most so many points reach keep them
 _LEAF = 30_000
-
-
 #: children with fewer points leave them to their parent
 _FEW = 1_000
-
-
 #: levels over which points are counted before the cloud is divided
 _COUNTED = 7
+#: points of a block of the spool, and of a subtree that is built in memory
+_BLOCK, _TILE = 500_000, 1_000_000
+#: bytes of the record ``copc`` 1 and of the offset before the first chunk
+_INFO_BYTES, _TABLE_OFFSET = 160, 8
+#: head of an extended record, and an entry of the hierarchy
+_EVLR = struct.Struct("<H16sHQ32s")
+_ENTRY = np.dtype([("key", "<i4", 4), ("offset", "<u8"), ("size", "<i4"), ("points", "<i4")])
 
 
 @dataclass(frozen=True)
 class Cube:
-    """The root node in integer coordinates: its lowest corner (3,) and its side, in steps."""
+    """The root node in integer coordinates, in steps.
+
+    Attributes
+    ----------
+    corner : (3,)
+        Lowest corner.
+    side
+        Length of its sides.
+    """
 
     corner: Index
     side: int
 
     @classmethod
     def around(cls, low: Index, high: Index) -> Cube:
-        """The smallest cube with the lowest corner of a box, at least a step large.
+        """The smallest cube at the lowest corner of a box, at least one step large.
 
-        No larger: some readers take the cube from the bounds in the header.
+        It is no larger, because some readers take the cube from the bounds in the header.
+
+        Parameters
+        ----------
+        low, high : (3,)
+            Corners of the box.
         """
         return cls(low, max(int((high - low).max()), 1))
 
     @property
     def deepest(self) -> int:
-        """The level whose cells are no larger than a step: no point of it could be parted."""
+        """The level whose cells are no larger than a step: nothing could be divided further
+        there.
+        """
         return min(max((self.side - 1).bit_length() - _GRID_BITS, 0), _BITS - _GRID_BITS)
 
     def places(self, x: NDArray[Any], y: NDArray[Any], z: NDArray[Any]) -> Places:
-        """Places (n, 3) of points by their integer coordinates."""
+        """Places (n, 3) of points by their integer coordinates (n,)."""
         out = np.empty((len(x), 3), dtype=np.int32)
         for k, column in enumerate((x, y, z)):
             _place(column, self.corner[k], self.side, out[:, k])
@@ -107,19 +114,38 @@ class Cube:
 class Nodes:
     """Nodes in the order of their points.
 
-    keys (m, 4) : level, x, y, z; ends (m,) : number of the point after the last of each.
+    Attributes
+    ----------
+    keys : (m, 4)
+        Level, x, y, z.
+    ends : (m,)
+        Number of points up to the end of each node.
     """
 
     keys: NDArray[np.int32]
     ends: Index
 
 
-class OctreePlan:
-    """How a cloud is divided: upper nodes that are filled in passing, and tiles below them.
+class OctreeDivision:
+    """How a cloud is divided: upper nodes that are filled in one pass, and tiles below them.
 
-    counts (128, 128, 128) : points in each cell of the root's grid, x first; tile : points that a
-    tile may have; deepest : level that is not divided any more. Buckets are the ``upper`` nodes,
-    level by level, and then the tiles; ``keys`` (m, 4) : level, x, y, z of each bucket's node.
+    Buckets are the upper nodes, level by level, and then the tiles.
+
+    Parameters
+    ----------
+    counts : (128, 128, 128)
+        Points in each cell of the root's grid, x first.
+    tile
+        Points that a tile may have.
+    deepest
+        Level that is not divided any more.
+
+    Attributes
+    ----------
+    upper
+        How many upper nodes there are.
+    keys : (m, 4)
+        Level, x, y, z of each bucket's node.
     """
 
     def __init__(self, counts: Index, tile: int, deepest: int) -> None:
@@ -144,25 +170,39 @@ class OctreePlan:
 
     @staticmethod
     def count(places: Places, counts: Index) -> None:
-        """Add points to the counts that a plan is made from."""
+        """Add points, by their places (n, 3), to the counts that a division is made from."""
         _count(places, counts)
 
     @staticmethod
     def no_counts() -> Index:
-        """Counts to begin with."""
+        """Counts of a cloud without points."""
         return np.zeros((1 << _COUNTED,) * 3, dtype=np.int64)
 
     def buckets(self, places: Places) -> NDArray[np.int32]:
-        """Bucket (n,) of the next points of the cloud; cells that they take stay taken."""
+        """Bucket (n,) of the next points of the cloud; the cells that they take stay taken."""
         out = np.empty(len(places), dtype=np.int32)
         _descend(places, self._table, self._starts, self._cells, out)
         return out
 
 
 def subtree(places: Places, level: int, deepest: int) -> tuple[NDArray[np.int64], Nodes]:
-    """The nodes of a tile whose own node is of this level, and the order (n,) of its points.
+    """The nodes of a tile, depth first; the points of a node keep their order.
 
-    Nodes come depth first, points of a node in the order given.
+    Parameters
+    ----------
+    places : (n, 3)
+        Of the points of the tile.
+    level
+        Of the tile's own node.
+    deepest
+        Level that is not divided any more.
+
+    Returns
+    -------
+    order : (n,)
+        Indices of the points in the order of the nodes.
+    nodes : Nodes
+        Keys and ends.
     """
     bound = (_BITS + 1) * (len(places) // _FEW + 1)
     order = np.arange(len(places))
@@ -175,7 +215,7 @@ def subtree(places: Places, level: int, deepest: int) -> tuple[NDArray[np.int64]
 
 
 def _coarser(counts: Index, steps: int) -> Index:
-    """Counts in cells 2^steps as large."""
+    """Counts in cells that are 2^steps as large."""
     size = len(counts) >> steps
     cells = counts.reshape(size, 1 << steps, size, 1 << steps, size, 1 << steps)
     summed: Index = cells.sum(axis=(1, 3, 5))
@@ -200,6 +240,7 @@ def _place(column, corner, side, out):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def _count(places, counts):  # type: ignore[no-untyped-def]
+    """Count points (n, 3) in the cells of the root's grid."""
     shift = _BITS - _COUNTED
     for n in range(len(places)):
         counts[places[n, 0] >> shift, places[n, 1] >> shift, places[n, 2] >> shift] += 1
@@ -207,7 +248,7 @@ def _count(places, counts):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True, inline="always")
 def _takes(place, level, cells):  # type: ignore[no-untyped-def]
-    """Take the cell of a place in a node of this level; False if it was taken."""
+    """Take the cell of a place in a node of this level; False if it was taken before."""
     shift = _BITS - _GRID_BITS - level
     cell = 0
     for k in range(3):
@@ -239,7 +280,13 @@ def _descend(places, table, starts, cells, out):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def _grow(places, level, deepest, order, levels, ends):  # type: ignore[no-untyped-def]
-    """Divide a tile depth first; the number of nodes, written with their ends and the order."""
+    """Divide a tile depth first; nodes, their ends and the order are written into the arguments.
+
+    Returns
+    -------
+    int
+        The number of nodes.
+    """
     cells, scratch = np.empty(_WORDS, dtype=np.uint32), np.empty_like(order)
     part = np.empty(len(order), dtype=np.uint8)
     stack = [(0, len(order), level)]
@@ -263,7 +310,9 @@ def _grow(places, level, deepest, order, levels, ends):  # type: ignore[no-untyp
 
 @njit(cache=True, nogil=True)
 def _shares(places, level, order, cells, part):  # type: ignore[no-untyped-def]
-    """Part of each point, 0 for the node itself, 1 to 8 for its children, and their sizes (9,)."""
+    """Part of each point (0 for the node itself, 1 to 8 for its children) and the sizes (9,) of
+    parts.
+    """
     sizes = np.zeros(9, dtype=np.int64)
     shift = _BITS - 1 - level
     for n in range(len(order)):
@@ -288,7 +337,7 @@ def _shares(places, level, order, cells, part):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def _sorted_by_part(order, part, sizes, scratch):  # type: ignore[no-untyped-def]
-    """Sort by part, keeping the order within each."""
+    """Sort the order by part, stable within each part."""
     at = np.cumsum(sizes) - sizes
     for n in range(len(order)):
         scratch[at[part[n]]] = order[n]
@@ -296,21 +345,19 @@ def _sorted_by_part(order, part, sizes, scratch):  # type: ignore[no-untyped-def
     order[:] = scratch[: len(order)]
 
 
-# Packed points on disk beside a file in the making, and their division into buckets in place.
-#
-# Only a block of points is in memory at a time. The division sorts each block by bucket where it
-# lies; a bucket is then a run of points in every block.
-
-
-Records = NDArray[np.void]
-
-
-#: points of a block
-_BLOCK = 500_000
-
-
 class PointSpool:
-    """Points of one structured type in a hidden file beside ``path``, in the order they came.
+    """Points of one structured type in a hidden file beside the destination, in the order they
+    came.
+
+    Only a block of points is in memory at a time. :meth:`divide` sorts each block by bucket in its
+    place; a bucket is then a run of points in every block.
+
+    Parameters
+    ----------
+    path
+        The destination.
+    kind
+        Type of a point.
 
     Raises
     ------
@@ -324,7 +371,13 @@ class PointSpool:
         self._runs = np.zeros((0, 1), dtype=np.int64)
 
     def append(self, records: Records) -> None:
-        """Points (n,) after those that are there; OSError if the disk is full."""
+        """Append points (n,).
+
+        Raises
+        ------
+        OSError
+            The disk is full.
+        """
         self._staged.file.write(np.ascontiguousarray(records).view(np.uint8).data)
         self._points += len(records)
 
@@ -334,20 +387,22 @@ class PointSpool:
             yield self._read(start, min(_BLOCK, self._points - start))
 
     def divide(self, bucket: Callable[[Records], NDArray[np.int32]], number: int) -> None:
-        """Sort the points of each block by bucket, 0 to number - 1, keeping their order in each.
+        """Sort the points of each block by bucket, stable within each.
 
         Parameters
         ----------
         bucket
-            The bucket (n,) of each point of a block; blocks come in order.
+            Gives the bucket (n,) of each point of a block; blocks come in order.
+        number
+            How many buckets there are.
         """
         runs = []
         for n, records in enumerate(self.blocks()):
-            own = bucket(records)
+            buckets = bucket(records)
             self._staged.file.seek(n * _BLOCK * self._kind.itemsize)
-            in_order = records.take(np.argsort(own, kind="stable"))
+            in_order = records.take(np.argsort(buckets, kind="stable"))
             self._staged.file.write(in_order.view(np.uint8).data)
-            sizes = np.bincount(own, minlength=number)
+            sizes = np.bincount(buckets, minlength=number)
             runs.append(n * _BLOCK + np.concatenate([[0], np.cumsum(sizes)]))
         self._runs = np.array(runs, dtype=np.int64).reshape(-1, number + 1)
 
@@ -367,7 +422,13 @@ class PointSpool:
         self._staged.discard()
 
     def _read(self, start: int, size: int) -> Records:
-        """Points from a place on; OSError if the file was cut meanwhile."""
+        """Some points from a place on.
+
+        Raises
+        ------
+        OSError
+            The file was cut in the meantime.
+        """
         self._staged.file.seek(start * self._kind.itemsize)
         data = self._staged.file.read(size * self._kind.itemsize)
         if len(data) != size * self._kind.itemsize:
@@ -375,22 +436,13 @@ class PointSpool:
         return np.frombuffer(data, dtype=self._kind)
 
 
-#: points of a subtree that is built in memory
-_TILE = 1_000_000
-
-
-#: bytes of the record ``copc`` 1 and of the offset before the first chunk
-_INFO_BYTES, _TABLE_OFFSET = 160, 8
-
-
-_EVLR = struct.Struct("<H16sHQ32s")
-
-
-_ENTRY = np.dtype([("key", "<i4", 4), ("offset", "<u8"), ("size", "<i4"), ("points", "<i4")])
-
-
 class CopcWriter(LasRecords):
     """Takes points chunk by chunk; builds the octree and writes the file when the block ends.
+
+    Parameters
+    ----------
+    path, header
+        The file and its header.
 
     Raises
     ------
@@ -412,7 +464,13 @@ class CopcWriter(LasRecords):
         self._times = [np.nan, np.nan]
 
     def write(self, xyz: Array, values: Mapping[str, NDArray[Any]]) -> None:
-        """Append points (n, 3) [m] and their values."""
+        """Append points (n, 3) [m] and their values (n,) by name of the field.
+
+        Raises
+        ------
+        InputError
+            Coordinates beyond the integers of the step.
+        """
         if len(xyz) == 0:
             return
         record = self.record(xyz, values)
@@ -444,7 +502,7 @@ class CopcWriter(LasRecords):
             self._staged.discard()
 
     def _finish(self) -> None:
-        """Everything from the header to the hierarchy."""
+        """Write everything from the header to the hierarchy."""
         las, file = self._las, self._staged.file
         if las.point_count == 0:
             las.mins, las.maxs = np.zeros(3), np.zeros(3)
@@ -471,17 +529,17 @@ class CopcWriter(LasRecords):
 
     def _write_nodes(self, cube: Cube, laz: Any) -> NDArray[np.int32]:
         """Compress all nodes; their keys (m, 4) in the order of the chunks."""
-        counts = OctreePlan.no_counts()
+        counts = OctreeDivision.no_counts()
         for records in self._spool.blocks():
-            OctreePlan.count(_places(cube, records), counts)
-        plan = OctreePlan(counts, _TILE, cube.deepest)
-        self._spool.divide(lambda block: plan.buckets(_places(cube, block)), len(plan.keys))
+            OctreeDivision.count(_places(cube, records), counts)
+        division = OctreeDivision(counts, _TILE, cube.deepest)
+        self._spool.divide(lambda block: division.buckets(_places(cube, block)), len(division.keys))
         compressor = lazrs.ParLasZipCompressor(self._staged.file, laz)
         compressor.reserve_offset_to_chunk_table()
         keys = [np.zeros((0, 4), dtype=np.int32)]
-        for number, key in enumerate(plan.keys):
+        for number, key in enumerate(division.keys):
             records = self._spool.bucket(number)
-            if number < plan.upper:
+            if number < division.upper:
                 nodes, ends = key[None], np.array([len(records)])
             elif len(records):
                 order, tree = subtree(_places(cube, records), int(key[0]), cube.deepest)
@@ -494,14 +552,8 @@ class CopcWriter(LasRecords):
         return np.concatenate(keys)
 
     def _info(self, cube: Cube, end: int, size: int) -> bytes:
-        """The record ``copc`` 1.
-
-        Parameters
-        ----------
-        end
-            Where the extended record begins.
-        size
-            Of its page.
+        """The record ``copc`` 1; the page of the hierarchy lies at ``end`` and has ``size``
+        bytes.
         """
         step, offset = self._header.step, np.asarray(self._header.offset, dtype=float)
         half = cube.side * step / 2
@@ -513,11 +565,12 @@ class CopcWriter(LasRecords):
 
 
 def _places(cube: Cube, records: Records) -> NDArray[np.int32]:
+    """Places (n, 3) of packed records."""
     return cube.places(records["X"], records["Y"], records["Z"])
 
 
 def _parts(records: Records, ends: NDArray[np.int64]) -> list[memoryview]:
-    """The bytes of points up to each end."""
+    """The bytes of the points of each node."""
     data = records.view(np.uint8).data
     size = records.itemsize
     starts = [0, *ends[:-1].tolist()]
@@ -529,10 +582,12 @@ def _hierarchy(keys: NDArray[np.int32], chunks: Sequence[tuple[int, int]], start
 
     Parameters
     ----------
+    keys : (m, 4)
+        Nodes in the order of the chunks.
     chunks
         Points and bytes of each.
     start
-        Of the point data.
+        Of the point data in the file.
     """
     page = np.zeros(max(len(keys), 1), dtype=_ENTRY)  # a cloud without points has an empty root
     if len(keys):
@@ -544,7 +599,7 @@ def _hierarchy(keys: NDArray[np.int32], chunks: Sequence[tuple[int, int]], start
 
 @contextmanager
 def _disk(path: Path) -> Iterator[None]:
-    """What the disk refuses, as a sentence."""
+    """Turn what the disk refuses into an InputError."""
     try:
         yield
     except (OSError, lazrs.LazrsError) as error:

@@ -1,9 +1,17 @@
-"""E57: one scan in its scanner frame with its pose, coordinates as integers of a stated step.
+"""E57: writes one scan with its pose, and copies files with new poses.
 
-What the standard has no column for goes into columns of the extension ``trb``: sigmas as single
-precision, others in their own type; ``trb:descriptions`` says what they are, ``trb:facts`` holds
-epoch and facts as JSON. The same points and header give the same bytes: identifiers are made
-from the content and no clock goes in. ``return_number`` is stored from 0.
+**Writing.** A scan stays in its scanner frame with its pose, coordinates as integers of a stated
+step. Fields for which the standard has no column go into columns of the extension ``trb``: sigmas
+as single precision, others in their own type; ``trb:descriptions`` says what they are,
+``trb:facts`` holds epoch and facts as JSON. The same points and header give the same bytes:
+identifiers are made from the content and no date is written. ``return_number`` is stored from 0.
+
+**Copying** (:func:`copy_with_poses`). Only the XML section changes. Points and images lie in pages
+before it; these are copied byte for byte, their checksums verified on the way. The new XML takes
+the place of the old one, or comes at the end of the file where the old one is not last. Poses of
+pictures are in the world of the poses of the scans. A picture that names a scan (its
+``associatedData3DGuid``) moves with it by new times old inverse, so that it still lies on the
+points; one that names none moves with the only scan of its file, and stays where there are several.
 """
 
 from __future__ import annotations
@@ -48,25 +56,57 @@ from tribrach.scan.scan import Field
 
 __all__ = ["copy_with_poses"]
 
-# New poses in the XML section of an E57 file, of scans and of the pictures that hang on them.
-#
-# Poses of pictures are in the world of the poses of the scans. A picture that names a scan (its
-# ``associatedData3DGuid``) moves with it by new times old inverse, so that it still lies on the
-# points; one that names none moves with the only scan of its file, and stays where there are
-# several.
-
-
-#: representations of a picture that lie somewhere; a visual reference does not
+#: representations of a picture that have a place; a visual reference does not
 _PLACED = ("pinholeRepresentation", "sphericalRepresentation", "cylindricalRepresentation")
+#: pages copied at a time, 4 MB
+_POSE_BLOCK = 4096
+_DECLARATION = b'<?xml version="1.0" encoding="UTF-8"?>\n'
+#: extensions: prefix and name
+_OURS = ("trb", "urn:tribrach:e57:1")
+_NORMALS = ("nor", "http://www.libe57.org/E57_NOR_surface_normals.txt")
+_AXES = ("cartesianX", "cartesianY", "cartesianZ")
+_RGB = {"red": "colorRed", "green": "colorGreen", "blue": "colorBlue"}
+_COLOUR_ENDS = (("Minimum", 0), ("Maximum", 65535))
+#: column and integer type or precision by name of a field
+_KNOWN = {
+    "intensity": ("intensity", "float32"),
+    **{ours: (theirs, "uint16") for ours, theirs in _RGB.items()},
+    "time": ("timeStamp", "float64"),
+    "return_number": ("returnIndex", "uint8"),
+    "number_of_returns": ("returnCount", "uint8"),
+    "row": ("rowIndex", "int32"),
+    "column": ("columnIndex", "int32"),
+    **{f"normal_{a}": (f"nor:normal{a.upper()}", "float32") for a in "xyz"},
+}
+#: buffers that pye57 takes by type; other integers go through "q", for "l" is 32 bits to it
+_BUFFERS = {"int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "float32": "f", "float64": "d"}
+#: largest number of steps of a coordinate
+_REACH = 2**31 - 1
+#: points handed to libE57 at a time
+_BLOCK = 100_000
 
 
 def replace_poses(root: etree._Element, poses: Mapping[int, Pose], source: Path) -> tuple[str, ...]:
-    """Put poses, world from scanner by index of the scan, into a tree; what is to be said of it.
+    """Put new poses of scans, and of the pictures that belong to them, into the tree of a file.
+
+    Parameters
+    ----------
+    root
+        Root of the XML section.
+    poses
+        World from scanner by index of the scan.
+    source
+        Of the file, for messages.
+
+    Returns
+    -------
+    tuple of str
+        Sentences about pictures that could not follow.
 
     Raises
     ------
     InputError
-        A scan that the file has not.
+        The file has no scan of this index.
     """
     scans = _children(root, "data3D")
     moves: dict[int, tuple[Pose, Pose]] = {}
@@ -76,10 +116,10 @@ def replace_poses(root: etree._Element, poses: Mapping[int, Pose], source: Path)
                 f"the file has {len(scans)} scans, none is number {index + 1}", file=source
             )
         moves[index] = (pose_of(scans[index], []) or Pose.identity(), pose)
-    said = _move_pictures(root, scans, moves)
+    sentences = _move_pictures(root, scans, moves)
     for index, pose in poses.items():
         _set_pose(scans[index], pose, before=child(scans[index], "points"))
-    return said
+    return sentences
 
 
 def _move_pictures(
@@ -87,20 +127,26 @@ def _move_pictures(
     scans: Sequence[etree._Element],
     moves: Mapping[int, tuple[Pose, Pose]],
 ) -> tuple[str, ...]:
-    """Pictures follow their scans; a sentence if some cannot."""
+    """Move pictures with their scans.
+
+    Returns
+    -------
+    tuple of str
+        A sentence if some cannot be moved.
+    """
     guids = [_text(scan, "guid") for scan in scans]
     stay = 0
     for picture in _children(root, "images2D"):
         named = _text(picture, "associatedData3DGuid")
-        found = [k for k, guid in enumerate(guids) if guid == named] if named else []
+        owners = [k for k, guid in enumerate(guids) if guid == named] if named else []
         if not named and len(scans) == 1:
-            found = [0]
+            owners = [0]
         pose = pose_of(picture, [])
         if pose is None and all(child(picture, kind) is None for kind in _PLACED):
             continue
-        if len(found) == 1 and found[0] in moves:
-            _set_pose(picture, _moved(pose or Pose.identity(), *moves[found[0]]), before=None)
-        elif len(found) != 1:
+        if len(owners) == 1 and owners[0] in moves:
+            _set_pose(picture, _moved(pose or Pose.identity(), *moves[owners[0]]), before=None)
+        elif len(owners) != 1:
             stay += 1
     if not stay:
         return ()
@@ -123,12 +169,12 @@ def _children(root: etree._Element, name: str) -> list[etree._Element]:
 
 def _text(element: etree._Element, name: str) -> str:
     """The text of a child; "" if there is none."""
-    found = child(element, name)
-    return "" if found is None else (found.text or "").strip()
+    named = child(element, name)
+    return "" if named is None else (named.text or "").strip()
 
 
 def _set_pose(owner: etree._Element, pose: Pose, before: etree._Element | None) -> None:
-    """Put a pose into a scan or picture, in the place of the old one."""
+    """Put a pose into a scan or picture, replacing the old one."""
     element = child(owner, "pose")
     if element is None:
         element = _structure(owner, "pose", before=before)
@@ -144,7 +190,7 @@ def quaternion(pose: Pose) -> list[float]:
 
 
 def _numbers(pose: etree._Element, name: str, values: Mapping[str, float]) -> None:
-    """One part of a pose, in the place of the old one."""
+    """Put one part of a pose, replacing the old one."""
     old = child(pose, name)
     if old is None:
         part = _structure(pose, name, before=None)
@@ -176,7 +222,15 @@ def _tag(near: etree._Element, name: str) -> str:
 
 
 def replace_crs(root: etree._Element, crs: str) -> None:
-    """Put the reference system into a tree."""
+    """Put the reference system into the tree of a file.
+
+    Parameters
+    ----------
+    root
+        Root of the XML section.
+    crs
+        WKT.
+    """
     element = child(root, "coordinateMetadata")
     if element is None:
         element = etree.Element(_tag(root, "coordinateMetadata"), type="String")
@@ -191,36 +245,31 @@ def replace_crs(root: etree._Element, crs: str) -> None:
     element.text = etree.CDATA(crs) if "]]>" not in crs else crs
 
 
-# A copy of an E57 file in which only the poses of its scans are others.
-#
-# Points and images lie in pages before the XML section; these are copied byte for byte, their
-# checksums verified on the way. The new XML takes the place of the old one, or comes at the end of
-# the file where the old one is not last.
-
-
-#: pages copied at a time, 4 MB
-_POSE_BLOCK = 4096
-
-
-_DECLARATION = b'<?xml version="1.0" encoding="UTF-8"?>\n'
-
-
 def copy_with_poses(
     source: Path, destination: Path, poses: Mapping[int, Pose], crs: str | None
 ) -> tuple[str, ...]:
-    """Write a copy of an E57 file with these poses, world from scanner, by index of the scan.
+    """Write a copy of an E57 file with new poses.
+
+    Pictures move with the scan that they belong to; everything else passes through.
 
     Parameters
     ----------
+    source, destination
+        The two files.
+    poses
+        World from scanner by index of the scan.
     crs
-        WKT that replaces ``coordinateMetadata``; the old text stays if it is None. Pictures move
-        with the scan that they hang on; everything else passes through. Returns sentences about
-        what could not follow.
+        WKT that replaces ``coordinateMetadata``; None keeps the old text.
+
+    Returns
+    -------
+    tuple of str
+        Sentences about pictures that could not follow.
 
     Raises
     ------
     InputError
-        No E57 file, truncated, damaged, a scan that it has not, or nowhere to write.
+        Not an E57 file, truncated, damaged, without a scan of such an index, or nowhere to write.
     """
     try:
         file = source.open("rb")
@@ -231,18 +280,18 @@ def copy_with_poses(
     with file:
         header = read_header(file, source)
         root = parse(read_xml(file, header, source), source)
-        said = replace_poses(root, poses, source)
+        sentences = replace_poses(root, poses, source)
         if crs is not None:
             replace_crs(root, crs)
         xml = _DECLARATION + etree.tostring(root, encoding="UTF-8", xml_declaration=False)
         xml += b" " * (-len(xml) % 4)  # the standard wants multiples of four
         with Staged(destination) as staged:
             _write(file, header, xml, staged.file, source)
-    return said
+    return sentences
 
 
 def _write(file: BinaryIO, header: Header, xml: bytes, out: BinaryIO, source: Path) -> None:
-    """The pages before the XML, the XML, and the header again."""
+    """Write the pages before the XML, the XML, and the header again."""
     start = header.xml_start if header.xml_is_last else header.physical_length // PAGE * PAYLOAD
     whole, rest = divmod(start, PAYLOAD)
     first = _copy(file, out, whole, source)
@@ -263,7 +312,13 @@ def _write(file: BinaryIO, header: Header, xml: bytes, out: BinaryIO, source: Pa
 
 
 def _copy(file: BinaryIO, out: BinaryIO, count: int, source: Path) -> bytes:
-    """Copy pages from the beginning; the first of them."""
+    """Copy pages from the beginning.
+
+    Returns
+    -------
+    bytes
+        The first of them.
+    """
     first = b""
     for done in range(0, count, _POSE_BLOCK):
         data = _pages(file, done, min(_POSE_BLOCK, count - done), source)
@@ -273,7 +328,7 @@ def _copy(file: BinaryIO, out: BinaryIO, count: int, source: Path) -> bytes:
 
 
 def _pages(file: BinaryIO, first: int, count: int, source: Path) -> bytes:
-    """Verified pages of a file."""
+    """Some pages of a file, verified."""
     file.seek(first * PAGE)
     data = file.read(count * PAGE)
     if len(data) < count * PAGE:
@@ -282,45 +337,21 @@ def _pages(file: BinaryIO, first: int, count: int, source: Path) -> bytes:
     return data
 
 
-_OURS = ("trb", "urn:tribrach:e57:1")
-
-
-_NORMALS = ("nor", "http://www.libe57.org/E57_NOR_surface_normals.txt")
-
-
-_AXES = ("cartesianX", "cartesianY", "cartesianZ")
-
-
-_RGB = {"red": "colorRed", "green": "colorGreen", "blue": "colorBlue"}
-
-
-#: column and integer type or precision by name of a field
-_KNOWN = {
-    "intensity": ("intensity", "float32"),
-    **{ours: (theirs, "uint16") for ours, theirs in _RGB.items()},
-    "time": ("timeStamp", "float64"),
-    "return_number": ("returnIndex", "uint8"),
-    "number_of_returns": ("returnCount", "uint8"),
-    "row": ("rowIndex", "int32"),
-    "column": ("columnIndex", "int32"),
-    **{f"normal_{a}": (f"nor:normal{a.upper()}", "float32") for a in "xyz"},
-}
-
-
-#: buffers that pye57 takes by type; other integers go through "q", for "l" is 32 bits to it
-_BUFFERS = {"int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "float32": "f", "float64": "d"}
-
-
-_REACH = 2**31 - 1
-
-
-#: points handed to libE57 at a time
-_BLOCK = 100_000
-
-
 @dataclass(frozen=True)
 class _Column:
-    """A field's column: path in the file, type there, buffer that is filled for every block."""
+    """A field's column.
+
+    Attributes
+    ----------
+    field
+        The field.
+    path
+        Name of the column in the file.
+    dtype
+        Type of the column.
+    buffer
+        Memory that is filled for every block.
+    """
 
     field: Field
     path: str
@@ -330,6 +361,11 @@ class _Column:
 
 class E57Writer:
     """Writes points chunk by chunk, in the scanner frame where the header has a pose.
+
+    Parameters
+    ----------
+    path, header
+        The file and its header.
 
     Raises
     ------
@@ -354,7 +390,7 @@ class E57Writer:
             raise
 
     def _begin(self) -> None:
-        """The tree down to the points."""
+        """Build the tree down to the points."""
         image, root = self._image, self._image.root()
         image.extensionsAdd("", libe57.E57_V1_0_URI)
         for prefix, uri in (_NORMALS, _OURS):
@@ -383,7 +419,7 @@ class E57Writer:
         self._writer = points.writer(buffers)
 
     def _prototype(self) -> Any:
-        """What a record looks like."""
+        """The structure of a record."""
         out = libe57.StructureNode(self._image)
         header = self._header
         for axis, offset in zip(_AXES, header.offset, strict=True):
@@ -396,7 +432,7 @@ class E57Writer:
         return out
 
     def _node(self, column: _Column) -> Any:
-        """The type of a column."""
+        """The node that gives the type of a column."""
         if column.dtype.kind == "f":
             if column.dtype.itemsize == 8:
                 return libe57.FloatNode(self._image, 0.0, libe57.E57_DOUBLE)
@@ -407,7 +443,7 @@ class E57Writer:
         return libe57.IntegerNode(self._image, 0, int(limits.min), int(limits.max))
 
     def _buffers(self) -> Any:
-        """The memory that libE57 takes blocks from."""
+        """The memory from which libE57 takes blocks."""
         out = libe57.VectorSourceDestBuffer()
         paths = [*_AXES, *(c.path for c in self._columns)]
         arrays = [*self._whole, *(c.buffer for c in self._columns)]
@@ -416,12 +452,19 @@ class E57Writer:
         return out
 
     def write(self, xyz: Array, values: Mapping[str, NDArray[Any]]) -> None:
-        """Append points (n, 3) [m] and their values.
+        """Append points.
+
+        Parameters
+        ----------
+        xyz : (n, 3)
+            Coordinates [m].
+        values
+            (n,) by name of the field.
 
         Raises
         ------
         InputError
-            Coordinates beyond the integers of the step, several values per point.
+            Coordinates beyond the integers of the step, or several values per point.
         """
         for first in range(0, len(xyz), _BLOCK):
             part = slice(first, first + _BLOCK)
@@ -430,7 +473,13 @@ class E57Writer:
                 self._writer.write(count)
 
     def _fill(self, xyz: Array, values: Mapping[str, NDArray[Any]]) -> int:
-        """One block into the buffers."""
+        """Put one block into the buffers.
+
+        Returns
+        -------
+        int
+            The number of points.
+        """
         n, step, offset = len(xyz), self._header.step, self._header.offset
         steps = np.rint((xyz - offset) / step)
         if not (np.abs(steps) <= _REACH).all():
@@ -457,16 +506,19 @@ class E57Writer:
         return given
 
     def _note(self, column: _Column, n: int) -> None:
-        """Keep the limits of columns whose limits the header of a scan has."""
+        """Keep the limits of columns whose limits the header of a scan states."""
         if column.path not in ("intensity", "rowIndex", "columnIndex"):
             return
-        some = column.buffer[:n][np.isfinite(column.buffer[:n])]
-        if len(some):
+        finite = column.buffer[:n][np.isfinite(column.buffer[:n])]
+        if len(finite):
             low, high = self._limits.get(column.path, (np.inf, -np.inf))
-            self._limits[column.path] = min(low, float(some.min())), max(high, float(some.max()))
+            self._limits[column.path] = (
+                min(low, float(finite.min())),
+                max(high, float(finite.max())),
+            )
 
     def _refuse(self, xyz: Array) -> None:
-        """Say which coordinates do not fit."""
+        """Raise the error that tells which coordinates do not fit."""
         if not np.isfinite(xyz).all():
             raise InputError("a coordinate is not a number", file=self._staged.path)
         far = float(np.abs(xyz - self._header.offset).max())
@@ -478,7 +530,7 @@ class E57Writer:
         )
 
     def _finish(self) -> None:
-        """What is known only after the last point."""
+        """Write what is known only after the last point: bounds and limits."""
         self._writer.close()
         ends = {}
         if np.isfinite(self._low).all():
@@ -508,7 +560,7 @@ class E57Writer:
         self._describe()
 
     def _describe(self) -> None:
-        """Descriptions, facts, and identifiers from everything that was written."""
+        """Write descriptions, facts, and identifiers made from everything that was written."""
         header = self._header
         own = [c for c in self._columns if c.path.startswith("trb:") and c.field.description]
         if own:
@@ -529,7 +581,7 @@ class E57Writer:
         return libe57.StringNode(self._image, text)
 
     def _numbers(self, path: str, values: Mapping[str, float], whole: bool = False) -> None:
-        """A structure of numbers in the scan, with the structures above it."""
+        """Put a structure of numbers into the scan, with the structures above it."""
         parts = path.split("/")
         for k in range(len(parts)):
             above = "/".join(parts[: k + 1])
@@ -545,7 +597,7 @@ class E57Writer:
 
     @contextmanager
     def _refusals(self) -> Iterator[None]:
-        """What libE57 raises, as a sentence."""
+        """Turn what libE57 raises into an InputError."""
         try:
             yield
         except libe57.E57Exception as error:
@@ -557,7 +609,7 @@ class E57Writer:
             ) from error
 
     def _discard(self) -> None:
-        """Leave nothing behind."""
+        """Remove what was written."""
         if self._image is not None:
             with suppress(libe57.E57Exception):
                 self._image.cancel()
@@ -585,11 +637,8 @@ class E57Writer:
         self._staged.commit()
 
 
-_COLOUR_ENDS = (("Minimum", 0), ("Maximum", 65535))
-
-
 def _columns(fields: tuple[Field, ...]) -> list[_Column]:
-    """A column for each field; those of the extension by names that XML takes."""
+    """A column for each field; those of the extension get names that are allowed in XML."""
     out: list[_Column] = []
     for field in fields:
         path, kind = _KNOWN.get(field.name, ("", field.dtype))

@@ -1,4 +1,4 @@
-"""The writer of a cloud by the suffix of its file, loaded for the first file of its format."""
+"""Chooses the writer of a cloud by the suffix of its file."""
 
 from __future__ import annotations
 
@@ -22,6 +22,13 @@ WRITERS: dict[str, tuple[str, str]] = {
 
 def create(path: Path, header: CloudHeader) -> CloudWriter:
     """A writer for a new cloud.
+
+    Parameters
+    ----------
+    path
+        The file; its suffix is one of :data:`WRITERS`.
+    header
+        Fields, coordinate step, frame and facts.
 
     Raises
     ------

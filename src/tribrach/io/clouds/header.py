@@ -20,6 +20,9 @@ from tribrach.scan.scan import Field
 
 __all__ = ["CloudHeader", "CloudWriter", "single_resolution", "step_for"]
 
+#: limits of the coordinate step [m]
+FINEST, COARSEST = 1e-6, 1e-3
+
 
 def _zeros() -> Array:
     return np.zeros(3)
@@ -27,21 +30,24 @@ def _zeros() -> Array:
 
 @dataclass(frozen=True)
 class CloudHeader:
-    """Header of a cloud on its way out.
+    """Header of a cloud that is to be written.
 
     Attributes
     ----------
+    name
+        Of the cloud.
     fields
-        What `write` will be given besides xyz.
+        Values that `write` will get besides the coordinates.
     step
-        Coordinate step on disk [m] of formats that store integers; offset (3,) [m] : stored
-        coordinates are relative to it.
+        Coordinate step on disk [m] of formats that store integers.
+    offset : (3,)
+        Stored coordinates are relative to it [m].
     crs
-        WKT.
+        WKT of the reference system, None for a local frame.
     epoch
         Decimal year of a dynamic frame.
     pose
-        Of formats that keep points in the scanner frame.
+        World from scanner, for formats that keep points in the scanner frame.
     facts
         Further strings that the format has room for.
     """
@@ -60,7 +66,15 @@ class CloudWriter(Protocol):
     """A file that takes points chunk by chunk."""
 
     def write(self, xyz: Array, values: Mapping[str, NDArray[Any]]) -> None:
-        """Append points (n, 3) [m], in the frame of the header, and their values by field name."""
+        """Append points.
+
+        Parameters
+        ----------
+        xyz : (n, 3)
+            Coordinates in the frame of the header [m].
+        values
+            (n,) by name of the field.
+        """
 
     def __enter__(self) -> Self:
         """The writer itself."""
@@ -71,20 +85,24 @@ class CloudWriter(Protocol):
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Finish and rename; or remove what was begun."""
-
-
-# How finely are coordinates kept, on disk and in memory?
-
-
-#: limits of the coordinate step [m]
-FINEST, COARSEST = 1e-6, 1e-3
+        """Finish and rename the file, or remove it after an exception."""
 
 
 def step_for(sigma: float) -> float:
-    """The largest step of 1, 2 or 5 times a power of ten that is at most a tenth of a sigma [m].
+    """Coordinate step that suits a standard deviation: a power of ten times 1, 2 or 5.
 
-    Rounding to it adds less than 0.05 % to that sigma. Within 1 micrometre and 1 millimetre.
+    It is at most a tenth of the standard deviation, so that rounding adds less than 0.05 %, and
+    lies between 1 micrometre and 1 millimetre.
+
+    Parameters
+    ----------
+    sigma
+        Standard deviation of a coordinate [m].
+
+    Returns
+    -------
+    float
+        Step [m].
     """
     wanted = min(max(sigma / 10, FINEST), COARSEST)
     decade = 10.0 ** np.floor(np.log10(wanted * (1 + 1e-9)))

@@ -1,7 +1,7 @@
 """LAS and LAZ 1.4: integers of a stated step, sigmas as described extra dimensions, CRS as WKT.
 
-The same points and header give the same bytes: no clock goes in. Epoch and facts travel as JSON in
-a record of their own (user id ``tribrach``, record 1).
+The same points and header give the same bytes: no date is written. Epoch and facts travel as JSON
+in a record of their own (user id ``tribrach``, record 1).
 """
 
 from __future__ import annotations
@@ -69,7 +69,9 @@ def _without_limits(las: laspy.LasHeader) -> None:
 
 
 def forget_date(file: BinaryIO) -> None:
-    """Zero the day of creation that laspy always writes: the same points are the same bytes."""
+    """Zero the day of creation that laspy always writes, so that the same points give the same
+    bytes.
+    """
     file.seek(_DATE)
     file.write(bytes(_DATE_BYTES))
 
@@ -92,9 +94,14 @@ def _stretch(header: CloudHeader) -> list[float] | None:
 
 
 class LasRecords:
-    """Points as the packed records of a file with this header.
+    """Points as the packed records of a file.
 
-    path : of the file, for messages.
+    Parameters
+    ----------
+    path
+        Of the file, for messages.
+    header
+        Of the file.
     """
 
     def __init__(self, path: Path, header: CloudHeader) -> None:
@@ -103,7 +110,14 @@ class LasRecords:
         self._las = las_header(header)
 
     def record(self, xyz: Array, values: Mapping[str, NDArray[Any]]) -> laspy.PackedPointRecord:
-        """The points as the format has them.
+        """Packed records of some points.
+
+        Parameters
+        ----------
+        xyz : (n, 3)
+            Coordinates [m].
+        values
+            (n,) by name of the field.
 
         Raises
         ------
@@ -139,7 +153,7 @@ class LasRecords:
             record[name] = column
 
     def _refuse(self, xyz: Array) -> None:
-        """Say which coordinates do not fit."""
+        """Raise the error that tells which coordinates do not fit."""
         if not np.isfinite(xyz).all():
             raise InputError("a coordinate is not a number", file=self._path)
         far = float(np.abs(xyz - self._header.offset).max())
@@ -152,7 +166,12 @@ class LasRecords:
 
 
 class LasWriter(LasRecords):
-    """Writes points chunk by chunk; compressed if the file is to be LAZ.
+    """Writes points chunk by chunk, compressed if the suffix of the file is ``.laz``.
+
+    Parameters
+    ----------
+    path, header
+        The file and its header.
 
     Raises
     ------
@@ -172,7 +191,13 @@ class LasWriter(LasRecords):
         )
 
     def write(self, xyz: Array, values: Mapping[str, NDArray[Any]]) -> None:
-        """Append points (n, 3) [m] and their values."""
+        """Append points (n, 3) [m] and their values (n,) by name of the field.
+
+        Raises
+        ------
+        InputError
+            Coordinates beyond the integers of the step.
+        """
         if len(xyz) == 0:
             return
         self._writer.write_points(self.record(xyz, values))
@@ -200,7 +225,7 @@ class LasWriter(LasRecords):
 
 @njit(cache=True, parallel=True, nogil=True)
 def _integers(xyz, offset, step, out):  # type: ignore[no-untyped-def]
-    """Steps from the offset, rounded to even; False if any does not fit 32 bits."""
+    """Steps from the offset, rounded to even; False if one does not fit 32 bits."""
     bad = 0
     for n in prange(len(xyz)):
         for k in range(3):

@@ -1,7 +1,7 @@
-"""PLY, binary little endian: coordinates in doubles, every field in its own type.
+"""PLY, binary little endian: coordinates as doubles, every field in its own type.
 
 Reference system, epoch and facts are comments ``key: value``; long values go on in further comments
-of the same key, because some readers take lines of 1 kB only.
+of the same key, because some readers take only lines of 1 kB.
 """
 
 from __future__ import annotations
@@ -42,6 +42,11 @@ _DIGITS, _VALUE = 15, 200
 class PlyWriter:
     """Writes points chunk by chunk; their number is put into the header at the end.
 
+    Parameters
+    ----------
+    path, header
+        The file and its header.
+
     Raises
     ------
     InputError
@@ -56,7 +61,14 @@ class PlyWriter:
         self._count = 0
 
     def write(self, xyz: Array, values: Mapping[str, NDArray[Any]]) -> None:
-        """Append points (n, 3) [m] and their values; a field that is absent is zero.
+        """Append points; a field without values is zero.
+
+        Parameters
+        ----------
+        xyz : (n, 3)
+            Coordinates [m].
+        values
+            (n,) or (n, k) by name of the field.
 
         Raises
         ------
@@ -83,7 +95,7 @@ class PlyWriter:
         self._count += len(xyz)
 
     def _begun(self, values: Mapping[str, NDArray[Any]]) -> np.dtype[Any]:
-        """The type of a record; the header is written once it is known."""
+        """The type of a record; writes the header at the first call, once the widths are known."""
         if self._dtype is None:
             types = dict.fromkeys("xyz", "<f8")
             for field in self._header.fields:
@@ -144,7 +156,7 @@ class PlyWriter:
 
 
 def _comments(header: CloudHeader) -> Iterator[str]:
-    """Name, reference system, epoch, facts and what fields mean, ASCII, in pieces."""
+    """Name, reference system, epoch, facts and descriptions of fields as lines of ASCII."""
     pairs = {"name": header.name}
     if header.crs is not None:
         pairs["crs"] = str(CRS.from_user_input(header.crs).to_wkt())

@@ -1,4 +1,4 @@
-"""A binary file that is whole or not there: written under a hidden name, renamed at the end."""
+"""A binary file that is either whole or absent: written under a hidden name, renamed at the end."""
 
 from __future__ import annotations
 
@@ -14,12 +14,17 @@ __all__ = ["Staged", "staged_name"]
 
 
 def staged_name(path: Path) -> Path:
-    """The hidden name beside the destination; a killed run leaves at most this one file."""
+    """The hidden name beside the destination; a killed run leaves at most this one file behind."""
     return path.with_name(f".{path.name}.part")
 
 
 class Staged:
-    """Context of a file being written; ``file`` is open for reading and writing.
+    """A file that is being written, as a context manager; ``file`` is open for reading and writing.
+
+    Parameters
+    ----------
+    path
+        The destination.
 
     Raises
     ------
