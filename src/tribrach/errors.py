@@ -3,6 +3,7 @@
 ```
 TribrachError
 ├── InputError          a file or a call is wrong (file, line, cure); the command line exits with 2
+│   └── UnknownName     nothing has the name that was asked for; also a KeyError
 └── AdjustmentError     the network cannot be adjusted as it stands
     ├── NoStartValues   unknowns that no observation ties to the rest
     ├── RankDefect      unknowns that the observations cannot separate, in sentences
@@ -12,7 +13,9 @@ TribrachError
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
+from itertools import islice
 from pathlib import Path
 
 __all__ = [
@@ -22,7 +25,12 @@ __all__ = [
     "NotConverged",
     "RankDefect",
     "TribrachError",
+    "UnknownName",
 ]
+
+
+#: names that are compared with one that is not known
+_LOOKED_THROUGH = 5000
 
 
 class TribrachError(Exception):
@@ -63,6 +71,50 @@ class InputError(TribrachError):
             place += f" ({record})" if place else record
         text = f"{place}: {what}" if place else what
         super().__init__(f"{text}; {cure}." if cure else f"{text}.")
+
+
+class UnknownName(InputError, KeyError):
+    """Nothing has the name that was asked for; says which names there are.
+
+    Parameters
+    ----------
+    noun
+        What was asked for, such as ``point``.
+    name
+        The name that nothing has.
+    known
+        The names that there are.
+
+    Examples
+    --------
+    >>> print(UnknownName("point", "A10", ["A1", "B"]))
+    there is no point A10; did you mean A1?
+    >>> print(UnknownName("station", "S9", []))
+    there is no station S9; there are none.
+    """
+
+    def __init__(self, noun: str, name: str, known: Iterable[str]) -> None:
+        self.name, self.known = name, tuple(known)
+        super().__init__(f"there is no {noun} {name}", cure=self._cure())
+
+    def _cure(self) -> str:
+        """The names most like this one, or some of those that there are."""
+        if not self.known:
+            return "there are none"
+        # of very many names those that begin or end like this one
+        many = len(self.known) > _LOOKED_THROUGH
+        alike = (k for k in self.known if k[:3] == self.name[:3] or k[-3:] == self.name[-3:])
+        pool = list(islice(alike, _LOOKED_THROUGH)) if many else self.known
+        like = get_close_matches(self.name, pool, n=4, cutoff=0.5)
+        if like:
+            return f"did you mean {', '.join(like)}?"
+        more = f" and {len(self.known) - 8} more" if len(self.known) > 8 else ""
+        return f"there are {', '.join(self.known[:8])}{more}"
+
+    def __str__(self) -> str:
+        # a KeyError would show the repr of its text
+        text = str(self.args[0])
+        return text.removesuffix(".") if text.endswith("?.") else text
 
 
 class AdjustmentError(TribrachError):

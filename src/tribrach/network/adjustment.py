@@ -7,8 +7,9 @@ descend; the covariance is always that of the undamped system at the solution (m
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -18,14 +19,50 @@ from tribrach._types import Array, Index
 from tribrach.errors import AdjustmentError, NotConverged
 from tribrach.geometry import rotation
 from tribrach.network import defects
-from tribrach.network.assembly import Assembly, Rows
+from tribrach.network.assembly import Assembly
 from tribrach.network.datum import Cofactor, OpenMotions, open_motions, point_numbers
 from tribrach.network.linear import PIVOT_LIMIT, SingularMatrix
 from tribrach.network.network import Network
+from tribrach.network.observation_rows import ObservationRows
+from tribrach.network.quality import Quality
+from tribrach.network.results import (
+    FrameLibrary,
+    Names,
+    PlotName,
+    PointResult,
+    Results,
+    ScalarResult,
+    StationResult,
+    TableName,
+)
+from tribrach.network.solved import SolvedNetwork
 from tribrach.network.start.start_values import find_start
-from tribrach.observations.unknowns import WIDTH, Layout, State
+from tribrach.observations.unknowns import State
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 __all__ = ["Adjustment", "Options", "adjust"]
+
+#: what ``dir`` of an adjustment shows
+_SURVEYORS = (
+    "points",
+    "stations",
+    "scalars",
+    "observations",
+    "network",
+    "residuals",
+    "covariance",
+    "results",
+    "quality",
+    "sigma0",
+    "sigma0_posterior",
+    "dof",
+    "warnings",
+    "summary",
+    "to_frame",
+    "plot",
+)
 
 
 @dataclass(frozen=True)
@@ -54,182 +91,111 @@ class Options:
     progress: Callable[[int, float], None] | None = None
 
 
-@dataclass(frozen=True)
-class Adjustment:
-    """An adjusted network: estimates, residuals, and covariances on request.
-
-    Covariances are a priori: those given with the observations taken as they are.
-    ``variance_factor`` says what scales them.
+@dataclass(frozen=True, repr=False)
+class Adjustment(SolvedNetwork):
+    """An adjusted network: coordinates, stations and observations by name.
 
     Attributes
     ----------
+    points, stations, scalars
+        Adjusted unknowns by name, each with its covariance; see
+        :class:`~tribrach.network.results.PointResult`.
+    observations
+        Every observed value with its residual and tests, by number and by id.
     network
-        The network as it was adjusted, with the start values that were found.
-    state
-        Adjusted unknowns in the work frame [m, rad].
-    rows
-        The active observed values, in the order of the residuals.
-    residuals : array (n,)
-        ``v = h(x) - l`` of the active values [m, rad].
-    whitened_residuals : array (n,)
-        ``W v``; their sum of squares is ``vtpv``.
-    design : sparse array (n, u)
-        Whitened Jacobian over the free columns, at the solution.
-    free_columns : array (u,)
-        Columns of the full tangent vector that are unknowns.
-    cofactor
-        Cofactor matrix of the unknowns in the datum of the network.
-    motions
-        Open motions that inner constraints closed.
-    iterations
-        Linearisations that were needed.
-    warnings
-        Sentences of the network and of its solution.
-    assembly
-        Evaluates the network at any state.
+        What was adjusted; ``adjust(adjustment.network.without(id, reason=...))`` does it again.
+    residuals
+        Array (n,) [m, rad] of the active values, in the order of ``rows``.
+
+    Notes
+    -----
+    Standard deviations and covariances are a priori: they follow from those given with the
+    observations. ``results(posterior=True)`` gives the same scaled by ``v^T P v / r``.
+
+    Examples
+    --------
+    >>> from tribrach.network.survey import Survey
+    >>> from tribrach.observations.sights import Distances
+    >>> survey = Survey()
+    >>> survey.point("A", (0.0, 0.0, 0.0), free=(False, False, False), role="control")
+    >>> survey.point("B", (100.0, 0.0, 0.0), free=(True, False, False))
+    >>> _ = survey.add(
+    ...     Distances, values=[100.003, 100.005], sigma=0.002, start=["A", "A"], end=["B", "B"]
+    ... )
+    >>> adjustment = adjust(survey.network())
+    >>> adjustment
+    <Adjustment: 2 points, 2 observed values, redundancy 1, global test passed>
+    >>> adjustment.points["B"]
+    <point B, free: 100.0040 - - m, sigma 1.41 - - mm a priori>
+    >>> adjustment.observations["distance:A:B::2"]
+    <distance:A:B::2: 100.0050 m, residual -1.00 mm, w -0.71, active>
     """
 
-    network: Network
-    state: State
-    rows: Rows
-    residuals: Array
-    whitened_residuals: Array
-    design: sp.csr_array
-    free_columns: Index
-    cofactor: Cofactor
-    motions: OpenMotions
-    iterations: int
-    warnings: tuple[str, ...]
-    assembly: Assembly = field(repr=False)
-
-    @property
-    def layout(self) -> Layout:
-        """Names and columns of the unknowns."""
-        return self.state.layout
-
-    @property
-    def n_observations(self) -> int:
-        """Number of active observed values."""
-        return len(self.rows)
-
-    @property
-    def n_unknowns(self) -> int:
-        """Number of free unknowns."""
-        return len(self.free_columns)
-
-    @property
-    def n_constraints(self) -> int:
-        """Number of independent hard constraints."""
-        return self.cofactor.n_constraints
-
-    @property
-    def defect(self) -> int:
-        """Number of open motions closed by inner constraints."""
-        return int(self.motions.basis.shape[1])
-
-    @property
-    def dof(self) -> int:
-        """Redundancy ``r = n - u + q + d``."""
-        return self.n_observations - self.n_unknowns + self.n_constraints + self.defect
-
-    @property
-    def vtpv(self) -> float:
-        """Weighted sum of squared residuals."""
-        return float(self.whitened_residuals @ self.whitened_residuals)
-
-    @property
-    def sigma0(self) -> float:
-        """A-priori standard deviation of unit weight."""
-        return self.network.sigma0
-
-    @property
-    def sigma0_posterior(self) -> float:
-        """A-posteriori standard deviation of unit weight; NaN without redundancy."""
-        return self.sigma0 * float(np.sqrt(self.posterior_factor))
-
-    @property
-    def posterior_factor(self) -> float:
-        """``v^T P v / r``, which scales covariances from a priori to a posteriori; NaN if r = 0."""
-        return self.vtpv / self.dof if self.dof > 0 else float("nan")
-
-    def variance_factor(self, *, posterior: bool) -> float:
-        """Return what multiplies a-priori covariances of unknowns.
+    def results(self, *, posterior: bool = False, confidence: float = 0.95) -> Results:
+        """Results by name, scaled and at a confidence of your choice.
 
         Parameters
         ----------
-        posterior
-            Are covariances wanted a posteriori?
-
-        Returns
-        -------
-        float
-            ``v^T P v / r`` if that is wanted and the residuals tell it; 1 if it is not wanted,
-            without redundancy, or with residuals that are all zero.
+        posterior : bool
+            Scale covariances by ``v^T P v / r``; without redundancy they stay a priori.
+        confidence : float
+            Probability that ellipses and ellipsoids hold.
         """
-        factor = self.posterior_factor
-        return factor if posterior and factor > 0 else 1.0
+        return Results(self, posterior=posterior, confidence=confidence)
 
     @cached_property
-    def whitener(self) -> sp.csr_array:
-        """``W`` (n, n) with ``W C W^T = I``."""
-        return self.assembly.whitener
+    def _results(self) -> Results:
+        return self.results()
 
-    @cached_property
-    def reduced(self) -> Index:
-        """Free column number (size,) of each column of the full tangent vector, -1 if fixed."""
-        return self.assembly.reduced[:-1]
+    @property
+    def points(self) -> Names[PointResult]:
+        """Points by name, sigmas a priori."""
+        return self._results.points
 
-    def columns(self, name: str) -> Index:
-        """Columns of the full tangent vector of a named unknown; KeyError if there is none."""
-        family, index = self.layout.find(name)
-        return self.layout.columns(family, index)
+    @property
+    def stations(self) -> Names[StationResult]:
+        """Scanner stations by name, sigmas a priori."""
+        return self._results.stations
 
-    def covariance(self, a: str, b: str | None = None) -> Array:
-        """A-priori covariance block of named unknowns: points 3, stations 6, scalars 1 wide."""
-        return self.covariance_columns(self.columns(a), self.columns(a if b is None else b))
+    @property
+    def scalars(self) -> Names[ScalarResult]:
+        """Single unknowns by name (orientations, calibration parameters), sigmas a priori."""
+        return self._results.scalars
 
-    def covariance_columns(self, a: Index, b: Index) -> Array:
-        """A-priori covariance (k, l) between columns of the full tangent vector; fixed: zero."""
-        i, j = self.reduced[np.asarray(a)], self.reduced[np.asarray(b)]
-        out = np.zeros((len(i), len(j)))
-        good = np.ix_(np.flatnonzero(i >= 0), np.flatnonzero(j >= 0))
-        grid_i, grid_j = np.meshgrid(i[i >= 0], j[j >= 0], indexing="ij")
-        values = self.cofactor.entries(grid_i.ravel(), grid_j.ravel())
-        out[good] = values.reshape(grid_i.shape)
-        return out
+    @property
+    def observations(self) -> ObservationRows:
+        """Every observed value with residual and tests; computed when first asked for."""
+        return self._results.observations
 
-    def family_covariances(self, family: str) -> Array:
-        """A-priori blocks (n, w, w) of all unknowns of a family; fixed components are zero."""
-        columns = self.layout.columns(family, np.arange(self.layout.count(family)))
-        return (
-            self.cofactor.blocks(self.reduced[columns])
-            if len(columns)
-            else np.zeros((0, WIDTH[family], WIDTH[family]))
-        )
+    @property
+    def quality(self) -> Quality:
+        """Quality figures; computed when first asked for."""
+        return self._results.quality
 
-    def position_covariances(self) -> Array:
-        """A-priori 3x3 blocks (P + S, 3, 3) of all points, then of all station positions."""
-        return np.concatenate(
-            [self.family_covariances("point"), self.family_covariances("pose")[:, :3, :3]]
-        )
+    def to_frame(self, table: TableName = "observations", library: FrameLibrary = "polars") -> Any:
+        """A table of results; see :meth:`tribrach.network.results.Results.to_frame`."""
+        return self._results.to_frame(table, library)
+
+    def plot(self, what: PlotName = "plan", axes: Axes | None = None) -> Axes:
+        """Draw the network; see :meth:`tribrach.network.results.Results.plot`."""
+        return self._results.plot(what, axes)
 
     def summary(self) -> str:
-        """The adjustment in a few lines."""
-        datum = self.network.datum
-        frame = "control" if datum.kind == "control" else "inner constraints"
-        lines = [
-            f"{self.n_observations} observed values, {self.n_unknowns} unknowns, "
-            f"{self.n_constraints} constraints, datum defect {self.defect}, "
-            f"redundancy {self.dof}",
-            f"datum: {frame}; {self.iterations} iterations",
-            f"sigma0 a priori {self.sigma0:g}, a posteriori {self.sigma0_posterior:.4f}"
-            if self.dof > 0
-            else "no redundancy: nothing is checked",
-        ]
-        return "\n".join([*lines, *self.warnings])
+        """The adjustment in a page: datum, sigma0, tests, worst observations, points."""
+        return self._results.summary()
 
     def __str__(self) -> str:
         return self.summary()
+
+    def __repr__(self) -> str:
+        return repr(self._results)
+
+    def _repr_html_(self) -> str:
+        return self._results._repr_html_()
+
+    def __dir__(self) -> list[str]:
+        """What a surveyor asks for; what the solver keeps is documented at SolvedNetwork."""
+        return sorted(_SURVEYORS)
 
 
 def adjust(network: Network, *, options: Options | None = None) -> Adjustment:

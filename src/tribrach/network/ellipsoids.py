@@ -13,7 +13,14 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.statistics import chi2, f
 
-__all__ = ["Ellipses", "confidence_factor", "plan_ellipses", "principal_axes"]
+__all__ = [
+    "ConfidenceEllipse",
+    "ConfidenceEllipsoid",
+    "Ellipses",
+    "confidence_factor",
+    "plan_ellipses",
+    "principal_axes",
+]
 
 
 def confidence_factor(dimension: int, confidence: float, dof: int | None = None) -> float:
@@ -68,3 +75,42 @@ def principal_axes(covariances: Array, factor: float = 1.0) -> tuple[Array, Arra
     values, vectors = np.linalg.eigh(covariances)
     axes = factor * np.sqrt(np.maximum(values[:, ::-1], 0.0))
     return axes, vectors[:, :, ::-1].transpose(0, 2, 1)
+
+
+@dataclass(frozen=True)
+class ConfidenceEllipse:
+    """Confidence ellipse of a point in plan.
+
+    Attributes
+    ----------
+    major, minor
+        Semi-axes [m].
+    azimuth
+        Of the major axis, clockwise from north, in [0, pi) [rad].
+    confidence
+        Probability that it holds the point.
+    """
+
+    major: float
+    minor: float
+    azimuth: float
+    confidence: float
+
+
+@dataclass(frozen=True)
+class ConfidenceEllipsoid:
+    """Confidence ellipsoid of a point.
+
+    Attributes
+    ----------
+    axes
+        Semi-axes (3,) [m], longest first.
+    directions
+        Their unit directions (3, 3) in the work frame, as rows.
+    confidence
+        Probability that it holds the point.
+    """
+
+    axes: Array
+    directions: Array
+    confidence: float

@@ -8,10 +8,10 @@ from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from tribrach._types import Array
-from tribrach.errors import InputError
+from tribrach.errors import InputError, UnknownName
 from tribrach.geodesy.site import FlatSite, Site
 from tribrach.network.facts import Fact, Reference
 from tribrach.network.identity import observation_ids
@@ -21,6 +21,7 @@ from tribrach.observations.unknowns import State
 __all__ = [
     "Constraint",
     "Datum",
+    "Edit",
     "JointCovariance",
     "Network",
     "axes_in_use",
@@ -140,6 +141,26 @@ class Constraint:
 
 
 @dataclass(frozen=True)
+class Edit:
+    """What somebody changed by hand in a network that was read.
+
+    Attributes
+    ----------
+    id
+        Of the observation.
+    action
+        ``off``, or ``sigma`` with the new values [m, rad].
+    reason, by
+        Why, and who says so.
+    """
+
+    id: str
+    action: str
+    reason: str = ""
+    by: str = ""
+
+
+@dataclass(frozen=True, repr=False)
 class Network:
     """Observations, unknowns and datum: everything the adjustment needs.
 
@@ -183,6 +204,17 @@ class Network:
     title: str = ""
     reference: Reference = Reference()
     facts: tuple[Fact, ...] = ()
+    edits: tuple[Edit, ...] = ()
+
+    def __repr__(self) -> str:
+        layout, tables = self.start.layout, self.observations
+        parts = [f"{len(layout.names['point'])} points"]
+        if layout.names["pose"]:
+            parts.append(f"{len(layout.names['pose'])} stations")
+        off = sum(int((o.use != Use.ACTIVE).sum()) for o in tables)
+        observed = f"{sum(len(o) for o in tables)} observations"
+        parts.append(f"{observed} ({off} of them off or checks)" if off else observed)
+        return f"<Network: {', '.join(parts)}; datum {self.datum.kind}>"
 
     @cached_property
     def ids(self) -> tuple[NDArray[np.object_], ...]:
@@ -258,6 +290,140 @@ class Network:
         off = [_switched_off(o, "the datum does not use it") for o in self.observations]
         return replace(self, datum=datum, free=free, observations=tuple(off), start=start)
 
+    def without(self, selector: str | Iterable[str], *, reason: str, by: str = "") -> Network:
+        """The same network with observations switched off.
+
+        They stay in the network and in every report as ``off``, with the reason.
+
+        Parameters
+        ----------
+        selector : str or iterable of str
+            Id of an observation, or the ``file:line`` where one or several were written.
+        reason : str
+            Why they take no part, in words.
+        by : str
+            Who says so.
+
+        Returns
+        -------
+        Network
+            A new network; this one stays as it is.
+
+        Raises
+        ------
+        UnknownName
+            No observation has this id or source.
+        InputError
+            No reason, or all that is named holds exactly and cannot be switched off.
+
+        Examples
+        --------
+        >>> less = network.without("traverse.gsi:43", reason="prism tilted")  # doctest: +SKIP
+        """
+        if not reason.strip():
+            raise InputError("no reason is given", cure="say why the observations are off")
+        edited, edits = list(self.observations), []
+        for name in _selectors(selector):
+            for table, item in self._selected(name):
+                o = edited[table]
+                use, reasons = o.use.copy(), o.reason.copy()
+                use[item], reasons[item] = Use.OFF, reason
+                edited[table] = replace(o, use=use, reason=reasons)
+                edits.append(Edit(str(self.ids[table][item]), "off", reason, by))
+        return replace(self, observations=tuple(edited), edits=(*self.edits, *edits))
+
+    def with_sigma(
+        self,
+        selector: str | Iterable[str],
+        sigma: ArrayLike,
+        *,
+        reason: str = "",
+        by: str = "",
+    ) -> Network:
+        """The same network with other standard deviations of observations.
+
+        Correlations stay: within an observation, and with others that share a covariance.
+
+        Parameters
+        ----------
+        selector : str or iterable of str
+            Id of an observation, or the ``file:line`` where one or several were written.
+        sigma : float or array_like
+            Standard deviation in metres or radians; one for each of its values, or one for all.
+        reason, by : str
+            Why, and who says so.
+
+        Returns
+        -------
+        Network
+            A new network; this one stays as it is.
+
+        Raises
+        ------
+        UnknownName
+            No observation has this id or source.
+        InputError
+            A sigma that is not above zero, or not as many as the observation has values.
+        """
+        wanted = np.atleast_1d(np.asarray(sigma, dtype=float))
+        if not ((wanted > 0) & np.isfinite(wanted)).all():
+            raise InputError(f"sigma is {wanted.min():g}", cure="give one above zero, or without()")
+        edited, edits = list(self.observations), []
+        factors = [np.ones(o.values.shape) for o in edited]
+        for name in _selectors(selector):
+            for table, item in self._selected(name):
+                o = edited[table]
+                if len(wanted) not in (1, o.rows):
+                    raise InputError(
+                        f"{self.ids[table][item]} has {o.rows} values and {len(wanted)} sigmas are "
+                        "given",
+                        cure="give one for each value, or one for all",
+                    )
+                factors[table][item] = wanted / o.sigma[item]
+                text = ", ".join(f"{value:g}" for value in wanted)
+                edits.append(Edit(str(self.ids[table][item]), f"sigma {text}", reason, by))
+        for table, (o, factor) in enumerate(zip(edited, factors, strict=True)):
+            if (factor != 1).any():
+                scaled = o.covariance * factor[:, :, None] * factor[:, None, :]
+                edited[table] = replace(o, covariance=scaled)
+        return replace(
+            self,
+            observations=tuple(edited),
+            joint=tuple(_rescaled(joint, factors) for joint in self.joint),
+            edits=(*self.edits, *edits),
+        )
+
+    def _selected(self, name: str) -> list[tuple[int, int]]:
+        """Table and item of what an id or source names; conditions that hold exactly are refused.
+
+        Raises
+        ------
+        UnknownName, InputError
+            Nothing has this name; what has it are conditions.
+        """
+        if name not in self._named:
+            raise UnknownName("observation", name, self._named)
+        hits = self._named[name]
+        observed = [(table, item) for table, item in hits if table < len(self.observations)]
+        if not observed:
+            raise InputError(
+                f"{name} holds exactly and has no sigma",
+                cure="give it a sigma in the file, or leave it out there",
+            )
+        return observed
+
+    @cached_property
+    def _named(self) -> dict[str, list[tuple[int, int]]]:
+        """Table and item of the observations, then the constraints, by their ids and sources."""
+        tables = (*self.observations, *(c.observations for c in self.constraints))
+        out: dict[str, list[tuple[int, int]]] = {}
+        for names in (self._all_ids, [o.source for o in tables]):
+            for table, column in enumerate(names):
+                for item, name in enumerate(column):
+                    if name:
+                        out.setdefault(str(name), []).append((table, item))
+        return out
+
     def with_start(self, state: State) -> Network:
         """The same network with other start values."""
         return replace(self, start=state)
@@ -291,3 +457,17 @@ def _switched_off(observations: Observations, reason: str) -> Observations:
         return observations
     use = np.full(len(observations), Use.OFF, dtype=np.int8)
     return replace(observations, use=use, reason=np.full(len(observations), reason, dtype=object))
+
+
+def _selectors(selector: str | Iterable[str]) -> list[str]:
+    """One or several selectors as a list."""
+    return [selector] if isinstance(selector, str) else list(selector)
+
+
+def _rescaled(joint: JointCovariance, factors: list[Array]) -> JointCovariance:
+    """A joint covariance with its values' sigmas multiplied by factors (n, rows) by table."""
+    values = zip(joint.table, joint.item, joint.row, strict=True)
+    factor = np.array([factors[table][item, row] for table, item, row in values])
+    if (factor == 1).all():
+        return joint
+    return replace(joint, covariance=joint.covariance * factor[:, None] * factor)

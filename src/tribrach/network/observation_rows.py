@@ -1,0 +1,371 @@
+"""Every observed value with its residual and its tests, as columns and as rows by id."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from html import escape
+from typing import Any, Literal, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach._types import Array, Index
+from tribrach.errors import InputError, UnknownName
+from tribrach.network.quality import Quality, check_covariances
+from tribrach.network.solved import SolvedNetwork
+from tribrach.observations.base import Observations, Use
+
+__all__ = ["ObservationRow", "ObservationRows", "observation_rows"]
+
+_STATES = {Use.ACTIVE: "active", Use.CHECK: "check", Use.OFF: "off"}
+_FIGURES = ("redundancy", "w", "tau", "mdb", "external")
+
+
+@dataclass(frozen=True, repr=False)
+class ObservationRow:
+    """One observed value in an adjusted network.
+
+    Attributes
+    ----------
+    id
+        ``kind:from:to:file:n``; the values of one vector or target have one id.
+    kind, component
+        Kind of the observation and which of its values this is, "" where it has one.
+    start, end
+        Names of its ends, "" where there is none.
+    unit
+        ``m``, ``rad`` or ``1``, of value, sigma, residual and mdb.
+    value, sigma
+        As observed, with the standard deviation that it was given.
+    residual
+        ``v = h(x) - l``: what the value lacks to agree with the adjusted unknowns.
+    redundancy
+        Share of an error of the value that shows in its residual, 0 to 1.
+    w, tau
+        Test values with the a-priori and with the a-posteriori sigma0. For values held out as a
+        check w is the residual over its predicted sigma.
+    mdb
+        Smallest error that the test would find.
+    external, external_at
+        Largest displacement [m] of a position by an error of this size, and of which.
+    block_test, block_limit
+        Chi-square test of the whole vector or target, and its limit.
+    group
+        Name of its variance component.
+    state, reason
+        ``active``, ``check`` or ``off``; why it is off.
+    source
+        Where it was written, ``file:line``.
+    suspicious
+        True if w or the test of its block is beyond the limit.
+
+    Notes
+    -----
+    Numbers that do not exist are NaN: tests of values that take no part or that no other
+    observation controls.
+    """
+
+    id: str
+    kind: str
+    component: str
+    start: str
+    end: str
+    unit: str
+    value: float
+    sigma: float
+    residual: float
+    redundancy: float
+    w: float
+    tau: float
+    mdb: float
+    external: float
+    external_at: str
+    block_test: float
+    block_limit: float
+    group: str
+    state: Literal["active", "check", "off"]
+    reason: str
+    source: str
+    suspicious: bool
+
+    def __repr__(self) -> str:
+        return f"<{self}>"
+
+    def __str__(self) -> str:
+        return (
+            f"{self.id} {self.component}".rstrip() + f": {_sized(self.value, self.unit)}, "
+            f"residual {_sized(self.residual, self.unit)}, w {self.w:.2f}, {self.state}"
+        )
+
+
+#: names of the columns in tables and JSON, where they are not those of the attributes
+_WRITTEN = {"start": "from", "end": "to"}
+_NAMES = tuple(item.name for item in fields(ObservationRow))
+
+
+class ObservationRows(Sequence[ObservationRow]):
+    """Observed values in the order of the network: a sequence of rows, by number and by id.
+
+    Parameters
+    ----------
+    columns : dict[str, NDArray]
+        Arrays (n,) by the names of the attributes of :class:`ObservationRow`.
+
+    Notes
+    -----
+    ``rows["slope_distance:A:B:traverse.gsi:1"]`` is the row of an observation with one value,
+    ``rows["gnss_baseline:A:B:day1.gvx:1", "U"]`` that of one component of a vector.
+    ``rows.column("w")`` is an array (n,) of all.
+    """
+
+    def __init__(self, columns: Mapping[str, NDArray[Any]]) -> None:
+        self._columns = dict(columns)
+        self._place: dict[str, list[int]] = {}
+
+    def column(self, name: str) -> NDArray[Any]:
+        """Array (n,) of an attribute of all rows.
+
+        Raises
+        ------
+        UnknownName
+            No such attribute.
+        """
+        if name not in self._columns:
+            raise UnknownName("column", name, self._columns)
+        return self._columns[name]
+
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """All columns by the names that tables and JSON give them: ``from`` and ``to`` for ends."""
+        return {_WRITTEN.get(name, name): column for name, column in self._columns.items()}
+
+    def __len__(self) -> int:
+        return len(self._columns["id"])
+
+    @overload
+    def __getitem__(self, key: int | str | tuple[str, str]) -> ObservationRow: ...
+
+    @overload
+    def __getitem__(self, key: slice) -> ObservationRows: ...
+
+    def __getitem__(
+        self, key: int | str | tuple[str, str] | slice
+    ) -> ObservationRow | ObservationRows:
+        if isinstance(key, slice):
+            return self._chosen(np.arange(len(self))[key])
+        if isinstance(key, str):
+            places = self._places(key)
+            if len(places) > 1:
+                names = ", ".join(str(self._columns["component"][k]) for k in places)
+                raise InputError(
+                    f"{key} has {len(places)} values",
+                    cure=f"name one of them, rows[id, component]: {names}",
+                )
+            return self._row(places[0])
+        if isinstance(key, tuple):
+            identity, component = key
+            components = {str(self._columns["component"][k]): k for k in self._places(identity)}
+            if component not in components:
+                raise UnknownName(f"component of {identity}", component, components)
+            return self._row(components[component])
+        if not -len(self) <= key < len(self):
+            raise IndexError(f"there are {len(self)} rows")
+        return self._row(key % len(self))
+
+    def __iter__(self) -> Iterator[ObservationRow]:
+        whole = zip(*(self._columns[name].tolist() for name in _NAMES), strict=True)
+        return (ObservationRow(*values) for values in whole)
+
+    def __contains__(self, row: object) -> bool:
+        if isinstance(row, str):
+            return row in self._index()
+        return any(row == other for other in self)
+
+    def of(self, identity: str) -> ObservationRows:
+        """The rows of one observation, one for each of its values.
+
+        Raises
+        ------
+        UnknownName
+            No observation has this id.
+        """
+        return self._chosen(np.array(self._places(identity)))
+
+    @property
+    def suspicious(self) -> ObservationRows:
+        """The rows whose test is beyond its limit, worst first."""
+        return self._chosen(np.flatnonzero(self._columns["suspicious"])).worst()
+
+    def worst(self, most: int | None = None) -> ObservationRows:
+        """The rows by size of w, largest first; values without a test last."""
+        w = np.nan_to_num(np.abs(self._columns["w"].astype(float)), nan=-1.0)
+        return self._chosen(np.argsort(-w, kind="stable")[:most])
+
+    def _row(self, k: int) -> ObservationRow:
+        return ObservationRow(*(self._columns[name][k : k + 1].tolist()[0] for name in _NAMES))
+
+    def _chosen(self, rows: Index) -> ObservationRows:
+        return ObservationRows({name: column[rows] for name, column in self._columns.items()})
+
+    def _index(self) -> dict[str, list[int]]:
+        if not self._place:
+            for k, identity in enumerate(self._columns["id"]):
+                self._place.setdefault(str(identity), []).append(k)
+        return self._place
+
+    def _places(self, identity: str) -> list[int]:
+        index = self._index()
+        if identity not in index:
+            raise UnknownName("observation", identity, index)
+        return index[identity]
+
+    def __repr__(self) -> str:
+        state = self._columns["state"]
+        parts = [f"{int((state == word).sum())} {word}" for word in ("active", "check", "off")]
+        return (
+            f"<{len(self)} observed values: {', '.join(parts)}; "
+            f"{int(self._columns['suspicious'].sum())} suspicious>"
+        )
+
+    def _repr_html_(self) -> str:
+        """The worst rows as a table for notebooks."""
+        return html_table(
+            ["id", "value", "σ", "residual", "redundancy", "w", "state"],
+            [
+                [
+                    f"{row.id} {row.component}".rstrip(),
+                    _sized(row.value, row.unit),
+                    _sized(row.sigma, row.unit),
+                    _sized(row.residual, row.unit),
+                    f"{row.redundancy:.2f}",
+                    f"{row.w:.2f}",
+                    f"{row.state} {row.reason}".rstrip(),
+                ]
+                for row in self.worst(20)
+            ],
+            repr(self)[1:-1] + ", worst first",
+        )
+
+
+def html_table(head: Sequence[str], rows: Sequence[Sequence[str]], caption: str) -> str:
+    """A table for notebooks, everything in it escaped."""
+    cells = "".join(f"<th>{escape(text)}</th>" for text in head)
+    body = "".join(
+        "<tr>" + "".join(f"<td>{escape(text)}</td>" for text in row) + "</tr>" for row in rows
+    )
+    return f"<table><caption>{escape(caption)}</caption><tr>{cells}</tr>{body}</table>"
+
+
+def _sized(value: float, unit: str) -> str:
+    """A value with its unit; small lengths in millimetres, angles in gon or milligon."""
+    if unit == "rad":
+        gon = value * 200 / np.pi
+        return f"{gon:.4f} gon" if abs(gon) >= 0.1 else f"{1000 * gon:.2f} mgon"
+    if unit == "m":
+        return f"{value:.4f} m" if abs(value) >= 0.1 else f"{1000 * value:.2f} mm"
+    return f"{value:.6g}"
+
+
+def observation_rows(adjustment: SolvedNetwork, quality: Quality) -> ObservationRows:
+    """All observed values of an adjusted network in its order, whatever their state.
+
+    Parameters
+    ----------
+    adjustment : SolvedNetwork
+        The adjusted network.
+    quality : Quality
+        Its quality figures.
+
+    Returns
+    -------
+    ObservationRows
+        One row for each value.
+    """
+    tables = adjustment.network.observations
+    parts = [
+        _columns(adjustment, quality, number, o, ids)
+        for number, (o, ids) in enumerate(zip(tables, adjustment.network.ids, strict=True))
+    ]
+    return ObservationRows(
+        {name: np.concatenate([part[name] for part in parts]) for name in _NAMES}
+    )
+
+
+def _columns(
+    adjustment: SolvedNetwork,
+    quality: Quality,
+    number: int,
+    o: Observations,
+    ids: NDArray[np.object_],
+) -> dict[str, NDArray[Any]]:
+    """Columns of one table: its values row by row."""
+    layout, rows = adjustment.layout, o.rows
+    figures = _figures(adjustment, quality, number, o)
+    statistic, limit = _blocks(quality, number, o)
+    residual = -o.misclosure(adjustment.state)
+    checks = np.flatnonzero(o.use == Use.CHECK)
+    if len(checks):
+        spread = np.sqrt(np.einsum("nii->ni", check_covariances(adjustment, o, checks)))
+        figures["w"][checks] = residual[checks] / spread
+    suspicious = np.abs(np.nan_to_num(figures["w"])) > quality.w_critical
+    suspicious |= (np.nan_to_num(statistic) > limit)[:, None]
+    where = figures.pop("where").ravel().astype(int)
+    places = {k: layout.position_name(int(k)) if k >= 0 else "" for k in np.unique(where)}
+    ends = o.ends(layout)
+    states = _objects([_STATES[Use(int(use))] for use in o.use])
+    each = {
+        "id": ids,
+        "start": _objects([start for start, _ in ends]),
+        "end": _objects([end for _, end in ends]),
+        "block_test": statistic,
+        "block_limit": limit,
+        "state": states,
+        "reason": _objects([str(reason) for reason in o.reason]),
+        "source": _objects([str(source) for source in o.source]),
+    }
+    n = len(o)
+    return {
+        "kind": _objects([o.kind] * (n * rows)),
+        "component": _objects(list(o.components) * n),
+        "unit": _objects(list(o.units) * n),
+        "value": o.values.ravel(),
+        "sigma": o.sigma.ravel(),
+        "residual": residual.ravel(),
+        "external_at": _objects([places[k] for k in where]),
+        "group": _objects([o.group] * (n * rows)),
+        "suspicious": suspicious.ravel(),
+        **{name: figure.ravel() for name, figure in figures.items()},
+        **{name: np.repeat(column, rows) for name, column in each.items()},
+    }
+
+
+def _objects(values: Sequence[Any]) -> NDArray[np.object_]:
+    """An array (n,) of strings as objects."""
+    column = np.empty(len(values), dtype=object)
+    column[:] = values
+    return column
+
+
+def _figures(
+    adjustment: SolvedNetwork, quality: Quality, number: int, o: Observations
+) -> dict[str, Array]:
+    """Quality figures (n, rows) of a table; NaN (and position -1) for values not taking part."""
+    rows = adjustment.rows
+    active = np.flatnonzero(rows.table == number)
+    place = rows.item[active], rows.row[active]
+    out = {name: np.full(o.values.shape, np.nan) for name in _FIGURES}
+    for name in _FIGURES:
+        out[name][place] = getattr(quality, name)[active]
+    out["where"] = np.full(o.values.shape, -1.0)
+    known = np.isfinite(quality.external[active]) & (quality.external[active] > 0)
+    out["where"][place] = np.where(known, quality.external_position[active], -1)
+    return out
+
+
+def _blocks(quality: Quality, number: int, o: Observations) -> tuple[Array, Array]:
+    """Statistic and limit (n,) of whole observations; NaN and infinity where there is none."""
+    statistic, limit = np.full(len(o), np.nan), np.full(len(o), np.inf)
+    blocks = quality.blocks.table == number
+    item = quality.blocks.item[blocks]
+    statistic[item], limit[item] = quality.blocks.statistic[blocks], quality.blocks.critical[blocks]
+    return statistic, limit

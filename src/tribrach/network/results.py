@@ -1,0 +1,567 @@
+"""What a surveyor asks of an adjusted network: points, stations and observations by name.
+
+Coordinates are those of the work frame (E, N, U) in metres, angles radians. Every figure that
+depends on it says whether its covariance is a priori or a posteriori; the datum is that of the
+whole network, :attr:`Results.datum`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar
+
+import numpy as np
+
+from tribrach._types import Array
+from tribrach.errors import InputError, UnknownName
+from tribrach.network.ellipsoids import (
+    ConfidenceEllipse,
+    ConfidenceEllipsoid,
+    confidence_factor,
+    plan_ellipses,
+    principal_axes,
+)
+from tribrach.network.observation_rows import ObservationRows, html_table, observation_rows
+from tribrach.network.quality import Quality, assess, global_test
+from tribrach.network.roles import Role, datum_sentence, point_roles, used_axes
+from tribrach.network.solved import SolvedNetwork
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = [
+    "FrameLibrary",
+    "Names",
+    "PlotName",
+    "PointResult",
+    "Results",
+    "ScalarResult",
+    "Scale",
+    "StationResult",
+    "TableName",
+]
+
+#: what covariances are scaled by
+Scale = Literal["a priori", "a posteriori"]
+TableName = Literal["observations", "points", "stations"]
+FrameLibrary = Literal["polars", "pandas"]
+PlotName = Literal["plan", "residuals"]
+
+#: observations and points that a summary lists
+_WORST, _LISTED = 5, 40
+
+Result = TypeVar("Result")
+
+
+class Names(Mapping[str, Result], Generic[Result]):
+    """Results by name, in the order of the network.
+
+    An unknown name is an :class:`~tribrach.errors.UnknownName`, a KeyError that says which names
+    there are.
+    """
+
+    def __init__(
+        self, noun: str, names: Sequence[str], result: Callable[[int], Result], context: str
+    ) -> None:
+        self._noun, self._result, self._context = noun, result, context
+        self._index = {name: k for k, name in enumerate(names)}
+
+    def __getitem__(self, name: str) -> Result:
+        if name not in self._index:
+            raise UnknownName(self._noun, name, self._index)
+        return self._result(self._index[name])
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._index
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._index)
+
+    def __len__(self) -> int:
+        return len(self._index)
+
+    def __repr__(self) -> str:
+        names = list(self._index)
+        more = f" and {len(names) - 8} more" if len(names) > 8 else ""
+        plural = "" if len(names) == 1 else "s"
+        return f"<{len(names)} {self._noun}{plural}: {', '.join(names[:8])}{more}; {self._context}>"
+
+
+@dataclass(frozen=True, repr=False)
+class PointResult:
+    """An adjusted point.
+
+    Attributes
+    ----------
+    name
+        Of the point.
+    xyz
+        E, N, U (3,) [m]; NaN for coordinates that the network does not have.
+    covariance
+        (3, 3) [m^2]; zero for coordinates that are held.
+    role
+        ``control``, ``check`` or ``free``.
+    scale
+        Whether the covariance is a priori or a posteriori.
+    confidence, dof
+        Probability of ellipses, and the redundancy that they are taken with a posteriori.
+    """
+
+    name: str
+    xyz: Array
+    covariance: Array
+    role: Role
+    scale: Scale
+    confidence: float = 0.95
+    dof: int | None = None
+
+    @property
+    def sigma(self) -> Array:
+        """Standard deviations of E, N, U (3,) [m]; zero where held, NaN where xyz is."""
+        return np.where(np.isnan(self.xyz), np.nan, np.sqrt(np.diagonal(self.covariance)))
+
+    @property
+    def ellipse(self) -> ConfidenceEllipse:
+        """Confidence ellipse in plan."""
+        factor = confidence_factor(2, self.confidence, self.dof)
+        plan = plan_ellipses(self.covariance[None], factor)
+        return ConfidenceEllipse(
+            float(plan.major[0]), float(plan.minor[0]), float(plan.azimuth[0]), self.confidence
+        )
+
+    @property
+    def ellipsoid(self) -> ConfidenceEllipsoid:
+        """Confidence ellipsoid."""
+        factor = confidence_factor(3, self.confidence, self.dof)
+        axes, directions = principal_axes(self.covariance[None], factor)
+        return ConfidenceEllipsoid(axes[0], directions[0], self.confidence)
+
+    def __repr__(self) -> str:
+        return (
+            f"<point {self.name}, {self.role}: {_triple(self.xyz, 4)} m, "
+            f"sigma {_triple(1000 * self.sigma, 2)} mm {self.scale}>"
+        )
+
+
+@dataclass(frozen=True, repr=False)
+class StationResult:
+    """An adjusted scanner station.
+
+    Attributes
+    ----------
+    name
+        Of the station.
+    world_from_scanner
+        (4, 4): ``x_world = world_from_scanner @ (x, y, z, 1)``, metres.
+    covariance
+        (6, 6) of the translation [m], then of the left rotation increments about E, N, U [rad].
+    scale
+        Whether the covariance is a priori or a posteriori.
+    """
+
+    name: str
+    world_from_scanner: Array
+    covariance: Array
+    scale: Scale
+
+    @property
+    def sigma(self) -> Array:
+        """Standard deviations (6,) [m, rad] in the order of the covariance."""
+        return np.sqrt(np.diagonal(self.covariance))
+
+    @property
+    def xyz(self) -> Array:
+        """E, N, U (3,) [m] of the scanner's origin."""
+        return self.world_from_scanner[:3, 3]
+
+    @property
+    def rotation(self) -> Array:
+        """(3, 3) world from scanner."""
+        return self.world_from_scanner[:3, :3]
+
+    def __repr__(self) -> str:
+        mgon = np.degrees(self.sigma[3:]) / 0.9 * 1000
+        return (
+            f"<station {self.name}: {_triple(self.xyz, 4)} m, "
+            f"sigma {_triple(1000 * self.sigma[:3], 2)} mm, {_triple(mgon, 2)} mgon {self.scale}>"
+        )
+
+
+@dataclass(frozen=True, repr=False)
+class ScalarResult:
+    """A single adjusted unknown: an orientation, a scale, a calibration parameter.
+
+    Attributes
+    ----------
+    name
+        Of the unknown.
+    value, sigma
+        In its own unit: metres, radians or none.
+    scale
+        Whether sigma is a priori or a posteriori.
+    """
+
+    name: str
+    value: float
+    sigma: float
+    scale: Scale
+
+    def __repr__(self) -> str:
+        return f"<{self.name}: {self.value:.9g}, sigma {self.sigma:.3g} {self.scale}>"
+
+
+@dataclass(frozen=True, repr=False)
+class Results:
+    """Results of an adjusted network by name, in one scaling and at one confidence.
+
+    Parameters
+    ----------
+    adjustment : SolvedNetwork
+        The adjusted network.
+    posterior : bool
+        Scale covariances of unknowns by ``v^T P v / r``; without redundancy they stay a priori.
+    confidence : float
+        Probability that ellipses and ellipsoids hold.
+    """
+
+    adjustment: SolvedNetwork = field(repr=False)
+    posterior: bool = False
+    confidence: float = 0.95
+
+    @property
+    def scale(self) -> Scale:
+        """Whether covariances of unknowns are a priori or a posteriori."""
+        return "a posteriori" if self.posterior and self.adjustment.dof > 0 else "a priori"
+
+    @cached_property
+    def datum(self) -> str:
+        """What fixes the frame, in a sentence."""
+        return datum_sentence(self.adjustment)
+
+    @cached_property
+    def quality(self) -> Quality:
+        """Tests, redundancies and minimal detectable biases."""
+        return assess(self.adjustment, confidence=self.confidence)
+
+    @cached_property
+    def observations(self) -> ObservationRows:
+        """Every observed value with its residual and tests."""
+        return observation_rows(self.adjustment, self.quality)
+
+    @cached_property
+    def points(self) -> Names[PointResult]:
+        """Points by name."""
+        covariances, roles = self._covariances("point"), point_roles(self.adjustment)
+        names = self.adjustment.layout.names["point"]
+        xyz = np.where(used_axes(self.adjustment), self.adjustment.state.points, np.nan)
+        dof = self.adjustment.dof if self.scale == "a posteriori" else None
+
+        def point(k: int) -> PointResult:
+            name = names[k]
+            role = roles.get(name, "free")
+            return PointResult(name, xyz[k], covariances[k], role, self.scale, self.confidence, dof)
+
+        return Names("point", names, point, self._context)
+
+    @cached_property
+    def stations(self) -> Names[StationResult]:
+        """Scanner stations by name."""
+        covariances, state = self._covariances("pose"), self.adjustment.state
+        names = self.adjustment.layout.names["pose"]
+        matrices = np.tile(np.eye(4), (len(names), 1, 1))
+        matrices[:, :3, :3], matrices[:, :3, 3] = state.pose_r, state.pose_t
+
+        def station(k: int) -> StationResult:
+            return StationResult(names[k], matrices[k], covariances[k], self.scale)
+
+        return Names("station", names, station, self._context)
+
+    @cached_property
+    def scalars(self) -> Names[ScalarResult]:
+        """Single unknowns by name."""
+        names, values = self.adjustment.layout.names["scalar"], self.adjustment.state.scalars
+        sigma = np.sqrt(np.maximum(self._covariances("scalar")[:, 0, 0], 0.0))
+
+        def scalar(k: int) -> ScalarResult:
+            return ScalarResult(names[k], float(values[k]), float(sigma[k]), self.scale)
+
+        return Names("scalar", names, scalar, self._context)
+
+    @property
+    def _context(self) -> str:
+        datum = self.adjustment.network.datum.kind
+        return f"datum {datum}, sigmas {self.scale}"
+
+    def _covariances(self, family: str) -> Array:
+        """Scaled blocks (n, w, w) of a family."""
+        factor = self.adjustment.variance_factor(posterior=self.posterior)
+        return self.adjustment.family_covariances(family) * factor
+
+    def to_frame(self, table: TableName = "observations", library: FrameLibrary = "polars") -> Any:
+        """A table of results.
+
+        Parameters
+        ----------
+        table : {"observations", "points", "stations"}
+            Which; columns have the names of the JSON result, numbers that do not exist are null.
+        library : {"polars", "pandas"}
+            Which kind of frame; pandas has to be installed.
+
+        Returns
+        -------
+        polars.DataFrame or pandas.DataFrame
+            One row for each observed value, point or station.
+
+        Raises
+        ------
+        InputError
+            No such table or library, or pandas is not installed.
+        """
+        tables: dict[str, Callable[[], dict[str, Any]]] = {
+            "observations": self.observations.columns,
+            "points": self._point_columns,
+            "stations": self._station_columns,
+        }
+        if table not in tables:
+            raise UnknownName("table", table, tables)
+        if library not in ("polars", "pandas"):
+            raise UnknownName("library", library, ("polars", "pandas"))
+        columns = {name: _plain(column) for name, column in tables[table]().items()}
+        try:
+            return import_module(library).DataFrame(columns)
+        except ModuleNotFoundError as error:
+            raise InputError(
+                f"{library} is not installed", cure=f"pip install {library}, or take polars"
+            ) from error
+
+    def _point_columns(self) -> dict[str, Any]:
+        """Columns of the table of points; one for each element of the covariance."""
+        points = list(self.points.values())
+        columns: dict[str, Any] = {
+            "name": [p.name for p in points],
+            "role": [p.role for p in points],
+        }
+        axes = "enu"
+        for k, axis in enumerate(axes):
+            columns[axis] = np.array([p.xyz[k] for p in points])
+        for k, axis in enumerate(axes):
+            columns[f"sigma_{axis}"] = np.array([p.sigma[k] for p in points])
+        for i in range(3):
+            for j in range(i, 3):
+                name = f"c_{axes[i]}{axes[j]}"
+                columns[name] = np.array([p.covariance[i, j] for p in points])
+        return columns | {"scale": [p.scale for p in points]}
+
+    def _station_columns(self) -> dict[str, Any]:
+        """Columns of the table of stations: place, rotation row by row, sigmas."""
+        stations = list(self.stations.values())
+        columns: dict[str, Any] = {"name": [s.name for s in stations]}
+        for k, axis in enumerate("enu"):
+            columns[axis] = np.array([s.xyz[k] for s in stations])
+        for i in range(3):
+            for j in range(3):
+                columns[f"r_{i + 1}{j + 1}"] = np.array([s.rotation[i, j] for s in stations])
+        names = ("e", "n", "u", "rotation_e", "rotation_n", "rotation_u")
+        for k, name in enumerate(names):
+            columns[f"sigma_{name}"] = np.array([s.sigma[k] for s in stations])
+        return columns | {"scale": [s.scale for s in stations]}
+
+    def summary(self) -> str:
+        """Datum, sigma0, global test, worst observations, points and stations, as text."""
+        solved, test = self.adjustment, self.quality.global_test.sentence()
+        lines = [
+            solved.network.title or "Adjusted network",
+            f"{solved.n_observations} observed values, {solved.n_unknowns} unknowns, "
+            f"{solved.n_constraints} constraints, datum defect {solved.defect}, "
+            f"redundancy {solved.dof}, {solved.iterations} iterations",
+            self.datum,
+            f"sigma0 a priori {solved.sigma0:g}, a posteriori {solved.sigma0_posterior:.4f}"
+            if solved.dof > 0
+            else f"sigma0 a priori {solved.sigma0:g}",
+            f"{test[:1].upper()}{test[1:]}.",
+        ]
+        rows = self.observations.worst(_WORST)
+        if len(rows):
+            lines += ["", f"Worst observations (limit of w: {self.quality.w_critical:.2f})"]
+            lines += [f"  {row}" for row in rows]
+        if len(self.points):
+            lines += ["", f"Points: E, N, U [m], sigmas [mm] {self.scale}"]
+            lines += _table(
+                [(p.name, p.xyz, 1000 * p.sigma, p.role) for p in self._some(self.points)]
+            )
+        if len(self.stations):
+            lines += ["", f"Stations: E, N, U [m], sigmas [mm] {self.scale}"]
+            lines += _table(
+                [(s.name, s.xyz, 1000 * s.sigma[:3], "") for s in self._some(self.stations)]
+            )
+        lines += ["", *solved.warnings] if solved.warnings else []
+        return "\n".join(lines)
+
+    @staticmethod
+    def _some(names: Names[Result]) -> list[Result]:
+        """The first results, as many as a summary lists."""
+        return [names[name] for name, _ in zip(names, range(_LISTED), strict=False)]
+
+    def plot(self, what: PlotName = "plan", axes: Axes | None = None) -> Axes:
+        """Draw the network with matplotlib.
+
+        Parameters
+        ----------
+        what : {"plan", "residuals"}
+            The plan with confidence ellipses, enlarged as the title says; or the test values w
+            of all observations by kind with their limit.
+        axes : matplotlib.axes.Axes, optional
+            Where to draw; new ones if not given.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes, for further drawing or ``axes.figure.savefig``.
+        """
+        plots: dict[str, Callable[[Axes], None]] = {
+            "plan": self._plot_plan,
+            "residuals": self._plot_residuals,
+        }
+        if what not in plots:
+            raise UnknownName("plot", what, plots)
+        if axes is None:
+            axes = import_module("matplotlib.pyplot").subplots()[1]
+            assert axes is not None
+        plots[what](axes)
+        return axes
+
+    def _plot_plan(self, axes: Axes) -> None:
+        """Points, stations, lines of sight and ellipses, which are enlarged to be seen."""
+        patches = import_module("matplotlib.patches")
+        collections = import_module("matplotlib.collections")
+        positions = self.adjustment.state.positions[:, :2]
+        axes.add_collection(
+            collections.LineCollection(self._sights(), colors="0.8", linewidths=0.6, zorder=1)
+        )
+        counts = len(self.points)
+        axes.plot(*positions[:counts].T, "o", color="black", markersize=3, zorder=3)
+        axes.plot(*positions[counts:].T, "^", color="tab:blue", markersize=6, zorder=3)
+        for name, place in zip((*self.points, *self.stations), positions, strict=True):
+            axes.annotate(name, place, xytext=(3, 3), textcoords="offset points", fontsize=7)
+        covariances = np.concatenate(
+            [self._covariances("point"), self._covariances("pose")[:, :3, :3]]
+        )
+        dof = self.adjustment.dof if self.scale == "a posteriori" else None
+        ellipses = plan_ellipses(covariances, confidence_factor(2, self.confidence, dof))
+        size = float(np.ptp(positions, axis=0).max()) if len(positions) else 1.0
+        largest = float(ellipses.major.max(initial=0.0))
+        enlarged = _round_factor(0.06 * size / largest) if largest > 0 else 1.0
+        for place, major, minor, azimuth in zip(
+            positions, ellipses.major, ellipses.minor, ellipses.azimuth, strict=True
+        ):
+            axes.add_patch(
+                patches.Ellipse(
+                    place,
+                    2 * enlarged * major,
+                    2 * enlarged * minor,
+                    angle=90 - np.degrees(azimuth),
+                    fill=False,
+                    edgecolor="tab:red",
+                    zorder=2,
+                )
+            )
+        axes.autoscale_view()
+        axes.set_aspect("equal", adjustable="datalim")
+        axes.set_xlabel("E [m]")
+        axes.set_ylabel("N [m]")
+        axes.set_title(
+            f"Ellipses of {100 * self.confidence:g} %, {self.scale}, enlarged {enlarged:g} times\n"
+            f"{self.datum}",
+            fontsize=8,
+            wrap=True,
+        )
+
+    def _sights(self) -> list[Array]:
+        """Ends (2, 2) of the lines between positions that active observations join."""
+        layout, rows = self.adjustment.layout, self.observations
+        names = {*layout.names["point"], *layout.names["pose"]}
+        active = rows.column("state") == "active"
+        pairs = set(zip(rows.column("start")[active], rows.column("end")[active], strict=True))
+        places = self.adjustment.state.positions[:, :2]
+        return [
+            places[[layout.position_index(a), layout.position_index(b)]]
+            for a, b in sorted(pairs)
+            if a in names and b in names
+        ]
+
+    def _plot_residuals(self, axes: Axes) -> None:
+        """Test values by kind, with the limit."""
+        rows, limit = self.observations, self.quality.w_critical
+        kinds = list(dict.fromkeys(rows.column("kind")))
+        number = np.array([kinds.index(kind) for kind in rows.column("kind")], dtype=float)
+        w, suspicious = rows.column("w"), rows.column("suspicious")
+        # side by side in the order of the network, so that no dot hides another
+        for k in range(len(kinds)):
+            of_kind = np.flatnonzero(number == k)
+            number[of_kind] += np.linspace(-0.3, 0.3, len(of_kind)) if len(of_kind) > 1 else 0.0
+        axes.plot(number[~suspicious], w[~suspicious], ".", color="black")
+        axes.plot(number[suspicious], w[suspicious], "x", color="tab:red")
+        for bound in (-limit, limit):
+            axes.axhline(bound, color="tab:red", linewidth=0.8, linestyle="--")
+        axes.set_xticks(range(len(kinds)), [str(kind).replace("_", " ") for kind in kinds])
+        axes.set_ylabel("w, a priori")
+        axes.set_title(f"Test values, limit {limit:.2f}", fontsize=8)
+
+    def __repr__(self) -> str:
+        solved = self.adjustment
+        parts = [f"{len(solved.layout.names['point'])} points"]
+        if solved.layout.names["pose"]:
+            parts.append(f"{len(solved.layout.names['pose'])} stations")
+        passed = global_test(solved).passed
+        verdict = {None: "nothing checked", True: "global test passed", False: "global test failed"}
+        return (
+            f"<Adjustment: {', '.join(parts)}, {solved.n_observations} observed values, "
+            f"redundancy {solved.dof}, {verdict[passed]}>"
+        )
+
+    def _repr_html_(self) -> str:
+        """Summary and points for notebooks."""
+        test = self.quality.global_test.sentence()
+        caption = (
+            f"{repr(self)[1:-1]}; {test}. {self.datum} Sigmas {self.scale}, "
+            f"sigma0 {self.adjustment.sigma0:g} a priori, "
+            f"{self.adjustment.sigma0_posterior:.3f} a posteriori."
+        )
+        rows = [
+            [p.name, p.role, *(f"{x:.4f}" for x in p.xyz), *(f"{1000 * s:.2f}" for s in p.sigma)]
+            for p in self._some(self.points)
+        ]
+        head = ["point", "role", "E [m]", "N [m]", "U [m]", "σE [mm]", "σN [mm]", "σU [mm]"]
+        return html_table(head, rows, caption)
+
+
+def _plain(column: Any) -> list[Any]:
+    """A column as a list, None for numbers that do not exist."""
+    if isinstance(column, np.ndarray) and column.dtype.kind == "f":
+        return [value if np.isfinite(value) else None for value in column.tolist()]
+    return list(column.tolist() if isinstance(column, np.ndarray) else column)
+
+
+def _triple(values: Array, digits: int) -> str:
+    return " ".join("-" if np.isnan(value) else f"{value:.{digits}f}" for value in values)
+
+
+def _table(rows: Sequence[tuple[str, Array, Array, str]]) -> list[str]:
+    """Lines of names with coordinates and sigmas in columns."""
+    width = max(len(name) for name, *_ in rows)
+    return [
+        f"  {name:{width}}"
+        + "".join(f"{value:14.4f}" for value in xyz)
+        + "".join(f"{value:9.2f}" for value in sigma)
+        + (f"  {role}" if role else "")
+        for name, xyz, sigma, role in rows
+    ]
+
+
+def _round_factor(factor: float) -> float:
+    """A factor rounded down to 1, 2 or 5 times a power of ten."""
+    power = 10.0 ** np.floor(np.log10(factor))
+    return float(power * max(k for k in (1, 2, 5) if k * power <= factor * (1 + 1e-12)))

@@ -1,0 +1,120 @@
+"""Which points carry the frame of an adjusted network, which are compared, which are free."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach.network.solved import SolvedNetwork
+from tribrach.observations.base import Observations, Use
+from tribrach.observations.control import Coordinate, Coordinates, Heights
+
+__all__ = [
+    "Role",
+    "datum_names",
+    "datum_sentence",
+    "given_coordinates",
+    "held_names",
+    "point_roles",
+    "used_axes",
+    "weighted_names",
+]
+
+#: what a point is in the adjustment
+Role = Literal["control", "free", "check"]
+
+
+def used_axes(adjustment: SolvedNetwork) -> NDArray[np.bool_]:
+    """Which of E, N, U (3,) the network has at all: free somewhere, or given and not zero."""
+    layout = adjustment.layout
+    free = adjustment.network.free
+    points = free[: 3 * layout.count("point")].reshape(-1, 3).any(axis=0)
+    given = (np.nan_to_num(adjustment.network.start.points) != 0).any(axis=0)
+    out: NDArray[np.bool_] = points | given | (layout.count("pose") > 0)
+    return out
+
+
+def held_names(adjustment: SolvedNetwork) -> tuple[str, ...]:
+    """Points that have a coordinate held at a given value."""
+    layout = adjustment.layout
+    held = ~adjustment.network.free[: 3 * layout.count("point")].reshape(-1, 3)
+    held &= used_axes(adjustment)
+    return tuple(np.array(layout.names["point"], dtype=object)[held.any(axis=1)])
+
+
+def given_coordinates(adjustment: SolvedNetwork) -> list[Observations]:
+    """Tables of given coordinates: control and check points with a covariance."""
+    kinds = (Coordinates, Coordinate, Heights)
+    tables = adjustment.network.observations
+    return [o for o in tables if o.group == "control" or isinstance(o, kinds)]
+
+
+def weighted_names(adjustment: SolvedNetwork) -> tuple[str, ...]:
+    """Points whose coordinates are observed and take part."""
+    out: dict[str, None] = {}
+    for o in given_coordinates(adjustment):
+        ends = o.ends(adjustment.layout)
+        out |= {ends[i][0]: None for i in np.flatnonzero(o.use == Use.ACTIVE)}
+    return tuple(out)
+
+
+def point_roles(adjustment: SolvedNetwork) -> dict[str, Role]:
+    """By name the points that are control or check; the others are free."""
+    roles: dict[str, Role] = dict.fromkeys(held_names(adjustment), "control")
+    for o in given_coordinates(adjustment):
+        for (name, _), use in zip(o.ends(adjustment.layout), o.use, strict=True):
+            if use == Use.ACTIVE:
+                roles[name] = "control"
+            elif use == Use.CHECK:
+                roles.setdefault(name, "check")
+    return roles
+
+
+def _carriers(adjustment: SolvedNetwork) -> tuple[str, ...]:
+    """Names of the points and stations that a mask of datum components marks."""
+    mask, layout = adjustment.network.datum.components, adjustment.layout
+    if mask is None:
+        return ()
+    position = np.arange(layout.count("point") + layout.count("pose"))
+    carries = mask[layout.position_columns(position)].any(axis=1)
+    return tuple(layout.position_name(int(i)) for i in np.flatnonzero(carries))
+
+
+def datum_names(adjustment: SolvedNetwork) -> tuple[str, ...]:
+    """Points and stations that carry the datum; empty where all of them do."""
+    if adjustment.defect:
+        return adjustment.network.datum.names or _carriers(adjustment)
+    return held_names(adjustment) + weighted_names(adjustment)
+
+
+def datum_sentence(adjustment: SolvedNetwork) -> str:
+    """What fixes the frame, in a sentence."""
+    if adjustment.defect:
+        names = datum_names(adjustment)
+        who = _listed(names) if names else "all points and stations"
+        motions = f"{adjustment.defect} open motion" + "s" * (adjustment.defect != 1)
+        return (
+            f"Free network: inner constraints over {who} close {motions}; the standard "
+            "deviations of coordinates hold in this datum only."
+        )
+    held, weighted = held_names(adjustment), weighted_names(adjustment)
+    parts = []
+    if held:
+        parts.append(f"{_listed(held)} held without error")
+    if weighted:
+        parts.append(f"{_listed(weighted)} weighted by given covariances")
+    if not parts:
+        parts.append("no control point, the observations themselves fix the frame")
+    nouns = {"fixed": "Fixed points", "free": "Inner constraints were asked for but none is needed"}
+    kind = adjustment.network.datum.kind
+    noun = nouns.get(kind, "Control" if held or weighted else "Observations")
+    return f"{noun}: {'; '.join(parts)}."
+
+
+def _listed(names: tuple[str, ...], most: int = 12) -> str:
+    """Names in a sentence, shortened when there are many."""
+    if len(names) > most:
+        return ", ".join(names[:most]) + f" and {len(names) - most} more"
+    return ", ".join(names)

@@ -1,0 +1,191 @@
+"""A solved network as the solver leaves it: unknowns, residuals, covariances, by columns and rows.
+
+:class:`~tribrach.network.adjustment.Adjustment` is the same with results by name.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+
+from tribrach._types import Array, Index
+from tribrach.errors import UnknownName
+from tribrach.network.assembly import Assembly, Rows
+from tribrach.network.datum import Cofactor, OpenMotions
+from tribrach.network.network import Network
+from tribrach.observations.unknowns import FAMILIES, WIDTH, Layout, State
+
+__all__ = ["SolvedNetwork"]
+
+
+@dataclass(frozen=True)
+class SolvedNetwork:
+    """An adjusted network: estimates, residuals, and covariances on request.
+
+    Covariances are a priori: those given with the observations taken as they are.
+    ``variance_factor`` says what scales them.
+
+    Attributes
+    ----------
+    network
+        The network as it was adjusted, with the start values that were found.
+    state
+        Adjusted unknowns in the work frame [m, rad].
+    rows
+        The active observed values, in the order of the residuals.
+    residuals : array (n,)
+        ``v = h(x) - l`` of the active values [m, rad].
+    whitened_residuals : array (n,)
+        ``W v``; their sum of squares is ``vtpv``.
+    design : sparse array (n, u)
+        Whitened Jacobian over the free columns, at the solution.
+    free_columns : array (u,)
+        Columns of the full tangent vector that are unknowns.
+    cofactor
+        Cofactor matrix of the unknowns in the datum of the network.
+    motions
+        Open motions that inner constraints closed.
+    iterations
+        Linearisations that were needed.
+    warnings
+        Sentences of the network and of its solution.
+    assembly
+        Evaluates the network at any state.
+    """
+
+    network: Network
+    state: State
+    rows: Rows
+    residuals: Array
+    whitened_residuals: Array
+    design: sp.csr_array
+    free_columns: Index
+    cofactor: Cofactor
+    motions: OpenMotions
+    iterations: int
+    warnings: tuple[str, ...]
+    assembly: Assembly = field(repr=False)
+
+    @property
+    def layout(self) -> Layout:
+        """Names and columns of the unknowns."""
+        return self.state.layout
+
+    @property
+    def n_observations(self) -> int:
+        """Number of active observed values."""
+        return len(self.rows)
+
+    @property
+    def n_unknowns(self) -> int:
+        """Number of free unknowns."""
+        return len(self.free_columns)
+
+    @property
+    def n_constraints(self) -> int:
+        """Number of independent hard constraints."""
+        return self.cofactor.n_constraints
+
+    @property
+    def defect(self) -> int:
+        """Number of open motions closed by inner constraints."""
+        return int(self.motions.basis.shape[1])
+
+    @property
+    def dof(self) -> int:
+        """Redundancy ``r = n - u + q + d``."""
+        return self.n_observations - self.n_unknowns + self.n_constraints + self.defect
+
+    @property
+    def vtpv(self) -> float:
+        """Weighted sum of squared residuals."""
+        return float(self.whitened_residuals @ self.whitened_residuals)
+
+    @property
+    def sigma0(self) -> float:
+        """A-priori standard deviation of unit weight."""
+        return self.network.sigma0
+
+    @property
+    def sigma0_posterior(self) -> float:
+        """A-posteriori standard deviation of unit weight; NaN without redundancy."""
+        return self.sigma0 * float(np.sqrt(self.posterior_factor))
+
+    @property
+    def posterior_factor(self) -> float:
+        """``v^T P v / r``, which scales covariances from a priori to a posteriori; NaN if r = 0."""
+        return self.vtpv / self.dof if self.dof > 0 else float("nan")
+
+    def variance_factor(self, *, posterior: bool) -> float:
+        """Return what multiplies a-priori covariances of unknowns.
+
+        Parameters
+        ----------
+        posterior
+            Are covariances wanted a posteriori?
+
+        Returns
+        -------
+        float
+            ``v^T P v / r`` if that is wanted and the residuals tell it; 1 if it is not wanted,
+            without redundancy, or with residuals that are all zero.
+        """
+        factor = self.posterior_factor
+        return factor if posterior and factor > 0 else 1.0
+
+    @cached_property
+    def whitener(self) -> sp.csr_array:
+        """``W`` (n, n) with ``W C W^T = I``."""
+        return self.assembly.whitener
+
+    @cached_property
+    def reduced(self) -> Index:
+        """Free column number (size,) of each column of the full tangent vector, -1 if fixed."""
+        return self.assembly.reduced[:-1]
+
+    def columns(self, name: str) -> Index:
+        """Columns of the full tangent vector of a named unknown.
+
+        Raises
+        ------
+        UnknownName
+            No unknown has this name; a KeyError that says which there are.
+        """
+        try:
+            family, index = self.layout.find(name)
+        except KeyError:
+            known = [name for family in FAMILIES for name in self.layout.names[family]]
+            raise UnknownName("point, station or other unknown", name, known) from None
+        return self.layout.columns(family, index)
+
+    def covariance(self, a: str, b: str | None = None) -> Array:
+        """A-priori covariance block of named unknowns: points 3, stations 6, scalars 1 wide."""
+        return self.covariance_columns(self.columns(a), self.columns(a if b is None else b))
+
+    def covariance_columns(self, a: Index, b: Index) -> Array:
+        """A-priori covariance (k, l) between columns of the full tangent vector; fixed: zero."""
+        i, j = self.reduced[np.asarray(a)], self.reduced[np.asarray(b)]
+        out = np.zeros((len(i), len(j)))
+        good = np.ix_(np.flatnonzero(i >= 0), np.flatnonzero(j >= 0))
+        grid_i, grid_j = np.meshgrid(i[i >= 0], j[j >= 0], indexing="ij")
+        values = self.cofactor.entries(grid_i.ravel(), grid_j.ravel())
+        out[good] = values.reshape(grid_i.shape)
+        return out
+
+    def family_covariances(self, family: str) -> Array:
+        """A-priori blocks (n, w, w) of all unknowns of a family; fixed components are zero."""
+        columns = self.layout.columns(family, np.arange(self.layout.count(family)))
+        return (
+            self.cofactor.blocks(self.reduced[columns])
+            if len(columns)
+            else np.zeros((0, WIDTH[family], WIDTH[family]))
+        )
+
+    def position_covariances(self) -> Array:
+        """A-priori 3x3 blocks (P + S, 3, 3) of all points, then of all station positions."""
+        return np.concatenate(
+            [self.family_covariances("point"), self.family_covariances("pose")[:, :3, :3]]
+        )
