@@ -35,7 +35,7 @@ from tribrach.network.results import (
     StationResult,
     TableName,
 )
-from tribrach.network.solved import SolvedNetwork
+from tribrach.network.solved import SolvedSystem
 from tribrach.network.start.start_values import find_start
 from tribrach.observations.unknowns import State
 
@@ -92,7 +92,7 @@ class Options:
 
 
 @dataclass(frozen=True, repr=False)
-class Adjustment(SolvedNetwork):
+class Adjustment(SolvedSystem):
     """An adjusted network: coordinates, stations and observations by name.
 
     Attributes
@@ -194,7 +194,7 @@ class Adjustment(SolvedNetwork):
         return self._results._repr_html_()
 
     def __dir__(self) -> list[str]:
-        """What a surveyor asks for; what the solver keeps is documented at SolvedNetwork."""
+        """What a surveyor asks for; what the solver keeps is documented at SolvedSystem."""
         return sorted(_SURVEYORS)
 
 

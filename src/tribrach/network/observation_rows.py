@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from tribrach._types import Array, Index
 from tribrach.errors import InputError, UnknownName
 from tribrach.network.quality import Quality, check_covariances
-from tribrach.network.solved import SolvedNetwork
+from tribrach.network.solved import SolvedSystem
 from tribrach.observations.base import Observations, Use
 
 __all__ = ["ObservationRow", "ObservationRows", "observation_rows"]
@@ -266,12 +266,12 @@ def _sized(value: float, unit: str) -> str:
     return f"{value:.6g}"
 
 
-def observation_rows(adjustment: SolvedNetwork, quality: Quality) -> ObservationRows:
+def observation_rows(adjustment: SolvedSystem, quality: Quality) -> ObservationRows:
     """All observed values of an adjusted network in its order, whatever their state.
 
     Parameters
     ----------
-    adjustment : SolvedNetwork
+    adjustment : SolvedSystem
         The adjusted network.
     quality : Quality
         Its quality figures.
@@ -292,7 +292,7 @@ def observation_rows(adjustment: SolvedNetwork, quality: Quality) -> Observation
 
 
 def _columns(
-    adjustment: SolvedNetwork,
+    adjustment: SolvedSystem,
     quality: Quality,
     number: int,
     o: Observations,
@@ -347,7 +347,7 @@ def _objects(values: Sequence[Any]) -> NDArray[np.object_]:
 
 
 def _figures(
-    adjustment: SolvedNetwork, quality: Quality, number: int, o: Observations
+    adjustment: SolvedSystem, quality: Quality, number: int, o: Observations
 ) -> dict[str, Array]:
     """Quality figures (n, rows) of a table; NaN (and position -1) for values not taking part."""
     rows = adjustment.rows

@@ -40,7 +40,7 @@ from tribrach.network.significance import (
     tau_critical,
     w_critical,
 )
-from tribrach.network.solved import SolvedNetwork
+from tribrach.network.solved import SolvedSystem
 from tribrach.observations.base import Observations, Use
 from tribrach.statistics import chi2
 
@@ -216,7 +216,7 @@ class Quality:
 
 
 def assess(
-    adjustment: SolvedNetwork,
+    adjustment: SolvedSystem,
     *,
     alpha: float = 0.05,
     alpha0: float = 0.001,
@@ -266,7 +266,7 @@ def assess(
     )
 
 
-def global_test(adjustment: SolvedNetwork, alpha: float = 0.05) -> GlobalTest:
+def global_test(adjustment: SolvedSystem, alpha: float = 0.05) -> GlobalTest:
     """Test of ``v^T P v`` against its redundancy."""
     dof = adjustment.dof
     if dof <= 0:
@@ -404,7 +404,7 @@ def _gram(system: WeightedResiduals, block: Index) -> tuple[Array, Array]:
     return p, p - form
 
 
-def check_tests(adjustment: SolvedNetwork, alpha0: float = 0.001) -> BlockTests:
+def check_tests(adjustment: SolvedSystem, alpha0: float = 0.001) -> BlockTests:
     """Test every observation held out as a check against what the network predicts for it.
 
     Parameters
@@ -441,7 +441,7 @@ def check_tests(adjustment: SolvedNetwork, alpha0: float = 0.001) -> BlockTests:
     return BlockTests.join(parts)
 
 
-def prediction_statistics(adjustment: SolvedNetwork, o: Observations, items: Index) -> Array:
+def prediction_statistics(adjustment: SolvedSystem, o: Observations, items: Index) -> Array:
     """Test statistics ``d^T (C + A Q A^T)^-1 d`` of values held out.
 
     Correlations with values that took part (joint covariances) are not used.
@@ -470,7 +470,7 @@ def prediction_statistics(adjustment: SolvedNetwork, o: Observations, items: Ind
     return statistic
 
 
-def check_covariances(adjustment: SolvedNetwork, o: Observations, items: Index) -> Array:
+def check_covariances(adjustment: SolvedSystem, o: Observations, items: Index) -> Array:
     """Covariances of ``h(x) - l`` for values held out: ``C + A Q A^T``.
 
     Parameters
@@ -501,7 +501,7 @@ def check_covariances(adjustment: SolvedNetwork, o: Observations, items: Index) 
     return out
 
 
-def _design(adjustment: SolvedNetwork, o: Observations, items: Index) -> sp.csr_array:
+def _design(adjustment: SolvedSystem, o: Observations, items: Index) -> sp.csr_array:
     """Derivatives (k * rows, u) of chosen observations by the free columns."""
     n, rows = len(items), o.rows
     data, line, columns = [], [], []

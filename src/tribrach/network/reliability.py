@@ -18,7 +18,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
-from tribrach.network.solved import SolvedNetwork
+from tribrach.network.solved import SolvedSystem
 
 __all__ = [
     "External",
@@ -57,7 +57,7 @@ class WeightedResiduals:
         True where s is more than rounding: other values check this one.
     """
 
-    adjustment: SolvedNetwork
+    adjustment: SolvedSystem
     rows: sp.csr_array
     pull: Array
     weight: Array
@@ -82,7 +82,7 @@ class WeightedResiduals:
         return np.where(self.controlled, delta0 / np.sqrt(safe), np.nan)
 
 
-def weigh(adjustment: SolvedNetwork) -> WeightedResiduals:
+def weigh(adjustment: SolvedSystem) -> WeightedResiduals:
     """Weighted residuals of an adjustment."""
     whitener = adjustment.whitener
     rows = sp.csr_array(whitener.T @ adjustment.design)
@@ -138,7 +138,7 @@ class External:
     exact: NDArray[np.bool_]
 
 
-def solutions_affordable(adjustment: SolvedNetwork) -> int:
+def solutions_affordable(adjustment: SolvedSystem) -> int:
     """How many right-hand sides a report may solve for."""
     return max(100, BUDGET // max(adjustment.n_unknowns, 1))
 

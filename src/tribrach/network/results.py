@@ -27,7 +27,7 @@ from tribrach.network.ellipsoids import (
 from tribrach.network.observation_rows import ObservationRows, html_table, observation_rows
 from tribrach.network.quality import Quality, assess, global_test
 from tribrach.network.roles import Role, datum_sentence, point_roles, used_axes
-from tribrach.network.solved import SolvedNetwork
+from tribrach.network.solved import SolvedSystem
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -219,7 +219,7 @@ class Results:
 
     Parameters
     ----------
-    adjustment : SolvedNetwork
+    adjustment : SolvedSystem
         The adjusted network.
     posterior : bool
         Scale covariances of unknowns by ``v^T P v / r``; without redundancy they stay a priori.
@@ -227,7 +227,7 @@ class Results:
         Probability that ellipses and ellipsoids hold.
     """
 
-    adjustment: SolvedNetwork = field(repr=False)
+    adjustment: SolvedSystem = field(repr=False)
     posterior: bool = False
     confidence: float = 0.95
 

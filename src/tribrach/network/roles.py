@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from tribrach.network.solved import SolvedNetwork
+from tribrach.network.solved import SolvedSystem
 from tribrach.observations.base import Observations, Use
 from tribrach.observations.control import Coordinate, Coordinates, Heights
 
@@ -26,7 +26,7 @@ __all__ = [
 Role = Literal["control", "free", "check"]
 
 
-def used_axes(adjustment: SolvedNetwork) -> NDArray[np.bool_]:
+def used_axes(adjustment: SolvedSystem) -> NDArray[np.bool_]:
     """Which of E, N, U (3,) the network has at all: free somewhere, or given and not zero."""
     layout = adjustment.layout
     free = adjustment.network.free
@@ -36,7 +36,7 @@ def used_axes(adjustment: SolvedNetwork) -> NDArray[np.bool_]:
     return out
 
 
-def held_names(adjustment: SolvedNetwork) -> tuple[str, ...]:
+def held_names(adjustment: SolvedSystem) -> tuple[str, ...]:
     """Points that have a coordinate held at a given value."""
     layout = adjustment.layout
     held = ~adjustment.network.free[: 3 * layout.count("point")].reshape(-1, 3)
@@ -44,14 +44,14 @@ def held_names(adjustment: SolvedNetwork) -> tuple[str, ...]:
     return tuple(np.array(layout.names["point"], dtype=object)[held.any(axis=1)])
 
 
-def given_coordinates(adjustment: SolvedNetwork) -> list[Observations]:
+def given_coordinates(adjustment: SolvedSystem) -> list[Observations]:
     """Tables of given coordinates: control and check points with a covariance."""
     kinds = (Coordinates, Coordinate, Heights)
     tables = adjustment.network.observations
     return [o for o in tables if o.group == "control" or isinstance(o, kinds)]
 
 
-def weighted_names(adjustment: SolvedNetwork) -> tuple[str, ...]:
+def weighted_names(adjustment: SolvedSystem) -> tuple[str, ...]:
     """Points whose coordinates are observed and take part."""
     out: dict[str, None] = {}
     for o in given_coordinates(adjustment):
@@ -60,7 +60,7 @@ def weighted_names(adjustment: SolvedNetwork) -> tuple[str, ...]:
     return tuple(out)
 
 
-def point_roles(adjustment: SolvedNetwork) -> dict[str, Role]:
+def point_roles(adjustment: SolvedSystem) -> dict[str, Role]:
     """By name the points that are control or check; the others are free."""
     roles: dict[str, Role] = dict.fromkeys(held_names(adjustment), "control")
     for o in given_coordinates(adjustment):
@@ -72,7 +72,7 @@ def point_roles(adjustment: SolvedNetwork) -> dict[str, Role]:
     return roles
 
 
-def _carriers(adjustment: SolvedNetwork) -> tuple[str, ...]:
+def _carriers(adjustment: SolvedSystem) -> tuple[str, ...]:
     """Names of the points and stations that a mask of datum components marks."""
     mask, layout = adjustment.network.datum.components, adjustment.layout
     if mask is None:
@@ -82,14 +82,14 @@ def _carriers(adjustment: SolvedNetwork) -> tuple[str, ...]:
     return tuple(layout.position_name(int(i)) for i in np.flatnonzero(carries))
 
 
-def datum_names(adjustment: SolvedNetwork) -> tuple[str, ...]:
+def datum_names(adjustment: SolvedSystem) -> tuple[str, ...]:
     """Points and stations that carry the datum; empty where all of them do."""
     if adjustment.defect:
         return adjustment.network.datum.names or _carriers(adjustment)
     return held_names(adjustment) + weighted_names(adjustment)
 
 
-def datum_sentence(adjustment: SolvedNetwork) -> str:
+def datum_sentence(adjustment: SolvedSystem) -> str:
     """What fixes the frame, in a sentence."""
     if adjustment.defect:
         names = datum_names(adjustment)

@@ -23,7 +23,7 @@ from tribrach.network.reliability import (
     solutions_affordable,
     weigh,
 )
-from tribrach.network.solved import SolvedNetwork
+from tribrach.network.solved import SolvedSystem
 
 __all__ = [
     "ConfusablePair",
@@ -92,7 +92,7 @@ class Separability:
         return (ConfusablePair(int(a), int(b), float(rho)) for a, b, rho in pairs)
 
 
-def separability(adjustment: SolvedNetwork, limit: float = LIMIT) -> Separability:
+def separability(adjustment: SolvedSystem, limit: float = LIMIT) -> Separability:
     """Find pairs of values with ``|rho| > limit``; components of one vector are no pairs.
 
     Parameters
@@ -129,7 +129,7 @@ def separability(adjustment: SolvedNetwork, limit: float = LIMIT) -> Separabilit
     return Separability(low[once], high[once], rho[once], len(candidates) <= most)
 
 
-def confusable(adjustment: SolvedNetwork, quality: Quality, limit: float = LIMIT) -> list[str]:
+def confusable(adjustment: SolvedSystem, quality: Quality, limit: float = LIMIT) -> list[str]:
     """A sentence for each suspicious value that could as well be another observation's error."""
     size = np.nan_to_num(np.abs(quality.w))
     suspicious = np.flatnonzero(size > quality.w_critical)
@@ -154,7 +154,7 @@ def _groups(pairs: Mapping[tuple[int, int], float]) -> list[list[int]]:
 
 
 def _alike(
-    adjustment: SolvedNetwork, group: Sequence[int], pairs: Mapping[tuple[int, int], float]
+    adjustment: SolvedSystem, group: Sequence[int], pairs: Mapping[tuple[int, int], float]
 ) -> str:
     """Rows whose tests say the same, in a sentence."""
     words = list(dict.fromkeys(describe_row(adjustment, row) for row in group))
@@ -180,7 +180,7 @@ def partners(system: WeightedResiduals, row: int, limit: float = LIMIT) -> tuple
     return tuple(dict.fromkeys(words))
 
 
-def describe_row(adjustment: SolvedNetwork, row: int) -> str:
+def describe_row(adjustment: SolvedSystem, row: int) -> str:
     """The observation that a row belongs to, in words."""
     rows = adjustment.rows
     o = adjustment.network.observations[rows.table[row]]

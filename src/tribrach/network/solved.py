@@ -18,11 +18,11 @@ from tribrach.network.datum import Cofactor, OpenMotions
 from tribrach.network.network import Network
 from tribrach.observations.unknowns import FAMILIES, WIDTH, Layout, State
 
-__all__ = ["SolvedNetwork"]
+__all__ = ["SolvedSystem"]
 
 
 @dataclass(frozen=True)
-class SolvedNetwork:
+class SolvedSystem:
     """An adjusted network: estimates, residuals, and covariances on request.
 
     Covariances are a priori: those given with the observations taken as they are.
