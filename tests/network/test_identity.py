@@ -96,12 +96,12 @@ def test_ids_do_not_depend_on_the_order_of_files_or_on_who_reads_them(tmp_path: 
     points, first, second = job(tmp_path)
     values = by_value(read_files([points, first, second]).network())
     assert by_value(read_files([second, first, points]).network()) == values
-    assert by_value(tb.Project.load(tmp_path / "job.toml").network()) == values
+    assert by_value(tb.open_job(tmp_path / "job.toml").network()) == values
 
 
 def test_ids_do_not_depend_on_what_is_switched_off(tmp_path: Path) -> None:
     job(tmp_path)
-    network = tb.Project.load(tmp_path / "job.toml").network()
+    network = tb.open_job(tmp_path / "job.toml").network()
     (table,) = (t for t, o in enumerate(network.observations) if o.kind == "horizontal_distance")
     fewer = switch(network, table, 0, Use.OFF, "prism tilted")
     assert ids_of(fewer) == ids_of(network)

@@ -9,6 +9,7 @@ import pytest
 import tribrach as tb
 from tests.network.networks import scanner_network, trilateration
 from tribrach.errors import InputError, UnknownName
+from tribrach.job.opened import Job
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.ellipsoids import confidence_factor, plan_ellipses
 from tribrach.network.network import Datum
@@ -27,14 +28,14 @@ SIGHTS = [
 ]
 
 
-def project(folder: Path, lines: list[str]) -> tb.Project:
+def project(folder: Path, lines: list[str]) -> Job:
     folder.mkdir(exist_ok=True)
     (folder / "points.csv").write_text(POINTS)
     (folder / "sights.csv").write_text(HEAD + "\n".join(lines) + "\n")
     (folder / "job.toml").write_text(
         '[[points]]\nfile = "points.csv"\n[[observations]]\nfile = "sights.csv"\n'
     )
-    return tb.Project.load(folder / "job.toml")
+    return tb.open_job(folder / "job.toml")
 
 
 @pytest.fixture
