@@ -1,4 +1,4 @@
-"""Which reader for which file: by suffix, and by content where a suffix is shared."""
+"""Chooses the reader of a survey file: by suffix, and by content where a suffix is shared."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which reader for which raw file: by what stands at its beginning, whatever its suffix."""
+"""Chooses the reader of a raw file by how the file begins, whatever its suffix."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ UNREAD: tuple[tuple[str, str], ...] = (
 
 
 def recognised(path: Path) -> bool:
-    """True if a file begins as one of the formats that are read, or known not to be."""
+    """True if a file begins as one of the formats that are read, or that are known and not read."""
     text = head(path)
     return _known(text) is not None or _unread(text) is not None
 
@@ -58,7 +58,7 @@ def format_of(path: Path) -> str:
     Raises
     ------
     InputError
-        A format that is known and not read, or none that is known.
+        A format that is known and not read, or an unknown one.
     """
     text = head(path)
     name = _known(text)
@@ -72,12 +72,12 @@ def format_of(path: Path) -> str:
 
 
 def read(path: Path) -> RawFile:
-    """A raw file by columns.
+    """Read a raw file.
 
     Raises
     ------
     InputError
-        Of :func:`format_of`, and of the readers.
+        Errors of :func:`format_of` and of the readers.
     """
     path = Path(path)
     if not path.is_file():
@@ -87,8 +87,10 @@ def read(path: Path) -> RawFile:
 
 
 def _known(text: str) -> str | None:
+    """Name of the format that a text begins like, None if it is not one of those that are read."""
     return next((name for name, (sniff, _) in READERS.items() if sniff(text)), None)
 
 
 def _unread(text: str) -> str | None:
+    """The format that a text begins like among those that are known and not read."""
     return next((what for what, start in UNREAD if re.match(start, text)), None)

@@ -43,7 +43,19 @@ _HEIGHTS = range(100, 3001)
 
 @dataclass(frozen=True)
 class Word:
-    """A word: index of two or three digits, information (4 characters), sign and data."""
+    """A word of a block.
+
+    Attributes
+    ----------
+    index
+        Two or three digits.
+    information
+        Four characters; the last is the unit.
+    sign
+        + or -.
+    data
+        8 or 16 characters.
+    """
 
     index: str
     information: str
@@ -101,12 +113,12 @@ def sniff(text: str) -> bool:
 
 
 def read(path: Path) -> RawFile:
-    """The file by columns.
+    """Read a file.
 
     Raises
     ------
     InputError
-        Not text, nothing in it can be read, or it is a file of a level.
+        Not text, without anything that can be read, or a file of a level.
     """
     lines = read_lines(path)
     recorder = Recorder(path, "Leica GSI")
@@ -128,7 +140,7 @@ def read(path: Path) -> RawFile:
 
 
 def _blocks(lines: list[str], recorder: Recorder) -> Iterator[tuple[int, list[Word]]]:
-    """Lines with words; what is no block is counted."""
+    """Lines with words; other lines are counted."""
     for number, line in enumerate(lines, start=1):
         if not line.strip("\x02\x03\x04\x1a\t "):
             continue
@@ -152,8 +164,8 @@ def _station_code(blocks: list[tuple[int, list[Word]]]) -> str | None:
     if not codes or len({ws[0].text for ws in codes}) > 1:
         return None
     for words in codes:
-        found = {w.index: w for w in words}
-        height = found["43"].data.strip() if {"42", "43"} <= found.keys() else ""
+        by_index = {w.index: w for w in words}
+        height = by_index["43"].data.strip() if {"42", "43"} <= by_index.keys() else ""
         if not height.isdecimal() or int(height) not in _HEIGHTS:
             return None
     return codes[0][0].text
@@ -182,19 +194,19 @@ class _Reader:
         if words[0].index == "41":
             self._code(line, words)
             return
-        found = {word.index: word for word in words}
-        values = {i: w.value for i, w in found.items() if i in _LENGTHS or i in _ANGLES}
-        for index in found:
+        by_index = {word.index: word for word in words}
+        values = {i: w.value for i, w in by_index.items() if i in _LENGTHS or i in _ANGLES}
+        for index in by_index:
             if index not in values and index not in (*_SILENT, "11", "51", "58", "59"):
                 self.recorder.unknown[f"word {index}"] += 1
-        self._constants(found)
-        name = found["11"].text
-        reading = any(i in found for i in ("21", "22", "31"))
-        if not reading and ("84" in found or "88" in found):
+        self._constants(by_index)
+        name = by_index["11"].text
+        reading = any(i in by_index for i in ("21", "22", "31"))
+        if not reading and ("84" in by_index or "88" in by_index):
             self._setup(line, name, values)
         elif reading:
-            self._sight(line, name, found, values)
-        if any(i in found for i in ("81", "82", "83")):
+            self._sight(line, name, by_index, values)
+        if any(i in by_index for i in ("81", "82", "83")):
             xyz = [values.get(i, math.nan) for i in ("81", "82", "83")]
             self.recorder.point(line, name, xyz[0], xyz[1], xyz[2], given=not reading)
             self.recorder.understood["coordinates"] += 1
@@ -204,9 +216,9 @@ class _Reader:
         if words[0].text != self.station_code:
             self.recorder.unknown["code block"] += 1
             return
-        found = {word.index: word for word in words}
-        height = int(found["43"].data) / 1000
-        self.recorder.setup(line, found["42"].text, height=height)
+        by_index = {word.index: word for word in words}
+        height = int(by_index["43"].data) / 1000
+        self.recorder.setup(line, by_index["42"].text, height=height)
         self.recorder.understood["set-up"] += 1
 
     def _setup(self, line: int, name: str, values: dict[str, float]) -> None:
@@ -218,20 +230,20 @@ class _Reader:
             xyz = [values.get(i, math.nan) for i in ("84", "85", "86")]
             self.recorder.point(line, name, xyz[0], xyz[1], xyz[2])
 
-    def _constants(self, found: dict[str, Word]) -> None:
+    def _constants(self, by_index: dict[str, Word]) -> None:
         """Word 51: parts per million and prism constant in millimetres; also as 59 and 58."""
-        if "51" in found:
-            both = _CONSTANTS.match(found["51"].sign + found["51"].data.strip())
+        if "51" in by_index:
+            both = _CONSTANTS.match(by_index["51"].sign + by_index["51"].data.strip())
             if both is None:
-                raise ValueError(f"word 51 has {found['51'].data!r} for its constants")
+                raise ValueError(f"word 51 has {by_index['51'].data!r} for its constants")
             self.recorder.ppm = float(both[1])
             self.recorder.prism = float(both[2]) / 1000
-        if "58" in found and found["58"].data.strip().isdecimal():
-            sign = -1 if found["58"].sign == "-" else 1
-            self.recorder.prism = sign * int(found["58"].data) * 1e-4
+        if "58" in by_index and by_index["58"].data.strip().isdecimal():
+            sign = -1 if by_index["58"].sign == "-" else 1
+            self.recorder.prism = sign * int(by_index["58"].data) * 1e-4
 
     def _sight(
-        self, line: int, name: str, found: dict[str, Word], values: dict[str, float]
+        self, line: int, name: str, by_index: dict[str, Word], values: dict[str, float]
     ) -> None:
         if "88" in values and not math.isnan(values["88"]):
             self.recorder.height_instrument(line, values["88"])
@@ -242,7 +254,7 @@ class _Reader:
             zenith=values.get("22", math.nan),
             distance=values.get("31", math.nan),
             height=values.get("87", math.nan),
-            code=found["71"].text.strip("-") if "71" in found else "",
+            code=by_index["71"].text.strip("-") if "71" in by_index else "",
         )
         self.sights += 1
         self.recorder.understood["sight"] += 1

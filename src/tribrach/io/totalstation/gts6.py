@@ -36,12 +36,12 @@ def sniff(text: str) -> bool:
 
 
 def read(path: Path) -> RawFile:
-    """The file by columns.
+    """Read a file.
 
     Raises
     ------
     InputError
-        Not text, or nothing in it can be read.
+        Not text, or without anything that can be read.
     """
     stream, starts = _stream(read_lines(path))
     recorder = Recorder(path, "Topcon GTS-6")
@@ -55,7 +55,7 @@ def read(path: Path) -> RawFile:
 
 
 def _stream(lines: list[str]) -> tuple[str, list[int]]:
-    """The lines as one text, without the frame of packets, and where each begins in it."""
+    """The lines as one text, without the frame of packets, and the offset at which each begins."""
     parts: list[str] = []
     starts: list[int] = []
     size = 0
@@ -116,5 +116,5 @@ def _sight(recorder: Recorder, line: int, field: dict[str, str | None]) -> None:
 
 
 def _angle(digits: str, unit: str) -> float:
-    """``DDDMMSS``, or gon with four decimals."""
+    """An angle written as ``DDDMMSS``, or in gon with four decimals."""
     return angle(f"{digits[:-4]}.{digits[-4:]}", "dms" if unit == "d" else "gon")

@@ -31,12 +31,12 @@ def sniff(text: str) -> bool:
 
 
 def read(path: Path) -> RawFile:
-    """The file by columns.
+    """Read a file.
 
     Raises
     ------
     InputError
-        Not text, or nothing in it can be read.
+        Not text, or without anything that can be read.
     """
     reader = _Reader(Recorder(path, "Topcon GTS-7"))
     for line, record in enumerate(read_lines(path), start=1):
@@ -72,7 +72,7 @@ class _Reader:
         }
 
     def record(self, line: int, record: str) -> None:
-        """One line; what cannot be right is left out and counted."""
+        """One line; if it cannot be right it is left out and counted."""
         word, _, rest = record.partition(" ")
         word, cells = word.strip().upper(), [cell.strip() for cell in rest.split(",")]
         if word in _SILENT or record.startswith(("TopSURV", "GTS-7")):
@@ -115,7 +115,7 @@ class _Reader:
         self.recorder.understood["coordinates"] += 1
 
     def _bearing(self, line: int, cells: list[str]) -> None:
-        """Backsight, its azimuth and the reading of the circle there."""
+        """Backsight, its azimuth and the circle reading there."""
         self.named = cells[0]
         azimuth, circle = angle(cells[1], self.angle), angle(cells[2], self.angle)
         self.recorder.backsight(line, self.station, cells[0], azimuth, circle)

@@ -1,8 +1,8 @@
 """Trimble JobXML (``.jxl``): records of the field book that refer to each other by their IDs.
 
 Angles are decimal degrees, lengths metres, whatever the instrument showed. Distances are raw: the
-prism constant of the target and the parts per million of the atmosphere are still to be applied,
-which the reader notes beside them. Format: Trimble, "JobXML schema".
+prism constant of the target and the parts per million of the atmosphere are still to be applied;
+the reader notes them beside the distances. Format: Trimble, "JobXML schema".
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ def sniff(text: str) -> bool:
 
 
 def read(path: Path) -> RawFile:
-    """The file by columns.
+    """Read a file.
 
     Raises
     ------
     InputError
-        Not well-formed, another root, or nothing in it can be read.
+        Not well-formed, another root, or without anything that can be read.
     """
     root = xml_file.load(path, "JOBFile")
     reader = _Reader(Recorder(path, "Trimble JobXML"))
@@ -134,7 +134,7 @@ class _Reader:
         self.recorder.understood["sight"] += 1
 
     def _setup(self, record: etree._Element) -> None:
-        """The set-up that a sight refers to; a new one where it or its backsight changes."""
+        """Begin the set-up that a sight refers to, if it or its backsight has changed."""
         key, bearing = _text(record, "StationID"), _text(record, "BackBearingID")
         if key not in self.stations:
             raise ValueError(f"the sight refers to station record {key!r}, which is not there")
@@ -160,10 +160,10 @@ class _Reader:
         air = _text(record, "AtmosphereID")
         if not air and station is not None:
             air = _text(station, "AtmosphereID")
-        found = self.air.get(air)
+        atmosphere = self.air.get(air)
         self.recorder.prism = math.nan if target is None else number(_text(target, "PrismConstant"))
         values = [
-            math.nan if found is None else number(_text(found, tag))
+            math.nan if atmosphere is None else number(_text(atmosphere, tag))
             for tag in ("PPM", "Temperature", "Pressure")
         ]
         self.recorder.ppm, self.recorder.temperature_c, self.recorder.pressure_hpa = values

@@ -45,12 +45,13 @@ def sniff(text: str) -> bool:
 
 
 def read(path: Path) -> RawFile:
-    """The file by columns.
+    """Read a file.
 
     Raises
     ------
     InputError
-        Not well-formed, another root, unknown units, no survey, nothing can be read.
+        Not well-formed, another root, unknown units, no survey, or without anything that can be
+        read.
     """
     root = xml_file.load(path, *(space + "LandXML" for space in _SPACES), "LandXML")
     reader = _Reader(Recorder(path, "LandXML"), root)
@@ -111,7 +112,7 @@ class _Reader:
                 self._guarded(element, lambda e=element: self._sight(e))
 
     def _guarded(self, element: etree._Element, work: object) -> None:
-        """Leave out what cannot be right, and count it."""
+        """Do the work on an element; if it cannot be right it is left out and counted."""
         assert callable(work)
         try:
             work()
@@ -130,7 +131,7 @@ class _Reader:
         self.recorder.understood["coordinates"] += 1
 
     def _setup(self, element: etree._Element) -> None:
-        """The set-up that a sight refers to, itself or through its group."""
+        """Begin the set-up that a sight refers to, by itself or through its group."""
         parents = [element, *element.iterancestors()]
         key = next((e.get("setupID") for e in parents if e.get("setupID") is not None), None)
         inside = next((e for e in parents if _tag(e) == "InstrumentSetup"), None)

@@ -1,9 +1,9 @@
 """Trimble and Zeiss M5 (``.m5``): lines of 119 characters in five blocks.
 
-``For M5|Adr 00001|PI1 name|.. value unit|.. value unit|.. value unit|``; text (``TI``) tells the
-program of the instrument. A point marked ``S`` is a station, ``A`` to ``J`` its backsights, whose
-readings stand before it. Distances contain the corrections of the instrument. Format: Trimble M3
-User Guide, "Data formats".
+``For M5|Adr 00001|PI1 name|.. value unit|.. value unit|.. value unit|``; text lines (``TI``) name
+the program of the instrument. A point marked ``S`` is a station, ``A`` to ``J`` its backsights,
+whose readings stand before it. Distances contain the corrections of the instrument. Format: Trimble
+M3 User Guide, "Data formats".
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ def sniff(text: str) -> bool:
 
 
 def read(path: Path) -> RawFile:
-    """The file by columns.
+    """Read a file.
 
     Raises
     ------
     InputError
-        Not text, or nothing in it can be read.
+        Not text, or without anything that can be read.
     """
     lines = read_lines(path)
     reader = _Reader(Recorder(path, "Trimble M5"), lines)
@@ -72,7 +72,7 @@ class _Reader:
         Raises
         ------
         ValueError
-            A value or a unit that cannot be right, or no line of the format.
+            A value or a unit that cannot be right.
         """
         if not sniff(record):
             self.recorder.unknown["line of another format"] += 1
@@ -88,7 +88,7 @@ class _Reader:
             self.recorder.unknown[f"block {record[17:20].strip() or 'without a type'}"] += 1
 
     def _values(self, record: str) -> dict[str, float]:
-        """Metres, radians, hPa and degrees Celsius by type; what is no number is text."""
+        """Metres, radians, hPa and degrees Celsius by type."""
         out: dict[str, float] = {}
         for start in (49, 72, 95):
             kind = record[start : start + 2].strip()
@@ -114,7 +114,7 @@ class _Reader:
         return out
 
     def _text(self, line: int, program: str, values: dict[str, float]) -> None:
-        """Heights, prism, air and columns of names."""
+        """Heights, prism, air, and the columns of names."""
         if "21" in values and "22" in values:
             self.code, self.name = int(values["21"]) - 1, int(values["22"]) - 1
         # a change of the distance mode writes 0 for a height that it does not know

@@ -1,10 +1,10 @@
 """Nikon RAW V2.00 (``.raw``, ``.nik``), also as Ruide, Spectra and the Trimble M3 write it.
 
-Records of cells between commas. Comments of the header say the units; stations (``ST``) carry the
-azimuth of the backsight and the reading that the circle was set to there, which is what the sights
-after it refer to; the reading of the first ``F1`` at the backsight was taken before. Distances
-contain the corrections of the instrument. Records that begin with an asterisk were deleted in the
-field. Format: record tables in the manuals of the Nikon DTM-330 and the Trimble M3.
+Records of cells between commas. Comments of the header give the units; stations (``ST``) carry the
+azimuth of the backsight and the reading that the circle was set to there, to which the sights after
+it refer; the reading of the first ``F1`` at the backsight was taken before. Distances contain the
+corrections of the instrument. Records that begin with an asterisk were deleted in the field.
+Format: record tables in the manuals of the Nikon DTM-330 and the Trimble M3.
 """
 
 from __future__ import annotations
@@ -49,12 +49,12 @@ def sniff(text: str) -> bool:
 
 
 def read(path: Path) -> RawFile:
-    """The file by columns.
+    """Read a file.
 
     Raises
     ------
     InputError
-        Not text, or nothing in it can be read.
+        Not text, or without anything that can be read.
     """
     reader = _Reader(Recorder(path, "Nikon RAW"))
     for line, record in enumerate(read_lines(path), start=1):
@@ -86,7 +86,7 @@ class _Reader:
         }
 
     def record(self, line: int, record: str) -> None:
-        """One record; what cannot be right is left out and counted."""
+        """One record; if it cannot be right it is left out and counted."""
         self.deleted = record.startswith("*")
         kind, *cells = record.lstrip("*").split(",")
         kind = kind.strip().upper()
@@ -125,19 +125,20 @@ class _Reader:
         self.recorder.understood["comment"] += 1
 
     def _air(self, text: str) -> None:
-        found = _AIR.search(text)
-        if found is None:
+        """Temperature, pressure and prism constant in a comment."""
+        match = _AIR.search(text)
+        if match is None:
             return
-        temperature = float(found[1])
-        if found[2].upper() == "F":
+        temperature = float(match[1])
+        if match[2].upper() == "F":
             temperature = (temperature - 32) / 1.8
         self.recorder.temperature_c = temperature
-        self.recorder.pressure_hpa = float(found[3]) * _HPA[found[4].lower()]
-        if found[5]:
-            self.recorder.prism = float(found[5]) / 1000
+        self.recorder.pressure_hpa = float(match[3]) * _HPA[match[4].lower()]
+        if match[5]:
+            self.recorder.prism = float(match[5]) / 1000
 
     def _inputs(self, line: int, text: str) -> None:
-        """``th`` and ``ih`` in comments of the Trimble M3."""
+        """Heights ``th`` and ``ih`` in comments of the Trimble M3."""
         for name, value, unit in _INPUT.findall(text) if text.startswith("TI") else ():
             metres = float(value) * UNITS[unit]
             if name == "ih":

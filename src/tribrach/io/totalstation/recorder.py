@@ -1,4 +1,4 @@
-"""Where every reader writes what it finds, record by record, until it becomes columns."""
+"""Collects what a reader finds, record by record, and turns it into columns."""
 
 from __future__ import annotations
 
@@ -22,6 +22,8 @@ SAME_HEIGHT = 5e-5
 
 @dataclass
 class _Setup:
+    """A set-up while the file is read."""
+
     station: str
     height: float
     backsight: str
@@ -30,12 +32,12 @@ class _Setup:
     line: int
 
     def like(self, other: _Setup) -> bool:
-        """True if nothing says that the instrument was set up anew."""
-        mine = (self.height, self.azimuth, self.circle)
-        theirs = (other.height, other.azimuth, other.circle)
+        """True if another set-up is the same as far as the file says."""
+        own = (self.height, self.azimuth, self.circle)
+        others = (other.height, other.azimuth, other.circle)
         same = all(
             (math.isnan(a) and math.isnan(b)) or abs(a - b) < SAME_HEIGHT
-            for a, b in zip(mine, theirs, strict=True)
+            for a, b in zip(own, others, strict=True)
         )
         return same and (self.station, self.backsight) == (other.station, other.backsight)
 
@@ -43,7 +45,14 @@ class _Setup:
 class Recorder:
     """Collects set-ups, sights and coordinates of one file.
 
-    Target height, prism and air stay as they are until the file changes them.
+    Target height, prism and air hold until the file changes them.
+
+    Parameters
+    ----------
+    path
+        Of the file.
+    format
+        Its name in words.
     """
 
     def __init__(self, path: Path, format: str) -> None:
@@ -72,12 +81,27 @@ class Recorder:
         circle: float = NAN,
         merge: bool = False,
     ) -> int:
-        """Begin a set-up; its index.
+        """Begin a set-up.
 
         Parameters
         ----------
+        line
+            Of the file.
+        station
+            Its name.
+        height
+            Of the instrument [m].
+        backsight
+            Name of the point.
+        azimuth, circle
+            Of the backsight, as set and as read [rad].
         merge
-            Go on with the current one if nothing differs.
+            Go on with the current set-up if nothing differs.
+
+        Returns
+        -------
+        int
+            Index of the set-up.
         """
         new = _Setup(station, height, backsight, azimuth, circle, line)
         if not merge or not self._setups or not new.like(self._setups[-1]):
@@ -86,7 +110,9 @@ class Recorder:
         return len(self._setups) - 1
 
     def height_instrument(self, line: int, height: float) -> None:
-        """Height of the current set-up [m]; a new one begins if it was used with another."""
+        """Set the height of the current set-up [m]; a set-up that has sights with another height
+        ends.
+        """
         if not self._setups:
             self.setup(line, "", height=height)
             return
@@ -101,7 +127,17 @@ class Recorder:
     def backsight(
         self, line: int, station: str, target: str, azimuth: float, circle: float
     ) -> None:
-        """The backsight of the current set-up [rad]; a used one begins anew."""
+        """Set the backsight of the current set-up; a set-up that has sights ends.
+
+        Parameters
+        ----------
+        line
+            Of the file.
+        station, target
+            Names.
+        azimuth, circle
+            Of the backsight, as set and as read [rad].
+        """
         self.at_station(line, station)
         current = self._setups[-1]
         if self._used[-1]:
@@ -110,7 +146,7 @@ class Recorder:
         current.backsight, current.azimuth, current.circle = target, azimuth, circle
 
     def at_station(self, line: int, station: str) -> None:
-        """Make sure that the current set-up is at this station."""
+        """Begin a set-up unless the current one is at this station."""
         if not self._setups or (station and self._setups[-1].station not in ("", station)):
             self.setup(line, station)
         elif station and not self._setups[-1].station:
@@ -131,7 +167,28 @@ class Recorder:
         series: int = 0,
         off: str = "",
     ) -> None:
-        """Add a sight of the current set-up [m, rad]; face 0 follows from the zenith angle.
+        """Add a sight of the current set-up.
+
+        Parameters
+        ----------
+        line
+            Of the file.
+        target, code
+            Names.
+        direction, zenith
+            As read [rad].
+        distance
+            Along the slope [m].
+        face
+            1 or 2; 0 derives it from the zenith angle.
+        height
+            Of the target [m]; NaN takes the current one.
+        applied
+            The distance contains the corrections for prism and air.
+        series
+            Number of the set, 0 if not known.
+        off
+            Why the sight is not used.
 
         Raises
         ------
@@ -150,18 +207,29 @@ class Recorder:
         if not self._setups:
             self.setup(line, "")
         self._used[-1] = True
-        seen = 2 if zenith > math.pi else 1
+        side = 2 if zenith > math.pi else 1
         target_height = self.target_height if math.isnan(height) else height
         air = (self.temperature_c, self.pressure_hpa, self.humidity_percent)
         self._shots.append(
-            (len(self._setups) - 1, target, code, direction, zenith, distance, face or seen,
+            (len(self._setups) - 1, target, code, direction, zenith, distance, face or side,
              target_height, self.prism, self.ppm, applied, *air, series, off, line)
         )  # fmt: skip
 
     def point(
         self, line: int, name: str, e: float, n: float, u: float, *, given: bool = True
     ) -> None:
-        """Coordinates [m] of a point; given False if the instrument computed them.
+        """Add coordinates of a point.
+
+        Parameters
+        ----------
+        line
+            Of the file.
+        name
+            Of the point.
+        e, n, u
+            Coordinates [m].
+        given
+            False if the instrument computed them.
 
         Raises
         ------
@@ -173,11 +241,11 @@ class Recorder:
         self._points.append((name, (e, n, u), given, line))
 
     def problem(self, line: int, what: str) -> None:
-        """A record that is known but cannot be used."""
+        """Note a record of a known kind that cannot be used."""
         self._problems.append(Problem(line, what))
 
     def note(self, sentence: str) -> None:
-        """Something that had to be assumed; said once."""
+        """Note an assumption, once."""
         if sentence not in self._notes:
             self._notes.append(sentence)
 
@@ -227,7 +295,9 @@ class Recorder:
         )
 
     def _add_backsights(self) -> None:
-        """The pointing that a circle was set with, where no other reading shows the backsight."""
+        """Add the pointings with which circles were set, where no other sight goes to the
+        backsight.
+        """
         shown = {(s[0], s[1]) for s in self._shots if not s[15]}
         for j, setup in enumerate(self._setups):
             known = setup.backsight and not math.isnan(setup.circle)

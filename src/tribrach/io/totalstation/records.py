@@ -1,4 +1,4 @@
-"""What a raw file of a total station says, in columns and without its maker's words.
+"""The content of a raw file of a total station, in columns and independent of its maker.
 
 Readings stay as they were taken: both faces, circle readings without orientation, distances as the
 file holds them with the corrections that are still to be applied. Metres and radians; NaN where
@@ -26,11 +26,18 @@ class Setups:
 
     Attributes
     ----------
-    station
-        Names, "" where the file gives none; height (n,) of the instrument [m].
-    backsight
-        Names; azimuth (n,) of the backsight as it was set [rad]; circle (n,) reading at it [rad];
-        line (n,) 1-based.
+    station : (n,)
+        Names, "" where the file gives none.
+    height : (n,)
+        Of the instrument [m].
+    backsight : (n,)
+        Names.
+    azimuth : (n,)
+        Of the backsight as it was set [rad].
+    circle : (n,)
+        Reading at the backsight [rad].
+    line : (n,)
+        Of the file, from 1.
     """
 
     station: NDArray[Any]
@@ -48,17 +55,34 @@ class Setups:
 class RawSights:
     """n sights in the order of the file.
 
-    setup (n,) index of the set-up.
-
     Attributes
     ----------
-    target, code
-        Names; direction (n,) circle reading and zenith (n,) as read in their face [rad]; distance
-        (n,) along the slope as in the file [m]; face (n,) 1 or 2; height (n,) of the target [m];
-        prism (n,) prism constant [m] and ppm (n,) atmospheric correction [1e-6], applied (n,)
-        whether the distance contains both; temperature_c, pressure_hpa, humidity_percent (n,) of
-        the air; series (n,) number of the set if the file says it, else 0; off (n,) why a sight is
-        not used, ""; line (n,) 1-based.
+    setup : (n,)
+        Index of the set-up.
+    target, code : (n,)
+        Names.
+    direction, zenith : (n,)
+        As read in their face [rad].
+    distance : (n,)
+        Along the slope, as in the file [m].
+    face : (n,)
+        1 or 2.
+    height : (n,)
+        Of the target [m].
+    prism : (n,)
+        Prism constant [m].
+    ppm : (n,)
+        Atmospheric correction [1e-6].
+    applied : (n,)
+        True if the distance contains both corrections.
+    temperature_c, pressure_hpa, humidity_percent : (n,)
+        Of the air.
+    series : (n,)
+        Number of the set if the file gives it, else 0.
+    off : (n,)
+        Why a sight is not used, "" if it is.
+    line : (n,)
+        Of the file, from 1.
     """
 
     setup: Index
@@ -85,10 +109,18 @@ class RawSights:
 
 @dataclass(frozen=True)
 class StoredPoints:
-    """n coordinates that stand in the file.
+    """n coordinates of the file.
 
-    xyz (n, 3) E, N, U [m], NaN where not given; given (n,) True if they were keyed in or uploaded,
-    False if the instrument computed them; line (n,) 1-based.
+    Attributes
+    ----------
+    name : (n,)
+        Of the points.
+    xyz : (n, 3)
+        E, N, U [m], NaN where not given.
+    given : (n,)
+        True if they were keyed in or uploaded, False if the instrument computed them.
+    line : (n,)
+        Of the file, from 1.
     """
 
     name: NDArray[Any]
@@ -102,7 +134,15 @@ class StoredPoints:
 
 @dataclass(frozen=True)
 class Problem:
-    """A record that was left out: its line and what is wrong with it."""
+    """A record that was left out.
+
+    Attributes
+    ----------
+    line
+        Of the file, from 1.
+    what
+        What is wrong with it.
+    """
 
     line: int
     what: str
@@ -114,18 +154,22 @@ class RawFile:
 
     Attributes
     ----------
+    path
+        Of the file.
     format
         Its name in words.
     instrument
         As the file names it.
+    setups, shots, points
+        The content.
     understood, unknown
-        Records or words by kind with their numbers.
+        How many records or words there were, by kind.
     problems
-        Records that are known but cannot be right.
+        Records of known kinds that cannot be right.
     notes
-        What had to be assumed, in sentences.
+        Assumptions, in sentences.
     label
-        What tells the file from others of the same name, its name if empty.
+        What tells the file from others of the same name; empty takes its name.
     """
 
     path: Path
@@ -142,7 +186,7 @@ class RawFile:
 
     @property
     def name(self) -> str:
-        """What the file is called in sources, in names of unknowns and in reports."""
+        """Name of the file in sources, in names of unknowns and in reports."""
         return self.label or self.path.name
 
     def source(self, line: int) -> str:
@@ -150,7 +194,7 @@ class RawFile:
         return f"{self.name}:{line}"
 
     def summary(self) -> str:
-        """What was understood, in one line."""
+        """The content in one line."""
         parts = [f"{len(self.setups)} set-ups", f"{len(self.shots)} sights"]
         parts.append(f"{len(self.points)} coordinates")
         if self.unknown:

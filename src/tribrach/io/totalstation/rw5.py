@@ -1,6 +1,6 @@
 """Carlson RW5 (``.rw5``), also as Leica and Spectra write it.
 
-A record and its fields between commas; each field begins with its own letters. ``MO`` says the
+A record and its fields between commas; each field begins with its own letters. ``MO`` gives the
 units, ``OC`` and ``BK`` the set-up, ``LS`` the heights; ``BD``, ``BR``, ``FD``, ``FR`` are readings
 of sets in both faces, ``TR`` and ``SS`` single ones. Degrees are packed ``DDD.MMSS``. Distances
 contain the corrections of the instrument. Format: Carlson SurvPC manual, "Raw data".
@@ -31,17 +31,17 @@ _PRISM = re.compile(r"P\.C\.\s*mm\s*Applied:\s*(-?[\d.]+)", re.IGNORECASE)
 
 
 def sniff(text: str) -> bool:
-    """True if a text has a job and a mode record, live or in a comment."""
+    """True if a text has a job and a mode record, as a record or in a comment."""
     return re.search(r"^(--)?(JB,NM|MO,AD\d)", text, re.MULTILINE) is not None
 
 
 def read(path: Path) -> RawFile:
-    """The file by columns.
+    """Read a file.
 
     Raises
     ------
     InputError
-        Not text, or nothing in it can be read.
+        Not text, or without anything that can be read.
     """
     lines = read_lines(path)
     recorder = Recorder(path, "Carlson RW5")
@@ -76,7 +76,7 @@ class _Reader:
         }
 
     def record(self, line: int, record: str) -> None:
-        """One record; what cannot be right is left out and counted."""
+        """One record; if it cannot be right it is left out and counted."""
         if record.startswith("--"):
             prism = _PRISM.search(record)
             if prism is not None:
@@ -133,7 +133,7 @@ class _Reader:
             self.recorder.target_height = self._length(fields["HR"])
 
     def _sight(self, line: int, fields: dict[str, str], face: int, note: str) -> None:
-        """Readings; the set-up is the current one as long as nothing about it has changed."""
+        """Readings; the set-up is the current one unless something about it has changed."""
         station = fields.get("OP", self.station)
         if station != self.station:
             self.station, self.backsight = station, ""
@@ -153,6 +153,7 @@ class _Reader:
         self.recorder.understood["sight"] += 1
 
     def _zenith(self, fields: dict[str, str]) -> float:
+        """Zenith angle [rad] from a zenith or vertical angle."""
         if "CE" in fields:
             raise ValueError("a sight with a change of elevation has no zenith angle")
         if "VA" in fields:
@@ -160,7 +161,7 @@ class _Reader:
         return angle(fields.get("ZE", ""), self.angle)
 
     def _direction(self, fields: dict[str, str]) -> float:
-        """Circle reading from angles to the right or left, deflections, or an azimuth."""
+        """Circle reading [rad] from angles to the right or left, deflections, or an azimuth."""
         signs = {"AR": (1, 0), "AL": (-1, 0), "AZ": (1, 0), "DR": (1, math.pi), "DL": (-1, math.pi)}
         for name, (sign, start) in signs.items():
             if name in fields:

@@ -1,9 +1,9 @@
 """Sokkia SDR33 and SDR2x (``.sdr``), also as other makers write it.
 
 Fixed columns: two digits of record type, two letters of origin, then names of 16 characters (4 in
-SDR2x) and numbers of 16 (10 in SDR2x). The header says angle, length, pressure and temperature
-units and the order of coordinates. Distances contain the corrections of the instrument. Format:
-record tables in the manuals of the Nikon N series and of the Spectra Precision Focus 6.
+SDR2x) and numbers of 16 (10 in SDR2x). The header gives the units of angle, length, pressure and
+temperature and the order of coordinates. Distances contain the corrections of the instrument.
+Format: record tables in the manuals of the Nikon N series and of the Spectra Precision Focus 6.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _HPA = {"hpa": 1.0, "mmhg": 1013.25 / 760, "inhg": 33.8639}
 
 @dataclass(frozen=True)
 class _Layout:
-    """Widths and units of the header."""
+    """Widths and units from the header."""
 
     name: int
     number: int
@@ -58,12 +58,12 @@ def sniff(text: str) -> bool:
 
 
 def read(path: Path) -> RawFile:
-    """The file by columns.
+    """Read a file.
 
     Raises
     ------
     InputError
-        Not text, no header, units that do not exist, nothing in it can be read.
+        Not text, no header, units that do not exist, or without anything that can be read.
     """
     lines = read_lines(path)
     recorder = Recorder(path, "Sokkia SDR")
@@ -121,7 +121,7 @@ class _Reader:
         }
 
     def record(self, line: int, record: str) -> None:
-        """One record; what cannot be right is left out and counted."""
+        """One record; if it cannot be right it is left out and counted."""
         kind = record[:2]
         if kind == "13" and record[2:4] in ("F1", "F2"):
             self.recorder.unknown["sight of a resection in notes (13F1)"] += 1
@@ -199,7 +199,7 @@ class _Reader:
         self.recorder.understood["sight"] += 1
 
     def _note(self, line: int, record: str) -> None:
-        """Notes carry the prism constant and the air."""
+        """Prism constant and air in a note."""
         prism = _PRISM.search(record)
         if prism is not None:
             self.recorder.prism = float(prism[1]) / 1000

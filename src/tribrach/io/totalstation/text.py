@@ -20,12 +20,12 @@ _CONTROL = bytes(set(range(32)) - {2, 3, 4, 9, 10, 12, 13, 26})
 
 
 def read_lines(path: Path) -> list[str]:
-    """Lines of a text file, of any line ends; UTF-8, else each byte one letter.
+    """Lines of a text file with any line ends; UTF-8, else Latin-1.
 
     Raises
     ------
     InputError
-        It cannot be read, is empty, or is not text.
+        The file cannot be read, is empty, or is not text.
     """
     data = read_bytes(path)
     if data.translate(None, _CONTROL) != data:
@@ -34,7 +34,7 @@ def read_lines(path: Path) -> list[str]:
 
 
 def head(path: Path, size: int = 4000) -> str:
-    """Beginning of a file as text, for a look at what it is; "" if it cannot be read."""
+    """Beginning of a file as text, to recognise it; "" if it cannot be read."""
     try:
         return _decoded(contents(path, size))
     except OSError:
@@ -42,6 +42,7 @@ def head(path: Path, size: int = 4000) -> str:
 
 
 def _decoded(data: bytes) -> str:
+    """The text of bytes in UTF-8, else Latin-1."""
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -54,7 +55,7 @@ def number(text: str) -> float:
     Raises
     ------
     ValueError
-        Anything else.
+        The text is anything else.
     """
     text = text.strip()
     if not text:
@@ -66,6 +67,11 @@ def number(text: str) -> float:
 
 def packed_dms(text: str) -> float:
     """Radians of ``DDD.MMSSs``: degrees, then two digits of minutes, two of seconds, decimals.
+
+    Parameters
+    ----------
+    text
+        NaN is returned if it is blank.
 
     Raises
     ------
@@ -86,9 +92,14 @@ def packed_dms(text: str) -> float:
 
 
 def angle(text: str, unit: str) -> float:
-    """Radians of an angle in ``deg``, ``gon``, ``mil`` (6400 to the circle), ``rad`` or ``dms``.
+    """Radians of an angle.
 
-    ``dms`` is packed, ``DDD.MMSS``. NaN if the text is blank.
+    Parameters
+    ----------
+    text
+        NaN is returned if it is blank.
+    unit
+        ``deg``, ``gon``, ``mil`` (6400 to the circle), ``rad`` or ``dms`` (packed, ``DDD.MMSS``).
 
     Raises
     ------
