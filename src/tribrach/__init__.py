@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from tribrach.kernel_cache import ensure_cache
 
 if TYPE_CHECKING:
+    from tribrach.cloud.placing import place
     from tribrach.io.survey.formats import read_files
     from tribrach.job.opened import open_job
     from tribrach.network.adjustment import Adjustment, adjust
@@ -32,6 +33,7 @@ __all__ = [
     "assess",
     "fit_transformation",
     "open_job",
+    "place",
     "read_files",
 ]
 
@@ -45,6 +47,7 @@ _HOMES = {
     "assess": "network.quality",
     "fit_transformation": "transformation.fit",
     "open_job": "job.opened",
+    "place": "cloud.placing",
     "read_files": "io.survey.formats",
 }
 
