@@ -64,9 +64,3 @@ def test_points_on_the_axis_and_at_zero_stay_finite() -> None:
 def test_nothing_is_done_without_parameters() -> None:
     xyz = points()
     assert Correction(MODEL, np.zeros(len(VALUES))).corrected(xyz) is xyz
-    marks = {
-        Correction(MODEL, VALUES).mark,
-        Correction(MODEL, VALUES, "back").mark,
-        Correction(MODEL, 2 * VALUES).mark,
-    }
-    assert len(marks) == 3

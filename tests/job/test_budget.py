@@ -72,7 +72,7 @@ def test_sample_is_taken_once(
     def fail(scan: object) -> None:
         raise AssertionError("sampled twice")
 
-    monkeypatch.setattr("tribrach.job.budget.surface_sample", fail)
+    monkeypatch.setattr("tribrach.job.surface_samples.surface_sample", fail)
     assert error_budget([scan], where, adjustment, Remembered(tmp_path)) == first
 
 

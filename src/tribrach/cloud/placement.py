@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.correction import Correction
 from tribrach.instruments.scan_noise import ScanNoise
@@ -68,3 +69,13 @@ class Placement:
         pose = Pose(frame @ self.pose.rotation, frame @ self.pose.translation)
         share = None if self.calibration is None else self.calibration.turned(both)
         return Placement(self.station, pose, both @ self.covariance @ both.T, self.noise, share)
+
+    def delivered(self, frame: OutputFrame) -> Placement:
+        """Bring the station into the frame of the clouds: exact at its place, rigid around it.
+
+        The share of the calibration is left out.
+        """
+        at = self.pose.translation
+        turned = self.turned(frame.rotation(at))
+        pose = Pose(turned.pose.rotation, frame.from_work(at[None])[0])
+        return Placement(self.station, pose, turned.covariance, self.noise)

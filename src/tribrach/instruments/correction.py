@@ -6,7 +6,6 @@ axis the corrections are those at these limits, because closer they would grow w
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass
 from typing import Literal
 
@@ -43,12 +42,6 @@ class Correction:
     model: CalibrationModel
     values: Array
     faces: Faces = "front"
-
-    @property
-    def mark(self) -> str:
-        """A short digest that tells this correction from others."""
-        words = f"{self.model.name} {self.model.parameters} {self.faces} {self.values.tolist()!r}"
-        return hashlib.sha256(words.encode()).hexdigest()[:16]
 
     def face(self, h: Array) -> Array:
         """Faces (n,) of +1 or -1 at horizontal angles (n,) [rad]."""

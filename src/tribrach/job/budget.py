@@ -12,7 +12,8 @@ from tribrach.cloud.budget import PointBudget, point_budget
 from tribrach.cloud.placement import Placement
 from tribrach.geometry.rotation import skew
 from tribrach.job.scans import StationScan
-from tribrach.job.state import Remembered, digest
+from tribrach.job.state import Remembered
+from tribrach.job.surface_samples import sample_of
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.contributions import by_category, contributions
 from tribrach.registration.geometry_warnings import (
@@ -20,7 +21,6 @@ from tribrach.registration.geometry_warnings import (
     extrapolation_factor,
     targets_around,
 )
-from tribrach.scan.surface_sample import SurfaceSample, surface_sample
 
 __all__ = ["BudgetPart", "BudgetRow", "error_budget", "reach_sentences"]
 
@@ -135,10 +135,6 @@ _INCIDENCES = (0.0, 30.0, 45.0, 60.0, 90.0)
 _FEW = 20
 
 
-#: changes of how samples are taken make remembered ones void
-_METHOD = 1
-
-
 @dataclass(frozen=True)
 class _Sampled:
     """Ranges, incidence angles (n,) [degrees], NaN where unknown, and the budget of the points."""
@@ -181,20 +177,6 @@ def _sampled(
     cosine = np.abs(np.einsum("ni,ni->n", sample.xyz, sample.normals)) / length
     incidence = np.degrees(np.arccos(np.clip(cosine, 0.0, 1.0)))
     return _Sampled(length, incidence, point_budget(sample.xyz, where, shares, sample.normals))
-
-
-def sample_of(scan: StationScan, state: Remembered) -> SurfaceSample:
-    """Some points of a scan with their normals, taken once and remembered."""
-    key = digest("surface", _METHOD, state.file_digest(scan.scan.path), scan.mark)
-    known = state.recall(f"surface-{scan.name}", key)
-    if known is None:
-        fresh = surface_sample(scan.scan)
-        normals = np.nan_to_num(fresh.normals)
-        known = {"xyz": fresh.xyz.tolist(), "normals": normals.tolist()}
-        state.remember(f"surface-{scan.name}", key, known)
-    normals = np.array(known["normals"]).reshape(-1, 3)
-    normals[(normals == 0).all(axis=1)] = np.nan
-    return SurfaceSample(np.array(known["xyz"]).reshape(-1, 3), normals)
 
 
 def _regions(station: str, sampled: Sequence[_Sampled]) -> list[BudgetRow]:

@@ -19,7 +19,7 @@ from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import log
 from tribrach.job.scans import StationScan
-from tribrach.job.state import Remembered, digest
+from tribrach.job.state import Remembered
 from tribrach.registration.clouds.graph import CloudEdge, consistent
 from tribrach.registration.clouds.pair import CloudPair, register_pair
 from tribrach.registration.clouds.prepared import PreparedScan, prepare
@@ -27,10 +27,6 @@ from tribrach.registration.pose_graph import Joint
 from tribrach.statistics import chi2
 
 __all__ = ["CloudPairs", "cloud_pairs", "contradicted", "observable"]
-
-
-#: changes of how pairs are registered make remembered ones void
-_METHOD = 2
 
 
 #: approximate poses may be wrong by this [m], [rad]; probability that a good edge contradicts them
@@ -166,8 +162,8 @@ def _facts(
     clouds: _Clouds, floor: tuple[float, float], state: Remembered, a: str, b: str
 ) -> dict[str, Any]:
     """What became of a pair, from the last run if nothing changed."""
-    sources = [[state.file_digest(s.scan.path), s.mark] for n in (a, b) for s in clouds.stations[n]]
-    key = digest("cloud pair", _METHOD, floor, sources)
+    sources = [(name, [s.scan for s in clouds.stations[name]]) for name in (a, b)]
+    key = state.key(_facts, sources, floor)
     product = f"clouds-{a}-{b}"
     known = state.recall(product, key)
     if known is not None:

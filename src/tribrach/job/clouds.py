@@ -23,7 +23,7 @@ from tribrach.io.clouds.e57 import copy_with_poses
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader, CloudWriter, step_for
 from tribrach.job.grouping import groups, whole_source
-from tribrach.job.scans import StationScan, share_after
+from tribrach.job.scans import MeasuredScan, StationScan, share_after
 from tribrach.job.state import Remembered, digest
 from tribrach.scan.normals import incidence_cosines
 from tribrach.scan.scan import Field
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from tribrach.network.adjustment import Adjustment
     from tribrach.project.sections import CloudSection
 
-__all__ = ["CloudProduct", "Product", "place", "placed_parts", "write_clouds"]
+__all__ = ["CloudProduct", "Product", "place", "write_clouds"]
 
 # Clouds of an earlier grouping or format give way to those that hold the same scans now.
 #
@@ -115,10 +115,6 @@ def _same(one: Path, other: Path) -> bool:
         return False
 
 
-#: changes of what is written make all clouds anew
-_METHOD = 3
-
-
 _SIGMAS = ("sigma_x", "sigma_y", "sigma_z")
 
 
@@ -182,11 +178,12 @@ def write_clouds(
     for group in groups(scans, wish):
         path = folder / group.file
         made = [placements[scan.name] for scan in group.scans]
-        key = _key(group.scans, made, frame, wish, state)
+        measured = [scan.measured for scan in group.scans]
+        key = state.key(CloudProduct, group.name, measured, made, frame, wish)
         facts = state.recall(f"cloud-{group.file}", key, path)
         new = facts is None
         if facts is None:
-            cloud = CloudProduct(group.name, group.scans, made, frame, wish)
+            cloud = CloudProduct(group.name, measured, made, frame, wish)
             summary = cloud.write(path, progress)
             facts = {
                 "summary": summary.to_facts(),
@@ -209,44 +206,13 @@ def write_clouds(
     return products
 
 
-def _key(
-    scans: Sequence[StationScan],
-    placements: Sequence[Placement],
-    frame: OutputFrame,
-    wish: CloudSection,
-    state: Remembered,
-) -> str:
-    """Digest of everything that a cloud depends on."""
-    placed = placed_parts(scans, placements, frame, state)
-    return digest("cloud", [_METHOD, wish.model_dump(), *placed])
-
-
-def placed_parts(
-    scans: Sequence[StationScan],
-    placements: Sequence[Placement],
-    frame: OutputFrame,
-    state: Remembered,
-) -> list[Any]:
-    """Everything that the placed points of scans depend on, and their covariances, for a digest."""
-    parts: list[Any] = [frame.kind, frame.crs, frame.epoch]
-    parts += [frame.jacobian(np.zeros(3)), frame.from_work(np.zeros((1, 3)))]
-    for scan, where in zip(scans, placements, strict=True):
-        noise = None if where.noise is None else where.noise.parameters
-        pose = where.pose
-        parts += [state.file_digest(scan.scan.path), scan.mark, scan.name]
-        parts += [pose.rotation, pose.translation, where.covariance, noise]
-        if where.calibration is not None:
-            parts += [where.calibration.own, where.calibration.cross]
-    return parts
-
-
 class CloudProduct:
     """One cloud on its way into its file."""
 
     def __init__(
         self,
         name: str,
-        scans: Sequence[StationScan],
+        scans: Sequence[MeasuredScan],
         placements: Sequence[Placement],
         frame: OutputFrame,
         wish: CloudSection,
@@ -300,7 +266,7 @@ class CloudProduct:
         """Copy the source with new poses; its points are only read for the summary."""
         source = self.scans[0].scan.path
         poses = {
-            scan.scan.index: self._delivered(where)
+            scan.scan.index: where.delivered(self.frame).pose
             for scan, where in zip(self.scans, self.placements, strict=True)
         }
         summary, total = CloudSummary(), self._records()
@@ -346,12 +312,6 @@ class CloudProduct:
             "projection; the frames work and ecef, and other formats, are exact"
         )
 
-    def _delivered(self, where: Placement) -> Pose:
-        """Pose in the delivered frame: exact at the station, rigid around it."""
-        at = where.pose.translation
-        turn = self.frame.rotation(at)
-        return Pose(turn @ where.pose.rotation, self.frame.from_work(at[None])[0])
-
     def _records(self) -> int | None:
         counts = [scan.scan.records for scan in self.scans]
         return None if None in counts else sum(c for c in counts if c is not None)
@@ -363,7 +323,7 @@ class CloudProduct:
         to_frame = LocalMap(self.frame.from_work) if self.frame.kind == "projected" else None
         for number, (scan, where) in enumerate(zip(self.scans, self.placements, strict=True)):
             turn = self.frame.rotation(where.pose.translation)
-            turned, rigid = where.turned(turn), self._delivered(where)
+            turned, rigid = where.turned(turn), where.delivered(self.frame).pose
             for chunk in scan.scan.chunks():
                 cosine = incidence_cosines(chunk.xyz) if self.wish.incidence else None
                 sigma, world = None, None
@@ -434,7 +394,7 @@ class CloudProduct:
             if self.wish.correlations:
                 extra += [Field(name, "float32") for name in _CORRELATIONS]
         offset = self.frame.from_work(self.placements[0].pose.translation[None])[0]
-        pose = self._delivered(self.placements[0]) if self.in_scanner else None
+        pose = self.placements[0].delivered(self.frame).pose if self.in_scanner else None
         return CloudHeader(
             name=self.name,
             fields=(*shared, *extra),

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from tribrach.job.panorama import Panorama, panorama
-from tribrach.job.scans import StationScan
-from tribrach.job.state import Remembered, digest
+from tribrach.job.scans import MeasuredScan, StationScan
+from tribrach.job.state import Remembered
 from tribrach.project.sections import TargetSection
 from tribrach.scan.loading import load
 from tribrach.scan.range_image import organise
@@ -25,14 +25,6 @@ from tribrach.targets.spheres.grid_search import find_spheres
 from tribrach.units import MM
 
 __all__ = ["Findings", "blind", "extract", "find_targets", "merged"]
-
-
-#: changes of how targets are found make remembered ones void
-_METHOD = 6
-
-
-#: range for which the noise of fits is taken [m]
-_USUAL = 15.0
 
 
 #: two detections of a station this near to each other are one target [m]
@@ -75,11 +67,11 @@ def extract(
     """Targets of every scan; those of unchanged scans come from the last run."""
     found = []
     for scan in scans:
-        key = digest("targets", _METHOD, state.file_digest(scan.scan.path), _settings(scan, wanted))
+        key = state.key(find_targets, scan.measured, wanted)
         known = state.recall(f"targets-{scan.name}", key)
         if known is None:
             progress(f"targets of {scan.name}")
-            fresh = find_targets(scan, wanted)
+            fresh = find_targets(scan.measured, wanted)
             state.remember(f"targets-{scan.name}", key, _to_facts(fresh))
             found.append(fresh)
         else:
@@ -87,7 +79,7 @@ def extract(
     return found
 
 
-def find_targets(scan: StationScan, wanted: TargetSection) -> Findings:
+def find_targets(scan: MeasuredScan, wanted: TargetSection) -> Findings:
     """Load a scan and look for every kind of target that is wanted, and possible.
 
     Prints are measured along lines of sight: without the place of the scanner only spheres can be
@@ -96,7 +88,7 @@ def find_targets(scan: StationScan, wanted: TargetSection) -> Findings:
     unseen = blind(scan, wanted)
     cloud = load(scan.scan)
     image = organise(cloud.xyz, cloud.row, cloud.column)
-    noise, floor = _noise(scan), wanted.floor_mm * MM
+    noise, floor = scan.fit_sigmas, wanted.floor_mm * MM
     results = []
     if wanted.sphere_radius_m and not scan.origin_known:
         good, bad = find_spheres_in_cloud(cloud.xyz, wanted.sphere_radius_m, scan=scan.name)
@@ -126,7 +118,7 @@ def find_targets(scan: StationScan, wanted: TargetSection) -> Findings:
     return Findings(scan.name, scan.station, detections, rejected, len(cloud.xyz), view, said)
 
 
-def blind(scan: StationScan, wanted: TargetSection) -> str:
+def blind(scan: MeasuredScan, wanted: TargetSection) -> str:
     """Which wanted targets cannot be looked for in a scan, in a sentence without the stop; "" none.
 
     Checkerboards and discs take the place of the scanner among the points.
@@ -140,17 +132,6 @@ def blind(scan: StationScan, wanted: TargetSection) -> str:
         'stood among the points is not known (say origin = "scanner" in its [[scans]] if at '
         "0, 0, 0, or origin = [x, y, z] in the coordinates of the file)"
     )
-
-
-def _noise(scan: StationScan) -> dict[str, float]:
-    """Sigmas of single points for the fits; without an instrument they come from the scan."""
-    if scan.noise is None:
-        return {}
-    spot = float(scan.noise.beam_angle(np.array([_USUAL]))[0])
-    return {
-        "sigma_range": scan.noise.range + scan.noise.range_scale * _USUAL,
-        "sigma_angle": float(np.hypot(scan.noise.vertical, spot)),
-    }
 
 
 def merged(findings: Sequence[Findings]) -> dict[str, list[Detection]]:
@@ -168,13 +149,6 @@ def _without_doubles(found: list[Detection]) -> list[Detection]:
         if all(np.linalg.norm(detection.center - k.center) > _SAME for k in kept):
             kept.append(detection)
     return kept
-
-
-def _settings(scan: StationScan, wanted: TargetSection) -> list[Any]:
-    """Everything besides the file that the targets of a scan depend on."""
-    noise = None if scan.noise is None else scan.noise.parameters
-    origin = scan.origin_known
-    return [scan.mark, scan.scan.name, scan.name, noise, origin, wanted.model_dump()]
 
 
 def _to_facts(found: Findings) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from tribrach.io.scans.e57 import E57Scan
 from tribrach.io.scans.formats import read_scans
-from tribrach.job.scans import StationScan
+from tribrach.job.scans import MeasuredScan, StationScan
 
 if TYPE_CHECKING:
     from tribrach.project import Project
@@ -65,7 +65,7 @@ def _by_source(scans: Sequence[StationScan]) -> list[tuple[str, tuple[StationSca
     return out
 
 
-def whole_source(scans: Sequence[StationScan]) -> bool:
+def whole_source(scans: Sequence[MeasuredScan]) -> bool:
     """Are these all scans of one E57 file, each once, so that a copy of it shows nothing else?"""
     first = scans[0].scan
     if not all(isinstance(one.scan, E57Scan) and one.scan.as_stored for one in scans):

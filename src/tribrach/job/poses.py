@@ -37,7 +37,6 @@ __all__ = [
     "MOST_STATIONS",
     "POSES",
     "PoseFile",
-    "delivered",
     "joint_covariance",
     "pose_texts",
     "read_poses",
@@ -57,14 +56,6 @@ _ELEMENTS = [f"m{i}{j}" for i in range(4) for j in range(4)]
 
 
 _UNKNOWNS = ("tx", "ty", "tz", "rx", "ry", "rz")
-
-
-def delivered(where: Placement, frame: OutputFrame) -> Placement:
-    """A placement in the frame of the clouds: exact at the station, rigid around it."""
-    at = where.pose.translation
-    turned = where.turned(frame.rotation(at))
-    pose = Pose(turned.pose.rotation, frame.from_work(at[None])[0])
-    return Placement(where.station, pose, turned.covariance, where.noise)
 
 
 def station_order(scans: Sequence[StationScan]) -> list[str]:
@@ -103,7 +94,7 @@ def poses_csv(
     head = [f"c_{_UNKNOWNS[i]}_{_UNKNOWNS[j]}" for i, j in triangle]
     writer.writerow(["scan", "station", "file", *_ELEMENTS, *head, "frame", "crs", "epoch"])
     for scan in scans:
-        where = delivered(placements[scan.name], frame)
+        where = placements[scan.name].delivered(frame)
         matrix = [repr(float(x)) for x in where.pose.matrix.ravel()]
         covariance = [f"{where.covariance[i, j]:.9e}" for i, j in triangle]
         place = [frame.kind, frame.crs or "", "" if frame.epoch is None else frame.epoch]
@@ -126,7 +117,7 @@ def poses_json(
     """
     rows = []
     for scan in scans:
-        where = delivered(placements[scan.name], frame)
+        where = placements[scan.name].delivered(frame)
         rows.append(
             {
                 "scan": scan.name,

@@ -26,7 +26,14 @@ if TYPE_CHECKING:
     from tribrach.network.adjustment import Adjustment
     from tribrach.project.sections import ScanFile
 
-__all__ = ["StationScan", "as_adjusted", "calibration_sentences", "open_scans", "share_after"]
+__all__ = [
+    "MeasuredScan",
+    "StationScan",
+    "as_adjusted",
+    "calibration_sentences",
+    "open_scans",
+    "share_after",
+]
 
 # Calibrations of the scanners behind scans: known before the adjustment, adjusted after it.
 
@@ -110,24 +117,30 @@ def calibration_sentences(scans: Sequence[StationScan], adjustment: Adjustment) 
     return out
 
 
-@dataclass(frozen=True)
-class StationScan:
-    """A scan at its station.
+#: range for which the noise of fits is taken [m]
+_USUAL = 15.0
 
-    name : of the scan in the results, unique in the project; noise : of its single points, None if
-    no instrument says; floor : sigma that no target centre falls below [m]; names : approximate
-    centers (3,) in the scanner frame [m] of the targets that the user named; known : calibration
-    of its scanner from a file, by which ``scan`` is corrected; faces : which face measured a point.
+
+@dataclass(frozen=True)
+class MeasuredScan:
+    """The points of a scan and their noise: all that targets, planes and clouds are made of.
+
+    Parameters
+    ----------
+    name
+        Of the scan in the results, unique in the project.
+    station
+        Where it was taken.
+    scan
+        Its points.
+    noise
+        Of its single points, None if no instrument says.
     """
 
     name: str
     station: str
     scan: Scan
     noise: ScanNoise | None
-    levelled: bool
-    names: Mapping[str, tuple[float, float, float]]
-    known: Calibration | None = None
-    faces: Faces = "front"
 
     @property
     def origin_known(self) -> bool:
@@ -135,14 +148,45 @@ class StationScan:
         return self.scan.origin != "unknown"
 
     @property
-    def mark(self) -> tuple[int | float | str, ...]:
-        """What the points depend on besides the file: scan, place of the scanner, correction."""
-        more = []
-        if self.scan.correction is not None:
-            more.append(self.scan.correction.mark)
-        if self.scan.face is not None:
-            more.append(f"face {self.scan.face.sign:+.0f}")
-        return (self.scan.index, *self.scan.scanner, *more)
+    def fit_sigmas(self) -> dict[str, float]:
+        """Sigmas of single points for fits, range [m] and angle [rad]; none without an instrument.
+
+        Fits take them from the scan then.
+        """
+        if self.noise is None:
+            return {}
+        spot = float(self.noise.beam_angle(np.array([_USUAL]))[0])
+        return {
+            "sigma_range": self.noise.range + self.noise.range_scale * _USUAL,
+            "sigma_angle": float(np.hypot(self.noise.vertical, spot)),
+        }
+
+
+@dataclass(frozen=True)
+class StationScan(MeasuredScan):
+    """A scan at its station, with what the network is told of it.
+
+    Parameters
+    ----------
+    levelled
+        Was the scanner levelled?
+    names
+        Approximate centres (3,) [m] in the scanner frame of the targets that the user named.
+    known
+        Calibration of the scanner from a file, by which the points are corrected.
+    faces
+        Which face measured a point.
+    """
+
+    levelled: bool
+    names: Mapping[str, tuple[float, float, float]]
+    known: Calibration | None = None
+    faces: Faces = "front"
+
+    @property
+    def measured(self) -> MeasuredScan:
+        """The points and their noise alone."""
+        return MeasuredScan(self.name, self.station, self.scan, self.noise)
 
 
 def open_scans(job: Job) -> list[StationScan]:

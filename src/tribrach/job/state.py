@@ -1,34 +1,49 @@
 """What has been made already, and from which inputs?
 
-Beside the results lies a folder of small JSON files, one for each product. Each holds the digest
-of everything that the product depends on; if that is unchanged and the product is whole, it is not
-made again. Digests are of contents (BLAKE2b), not of dates; those of large files are remembered
-with size and date so that a second run does not read them again.
+Beside the results lies a folder of small JSON files, one for each product. Each holds the key of
+the product: a digest of everything that it depends on. If the key is unchanged and the product is
+whole, it is not made again.
+
+The key is taken from the function that makes the product and from its arguments
+(:meth:`Remembered.key`): from the code of the function and of all that it uses, from every field of
+every argument, and from the contents of the files that they name. So nobody keeps a list of what
+matters: what is no argument cannot change the product, and what is one is in the key. Therefore
+functions take narrow arguments; a setting that they do not get makes nothing anew.
+
+A field of a dataclass can be left out only with a reason that stands beside it:
+``field(metadata={"not_in_digest": "filled from the others when first needed"})``.
+
+Digests are of contents (BLAKE2b), not of dates; those of large files are remembered with size and
+date so that a second run does not read them again.
 """
 
 from __future__ import annotations
 
+import datetime
 import hashlib
 import json
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import Field, fields, is_dataclass
+from enum import Enum
 from pathlib import Path
+from types import BuiltinFunctionType, CodeType, FunctionType
 from typing import Any
 
 import numpy as np
+from pydantic import BaseModel
 
 from tribrach.io.outputs import write_text
+from tribrach.job.code_version import code_version
 
-__all__ = ["FOLDER", "Remembered", "digest"]
+__all__ = ["FOLDER", "NOT_IN_DIGEST", "Remembered", "digest"]
 
 #: folder of the state inside that of the results
 FOLDER = ".tribrach"
 
-
-#: changes of how products are made make all of them anew
-_VERSION = 1
-
+#: key of the metadata of a field that is left out of digests; its value says why
+NOT_IN_DIGEST = "not_in_digest"
 
 _BLOCK = 1 << 22
 
@@ -38,24 +53,132 @@ _MOST_BYTES = 200_000_000
 
 
 def digest(*parts: Any) -> str:
-    """Digest of numbers, strings, arrays, mappings and sequences of them, exact in every bit."""
-    state = hashlib.blake2b(digest_size=20)
-    _feed(state, [_VERSION, *parts])
-    return state.hexdigest()
+    """Take the digest of values, exact in every bit.
+
+    Parameters
+    ----------
+    *parts
+        Numbers, strings, arrays, dates, enums, functions, dataclasses and pydantic models, and
+        mappings, sequences and sets of them.
+
+    Raises
+    ------
+    TypeError
+        A value of another type, a path among them: its contents are what matters, see
+        :meth:`Remembered.key`.
+    """
+    reader = _Digest(None)
+    reader.add(list(parts))
+    return reader.state.hexdigest()
 
 
-def _feed(state: hashlib.blake2b, part: Any) -> None:
-    if isinstance(part, np.ndarray):
-        state.update(f"array {part.dtype} {part.shape}:".encode())
-        state.update(np.ascontiguousarray(part).tobytes())
-    elif isinstance(part, Mapping):
-        _feed(state, [[key, part[key]] for key in sorted(part)])
-    elif isinstance(part, list | tuple):
-        state.update(f"list {len(part)}:".encode())
-        for item in part:
-            _feed(state, item)
-    else:
-        state.update(f"{type(part).__name__} {part!r};".encode())
+class _Digest:
+    """A digest that grows by values, and the modules of the classes and functions among them.
+
+    Parameters
+    ----------
+    contents
+        Gives the digest of a file's contents; None if there should be no paths.
+    """
+
+    def __init__(self, contents: Callable[[Path], str] | None) -> None:
+        self.state = hashlib.blake2b(digest_size=20)
+        self.modules = set[str]()
+        self._contents = contents
+
+    def add(self, part: Any) -> None:
+        """Add one value and everything in it."""
+        match part:
+            case np.generic() | np.ndarray():
+                self._array(np.asarray(part))
+            case np.dtype():
+                self._words("dtype", repr(part.descr))
+            case Enum():
+                self._words("enum", self._name(type(part)), part.name)
+                self.add(part.value)
+            case None | bool() | int() | float() | complex():
+                self._words(type(part).__name__, repr(part))
+            case str():
+                self._words("str", part)
+            case bytes():
+                self._words("bytes", part.hex())
+            case datetime.date() | datetime.time():
+                self._words(type(part).__name__, part.isoformat())
+            case Path():
+                self._file(part)
+            case BaseModel():
+                self._words("model", self._name(type(part)))
+                self._mapping({name: getattr(part, name) for name in type(part).model_fields})
+            case Mapping():
+                self._mapping(part)
+            case list() | tuple():
+                self._words("list", str(len(part)))
+                for item in part:
+                    self.add(item)
+            case set() | frozenset():
+                self._words("set", *sorted(digest(item) for item in part))
+            case FunctionType():
+                self._function(part)
+            case np.ufunc():
+                self._words("ufunc", part.__name__)
+            case BuiltinFunctionType() | type():
+                self._words("named", self._name(part))
+            case CodeType():
+                self._words("code", part.co_code.hex(), *part.co_names, *part.co_varnames)
+                self.add(part.co_consts)
+            case _ if is_dataclass(part):
+                self._words("dataclass", self._name(type(part)))
+                kept = [item for item in fields(part) if not _left_out(item)]
+                self._mapping({item.name: getattr(part, item.name) for item in kept})
+            case _:
+                raise TypeError(f"no digest is defined for {type(part).__qualname__}: {part!r:.80}")
+
+    def _words(self, *words: str) -> None:
+        """Add words, each with its length, so that two never read like one."""
+        for word in words:
+            data = word.encode("utf-8", "surrogatepass")
+            self.state.update(b"%d:" % len(data) + data)
+
+    def _name(self, thing: Any) -> str:
+        """The full name of a class or function, whose module is noted."""
+        module = thing.__module__ or ""
+        self.modules.add(module)
+        return f"{module}.{thing.__qualname__}"
+
+    def _array(self, part: np.ndarray[Any, Any]) -> None:
+        if part.dtype.hasobject:
+            raise TypeError("no digest is defined for arrays of objects")
+        self._words("array", repr(part.dtype.descr), repr(part.shape))
+        self.state.update(np.ascontiguousarray(part).tobytes())
+
+    def _mapping(self, part: Mapping[Any, Any]) -> None:
+        self._words("mapping", str(len(part)))
+        for key in sorted(part, key=lambda key: (type(key).__name__, key)):
+            self.add(key)
+            self.add(part[key])
+
+    def _file(self, part: Path) -> None:
+        """The contents of a file and its name, of which results may speak, but not its folder."""
+        if self._contents is None:
+            raise TypeError(f"the contents of {part} are not known here: use Remembered.key")
+        self._words("file", part.name, self._contents(part))
+
+    def _function(self, part: FunctionType) -> None:
+        """A function: what it does, and the values that it was made with."""
+        self._words("function", self._name(part))
+        self.add(part.__code__)
+        self.add([part.__defaults__, part.__kwdefaults__])
+        self.add([cell.cell_contents for cell in part.__closure__ or ()])
+
+
+def _left_out(item: Field[Any]) -> bool:
+    """Is a field left out of digests? Only with a reason."""
+    if NOT_IN_DIGEST not in item.metadata:
+        return False
+    reason = item.metadata[NOT_IN_DIGEST]
+    if not isinstance(reason, str) or not reason.strip():
+        raise TypeError(f"field {item.name} is left out of digests without a reason")
+    return True
 
 
 class Remembered:
@@ -63,6 +186,32 @@ class Remembered:
 
     def __init__(self, results: Path) -> None:
         self.folder = results / FOLDER
+
+    def key(self, maker: Callable[..., Any], *arguments: Any) -> str:
+        """Take the digest of everything that a product depends on.
+
+        Parameters
+        ----------
+        maker
+            The function or class that makes the product.
+        *arguments
+            All that it gets and that can matter; progress, for instance, cannot.
+
+        Returns
+        -------
+        str
+            A digest of the code of the maker and of the classes of its arguments, with all that
+            they use (see :mod:`tribrach.job.code_version`), and of every field of the arguments;
+            of files the names and contents.
+
+        Raises
+        ------
+        TypeError
+            An argument holds a value of a type that has no digest.
+        """
+        reader = _Digest(self.file_digest)
+        reader.add([maker.__module__, maker.__qualname__, *arguments])
+        return digest(reader.state.hexdigest(), code_version({maker.__module__, *reader.modules}))
 
     def recall(self, product: str, key: str, *files: Path) -> dict[str, Any] | None:
         """What was remembered of a product made from the same key, if its files are whole."""
@@ -86,8 +235,8 @@ class Remembered:
     def records(self, prefix: str) -> list[tuple[Path, dict[str, Any]]]:
         """Files and contents of all records of products whose names begin so, in order."""
         paths = sorted(self.folder.glob(f"{prefix}*.json")) if self.folder.is_dir() else []
-        found = [(path, self._read(path)) for path in paths]
-        return [(path, record) for path, record in found if record is not None]
+        records = [(path, self._read(path)) for path in paths]
+        return [(path, record) for path, record in records if record is not None]
 
     def file_digest(self, path: Path) -> str:
         """Digest of a file's contents."""

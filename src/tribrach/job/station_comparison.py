@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tribrach._types import Array
+from tribrach._types import Array, Progress
+from tribrach.cloud.placement import Placement
 from tribrach.comparison.c2c import C2C, Pitch, Signed, Tally
 from tribrach.comparison.predicted import OffsetTest, Prediction
 from tribrach.comparison.regression import Regression, regress
@@ -27,11 +28,11 @@ from tribrach.errors import InputError
 from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.io.site_table import read_sites
 from tribrach.job.cloud_file import CloudFile
-from tribrach.job.clouds import place, placed_parts
-from tribrach.job.compare import compare_clouds, offset_test
-from tribrach.job.poses import delivered, joint_covariance
-from tribrach.job.scans import StationScan
-from tribrach.job.state import Remembered, digest
+from tribrach.job.clouds import place
+from tribrach.job.compare import Method, compare_clouds, offset_test
+from tribrach.job.poses import joint_covariance
+from tribrach.job.scans import MeasuredScan, StationScan
+from tribrach.job.state import Remembered
 from tribrach.network.adjustment import Adjustment
 from tribrach.scan.normals import normals
 from tribrach.units import MM
@@ -135,10 +136,6 @@ def _array(facts: Mapping[str, Any]) -> NDArray[Any]:
 
 #: sites, all their offsets together, remarks
 Found = tuple[list[SiteResult], OffsetTest | None, list[str]]
-
-
-#: changes of how clouds are compared make remembered comparisons void
-_METHOD = 1
 
 
 #: points of a cloud among which flat sites are looked for, at most
@@ -288,14 +285,22 @@ def compare_stations(
     comparisons = []
     for number, wish in enumerate(wished, start=1):
         a, b = wish.section.a, wish.section.b
-        pair = _pair(wish, adjustment, frame, factor)
-        key = _key(wish, adjustment, frame, factor, pair, state)
+        task = _Task(
+            _placed(wish.a, adjustment, factor),
+            _placed(wish.b, adjustment, factor),
+            frame,
+            _pair(wish, adjustment, frame, factor),
+            wish.sites,
+            wish.section.method,
+            wish.section.limit_mm * MM,
+        )
+        key = state.key(_compared, task)
         product = f"comparison-{number}-{a}-{b}"
-        found = _recalled(state, product, key)
-        if found is None:
-            found = _compared(wish, adjustment, frame, factor, pair, progress)
-            state.remember(product, key, to_facts(*found))
-        comparisons.append(StationComparison.of(a, b, wish.section.limit_mm * MM, *found))
+        known = _recalled(state, product, key)
+        if known is None:
+            known = _compared(task, partial(_tell, progress, f"{a} against {b}"))
+            state.remember(product, key, to_facts(*known))
+        comparisons.append(StationComparison.of(a, b, task.limit, *known))
     return comparisons
 
 
@@ -308,61 +313,75 @@ def _recalled(state: Remembered, product: str, key: str) -> Found | None:
         return None
 
 
-def _key(
-    wish: Wish,
-    adjustment: Adjustment,
-    frame: OutputFrame,
-    factor: float,
-    pair: StationPair,
-    state: Remembered,
-) -> str:
-    """Digest of everything that a comparison depends on."""
-    sites = wish.sites
-    parts: list[Any] = [_METHOD, wish.section.model_dump(), pair.covariance]
-    parts.append(None if sites is None else [[s.name, s.low, s.high, s.radius] for s in sites])
-    for scans in (wish.a, wish.b):
-        placements = [place(scan, adjustment, factor) for scan in scans]
-        parts.append(placed_parts(scans, placements, frame, state))
-    return digest("comparison", parts)
+@dataclass(frozen=True)
+class _PlacedScans:
+    """The scans of one station, and where it stands."""
+
+    scans: tuple[MeasuredScan, ...]
+    placement: Placement
+
+
+@dataclass(frozen=True)
+class _Task:
+    """All that a comparison depends on.
+
+    Parameters
+    ----------
+    a, b
+        Scans of two stations; b is the reference.
+    frame
+        The frame of the clouds, in which they are compared.
+    pair
+        Both stations with their joint covariance, that of the reference first.
+    sites
+        Where to compare, None if sites are to be chosen.
+    method, limit
+        How, and the longest distance [m].
+    """
+
+    a: _PlacedScans
+    b: _PlacedScans
+    frame: OutputFrame
+    pair: StationPair
+    sites: tuple[ComparisonSite, ...] | None
+    method: Method
+    limit: float
+
+
+def _placed(scans: Sequence[StationScan], adjustment: Adjustment, factor: float) -> _PlacedScans:
+    """Scans of one station at its adjusted place."""
+    placement = place(scans[0], adjustment, factor)
+    return _PlacedScans(tuple(scan.measured for scan in scans), placement)
 
 
 def _pair(wish: Wish, adjustment: Adjustment, frame: OutputFrame, factor: float) -> StationPair:
     """Both stations, that of the reference first, with their joint covariance."""
     first, second = (
-        delivered(place(scans[0], adjustment, factor), frame).pose.translation
+        place(scans[0], adjustment, factor).delivered(frame).pose.translation
         for scans in (wish.b, wish.a)
     )
     names = (wish.b[0].station, wish.a[0].station)
     return StationPair(first, second, joint_covariance(adjustment, names, frame, factor))
 
 
-def _compared(
-    wish: Wish,
-    adjustment: Adjustment,
-    frame: OutputFrame,
-    factor: float,
-    pair: StationPair,
-    progress: Callable[[str, int, int | None], None],
-) -> Found:
+def _compared(task: _Task, progress: Progress) -> Found:
     """One comparison: its sites, all their offsets together, and how sites were chosen."""
-    a, b = (_cloud(scans, adjustment, frame, factor) for scans in (wish.a, wish.b))
+    clouds = _cloud(task.a, task.frame), _cloud(task.b, task.frame)
     remarks: list[str] = []
-    sites = wish.sites
+    sites = task.sites
     if sites is None:
-        sites, remarks = _chosen((a, b))
-    if any(place(s, adjustment).calibration is not None for s in (wish.a[0], wish.b[0])):
+        sites, remarks = _chosen(clouds)
+    if any(side.placement.calibration is not None for side in (task.a, task.b)):
         remarks.append("What the scanner's calibration leaves uncertain is not predicted here.")
-    section = wish.section
-    found = compare_clouds(
-        a,
-        b,
+    results = compare_clouds(
+        *clouds,
         sites,
-        method=section.method,
-        limit=section.limit_mm * MM,
-        stations=pair,
-        progress=partial(_tell, progress, f"{section.a} against {section.b}"),
+        method=task.method,
+        limit=task.limit,
+        stations=task.pair,
+        progress=progress,
     )
-    return found, offset_test(found, pair), remarks
+    return results, offset_test(results, task.pair), remarks
 
 
 def _tell(
@@ -376,15 +395,13 @@ def _tell(
     progress(f"{which}: {what}", done, total)
 
 
-def _cloud(
-    scans: Sequence[StationScan], adjustment: Adjustment, frame: OutputFrame, factor: float
-) -> CloudFile:
+def _cloud(side: _PlacedScans, frame: OutputFrame) -> CloudFile:
     """Scans of one station as they are delivered, point by point in the frame of the clouds."""
-    where = place(scans[0], adjustment, factor)
-    placed = tuple(replace(scan.scan, pose=where.pose) for scan in scans)
-    there = delivered(where, frame)
+    where = side.placement
+    placed = tuple(replace(scan.scan, pose=where.pose) for scan in side.scans)
+    there = where.delivered(frame)
     return CloudFile(
-        scans[0].scan.path,
+        side.scans[0].scan.path,
         placed,
         there.pose.translation,
         None if there.noise is None else there,
