@@ -5,8 +5,7 @@ package that they import, directly and through others, and of the versions of th
 all of these import. It is taken from the text, before anything is imported:
 
 * imports inside functions count; those under ``if TYPE_CHECKING`` do nothing and do not;
-* a module that is loaded by a computed name (``f"tribrach.io.clouds.{module}"``) stands for all
-  modules of its package;
+* ``import_module`` with a name that is put together stands for all modules of that package;
 * comments count like everything else: no rule says which text of a module matters;
 * of a library (numpy, numba, laspy, pye57, pyproj ...) the version counts, not its source, and the
   grids that somebody has installed for PROJ do not.
@@ -36,7 +35,7 @@ _ROOT = Path(__file__).resolve().parents[1]
 _UNUSED = re.compile(r"^if TYPE_CHECKING:\n(?:(?:[ \t]+.*)?\n)+", re.MULTILINE)
 _FROM = re.compile(r"^[ \t]*from ([\w.]+) import (\([^)]*\)|[^\n]*)", re.MULTILINE)
 _IMPORT = re.compile(r"^[ \t]*import ([^\n#]+)", re.MULTILINE)
-_COMPUTED = re.compile(rf'f"({_PACKAGE}(?:\.\w+)*)\.\{{')
+_COMPUTED = re.compile(rf'import_module\(\s*f"({_PACKAGE}(?:\.\w+)*)\.\{{')
 
 #: libraries whose distribution has another name
 _DISTRIBUTIONS = {"PIL": "pillow"}
