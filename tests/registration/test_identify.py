@@ -139,7 +139,7 @@ def test_what_cannot_be_placed_is_left_with_its_reason() -> None:
     sightings = [sees("S1", pose, points[:5], rng), sees("S2", pose, points[:1], rng)]
     found = identify(sightings, control, partial=True)
     assert set(found.poses) == {"S1"}
-    assert "1 targets found and 3 needed" in found.unplaced["S2"]
+    assert "1 targets found and 3 needed" in found.unplaced["S2"].words
     with pytest.raises(InputError, match="S2"):
         identify(sightings, control)
 
@@ -240,7 +240,7 @@ def test_an_antenna_that_leaves_two_ways_says_so() -> None:
     control = {"C0": (points[0], 2e-3), "C1": (points[1], 2e-3)}
     view = sees("S", pose, points, rng, mounted=carries(pose))
     found = identify([view], control, partial=True)
-    assert found.unplaced["S"].startswith("2 targets and the antenna fit in 2 ways")
+    assert found.unplaced["S"].words.startswith("2 targets and the antenna fit in 2 ways")
     with pytest.raises(InputError, match="name one of its targets"):
         identify([view], control)
     named = sees("S", pose, points, rng, mounted=carries(pose), known={0: "C0"})

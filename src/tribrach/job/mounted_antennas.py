@@ -12,7 +12,7 @@ from tribrach.gnss.sessions import SessionResult
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.survey import Survey
 from tribrach.observations.gnss import Antennas, MountedPoints
-from tribrach.registration.units import Mounted
+from tribrach.registration.rigid_units import Mounted
 
 if TYPE_CHECKING:
     from tribrach.job.opened import Job

@@ -202,7 +202,7 @@ def _fit_json(fit: PairFit) -> dict[str, Any]:
         "effective_matches": precision.effective,
         "correlation_length": precision.correlation_length,
         "held_directions": precision.rank,
-        "found_by": fit.origin,
+        "found_by": fit.origin.value,
     }
 
 

@@ -308,7 +308,8 @@ def _refuse_lost(
         )
     words = f"station {name} cannot be registered: {reason}"
     if named is not None:
-        why = named.identification.unplaced.get(name, "it shows none")
+        unplaced = named.identification.unplaced.get(name)
+        why = "it shows none" if unplaced is None else unplaced.words
         words += f"; by targets: {why}"
     if len(lost) > 1:
         words += f" (and so for {', '.join(lost[1:6])}{' ...' * (len(lost) > 6)})"

@@ -26,6 +26,7 @@ from tribrach.geometry.pose import Pose
 from tribrach.job.name_targets import Named
 from tribrach.job.scans import StationScan
 from tribrach.network.adjustment import Adjustment
+from tribrach.registration.identify import is_tie_point
 from tribrach.scan.normals import incidence_cosines
 from tribrach.statistics import chi2
 
@@ -111,7 +112,7 @@ def true_ties(truth: Mapping[str, Any], named: Named) -> dict[str, str]:
     out = {}
     for station, trues in _true_names(truth, named).items():
         for given, true in zip(named.identification.names.get(station, ()), trues, strict=False):
-            if given.startswith("tie ") and true:
+            if is_tie_point(given) and true:
                 out[given] = true
     return out
 

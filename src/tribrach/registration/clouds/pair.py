@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from enum import Enum
 
 import numpy as np
 
@@ -26,7 +27,7 @@ from tribrach.registration.clouds.starts import kiss_pose, plan_poses
 from tribrach.registration.clouds.surfels import Surfels
 from tribrach.registration.clouds.verdict import Verdict, judge
 
-__all__ = ["CloudPair", "PairFit", "register_pair"]
+__all__ = ["CloudPair", "Origin", "PairFit", "register_pair"]
 
 
 @dataclass(frozen=True)
@@ -100,8 +101,12 @@ GATES = CloudPairGates()
 # Poses that may be right: moved to where they fit best, judged, doubles put together.
 
 
-#: origin of approximate poses that were given
-GIVEN = "approximate pose"
+class Origin(Enum):
+    """What proposed a pose; the value is said in reports."""
+
+    GIVEN = "approximate pose"
+    PLAN = "plan"
+    KISS = "kiss-matcher"
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,11 +115,11 @@ class Candidate:
 
     pose: Pose
     verdict: Verdict
-    origin: str
+    origin: Origin
 
 
 def judged(
-    a: PreparedScan, b: PreparedScan, proposed: Iterable[tuple[Pose, str]]
+    a: PreparedScan, b: PreparedScan, proposed: Iterable[tuple[Pose, Origin]]
 ) -> list[Candidate]:
     """The proposals that fit best and where else they fit along open directions, best first."""
     size = _size(a, b)
@@ -137,7 +142,7 @@ def judged(
     least = GATES.best_share * looked[0].verdict.score if looked else 0.0
     good = [c for c in looked[: GATES.second_looks] if c.verdict.score >= least]
     # what the user gave is looked at in any case
-    good += [c for c in looked[GATES.second_looks :] if c.origin == GIVEN]
+    good += [c for c in looked[GATES.second_looks :] if c.origin is Origin.GIVEN]
     found = refined(a, b, good)
     slid = [place for c in found for place in _slid(a, b, few, c)]
     return refined(a, b, [*found, *slid]) if slid else found
@@ -216,7 +221,9 @@ def _same(one: Pose, two: Pose, size: float) -> bool:
     return shift < GATES.same_sizes * size and turn < GATES.same_turn_rad
 
 
-def _candidate(a: PreparedScan, b: PreparedScan, pose: Pose, origin: str, size: float) -> Candidate:
+def _candidate(
+    a: PreparedScan, b: PreparedScan, pose: Pose, origin: Origin, size: float
+) -> Candidate:
     """A judged pose."""
     verdict = judge(a.coarse, b.coarse, (a.view, b.view), pose, GATES.agrees_sizes * size)
     return Candidate(pose, verdict, origin)
@@ -229,7 +236,7 @@ class PairFit:
     alignment: FineAlignment
     precision: RelativeCovariance
     verdict: Verdict
-    origin: str
+    origin: Origin
 
     @property
     def pose(self) -> Pose:
@@ -265,12 +272,12 @@ def register_pair(
     that fit alike, and is said to be wrong if it is; floor : sigmas [m], [rad] of what residuals
     never show.
     """
-    proposed = [] if prior is None else [(prior, GIVEN)]
-    proposed += [(p, "plan") for p in plan_poses(a.coarse.surfels, b.coarse.surfels)]
+    proposed = [] if prior is None else [(prior, Origin.GIVEN)]
+    proposed += [(p, Origin.PLAN) for p in plan_poses(a.coarse.surfels, b.coarse.surfels)]
     fits = _fits(a, b, proposed, floor)
     if not fits or not _consistent(fits[0].verdict):
         matched = kiss_pose(a.coarse.surfels, b.coarse.surfels)
-        fits += [] if matched is None else _fits(a, b, [(matched, "kiss-matcher")], floor)
+        fits += [] if matched is None else _fits(a, b, [(matched, Origin.KISS)], floor)
         fits.sort(key=lambda f: -f.verdict.score)
     if not fits:
         return CloudPair(a.name, b.name, None, (), (_no_overlap(a.name, b.name),))
@@ -300,7 +307,7 @@ def register_pair(
 def _fits(
     a: PreparedScan,
     b: PreparedScan,
-    proposed: Sequence[tuple[Pose, str]],
+    proposed: Sequence[tuple[Pose, Origin]],
     floor: tuple[float, float],
 ) -> list[PairFit]:
     """Proposals with all surfels, those with enough overlap, the best first."""
@@ -308,7 +315,7 @@ def _fits(
     for c in judged(a, b, proposed):
         alike = sum(_alike(f, c.pose) for f in fits)
         wanted = len(fits) < GATES.fitted and alike < GATES.fitted_alike
-        if _possible(c.verdict) and (wanted or c.origin == GIVEN):
+        if _possible(c.verdict) and (wanted or c.origin is Origin.GIVEN):
             fit = _fitted(a, b, c, floor)
             fits += [] if fit is None else [fit]
     return sorted((f for f in fits if _possible(f.verdict)), key=lambda f: -f.verdict.score)

@@ -1,4 +1,7 @@
-"""What is matched as one: targets of a station, or of several with known relative poses."""
+"""What is matched to known points as one rigid body: a station, or several with relative poses.
+
+Stations that planes or clouds join are one unit; their targets are put together in its frame.
+"""
 
 from __future__ import annotations
 
@@ -10,11 +13,12 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.geometry.pose import Pose
 
-__all__ = ["Mounted", "Sighting", "Unit", "units_of"]
+__all__ = ["Mounted", "RigidUnit", "Sighting", "rigid_units"]
 
 
-#: targets of one kind that stations of a unit see nearer to each other than this are one [m]
-_SAME = 0.05
+#: targets of one kind that stations of a unit see nearer to each other than this are one [m]; more
+#: than registrations err by, less than targets are apart; chosen by hand, no source
+_SAME_TARGET_M = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +54,7 @@ class Sighting:
 
 
 @dataclass(frozen=True, eq=False)
-class Unit:
+class RigidUnit:
     """Stations that are matched as one.
 
     sighting : all their targets in the frame of the unit; members : station to pose in that frame;
@@ -67,12 +71,14 @@ class Unit:
         names = list(self.members)
         return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
-    def apart(self) -> list[Unit]:
+    def apart(self) -> list[RigidUnit]:
         """Its stations one by one, those without targets left out."""
         return [_alone(s) for s in self.own]
 
 
-def units_of(sightings: Sequence[Sighting], groups: Sequence[Mapping[str, Pose]]) -> list[Unit]:
+def rigid_units(
+    sightings: Sequence[Sighting], groups: Sequence[Mapping[str, Pose]]
+) -> list[RigidUnit]:
     """Units of all sightings, those with most targets first."""
     grouped = {name for group in groups for name in group}
     units = [_alone(s) for s in sightings if s.station not in grouped]
@@ -84,11 +90,11 @@ def units_of(sightings: Sequence[Sighting], groups: Sequence[Mapping[str, Pose]]
     return sorted(units, key=lambda unit: -len(unit.sighting.centers))
 
 
-def _alone(sighting: Sighting) -> Unit:
-    return Unit(sighting, {sighting.station: Pose.identity()}, (sighting,))
+def _alone(sighting: Sighting) -> RigidUnit:
+    return RigidUnit(sighting, {sighting.station: Pose.identity()}, (sighting,))
 
 
-def _joined(group: Mapping[str, Pose], own: tuple[Sighting, ...]) -> Unit:
+def _joined(group: Mapping[str, Pose], own: tuple[Sighting, ...]) -> RigidUnit:
     """One sighting of several stations: a target that more than one sees counts once."""
     centers: list[Array] = []
     sigmas: list[float] = []
@@ -99,7 +105,7 @@ def _joined(group: Mapping[str, Pose], own: tuple[Sighting, ...]) -> Unit:
             same = [
                 i
                 for i, other in enumerate(centers)
-                if kinds[i] == s.kinds[k] and np.linalg.norm(other - center) < _SAME
+                if kinds[i] == s.kinds[k] and np.linalg.norm(other - center) < _SAME_TARGET_M
             ]
             at = same[0] if same else len(centers)
             if not same:
@@ -109,12 +115,12 @@ def _joined(group: Mapping[str, Pose], own: tuple[Sighting, ...]) -> Unit:
             if k in s.known:
                 known[at] = s.known[k]
     sighting = Sighting(
-        own[0].station,
-        np.array(centers).reshape(-1, 3),
-        np.array(sigmas, dtype=float),
-        kinds,
-        all(s.levelled for s in own),
-        known,
-        tuple(replace(m, arm=group[s.station] @ m.arm) for s in own for m in s.mounted),
+        station=own[0].station,
+        centers=np.array(centers).reshape(-1, 3),
+        sigmas=np.array(sigmas, dtype=float),
+        kinds=kinds,
+        levelled=all(s.levelled for s in own),
+        known=known,
+        mounted=tuple(replace(m, arm=group[s.station] @ m.arm) for s in own for m in s.mounted),
     )
-    return Unit(sighting, dict(group), own)
+    return RigidUnit(sighting, dict(group), own)
