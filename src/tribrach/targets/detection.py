@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, Self
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from tribrach._types import Array
 
-__all__ = ["Detection", "Kind", "Rejected", "with_floor"]
+__all__ = ["Detection", "Kind", "Rejected", "lies_on", "with_floor"]
 
 
 #: what a target can be
@@ -98,6 +98,11 @@ class Rejected:
 def _number(value: float) -> float | None:
     """A number as JSON can hold it."""
     return float(value) if np.isfinite(value) else None
+
+
+def lies_on(center: Array, detections: Iterable[Detection], radii: float = 1.0) -> bool:
+    """Is a place (3,) [m] within so many radii of the centre of one of the detections?"""
+    return any(np.linalg.norm(d.center - center) < radii * d.radius for d in detections)
 
 
 def with_floor(covariance: Array, sigma: float) -> Array:

@@ -27,6 +27,7 @@ from tribrach.targets.checkerboards.pattern import (
 )
 from tribrach.targets.prints.edges import EdgePoints, locate_edge
 from tribrach.targets.prints.plane import BoardPlane, fit_board_plane
+from tribrach.targets.prints.search import Refused
 
 __all__ = ["CheckerboardFit", "fit_checkerboard"]
 
@@ -306,17 +307,6 @@ class CheckerboardFit:
     points: int
 
 
-@dataclass(frozen=True)
-class Refused:
-    """Why points are no checkerboard, in one sentence without the stop."""
-
-    reason: str
-
-    def __bool__(self) -> bool:
-        """A refusal is no fit."""
-        return False
-
-
 def fit_checkerboard(
     xyz: Array,
     intensity: NDArray[np.floating[Any]],
@@ -334,7 +324,9 @@ def fit_checkerboard(
     """
     close = np.linalg.norm(xyz - start, axis=1) < GATES.reach_sides * side
     if close.sum() < PATTERN.fewest_points:
-        return Refused(f"only {int(close.sum())} points, {PATTERN.fewest_points} are needed")
+        return Refused(
+            f"only {int(close.sum())} points, {PATTERN.fewest_points} are needed", texture=True
+        )
     xyz, light = xyz[close], np.asarray(intensity[close], dtype=float)
     spread = sigma_angle * float(np.linalg.norm(start))
     scale = (
@@ -384,12 +376,12 @@ def _round(
     flat, light = plane.project(xyz[reach]), light[reach]
     guess = guess_pattern(flat, light, 2 * scale[0]) if before is None else _moved(before)
     if guess is None:
-        return Refused("light and dark do not alternate around it")
+        return Refused("light and dark do not alternate around it", texture=True)
     solved = solve_pattern(
         flat, light, guess, scale, GATES.first_steps if before is None else GATES.steps
     )
     if solved is None:
-        return Refused("the pattern of its quadrants does not converge")
+        return Refused("the pattern of its quadrants does not converge", texture=True)
     return plane, solved
 
 
@@ -398,11 +390,13 @@ def _plane(
 ) -> BoardPlane | Refused:
     """The plane of some points, if the beam meets it well enough."""
     if use.sum() < PATTERN.fewest_points // 2:
-        return Refused(f"only {int(use.sum())} points, {PATTERN.fewest_points // 2} are needed")
+        return Refused(
+            f"only {int(use.sum())} points, {PATTERN.fewest_points // 2} are needed", texture=True
+        )
     low, high = np.quantile(light[use], GATES.light_quantiles)
     plane = fit_board_plane(xyz[use], light[use] > (low + high) / 2, near, footprint)
     if plane is None:
-        return Refused("the points around it lie in no plane")
+        return Refused("the points around it lie in no plane", texture=True)
     incidence = _incidence(near, plane)
     if incidence > GATES.steepest_rad:
         return Refused(f"the beam meets it at {np.degrees(incidence):.0f} degrees")

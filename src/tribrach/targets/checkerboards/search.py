@@ -1,4 +1,10 @@
-"""All checkerboards of known sides in a whole scan, and why the other candidates are none (8.2)."""
+"""Finds the checkerboards of known sides in a whole scan, and says what it refused (8.2).
+
+Around the centre of a 2x2 checkerboard intensity changes sign at every quarter turn: the second
+harmonic along a circle is strong, opposite samples are alike. The circle has a size in metres on
+the surface that the neighbours of a pixel tell, and is an ellipse of pixels where that is seen
+obliquely. The pixels with the strongest harmonics are candidates that are fitted.
+"""
 
 from __future__ import annotations
 
@@ -13,8 +19,9 @@ from tribrach._types import Array, Single
 from tribrach.errors import InputError
 from tribrach.scan.range_image import RangeImage
 from tribrach.targets.checkerboards.fit import CheckerboardFit, fit_checkerboard
-from tribrach.targets.detection import Detection, Rejected
-from tribrach.targets.prints.windows import on_circle, points_around, shortening, slope
+from tribrach.targets.detection import Detection, Rejected, lies_on
+from tribrach.targets.prints.search import Candidate, PrintSearch, Refused, footprint_at
+from tribrach.targets.prints.windows import on_circle, shortening, slope
 
 __all__ = ["find_checkerboards"]
 
@@ -87,16 +94,8 @@ _STEEPEST_TANGENT_SQUARED = GATES.steepest_tangent_squared
 _APART_SIDES = GATES.apart_sides
 
 
-# Where in a scan does light alternate four times around a point, at the size of a board?
-#
-# Around the centre of a 2x2 checkerboard intensity changes sign at every quarter turn: the second
-# harmonic along a circle is strong, opposite samples are alike. The circle has a size in metres on
-# the surface that the neighbours of a pixel tell, and is an ellipse of pixels where that is seen
-# obliquely.
-
-
-def candidates(image: RangeImage, intensity: NDArray[np.float32], side: float) -> NDArray[np.int64]:
-    """Pixels (k, 2), row and column, the strongest first, none within half a side of another."""
+def candidates(image: RangeImage, intensity: NDArray[np.float32], side: float) -> list[Candidate]:
+    """Pixels where light is a saddle, strongest first, none within half a side of another."""
     light = _light(image.index, intensity)
     sv = np.maximum(np.abs(np.sin(image.v())), 0.05)
     steps = np.stack([np.full_like(sv, image.step_v), image.step_h * sv], axis=1)
@@ -116,7 +115,8 @@ def candidates(image: RangeImage, intensity: NDArray[np.float32], side: float) -
         image.wraps,
         GATES.most_candidates,
     )
-    return np.stack([rows[order][kept], columns[order][kept]], axis=1).astype(np.int64)
+    chosen = order[kept]
+    return [Candidate(int(i), int(j)) for i, j in zip(rows[chosen], columns[chosen], strict=True)]
 
 
 def _light(index: NDArray[np.int32], intensity: NDArray[np.float32]) -> Single:
@@ -240,15 +240,6 @@ def _apart(rows, columns, ranges, steps, side, wraps, most):  # type: ignore[no-
     return kept[:count]
 
 
-#: candidates that are refused for these reasons are texture, not worth a line in the report
-_TEXTURE = (
-    "light and dark do not",
-    "the pattern of its quadrants",
-    "the points around it",
-    "only ",
-)
-
-
 def find_checkerboards(
     xyz: Array,
     intensity: NDArray[np.float32],
@@ -274,47 +265,31 @@ def find_checkerboards(
     """
     if not all(side > 0 for side in sides):
         raise InputError("the side of a checkerboard must be positive")
-    found: list[tuple[CheckerboardFit, float]] = []
-    rejected: list[Rejected] = []
-    for side in sides:
-        for row, column in candidates(image, intensity, side):
-            window, start = points_around(image, int(row), int(column), side)
-            if start is None or any(
-                np.linalg.norm(f.center - start) < GATES.same_start_sides * s for f, s in found
-            ):
-                continue
-            fit = fit_checkerboard(
-                xyz[window],
-                intensity[window],
-                start,
-                side,
-                footprint=float(np.hypot(footprint[0], footprint[1] * np.linalg.norm(start))),
-                sigma_angle=sigma_angle,
-                floor=floor,
-            )
-            if isinstance(fit, CheckerboardFit):
-                _keep(found, fit, side)
-            elif not fit.reason.startswith(_TEXTURE):
-                rejected.append(Rejected("checkerboard", np.asarray(start), fit.reason))
-    kept = [_detection(fit, side, image, scan) for fit, side in found]
-    return kept, [r for r in rejected if not _inside(r.center, kept)]
 
+    def fit(window: NDArray[np.int32], start: Array, side: float) -> CheckerboardFit | Refused:
+        return fit_checkerboard(
+            xyz[window],
+            intensity[window],
+            start,
+            side,
+            footprint=footprint_at(footprint, start),
+            sigma_angle=sigma_angle,
+            floor=floor,
+        )
 
-def _keep(found: list[tuple[CheckerboardFit, float]], fit: CheckerboardFit, side: float) -> None:
-    """Add a fit unless a better one is at the same place; then it replaces a worse one."""
-    for k, (other, size) in enumerate(found):
-        if np.linalg.norm(other.center - fit.center) < GATES.same_board_sides * max(size, side):
-            if fit.explained > other.explained:
-                found[k] = (fit, side)
-            return
-    found.append((fit, side))
-
-
-def _inside(center: Array, found: Sequence[Detection]) -> bool:
-    """Is a place on a board that was found?"""
-    return any(
-        np.linalg.norm(d.center - center) < GATES.refused_beside_halves * d.radius for d in found
+    search = PrintSearch(
+        kind="checkerboard",
+        candidates=lambda side: candidates(image, intensity, side),
+        fit=fit,
+        reach_sizes=1.0,
+        same_start_sizes=GATES.same_start_sides,
+        same_size_only=False,
+        same_target_sizes=GATES.same_board_sides,
     )
+    fits, rejected = search.run(image, sides)
+    boards = [_detection(fit, side, image, scan) for fit, side in fits]
+    beside = GATES.refused_beside_halves
+    return boards, [r for r in rejected if not lies_on(r.center, boards, beside)]
 
 
 def _detection(fit: CheckerboardFit, side: float, image: RangeImage, scan: str) -> Detection:
@@ -322,7 +297,7 @@ def _detection(fit: CheckerboardFit, side: float, image: RangeImage, scan: str) 
     away = float(np.linalg.norm(fit.center))
     sine = max(float(np.hypot(*fit.center[:2])) / away, 0.05)
     pixels = side**2 * np.cos(fit.incidence) / (away**2 * image.step_h * image.step_v * sine)
-    said = () if fit.points >= GATES.few_points else (f"only {fit.points} points",)
+    sentences = () if fit.points >= GATES.few_points else (f"only {fit.points} points",)
     return Detection(
         kind="checkerboard",
         scan=scan,
@@ -343,5 +318,5 @@ def _detection(fit: CheckerboardFit, side: float, image: RangeImage, scan: str) 
             "blur_m": fit.blur,
             "white_minus_black_m": fit.plane.split,
         },
-        sentences=said,
+        sentences=sentences,
     )

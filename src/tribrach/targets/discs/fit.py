@@ -20,6 +20,7 @@ from tribrach.statistics import robust_sigma
 from tribrach.targets.discs.edge import GATES as EDGE
 from tribrach.targets.discs.edge import DiscShape, EdgeFit, departure, light_of, posterior, solve
 from tribrach.targets.prints.plane import BoardPlane, fit_board_plane
+from tribrach.targets.prints.search import Refused
 
 __all__ = ["DiscFit", "fit_disc"]
 
@@ -276,18 +277,6 @@ class DiscFit:
         return abs(self.split) > GATES.retro_m
 
 
-@dataclass(frozen=True)
-class NoDisc:
-    """Why points are no disc, in one sentence without the stop; texture : worth no line."""
-
-    reason: str
-    texture: bool = False
-
-    def __bool__(self) -> bool:
-        """A refusal is no fit."""
-        return False
-
-
 def fit_disc(
     xyz: Array,
     intensity: NDArray[np.floating[Any]],
@@ -298,7 +287,7 @@ def fit_disc(
     sigma_range: float | None = None,
     sigma_angle: float | None = None,
     floor: float = 0.0,
-) -> DiscFit | NoDisc:
+) -> DiscFit | Refused:
     """The disc of a radius [m] near a place (3,), wrong by up to half the radius.
 
     footprint : diameter of the beam there [m]; sigma_range [m], sigma_angle [rad] : of one point;
@@ -308,14 +297,14 @@ def fit_disc(
     light = np.asarray(intensity, dtype=float)
     close = (np.linalg.norm(xyz - start, axis=1) < GATES.reach_radii * radius) & np.isfinite(light)
     if close.sum() < GATES.fewest_points:
-        return NoDisc(
+        return Refused(
             f"only {int(close.sum())} points on and around it, {GATES.fewest_points} are needed"
         )
     patch = _Patch(xyz[close], light[close], radius, footprint, sigma_range, sigma_angle)
     first = patch.placed(start)
     # the first plane is that of what lies around the start, the second that of the print alone
-    solved = first if isinstance(first, NoDisc) else patch.placed(patch.plane.at(first.p[:2]))
-    if isinstance(solved, NoDisc):
+    solved = first if isinstance(first, Refused) else patch.placed(patch.plane.at(first.p[:2]))
+    if isinstance(solved, Refused):
         return solved
     return patch.judged(solved, floor)
 
@@ -340,40 +329,40 @@ class _Patch:
         self.xyz, self.light, self.radius = xyz, light, radius
         self.footprint, self.sigma_range, self.sigma_angle = footprint, sigma_range, sigma_angle
 
-    def placed(self, near: Array) -> EdgeFit | NoDisc:
+    def placed(self, near: Array) -> EdgeFit | Refused:
         """The edge in the plane of what lies around a place (3,), its radius free."""
         refused = self.lay(near)
         return self.seek() if refused is None else refused
 
-    def lay(self, near: Array) -> NoDisc | None:
+    def lay(self, near: Array) -> Refused | None:
         """Fit the plane around a place (3,) and find the points that lie on it."""
         use = np.linalg.norm(self.xyz - near, axis=1) < EDGE.patch_radii * self.radius
         if use.sum() < GATES.fewest_points:
-            return NoDisc(
+            return Refused(
                 f"only {int(use.sum())} points on and around it, {GATES.fewest_points} are needed"
             )
         low, high = np.quantile(self.light[use], GATES.light_quantiles)
         self.bright = self.light > (low + high) / 2
         plane = fit_board_plane(self.xyz[use], self.bright[use], near, 0.0)
         if plane is None:
-            return NoDisc("it is not flat: the points around it lie in no plane")
+            return Refused("it is not flat: the points around it lie in no plane")
         self.plane = plane
         away = float(np.linalg.norm(near))
         slope = abs(float(near @ plane.normal)) / away
         self.incidence = float(np.arccos(min(1.0, slope)))
         if self.incidence > GATES.steepest_rad:
-            return NoDisc(f"the beam meets it at {np.degrees(self.incidence):.0f} degrees")
+            return Refused(f"the beam meets it at {np.degrees(self.incidence):.0f} degrees")
         self.flat = plane.project(self.xyz)
         self.residual = self._residual()
         gate = max(GATES.on_plane_sigmas * plane.rms, GATES.on_plane_radii * self.radius)
         self.on = self._clean(np.abs(self.residual) < gate, gate)
         within = np.hypot(*self.flat.T) < EDGE.patch_radii * self.radius
         if not (self.on & within).sum() > GATES.on_plane_share * within.sum():
-            return NoDisc("it is not flat: most of what lies around it is off its plane")
+            return Refused("it is not flat: most of what lies around it is off its plane")
         if plane.rms > max(
             GATES.most_rms_radii * self.radius, GATES.most_rms_sigmas * self._range_sigma()
         ):
-            return NoDisc(f"it is not flat: its points scatter by {1e3 * plane.rms:.1f} mm")
+            return Refused(f"it is not flat: its points scatter by {1e3 * plane.rms:.1f} mm")
         self.shape = self._shape(near, int((self.on & within).sum()))
         return None
 
@@ -423,7 +412,7 @@ class _Patch:
             pitch,
         )
 
-    def seek(self) -> EdgeFit | NoDisc:
+    def seek(self) -> EdgeFit | Refused:
         """The edge with a free radius, if there is one."""
         flat, light = self.flat[self.on], self.light[self.on]
         away = np.hypot(*flat.T)
@@ -431,7 +420,7 @@ class _Patch:
         inner = away < GATES.start_inside_radii * self.radius
         ring = (away > low * self.radius) & (away < high * self.radius)
         if min(inner.sum(), ring.sum()) < GATES.fewest_for_light:
-            return NoDisc(
+            return Refused(
                 f"only {int(inner.sum())} points on it, {GATES.fewest_on_disc} are needed"
             )
         high, low = float(np.median(light[inner])), float(np.median(light[ring]))
@@ -443,10 +432,10 @@ class _Patch:
                 centre = flat[like].mean(axis=0)
         solved = solve(flat, light, np.array([*centre, low, high - low]), self.shape)
         if solved is None:
-            return NoDisc("its light shows no disc", texture=True)
+            return Refused("its light shows no disc", texture=True)
         return solved
 
-    def judged(self, free: EdgeFit, floor: float) -> DiscFit | NoDisc:
+    def judged(self, free: EdgeFit, floor: float) -> DiscFit | Refused:
         """The fit, if it passes every test; ``free`` : with a free radius."""
         flat, light = self.flat[self.on], self.light[self.on]
         reason = self._doubt(flat, light, free)
@@ -455,11 +444,11 @@ class _Patch:
         known = replace(self.shape, radius_sigma=GATES.known_radius_share * self.radius)
         solved = solve(flat, light, free.p[:4], known)
         if solved is None:
-            return NoDisc("the fit of its edge does not converge")
+            return Refused("the fit of its edge does not converge")
         centre, spread = posterior(flat, light, solved, known)
         return self._measured(solved, free, centre, spread, floor)
 
-    def _doubt(self, flat: Array, light: Array, fit: EdgeFit) -> NoDisc | None:
+    def _doubt(self, flat: Array, light: Array, fit: EdgeFit) -> Refused | None:
         """Why a converged fit is no disc of this size."""
         away = np.hypot(*(flat - fit.p[:2]).T)
         contrast = abs(fit.p[3]) / max(fit.noise, 1e-12)
@@ -474,16 +463,16 @@ class _Patch:
         if contrast < GATES.least_contrast:
             text = f"its contrast is {contrast:.1f} times the noise, "
             text += f"{GATES.least_contrast:g} are needed"
-            return NoDisc(text, explained < GATES.texture_explained_share)
+            return Refused(text, explained < GATES.texture_explained_share)
         if seen < GATES.edge_seen_share:
-            return NoDisc(
+            return Refused(
                 f"its edge is seen on one side only, on {100 * seen:.0f} % of the circle, "
                 f"{100 * GATES.edge_seen_share:.0f} are needed"
             )
         if on_disc < GATES.fewest_on_disc:
-            return NoDisc(f"only {on_disc} points on it, {GATES.fewest_on_disc} are needed")
+            return Refused(f"only {on_disc} points on it, {GATES.fewest_on_disc} are needed")
         if shown < GATES.edge_shown_share:
-            return NoDisc(
+            return Refused(
                 f"light changes on {100 * shown:.0f} % of its edge only",
                 shown < GATES.texture_shown_share,
             )
@@ -493,17 +482,17 @@ class _Patch:
                 f"a disc explains {100 * explained:.0f} % of its light, "
                 f"{100 * needed:.0f} are needed"
             )
-            return NoDisc(text, explained < GATES.texture_disc_share)
+            return Refused(text, explained < GATES.texture_disc_share)
         if wrong > limit or limit > GATES.vague_radius_share * self.radius:
             radii = f"{1e3 * fit.p[5]:.1f} mm, not {1e3 * self.radius:g} mm"
-            return NoDisc(f"it has the wrong radius: {radii}")
+            return Refused(f"it has the wrong radius: {radii}")
         size, sigma = departure(flat, light, fit, self.shape)
         sigma = float(np.hypot(sigma, np.sqrt(2) * self.shape.step))
         if size > max(GATES.radius_share * self.radius, GATES.radius_sigmas * sigma):
-            return NoDisc(f"its edge is no circle: it departs from one by {1e3 * size:.1f} mm")
+            return Refused(f"its edge is no circle: it departs from one by {1e3 * size:.1f} mm")
         sag, sigma = self._bend(fit)
         if sag > max(GATES.bend_radii * self.radius, GATES.radius_sigmas * sigma):
-            return NoDisc(f"it is not flat: it bends by {1e3 * sag:.1f} mm over its radius")
+            return Refused(f"it is not flat: it bends by {1e3 * sag:.1f} mm over its radius")
         return None
 
     def _needed(self, contrast: float) -> float:

@@ -1,4 +1,10 @@
-"""All flat printed discs of known radii in a whole scan, and why the other candidates are none."""
+"""Finds the flat printed discs of known radii in a whole scan, and says what it refused (8.2).
+
+At every pixel the surface is taken as the plane that its neighbours at the distance of the disc's
+radius tell, so that a circle in metres on the surface becomes its ellipse in pixels. Light on a
+circle inside of the disc is compared with light on a circle outside of it: where both differ much
+a round spot, lighter or darker than its ground, is a candidate that is fitted.
+"""
 
 from __future__ import annotations
 
@@ -12,9 +18,10 @@ from numpy.typing import NDArray
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.scan.range_image import RangeImage
-from tribrach.targets.detection import Detection, Rejected
+from tribrach.targets.detection import Detection, Rejected, lies_on
 from tribrach.targets.discs.fit import DiscFit, fit_disc
-from tribrach.targets.prints.windows import on_circle, points_around, shortening, slope
+from tribrach.targets.prints.search import Candidate, PrintSearch, Refused, footprint_at
+from tribrach.targets.prints.windows import on_circle, shortening, slope
 
 __all__ = ["find_discs"]
 
@@ -78,20 +85,8 @@ _SURFACE_TOLERANCE_RADII = GATES.surface_tolerance_radii
 _STEEPEST_TANGENT_SQUARED = GATES.steepest_tangent_squared
 
 
-# Where in a scan is a flat round spot of a disc's size, lighter or darker than its ground?
-#
-# At every pixel the surface is taken as the plane that its neighbours at the distance of the disc's
-# radius tell, so that a circle in metres on the surface becomes its ellipse in pixels. Light on a
-# circle inside of the disc is compared with light on a circle outside of it.
-
-
-def blobs(
-    image: RangeImage, intensity: NDArray[np.float32], radius: float
-) -> tuple[NDArray[np.int64], Array]:
-    """Pixels (k, 2), row and column, of spots for a radius [m], and their strengths (k,).
-
-    The strongest come first, none lies within a radius of another.
-    """
+def candidates(image: RangeImage, intensity: NDArray[np.float32], radius: float) -> list[Candidate]:
+    """Pixels of round spots for a radius [m], strongest first, none within a radius of another."""
     light = np.where(image.index >= 0, intensity[np.maximum(image.index, 0)], np.nan)
     light = light.astype(np.float32)
     ranges = image.filled()
@@ -106,7 +101,10 @@ def blobs(
     order = np.argsort(-strength, kind="stable")
     rows, columns, strength = rows[order], columns[order], strength[order]
     kept = _apart(rows, columns, ranges, steps, radius, image.wraps, GATES.most_spots)
-    return np.stack([rows[kept], columns[kept]], axis=1).astype(np.int64), strength[kept]
+    return [
+        Candidate(int(rows[k]), int(columns[k]), notable=bool(strength[k] > GATES.listed_strength))
+        for k in kept
+    ]
 
 
 def _least_spread(intensity: NDArray[np.float32]) -> float:
@@ -226,62 +224,38 @@ def find_discs(
     """
     if not all(radius > 0 for radius in radii):
         raise InputError("the radius of a disc must be positive")
-    found: list[tuple[DiscFit, float]] = []
-    rejected: list[Rejected] = []
-    for radius in radii:
-        for (row, column), strength in zip(*blobs(image, intensity, radius), strict=True):
-            window, start = points_around(image, int(row), int(column), 2 * radius)
-            if start is None:
-                continue
-            if any(
-                np.linalg.norm(f.center - start) < GATES.same_start_radii * r
-                for f, r in found
-                if r == radius
-            ):
-                continue
-            fit = fit_disc(
-                xyz[window],
-                intensity[window],
-                start,
-                radius,
-                footprint=_width(footprint, start),
-                sigma_range=sigma_range,
-                sigma_angle=sigma_angle,
-                floor=floor,
-            )
-            if isinstance(fit, DiscFit):
-                _keep(found, fit, radius)
-            elif not fit.texture or strength > GATES.listed_strength:
-                rejected.append(Rejected("disc", np.asarray(start), fit.reason))
-    kept = [_detection(fit, radius, scan) for fit, radius in found]
-    return kept, _without_repeats(rejected, kept)
+
+    def fit(window: NDArray[np.int32], start: Array, radius: float) -> DiscFit | Refused:
+        return fit_disc(
+            xyz[window],
+            intensity[window],
+            start,
+            radius,
+            footprint=None if footprint is None else footprint_at(footprint, start),
+            sigma_range=sigma_range,
+            sigma_angle=sigma_angle,
+            floor=floor,
+        )
+
+    search = PrintSearch(
+        kind="disc",
+        candidates=lambda radius: candidates(image, intensity, radius),
+        fit=fit,
+        reach_sizes=2.0,
+        same_start_sizes=GATES.same_start_radii,
+        same_size_only=True,
+        same_target_sizes=GATES.same_disc_radii,
+    )
+    fits, rejected = search.run(image, radii)
+    discs = [_detection(fit, radius, scan) for fit, radius in fits]
+    return discs, _without_repeats(rejected, discs)
 
 
-def _width(footprint: tuple[float, float] | None, place: Array) -> float | None:
-    """Diameter [m] of the beam at a place (3,)."""
-    if footprint is None:
-        return None
-    return float(np.hypot(footprint[0], footprint[1] * np.linalg.norm(place)))
-
-
-def _keep(found: list[tuple[DiscFit, float]], fit: DiscFit, radius: float) -> None:
-    """Add a fit unless a better one is at the same place; then it replaces a worse one."""
-    for k, (other, size) in enumerate(found):
-        if np.linalg.norm(other.center - fit.center) < GATES.same_disc_radii * max(size, radius):
-            if fit.explained > other.explained:
-                found[k] = (fit, radius)
-            return
-    found.append((fit, radius))
-
-
-def _without_repeats(rejected: Sequence[Rejected], found: Sequence[Detection]) -> list[Rejected]:
-    """Refusals that are not on a disc that was found, nor repeat another at the same place."""
+def _without_repeats(rejected: Sequence[Rejected], discs: Sequence[Detection]) -> list[Rejected]:
+    """Refusals that are not on a disc, nor repeat another at the same place."""
     out: list[Rejected] = []
     for r in rejected:
-        if any(
-            np.linalg.norm(d.center - r.center) < GATES.refused_beside_radii * d.radius
-            for d in found
-        ):
+        if lies_on(r.center, discs, GATES.refused_beside_radii):
             continue
         if any(o.reason == r.reason and np.allclose(o.center, r.center) for o in out):
             continue
@@ -291,14 +265,14 @@ def _without_repeats(rejected: Sequence[Rejected], found: Sequence[Detection]) -
 
 def _detection(fit: DiscFit, radius: float, scan: str) -> Detection:
     """A fit as the network wants it."""
-    said = []
+    sentences = []
     if fit.points < GATES.few_points:
-        said.append(f"only {fit.points} points on and around it")
+        sentences.append(f"only {fit.points} points on and around it")
     if fit.coverage < GATES.part_seen_share:
-        said.append(f"its edge is seen on {100 * fit.coverage:.0f} % of the circle")
+        sentences.append(f"its edge is seen on {100 * fit.coverage:.0f} % of the circle")
     if fit.retro:
         taken = "whose distance is taken" if fit.gain > 0 else "which is the lighter one"
-        said.append(f"its print reads {1e3 * fit.split:+.1f} mm against the ground, {taken}")
+        sentences.append(f"its print reads {1e3 * fit.split:+.1f} mm against the ground, {taken}")
     return Detection(
         kind="disc",
         scan=scan,
@@ -319,5 +293,5 @@ def _detection(fit: DiscFit, radius: float, scan: str) -> Detection:
             "blur_m": fit.blur,
             "disc_minus_ground_m": fit.split,
         },
-        sentences=tuple(said),
+        sentences=tuple(sentences),
     )

@@ -15,7 +15,7 @@ from pykdtree.kdtree import KDTree
 
 from tribrach._types import Array
 from tribrach.errors import InputError
-from tribrach.targets.detection import Detection, Rejected
+from tribrach.targets.detection import Detection, Rejected, lies_on
 from tribrach.targets.spheres.fit import GATES as FIT
 from tribrach.targets.spheres.fit import SphereFit, fit_sphere_orthogonal
 from tribrach.targets.spheres.votes import apart, gather
@@ -89,7 +89,7 @@ def find_spheres_in_cloud(
         normal, thickness = _normals(thin)
         noise = float(np.median(thickness)) if sigma is None else sigma
         for start in _candidates(thin, normal, radius):
-            if any(np.linalg.norm(d.center - start) < d.radius for d in found):
+            if lies_on(start, found):
                 continue
             result = _judged(points, start, radius, noise, scan)
             if isinstance(result, Detection):

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from tribrach._types import Array, Index
 from tribrach.errors import InputError
 from tribrach.scan.range_image import RangeImage
-from tribrach.targets.detection import Detection, Rejected
+from tribrach.targets.detection import Detection, Rejected, lies_on
 from tribrach.targets.range_noise import estimate_range_noise
 from tribrach.targets.spheres.fit import GATES as FIT
 from tribrach.targets.spheres.fit import SphereFit, fit_sphere
@@ -296,7 +296,7 @@ def find_spheres(
         found += good
         rejected += bad
     found, beaten = _best_radius(found)
-    rejected = [r for r in rejected if not _within(r.center, found)]
+    rejected = [r for r in rejected if not lies_on(r.center, found)]
     return found, rejected + beaten
 
 
@@ -309,11 +309,11 @@ def _of_radius(
     found: list[Detection] = []
     rejected: list[Rejected] = []
     for start in [*parts.center[parts.fits], *voted]:
-        if _within(start, found):
+        if lies_on(start, found):
             continue
         result = _judged(xyz, image, start, radius, noise, scan)
         if isinstance(result, Detection):
-            if not _within(result.center, found):
+            if not lies_on(result.center, found):
                 found.append(result)
         elif not any(np.linalg.norm(r.center - result.center) < radius for r in rejected):
             rejected.append(result)
@@ -326,12 +326,7 @@ def _of_radius(
         reason = f"{size} of {2e3 * radius:.0f} mm"
         if not any(np.linalg.norm(r.center - parts.center[k]) < radius for r in rejected):
             rejected.append(Rejected("sphere", parts.center[k], reason))
-    return found, [r for r in rejected if not _within(r.center, found)]
-
-
-def _within(center: Array, found: Sequence[Detection]) -> bool:
-    """Does a centre lie inside a sphere that was found?"""
-    return any(np.linalg.norm(d.center - center) < d.radius for d in found)
+    return found, [r for r in rejected if not lies_on(r.center, found)]
 
 
 def _judged(
