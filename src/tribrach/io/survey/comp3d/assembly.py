@@ -1,8 +1,13 @@
-"""A survey from Comp3D's records.
+"""A survey from Comp3D's records: points, control, sights, subframes, axes and equalities.
 
 Sigmas that depend on the distance, rotation axes and equalities need approximate places of the
-points. Where the coordinate file does not give them, the survey is built twice: first without
-what needs them, to find start values, then in full.
+points. Where the coordinate file does not give them, the survey is built twice: first without the
+observations that need them, to find start values, then in full.
+
+A fully weighted point is control with a covariance; a partly weighted one is observed axis by axis:
+east and north of the grid, height over the ellipsoid. Points with a height only keep their plan
+position and the other way round. Coordinates that are held drop out if the whole point is held and
+are hard constraints otherwise.
 """
 
 from __future__ import annotations
@@ -66,7 +71,23 @@ from tribrach.observations.sights import (
 
 __all__ = ["Comp3dFacts", "assemble", "grid_axes"]
 
-# Observations gathered one by one, handed to a survey as one table per kind.
+#: reasons of observations that are switched off
+INNER = "the project uses inner constraints"
+_OFF = "its sigma is negative in the file"
+#: points closer than this [m] have no direction between them
+TOO_CLOSE = 1e-6
+#: kinds of the codes of plain observations
+_KINDS: dict[int, type[Observations]] = {
+    1: SlopeDistances,
+    2: HorizontalDistances,
+    3: SlopeDistances,
+    5: Directions,
+    6: ZenithAngles,
+    7: Directions,
+    8: Azimuths,
+    14: LocalOffsets,
+    15: LocalOffsets,
+}
 
 
 @dataclass
@@ -80,7 +101,7 @@ class _Rows:
 
 @dataclass
 class Tables:
-    """Rows by kind and group, in the order they came."""
+    """Observations gathered one by one, for a survey that takes one table per kind and group."""
 
     rows: dict[tuple[type[Observations], str, bool], _Rows] = field(default_factory=dict)
 
@@ -96,7 +117,27 @@ class Tables:
         group: str = "",
         hard: bool = False,
     ) -> None:
-        """Add one observation: sigma or covariance matrix, the kind's fields, why it is off."""
+        """Add one observation.
+
+        Parameters
+        ----------
+        kind
+            Of the observation.
+        value
+            In metres or radians.
+        sigma
+            Standard deviations, or a covariance matrix.
+        source
+            ``file:line``.
+        columns
+            The kind's own fields.
+        off
+            Why it is switched off, "" if it is not.
+        group
+            Of its variance component.
+        hard
+            It is a hard constraint.
+        """
         rows = self.rows.setdefault((kind, group, hard), _Rows())
         size = len(kind.units)
         spread = np.asarray(sigma, dtype=float)
@@ -114,7 +155,15 @@ class Tables:
         return {(o.kind, o.group): o.predict(network.start) for o in network.observations}
 
     def add_to(self, survey: Survey, computed: dict[tuple[str, str], Array] | None = None) -> None:
-        """Hand all rows over, with the computed values instead of the measured ones if given."""
+        """Add all rows to a survey.
+
+        Parameters
+        ----------
+        survey
+            Gets the tables.
+        computed
+            Values that replace the measured ones, for a simulation.
+        """
         for (kind, group, hard), rows in self.rows.items():
             values = np.array(rows.values)
             if computed is not None and not hard:
@@ -132,21 +181,17 @@ class Tables:
             )
 
 
-# Comp3D's points in a survey: which unknowns they have, and their control.
-#
-# A fully weighted point is control with a covariance; a partly weighted one is observed axis by
-# axis: east and north of the grid, height over the ellipsoid. Points with a height only
-# keep their plan position and the other way round. Coordinates that are held drop out if the whole
-# point is held and are hard constraints otherwise.
-
-
-INNER = "the project uses inner constraints"
-
-
 def grid_axes(x: Array, site: EllipsoidSite) -> Array:
-    """Axes (3, 3) at ``x`` (3,): the grid's east and north in the local horizon, and up.
+    """East and north of the grid in the local horizon, and up, as rows (3, 3).
 
     The grid of the computation has the north of the project's centre everywhere.
+
+    Parameters
+    ----------
+    x : (3,)
+        Place in W [m].
+    site
+        The work frame.
     """
     up = site.axes(x[None])[0, 2]
     east = np.array([1.0, 0.0, 0.0]) - up[0] * up
@@ -164,7 +209,21 @@ def free_axes(record: Comp3dPoint) -> tuple[bool, ...]:
 def add_control(
     tables: Tables, record: Comp3dPoint, x: Array, site: EllipsoidSite, *, inner: bool
 ) -> None:
-    """Add the constraints of a point at ``x`` (3,) in W; inner constraints switch them off."""
+    """Add the constraints of a point.
+
+    Parameters
+    ----------
+    tables
+        Get the observations.
+    record
+        Of the point.
+    x : (3,)
+        Its place in W [m].
+    site
+        The work frame.
+    inner
+        The project uses inner constraints, which switch these off.
+    """
     axes = grid_axes(x, site)
     off = INNER if inner and not record.far else ""
     weighted = [c and not h for c, h in zip(record.constrained, record.held, strict=True)]
@@ -207,30 +266,18 @@ def _put(
     tables.put(kind, value, sigma, source, columns, off=off, group=group, hard=hard)
 
 
-# Comp3D's plain observations in a survey.
-
-
-#: points closer than this [m] have no direction between them
-TOO_CLOSE = 1e-6
-
-
-_KINDS: dict[int, type[Observations]] = {
-    1: SlopeDistances,
-    2: HorizontalDistances,
-    3: SlopeDistances,
-    5: Directions,
-    6: ZenithAngles,
-    7: Directions,
-    8: Azimuths,
-    14: LocalOffsets,
-    15: LocalOffsets,
-}
-
-
 class PointDistances:
-    """Distances [m] between points, for sigmas that depend on them: measured, else computed.
+    """Distances [m] between points, for sigmas that depend on them: measured if possible, else
+    computed.
 
     A distance that is switched off is still closer than approximate coordinates.
+
+    Parameters
+    ----------
+    sights
+        All plain observations.
+    known
+        Coordinates (3,) by name [m].
     """
 
     def __init__(self, sights: list[SightRecord], known: dict[str, Array]) -> None:
@@ -242,7 +289,7 @@ class PointDistances:
         self._measured = {pair: float(np.median(values)) for pair, values in measured.items()}
 
     def __call__(self, start: str, end: str) -> float | None:
-        """Distance between two points, None if nothing tells."""
+        """Distance [m] between two points, None if neither measured nor computed."""
         measured = self._measured.get(frozenset((start, end)))
         if measured is not None or not {start, end} <= self._known.keys():
             return measured
@@ -250,7 +297,7 @@ class PointDistances:
 
 
 def coincident(sight: SightRecord, points: dict[str, Comp3dPoint], known: dict[str, Array]) -> bool:
-    """True if both ends are given at one place that the observation cannot be made between."""
+    """True if both ends have one place and the observation cannot be made between them."""
     if sight.off or sight.code in (2, 4, 14, 15) or not set(sight.names) <= points.keys():
         return False
     chord = known[sight.end] - known[sight.start]
@@ -267,7 +314,23 @@ def add_sight(
     site: EllipsoidSite,
     places: dict[str, Array],
 ) -> None:
-    """Add one observation; places are approximate coordinates (3,) in W."""
+    """Add one plain observation.
+
+    Parameters
+    ----------
+    tables
+        Get the observation.
+    sight
+        The record.
+    sigma
+        Its standard deviation [m, rad].
+    project
+        Gives refraction and inner constraints.
+    site
+        The work frame.
+    places
+        Approximate coordinates (3,) in W by name [m].
+    """
     columns: dict[str, object] = {"start": sight.start, "end": sight.end}
     off = sight.off
     if sight.code == 8 and project.inner_constraints:
@@ -305,14 +368,20 @@ def _azimuth(axis: int, x: Array | None, site: EllipsoidSite) -> float:
     return float(np.arctan2(east, north))
 
 
-# Comp3D's subframes, baselines, rotation axes and equalities in a survey.
-
-
-_OFF = "its sigma is negative in the file"
-
-
 def add_frame(tables: Tables, frame: FrameRecord, station: str, known: dict[str, Array]) -> None:
-    """Add the targets of a subframe seen from a station, and that it is levelled if it is."""
+    """Add the targets of a subframe, and the condition that it is levelled if it is.
+
+    Parameters
+    ----------
+    tables
+        Get the observations.
+    frame
+        The record.
+    station
+        Name of its station.
+    known
+        Coordinates (3,) by name [m].
+    """
     origin = known.get(frame.origin)
     for entry in frame.entries:
         _add_entry(tables, frame, entry, station, _distance(frame, entry, origin, known))
@@ -380,7 +449,19 @@ def add_baselines(tables: Tables, frame: FrameRecord, site: EllipsoidSite) -> No
 
 
 def add_axis(survey: Survey, tables: Tables, axis: AxisRecord, start: AxisStart) -> None:
-    """Add a rotation axis: two slopes, a place and a radius for each target, its feet."""
+    """Add a rotation axis: two slopes, a place and a radius for each target, its feet.
+
+    Parameters
+    ----------
+    survey
+        Gets the unknowns.
+    tables
+        Get the observations.
+    axis
+        The record.
+    start
+        Start values of the unknowns.
+    """
     name = f"axis {axis.origin} ({axis.line.source})"
     slopes = {f"slope_{i}": f"slope {i} of {name}" for i in (1, 2)}
     ends: dict[str, object] = {"origin": axis.origin, "main": start.main, **slopes}
@@ -405,7 +486,21 @@ def add_axis(survey: Survey, tables: Tables, axis: AxisRecord, start: AxisStart)
 def add_equal(
     survey: Survey, tables: Tables, equal: EqualRecord, known: dict[str, Array], site: EllipsoidSite
 ) -> None:
-    """Add pairs with a common value, which starts as the mean of the pairs that are known."""
+    """Add pairs with a common value, which starts as the mean over the pairs that are known.
+
+    Parameters
+    ----------
+    survey
+        Gets the unknown.
+    tables
+        Get the observations.
+    equal
+        The record.
+    known
+        Coordinates (3,) by name [m].
+    site
+        The work frame.
+    """
     kind = EqualHeightDifferences if equal.code == 21 else EqualDistances
     values = []
     for pair in equal.pairs:
@@ -425,6 +520,13 @@ def assemble(
     project: Comp3dProject, points: Comp3dPoints, observed: Observed, problems: Problems
 ) -> Survey:
     """The survey of a project; the values of a simulation are computed ones.
+
+    Parameters
+    ----------
+    project, points, observed
+        The records.
+    problems
+        Holds warnings.
 
     Raises
     ------
@@ -486,7 +588,7 @@ class _Assembly:
         self.levels: dict[str, Array] = {}
 
     def check(self) -> None:
-        """Refuse what cannot be computed."""
+        """Refuse projects that cannot be computed."""
         for record in self.points.records.values():
             if self.project.inner_constraints and any(record.held) and not record.far:
                 raise record.line.error(
@@ -503,7 +605,7 @@ class _Assembly:
                 )
 
     def locate(self) -> None:
-        """Find approximate places: by offsets, by subframes, at last by the whole network."""
+        """Find approximate places: by offsets, by subframes, and last by the whole network."""
         self._extend()
         if not self._complete():
             survey, tables = self.build(core=True)
@@ -535,7 +637,9 @@ class _Assembly:
         return all(lengths) and all(axes) and all(equal)
 
     def build(self, *, core: bool = False) -> tuple[Survey, Tables]:
-        """Survey with points and stations, and its tables; core leaves out axes and equalities."""
+        """Survey with points and stations, and its tables; ``core`` leaves out axes and
+        equalities.
+        """
         survey, tables = Survey(site=self.site), Tables()
         stations = self._stations(survey)
         present = self._points(survey, tables, stations)
@@ -559,7 +663,13 @@ class _Assembly:
         return survey, tables
 
     def _stations(self, survey: Survey) -> list[str]:
-        """Add a station for each subframe; their names, "" for baselines."""
+        """Add a station for each subframe.
+
+        Returns
+        -------
+        list of str
+            Their names, "" for baselines.
+        """
         names: list[str] = []
         for frame, pose in zip(self.observed.frames, self.poses, strict=True):
             name = frame.origin
@@ -578,7 +688,13 @@ class _Assembly:
         return names
 
     def _points(self, survey: Survey, tables: Tables, stations: list[str]) -> set[str]:
-        """Add points and control; the names of all positions."""
+        """Add points and control.
+
+        Returns
+        -------
+        set of str
+            Names of all positions.
+        """
         switched_off = self.observed.names(active=False)
         for name, record in self.points.records.items():
             x, held = self.given[name], name not in self.active
@@ -618,7 +734,7 @@ class _Assembly:
             add_equal(survey, tables, equal, places, self.site)
 
     def finish(self, survey: Survey) -> Survey:
-        """Datum, warnings and facts."""
+        """Add datum, warnings and facts."""
         project, records = self.project, self.points.records
         survey.warnings += self.problems.warnings
         _warn(
@@ -660,7 +776,7 @@ def _circles(tables: Tables) -> set[str]:
 
 
 def _warn(survey: Survey, what: str, names: list[str], then: str) -> None:
-    """A warning that names at most ten points."""
+    """Add a warning that names at most ten points."""
     if names:
         more = f" and {len(names) - 10} more" if len(names) > 10 else ""
         survey.warnings.append(f"{what} {', '.join(names[:10])}{more}: {then}.")

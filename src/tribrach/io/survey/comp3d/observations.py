@@ -1,9 +1,10 @@
 """Comp3D's observation files (``.obs``) and the files they name (``.xyz .bas .axe .eq``).
 
-``code from to value sigma [sigma_rel [hi ht]]`` with sigma_rel per metre for lengths and in
-metres across the line for angles; a negative code or sigma switches an observation off. Code 9
-(centring) is two offsets of zero with the two sigmas. Code 7 opens a round of directions; a 5
-belongs to the last round of its station.
+``code from to value sigma [sigma_rel [hi ht]]`` with sigma_rel per metre for lengths and in metres
+across the line for angles; a negative code or sigma switches an observation off. Code 9 (centring)
+is two offsets of zero with the two sigmas. Code 7 opens a round of directions; a 5 belongs to the
+last round of its station. Subframes, baselines, axes and equalities stand in files of their own
+that a line names.
 """
 
 from __future__ import annotations
@@ -30,21 +31,31 @@ from tribrach.io.survey.comp3d.text import Problems, TextLine, read_lines
 
 __all__ = ["read_observations"]
 
-# The files that Comp3D's observation lines name: subframes, baselines, axes, equalities.
-
-
 _Item = TypeVar("_Item")
 
-
+#: codes of plain observations
+_SIMPLE = (1, 2, 3, 4, 5, 6, 7, 8, 9, 14, 15)
+#: codes that points with a height only, or with a plan position only, can take part in
+_HEIGHT_CODES, _PLAN_CODES = {4, 21}, {2, 5, 7, 8, 9, 14, 15}
+#: reason of an observation that is switched off by its sigma
 _OFF = "its sigma is negative in the file"
-
-
-#: where sx, sy, sz and sigma_rel stand among so many numbers of a Cartesian entry, -1 for nowhere
+#: place of sx, sy, sz and sigma_rel by the number of sigmas of a Cartesian entry, -1 for none
 _CARTESIAN = {1: (0, 0, 0, -1), 2: (0, 0, 0, 1), 3: (0, 1, 2, -1), 4: (0, 1, 2, 3), 5: (0, 1, 2, 3)}
 
 
 def read_frame(line: TextLine, code: int, unit: float, problems: Problems) -> FrameRecord:
     """A subframe (11, 12) or baselines (19) with their file.
+
+    Parameters
+    ----------
+    line
+        The line that names the file.
+    code
+        Of the line.
+    unit
+        Radians of the files' angular unit.
+    problems
+        Handles lines that cannot be used.
 
     Raises
     ------
@@ -71,6 +82,13 @@ def read_frame(line: TextLine, code: int, unit: float, problems: Problems) -> Fr
 
 def read_axis(line: TextLine, problems: Problems) -> AxisRecord:
     """A rotation axis (18) with its file.
+
+    Parameters
+    ----------
+    line
+        The line that names the file.
+    problems
+        Handles lines that cannot be used.
 
     Raises
     ------
@@ -100,6 +118,15 @@ def read_axis(line: TextLine, problems: Problems) -> AxisRecord:
 def read_equal(line: TextLine, code: int, problems: Problems) -> EqualRecord:
     """An equality of height differences (21) or distances (22) with its file.
 
+    Parameters
+    ----------
+    line
+        The line that names the file.
+    code
+        Of the line.
+    problems
+        Handles lines that cannot be used.
+
     Raises
     ------
     InputError
@@ -120,7 +147,7 @@ def _name(line: TextLine) -> str:
 def _items(
     path: Path, shown: str, parent: TextLine, problems: Problems, parse: Callable[[TextLine], _Item]
 ) -> list[_Item]:
-    """What the lines of a named file say."""
+    """The lines of a named file, parsed."""
     if not path.is_file():
         raise parent.error(f"there is no file {shown}")
     out = []
@@ -233,13 +260,6 @@ def _pair(line: TextLine) -> PairRecord:
     return PairRecord(line.fields[0], line.fields[1], sigma, line)
 
 
-_SIMPLE = (1, 2, 3, 4, 5, 6, 7, 8, 9, 14, 15)
-
-
-#: codes that points with a height only, or with a plan position only, can take part in
-_HEIGHT_CODES, _PLAN_CODES = {4, 21}, {2, 5, 7, 8, 9, 14, 15}
-
-
 def read_observations(
     path: Path, shown: str, points: Comp3dPoints, unit: float, problems: Problems
 ) -> Observed:
@@ -247,13 +267,21 @@ def read_observations(
 
     Parameters
     ----------
+    path
+        The file.
+    shown
+        Its name in messages.
+    points
+        Of the project.
     unit
         Radians of the files' angular unit.
+    problems
+        Handles lines that cannot be used.
 
     Raises
     ------
     InputError
-        A malformed line, an unknown code, a sigma too close to zero, a missing file.
+        A malformed line, an unknown code, a sigma too close to zero, or a missing file.
     """
     reader = _Reader(points, unit, problems)
     for line in read_lines(path, shown, problems):
@@ -273,7 +301,7 @@ class _Reader:
     rounds: dict[str, list[str]] = field(default_factory=dict)
 
     def take(self, line: TextLine) -> None:
-        """Add what a line says."""
+        """Add the observation of a line."""
         code = line.integer(0, "the observation code")
         if abs(code) in _SIMPLE:
             self._sight(line, code)
@@ -348,7 +376,7 @@ class _Reader:
     def _check_sight(
         self, line: TextLine, code: int, value: float, own: float, relative: float
     ) -> None:
-        """Refuse values and sigmas that cannot be meant."""
+        """Refuse values and sigmas that cannot be right."""
         if abs(own) < SMALLEST_SIGMA:
             raise line.error(f"sigma is {own:g}", "give a standard deviation above zero")
         if relative < 0 and code != 9:

@@ -1,7 +1,7 @@
-"""Comp3D's coordinate files (``.cor``): points and what is known of them beforehand.
+"""Comp3D's coordinate files (``.cor``): points and their constraints.
 
-``code name E N h [sigma_E sigma_N sigma_h [eta xi]]``, or without sigmas but with the deflection
-of the vertical (arc seconds). The code gives dimension and constraints; a sigma of zero holds a
+``code name E N h [sigma_E sigma_N sigma_h [eta xi]]``, or without sigmas but with the deflection of
+the vertical (arc seconds). The code gives dimension and constraints; a sigma of zero holds a
 constrained coordinate, a negative one switches its constraint off. Code -1 leaves a point out.
 """
 
@@ -18,8 +18,6 @@ __all__ = ["SMALLEST_SIGMA", "Comp3dPoint", "Comp3dPoints", "read_points"]
 
 #: sigmas closer to zero than this are a mistake [m or file unit]
 SMALLEST_SIGMA = 1e-8
-
-
 #: axes (of E, N, h) that exist and that are constrained, by point code
 _CODES: dict[int, tuple[str, str]] = {
     0: ("ENh", ""),
@@ -41,6 +39,8 @@ class Comp3dPoint:
 
     Attributes
     ----------
+    name
+        Of the point.
     enh
         Grid coordinates and height [m].
     sigmas
@@ -51,6 +51,8 @@ class Comp3dPoint:
         Eta, xi [arc seconds] or None.
     far
         Carries no inner constraints.
+    line
+        Of the file.
     """
 
     name: str
@@ -68,16 +70,24 @@ class Comp3dPoint:
         return tuple(c and s == 0 for c, s in zip(self.constrained, self.sigmas, strict=True))
 
     def same(self, other: Comp3dPoint) -> bool:
-        """True if another record says the same."""
-        mine = (self.enh, self.sigmas, self.used, self.constrained, self.deflection)
-        return repr(mine) == repr(
+        """True if another record has the same content."""
+        own = (self.enh, self.sigmas, self.used, self.constrained, self.deflection)
+        return repr(own) == repr(
             (other.enh, other.sigmas, other.used, other.constrained, other.deflection)
         )
 
 
 @dataclass(frozen=True)
 class Comp3dPoints:
-    """All points of a project; left_out has the lines that leave points out, by name."""
+    """All points of a project.
+
+    Attributes
+    ----------
+    records
+        By name.
+    left_out
+        Lines that leave points out, by name.
+    """
 
     records: dict[str, Comp3dPoint]
     left_out: dict[str, TextLine]
@@ -86,11 +96,20 @@ class Comp3dPoints:
 def read_points(path: Path, shown: str, problems: Problems) -> Comp3dPoints:
     """Points of a coordinate file and the files it includes.
 
+    Parameters
+    ----------
+    path
+        The file.
+    shown
+        Its name in messages.
+    problems
+        Handles lines that cannot be used.
+
     Raises
     ------
     InputError
         A malformed line, an unknown code, a point defined twice with different values, a
-        constrained point without sigmas, a sigma too close to zero.
+        constrained point without sigmas, or a sigma too close to zero.
     """
     points = Comp3dPoints({}, {})
     coded = path.suffix.lower() != ".new"

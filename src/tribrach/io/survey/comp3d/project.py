@@ -1,7 +1,7 @@
 """Comp3D's project file (``.comp``): which files, which grid, which kind of computation.
 
-It is JSON behind ``data=`` and holds the results of the last run too, which are not read. Without
-a project file the files themselves are named and the defaults of a local system hold.
+It is JSON after ``data=`` and also holds the results of the last run, which are not read. Without a
+project file the files themselves are named and the defaults of a local system are taken.
 """
 
 from __future__ import annotations
@@ -22,23 +22,31 @@ __all__ = ["Comp3dProject", "read_project"]
 
 #: latitude [degrees] of a local system that states none
 DEFAULT_LATITUDE = 45.0
-
-
 DEFAULT_REFRACTION = 0.12
-
-
 #: radians of the angular unit, by the project file's number for it
 _UNITS = {0: 1.0, 1: GON, 2: pi / 180}
 
 
 @dataclass(frozen=True)
 class Comp3dProject:
-    """What a project says besides points and observations.
-
-    grid is None where only the coordinates can tell where the project is.
+    """The entries of a project besides points and observations.
 
     Attributes
     ----------
+    name
+        Of the project.
+    folder
+        Of its files.
+    points, observations
+        Names of the files.
+    grid
+        None where only the coordinates can tell where the project is.
+    unit
+        Radians of the files' angular unit.
+    refraction
+        Coefficient of refraction.
+    inner_constraints
+        The project uses inner constraints.
     simulation
         "" or the kind of simulation, for which measured values do not count.
     """
@@ -60,7 +68,8 @@ def read_project(paths: Sequence[Path]) -> Comp3dProject:
     Raises
     ------
     InputError
-        Files missing or of other kinds, JSON broken, entries missing or not sensible.
+        Files that are missing or of other kinds, broken JSON, entries that are missing or not
+        sensible.
     """
     if len(paths) == 1 and paths[0].suffix.lower() == ".comp":
         return _from_json(paths[0])

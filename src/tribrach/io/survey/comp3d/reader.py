@@ -32,6 +32,8 @@ def read(paths: Path | Sequence[Path], *, tolerant: bool = False) -> Survey:
 
     Parameters
     ----------
+    paths
+        One ``.comp`` file, or an ``.obs`` and a ``.cor`` file.
     tolerant
         Leave lines out that cannot be used, with a warning for each, as Comp3D does.
 

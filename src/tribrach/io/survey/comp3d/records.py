@@ -1,4 +1,4 @@
-"""What Comp3D's observation files say, line by line, in metres and radians.
+"""The content of Comp3D's observation files, line by line, in metres and radians.
 
 Plain observations are :class:`SightRecord`; observations that share unknowns come from files of
 their own: subframes and baselines (:class:`FrameRecord`), rotation axes (:class:`AxisRecord`) and
@@ -25,18 +25,29 @@ __all__ = [
 
 @dataclass(frozen=True)
 class SightRecord:
-    """One plain observation from ``start`` to ``end``.
-
-    code 1 and 3 slope distance, 2 distance at the ellipsoid, 4 height difference, 5 and 7
-    direction, 6 zenith angle, 8 azimuth, 14 and 15 offset in east and north. value [m, rad]; sigma
-    = own [m, rad] and by_distance: times the distance [m] for lengths, over it for angles.
+    """One plain observation.
 
     Attributes
     ----------
+    code
+        1 and 3 slope distance, 2 distance at the ellipsoid, 4 height difference, 5 and 7 direction,
+        6 zenith angle, 8 azimuth, 14 and 15 offset in east and north.
+    start, end
+        Names of the points.
+    value
+        In metres or radians.
+    own
+        Part of the sigma that does not depend on the distance [m, rad].
+    by_distance
+        Part that does: times the distance [m] for lengths, divided by it for angles.
+    height_instrument, height_target
+        In metres.
     circle
         Name of the orientation unknown.
     off
         Why it is switched off, "" if it is not.
+    line
+        Of the file.
     """
 
     code: int
@@ -62,7 +73,7 @@ class SightRecord:
         return self.start, self.end
 
     def sigma(self, distance: float) -> float:
-        """Standard deviation at a distance [m]."""
+        """Standard deviation [m, rad] at a distance [m]."""
         if self.by_distance == 0:
             return self.own
         by_distance = self.by_distance
@@ -75,14 +86,20 @@ class FrameEntry:
 
     Attributes
     ----------
+    target
+        Its name.
     values
         x y z [m]; or horizontal angle, elevation [rad] and distance [m]; or ECEF components [m].
     own, by_distance
         Sigmas as for :class:`SightRecord`, one for each value.
+    height
+        Of the target [m].
+    off
+        A reason for each value, "" if it is not switched off.
     covariance
         Upper half xx xy xz yy yz zz [m^2] of a baseline.
-    off
-        One reason for each value.
+    line
+        Of the file.
     """
 
     target: str
@@ -97,12 +114,22 @@ class FrameEntry:
 
 @dataclass(frozen=True)
 class FrameRecord:
-    """A subframe (code 11 Cartesian, 12 polar) or a set of baselines (19) at ``origin``.
+    """A subframe or a set of baselines.
 
     Attributes
     ----------
+    code
+        11 Cartesian and 12 polar subframe, 19 baselines.
+    origin
+        Name of the point.
+    levelled
+        Its axis is vertical.
     height
         Of the antenna at the origin [m], baselines only.
+    entries
+        Its targets.
+    line
+        Of the file.
     """
 
     code: int
@@ -115,7 +142,19 @@ class FrameRecord:
 
 @dataclass(frozen=True)
 class CircleRecord:
-    """``point`` is ``target`` in one position of the turning body; sigmas [m], negative is off."""
+    """A target in one position of the turning body.
+
+    Attributes
+    ----------
+    target
+        Its name.
+    point
+        Name of the target in this position.
+    sigma_radius, sigma_plane
+        In metres, negative if switched off.
+    line
+        Of the file.
+    """
 
     target: str
     point: str
@@ -126,7 +165,19 @@ class CircleRecord:
 
 @dataclass(frozen=True)
 class AxisRecord:
-    """A rotation axis through ``origin``; feet: points whose foot on the axis is the origin."""
+    """A rotation axis.
+
+    Attributes
+    ----------
+    origin
+        Name of a point on it.
+    circles
+        Its targets.
+    feet
+        Points whose foot on the axis is the origin, with their lines.
+    line
+        Of the file.
+    """
 
     origin: str
     circles: tuple[CircleRecord, ...]
@@ -136,7 +187,17 @@ class AxisRecord:
 
 @dataclass(frozen=True)
 class PairRecord:
-    """A pair of points of an equality; sigma [m], negative is off."""
+    """A pair of points of an equality.
+
+    Attributes
+    ----------
+    start, end
+        Names of the points.
+    sigma
+        In metres, negative if switched off.
+    line
+        Of the file.
+    """
 
     start: str
     end: str
@@ -146,7 +207,19 @@ class PairRecord:
 
 @dataclass(frozen=True)
 class EqualRecord:
-    """Pairs with one common height difference (code 21) or distance (22)."""
+    """Pairs with one common height difference or distance.
+
+    Attributes
+    ----------
+    code
+        21 height difference, 22 distance.
+    name
+        Of the common value.
+    pairs
+        The pairs.
+    line
+        Of the file.
+    """
 
     code: int
     name: str
@@ -156,7 +229,13 @@ class EqualRecord:
 
 @dataclass
 class Observed:
-    """All observations of a project."""
+    """All observations of a project.
+
+    Attributes
+    ----------
+    sights, frames, axes, equals
+        The records.
+    """
 
     sights: list[SightRecord] = field(default_factory=list)
     frames: list[FrameRecord] = field(default_factory=list)
@@ -164,7 +243,7 @@ class Observed:
     equals: list[EqualRecord] = field(default_factory=list)
 
     def names(self, *, active: bool) -> set[str]:
-        """Points of all active, or of all switched-off, observations."""
+        """Names of points in active observations, or in those that are switched off."""
         out: set[str] = set()
         for sight in self.sights:
             if (not sight.off) == active:

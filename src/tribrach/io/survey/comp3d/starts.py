@@ -1,7 +1,7 @@
-"""Start values that Comp3D's subframes and rotation axes need, from points already known.
+"""Start values for Comp3D's subframes and rotation axes, from points already known.
 
 Works in W. Poses come from targets with known coordinates, targets from poses, in turns, until
-nothing new is found; what is left is for the search over the whole network.
+nothing new comes; the rest is left to the search over the whole network.
 """
 
 from __future__ import annotations
@@ -34,31 +34,40 @@ _SMALLEST_ANGLE = 0.02
 def frame_poses(
     frames: Sequence[FrameRecord], known: dict[str, Array], up: Array
 ) -> list[Pose | None]:
-    """Poses (translation (3,), rotation world from frame (3, 3)) of subframes, None if not found.
+    """Poses of subframes.
 
     Parameters
     ----------
+    frames
+        The subframes.
     known
-        Coordinates (3,) by name; targets and origins that are found are added to it.
-    up
-        The vertical (3,), for levelled frames.
+        Coordinates (3,) by name; targets and origins that are located are added to it.
+    up : (3,)
+        The vertical, for levelled frames.
+
+    Returns
+    -------
+    list
+        Translation (3,) and rotation world from frame (3, 3) of each; None if not located.
     """
     poses: list[Pose | None] = [None] * len(frames)
     while True:
-        found = False
+        progress = False
         for i, frame in enumerate(frames):
             if poses[i] is None and frame.code != 19:
                 poses[i] = _pose(frame, known, up)
                 if poses[i] is not None:
-                    found = True
+                    progress = True
                     known.setdefault(frame.origin, poses[i][0])  # type: ignore[index]
         placed = [(f, p) for f, p in zip(frames, poses, strict=True) if p is not None]
-        if not (_place_targets(placed, known) or found):
+        if not (_place_targets(placed, known) or progress):
             return poses
 
 
 def _local(frame: FrameRecord, entry: FrameEntry) -> tuple[Array | None, bool]:
-    """Vector to a target in the frame, of unit length if only its direction was measured."""
+    """Vector (3,) to a target in the frame, and True if it has its length; a unit vector
+    otherwise.
+    """
     if frame.code == 11:
         complete = not any(entry.off)
         return (np.array(entry.values) if complete else None), complete
@@ -76,7 +85,7 @@ def _local(frame: FrameRecord, entry: FrameEntry) -> tuple[Array | None, bool]:
 
 
 def _pose(frame: FrameRecord, known: dict[str, Array], up: Array) -> Pose | None:
-    """Pose from the known targets, or None."""
+    """Pose of a subframe from known targets, or None."""
     seen = [(known[e.target], *_local(frame, e)) for e in frame.entries if e.target in known]
     origin = known.get(frame.origin)
     full = [(x, u) for x, u, complete in seen if complete and u is not None]
@@ -97,7 +106,9 @@ def _pose(frame: FrameRecord, known: dict[str, Array], up: Array) -> Pose | None
 
 
 def _align(world: Array, local: Array, levelled: bool, up: Array) -> Array | None:
-    """Rotation with ``world ~ rotation @ local`` (Kabsch), None if the vectors leave it open."""
+    """Rotation with ``world ~ rotation @ local`` (Kabsch), None if the vectors do not determine
+    it.
+    """
     if levelled:
         size = float(np.abs(world).max()) * 10
         world = np.vstack([world, size * up])
@@ -110,9 +121,9 @@ def _align(world: Array, local: Array, levelled: bool, up: Array) -> Array | Non
 
 
 def _place_targets(placed: list[tuple[FrameRecord, Pose]], known: dict[str, Array]) -> bool:
-    """Add targets that known poses fix; True if there was one."""
+    """Add targets that known poses locate; True if there was one."""
     rays: dict[str, list[tuple[Array, Array]]] = {}
-    found = False
+    located = False
     for frame, (translation, rotation) in placed:
         for entry in frame.entries:
             local, complete = _local(frame, entry)
@@ -120,14 +131,14 @@ def _place_targets(placed: list[tuple[FrameRecord, Pose]], known: dict[str, Arra
                 continue
             if complete:
                 known[entry.target] = translation + rotation @ local
-                found = True
+                located = True
             else:
                 rays.setdefault(entry.target, []).append((translation, rotation @ local))
     for target, lines in rays.items():
         if target not in known and (point := _meet(lines)) is not None:
             known[target] = point
-            found = True
-    return found
+            located = True
+    return located
 
 
 def _meet(rays: list[tuple[Array, Array]]) -> Array | None:
@@ -145,7 +156,19 @@ def _meet(rays: list[tuple[Array, Array]]) -> Array | None:
 
 @dataclass(frozen=True)
 class AxisStart:
-    """Approximate axis: origin (3,); main axis and the two slopes; along and radius by target."""
+    """Approximate values of a rotation axis.
+
+    Attributes
+    ----------
+    origin : (3,)
+        A point on it.
+    main
+        Index of its main axis.
+    slopes
+        Along the two other axes.
+    along, radius
+        Place on the axis and radius by target [m].
+    """
 
     origin: Array
     main: int
@@ -155,7 +178,20 @@ class AxisStart:
 
 
 def axis_start(axis: AxisRecord, known: dict[str, Array]) -> AxisStart | None:
-    """The axis through the widest circle of known points, None if no circle has three."""
+    """The axis through the widest circle of known points.
+
+    Parameters
+    ----------
+    axis
+        The record.
+    known
+        Coordinates (3,) by name.
+
+    Returns
+    -------
+    AxisStart or None
+        None if no circle has three known points.
+    """
     circles: dict[str, list[CircleRecord]] = {}
     for circle in axis.circles:
         circles.setdefault(circle.target, []).append(circle)
@@ -185,7 +221,7 @@ def axis_start(axis: AxisRecord, known: dict[str, Array]) -> AxisStart | None:
 
 
 def _centre(points: Array, normal: Array) -> Array:
-    """Centre of the circle through points (n, 3) in a plane across ``normal``, least squares."""
+    """Centre of the circle through points (n, 3) in a plane with this normal, by least squares."""
     middle = points.mean(0)
     across = np.linalg.svd(normal[None])[2][1:]
     flat = (points - middle) @ across.T
@@ -198,18 +234,30 @@ def _centre(points: Array, normal: Array) -> Array:
 def offset_points(
     observed: Observed, known: dict[str, Array], given: dict[str, Array]
 ) -> dict[str, Array]:
-    """Points that hang on others by height differences and offsets alone.
+    """Locate points that only height differences and offsets tie to others.
 
-    A point with easting, northing and height offset from a known one is added to ``known``. A
-    point that nothing but height differences (or equal ones) tie to others has a height only; it
-    is returned, with the plan position of its neighbour, which is close enough for its sigma.
+    A point with easting, northing and height offset from a known one is added to ``known``. A point
+    that only height differences (or equal ones) tie to others has a height only; it is returned,
+    with the plan position of its neighbour, which is close enough for its sigma.
+
+    Parameters
+    ----------
+    observed
+        Observations of the project.
+    known, given
+        Coordinates (3,) by name.
+
+    Returns
+    -------
+    dict
+        Coordinates (3,) of the points with a height only.
     """
     steps = _steps(observed)
     levels: dict[str, Array] = {}
     plan = _planned(observed)
-    found = True
-    while found:
-        found = False
+    progress = True
+    while progress:
+        progress = False
         for (start, end), step in steps.items():
             for a, b, sign in ((start, end, 1), (end, start, -1)):
                 place = known.get(a, given.get(a, levels.get(a)))
@@ -222,7 +270,7 @@ def offset_points(
                     levels[b] = place + np.array([0.0, 0.0, sign * np.nan_to_num(step[2])])
                 else:
                     continue
-                found = True
+                progress = True
     return levels
 
 

@@ -17,14 +17,20 @@ __all__ = ["MAX_BYTES", "Problems", "TextLine", "read_lines"]
 
 #: largest file that is read, and how deep files may include each other
 MAX_BYTES = 200_000_000
-
-
 MAX_DEPTH = 5
 
 
 @dataclass
 class Problems:
-    """What to do with a line that cannot be used: raise, or note it and leave the line out."""
+    """How lines that cannot be used are handled: as errors, or left out with a warning.
+
+    Attributes
+    ----------
+    tolerant
+        Leave them out.
+    warnings
+        Sentences about those that were left out.
+    """
 
     tolerant: bool = False
     warnings: list[str] = field(default_factory=list)
@@ -45,9 +51,9 @@ class TextLine:
     file
         Path as named by the project.
     number
-        1-based.
+        Of the line, from 1.
     fields
-        Without the comment.
+        Words of the line, without the comment.
     folder
         Where files named on the line are looked for.
     """
@@ -72,7 +78,7 @@ class TextLine:
         Raises
         ------
         InputError
-            It is not one.
+            It is not an integer.
         """
         try:
             return int(self.fields[index])
@@ -115,6 +121,17 @@ class TextLine:
 def read_lines(path: Path, shown: str, problems: Problems, depth: int = 1) -> Iterator[TextLine]:
     """Lines with data of a file and of all files it includes, in order.
 
+    Parameters
+    ----------
+    path
+        The file.
+    shown
+        Its name in messages.
+    problems
+        Handles files that cannot be included.
+    depth
+        How deep the file is included.
+
     Raises
     ------
     InputError
@@ -141,6 +158,7 @@ def read_lines(path: Path, shown: str, problems: Problems, depth: int = 1) -> It
 
 
 def _resolve(line: TextLine, name: str) -> tuple[Path, str]:
+    """Path and shown name of a file that a line names."""
     relative = Path(name[1:].replace("\\", "/"))
     return line.folder / relative, (Path(line.file).parent / relative).as_posix()
 

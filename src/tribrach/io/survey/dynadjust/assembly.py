@@ -1,9 +1,17 @@
 """A survey from DynAdjust's records, whichever of its two file formats they came in.
 
-The work frame is East-North-Up at the centroid of the stations, on the ellipsoid of the
-stations' reference frame. Stations marked ``F`` are free; ``C`` components are fixed. Without
-any ``C`` and any point cluster the given coordinates carry inner constraints, which is what the
-weak prior that DynAdjust gives its free stations amounts to.
+The work frame is East-North-Up at the centroid of the stations, on the ellipsoid of the stations'
+reference frame. Stations marked ``F`` are free; ``C`` components are fixed. Without any ``C`` and
+any point cluster the given coordinates carry inner constraints, which is what the weak prior that
+DynAdjust gives its free stations amounts to.
+
+**GNSS.** Measurements of other frames are transformed at their own epoch (method section 1.1), a
+baseline by both its ends. Covariances are scaled in latitude, longitude and height by P, L and H,
+then as a whole by V; those of geographic points are in rad^2 and m^2.
+
+**Terrestrial measurements.** Angles, azimuths, directions, zenith and vertical angles refer to the
+ellipsoid's normal; DynAdjust models no refraction and none is assumed here. Orthometric heights and
+their differences are taken as ellipsoidal, for lack of a geoid model.
 """
 
 from __future__ import annotations
@@ -38,23 +46,35 @@ from tribrach.observations.sights import Angles, Azimuths, Directions, SlopeDist
 
 __all__ = ["assemble"]
 
-# GNSS baselines and points of DynAdjust's files as observations in the work frame.
-#
-# Measurements of other frames are transformed at their own epoch (method section 1.1), a baseline
-# by both its ends. Covariances are scaled in latitude, longitude and height by P, L and H, then as
-# a whole by V; those of geographic points are in rad^2 and m^2.
-
-
-#: epochs this far apart are different ones [years]
+#: epochs closer than this are taken as one [years]
 SAME_EPOCH = 1e-3
-
-
 #: a transformation of positions less accurate than this is warned about [m]
 ACCURATE = 0.1
+#: kinds of the terrestrial measurement types
+_KINDS: dict[str, type[Observations]] = {
+    "A": Angles,
+    "B": Azimuths,
+    "D": Directions,
+    "H": Heights,
+    "L": HeightDifferences,
+    "R": Heights,
+    "S": SlopeDistances,
+    "V": ZenithAngles,
+    "Z": ZenithAngles,
+}
 
 
 def add_clusters(survey: Survey, stations: Stations, clusters: Sequence[GnssCluster]) -> None:
     """Add all GNSS measurements.
+
+    Parameters
+    ----------
+    survey
+        Gets the observations.
+    stations
+        Of the network.
+    clusters
+        The measurements.
 
     Raises
     ------
@@ -73,6 +93,7 @@ def add_clusters(survey: Survey, stations: Stations, clusters: Sequence[GnssClus
 
 
 def _add_baselines(survey: Survey, stations: Stations, clusters: Sequence[GnssCluster]) -> None:
+    """Add baselines with the covariances of their clusters."""
     entries = [entry for cluster in clusters for entry in cluster.entries]
     if not entries:
         return
@@ -95,6 +116,7 @@ def _add_baselines(survey: Survey, stations: Stations, clusters: Sequence[GnssCl
 
 
 def _add_points(survey: Survey, stations: Stations, clusters: Sequence[GnssCluster]) -> None:
+    """Add measured points with the covariances of their clusters."""
     entries = [entry for cluster in clusters for entry in cluster.entries]
     if not entries:
         return
@@ -132,7 +154,7 @@ def _add(
     maps: Array,
     **columns: Any,
 ) -> None:
-    """Add values (N, 3) in W; maps (N, 3, 3) take the file's covariances to W."""
+    """Add values (N, 3) in W; ``maps`` (N, 3, 3) take the covariances of the file to W."""
     covariances, first = [], 0
     for cluster in clusters:
         n = len(cluster.entries)
@@ -195,16 +217,16 @@ def _in_network_frame(
     *,
     positions: bool,
 ) -> Array:
-    """ECEF (N, 3) of each entry's frame and epoch in those of the stations."""
+    """Carry ECEF positions (N, 3) from each entry's frame and epoch to those of the stations."""
     out = xyz.copy()
     for name in dict.fromkeys(cluster.frame for cluster in owner):
-        mine = np.array([cluster.frame == name for cluster in owner])
+        rows = np.array([cluster.frame == name for cluster in owner])
         place = next(cluster.place for cluster in owner if cluster.frame == name)
         with place.named():
             moving = frames.is_dynamic(name)
         years = np.array([_year(c) if moving else stations.year for c in owner if c.frame == name])
         with place.named():
-            out[mine], accuracy = frames.transform(xyz[mine], name, stations.frame, years)
+            out[rows], accuracy = frames.transform(xyz[rows], name, stations.frame, years)
         if positions and not accuracy <= ACCURATE:
             survey.warnings.append(
                 f"{name} and {stations.frame} differ by an uncertain amount (stated accuracy "
@@ -223,7 +245,7 @@ def _other_epoch(
     owner: Sequence[GnssCluster],
     positions: bool,
 ) -> None:
-    """Velocities are not known: positions of another epoch are refused, baselines warned about."""
+    """Refuse positions of another epoch, and warn about baselines: velocities are not known."""
     cluster = next(
         c for c in owner if c.frame == name and abs(_year(c) - stations.year) > SAME_EPOCH
     )
@@ -270,28 +292,15 @@ def _geographic(entry: Entry) -> tuple[Any, Any, Any]:
     return np.float64(latitude), np.float64(longitude), np.float64(height)
 
 
-# Terrestrial measurements of DynAdjust's files as observations.
-#
-# Angles, azimuths, directions, zenith and vertical angles refer to the ellipsoid's normal;
-# DynAdjust models no refraction and neither is any assumed here. Orthometric heights and their
-# differences are taken as ellipsoidal, for lack of a geoid model.
-
-
-_KINDS: dict[str, type[Observations]] = {
-    "A": Angles,
-    "B": Azimuths,
-    "D": Directions,
-    "H": Heights,
-    "L": HeightDifferences,
-    "R": Heights,
-    "S": SlopeDistances,
-    "V": ZenithAngles,
-    "Z": ZenithAngles,
-}
-
-
 def add_sights(survey: Survey, sights: Sequence[TerrestrialRecord]) -> None:
     """Add all terrestrial measurements.
+
+    Parameters
+    ----------
+    survey
+        Gets the observations.
+    sights
+        The measurements.
 
     Raises
     ------
@@ -342,11 +351,16 @@ def _fields(kind: str, sights: Sequence[TerrestrialRecord]) -> dict[str, Any]:
 def assemble(files: Sequence[Records]) -> Survey:
     """The survey of all files of one network.
 
+    Parameters
+    ----------
+    files
+        Records of each file.
+
     Raises
     ------
     InputError
         No stations, an unknown station, frame or coordinate type, epochs that do not fit, a
-        covariance that is not positive definite, a measurement type that is not read.
+        covariance that is not positive definite, or a measurement type that is not read.
     """
     stations = Stations(files)
     clusters = [cluster for file in files for cluster in file.clusters]

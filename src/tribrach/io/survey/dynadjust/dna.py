@@ -33,6 +33,7 @@ __all__ = ["parse", "read"]
 
 
 def _columns(*edges: tuple[int, int]) -> tuple[slice, ...]:
+    """Slices of columns from (start, width)."""
     return tuple(slice(start, start + width) for start, width in edges)
 
 
@@ -59,12 +60,9 @@ _LAYOUTS = {
 }
 
 
+#: columns that all versions have: stations, value, sigma and heights
 _FIRST, _SECOND, _THIRD = _columns((2, 20), (22, 20), (42, 20))
-
-
 _LINEAR, _DEGREES, _MINUTES, _SECONDS = _columns((62, 14), (76, 4), (80, 2), (82, 8))
-
-
 _SIGMA, _INSTRUMENT, _TARGET = _columns((90, 9), (99, 7), (106, 7))
 
 
@@ -85,7 +83,7 @@ def parse(path: Path) -> Records:
     Raises
     ------
     InputError
-        Not a DNA file of version 3, or a malformed line in it.
+        Not a DNA file of version 3, or with a malformed line.
     """
     try:
         lines = read_bytes(path).decode("utf-8-sig").splitlines()
@@ -113,7 +111,7 @@ def parse(path: Path) -> Records:
 
 
 class _Reader:
-    """Walks over the lines of a file."""
+    """Goes through the lines of a file."""
 
     def __init__(self, records: Records, layout: _Layout, lines: Sequence[str]) -> None:
         self.records, self.layout = records, layout
@@ -150,7 +148,13 @@ class _Reader:
                 self.records.refuse(kind, ignored, place)
 
     def take(self, what: str) -> tuple[RecordPlace, str]:
-        """The next line; an error if the file has ended."""
+        """The next line.
+
+        Raises
+        ------
+        InputError
+            The file has ended.
+        """
         if self.next == len(self.lines):
             raise RecordPlace(self.records.file, None).error(
                 f"the file ends where {what} should follow"
@@ -184,7 +188,7 @@ class _Reader:
         )
 
     def entry(self, place: RecordPlace, line: str, following: int, ignored: bool) -> Entry:
-        """Three lines of values and variances, then three per covariance block."""
+        """Three lines of values and variances, then three lines for each covariance block."""
         rows = [self.take("the components of a GNSS measurement") for _ in range(3)]
         value, *columns = self.layout.gnss
         variance = [
@@ -215,7 +219,7 @@ class _Reader:
         )
 
     def directions(self, ignored: bool, place: RecordPlace, line: str) -> None:
-        """A set: the first line names instrument, first target and how many follow."""
+        """A set: the first line names instrument, first target and how many directions follow."""
         name = f"orientation of {line[_FIRST].strip()} ({place})"
         first = line[_FIRST].strip()
         self.add("D", (first, line[_SECOND].strip()), ignored, place, line, name)
@@ -240,7 +244,7 @@ class _Reader:
         line: str,
         set_name: str,
     ) -> None:
-        """Value, sigma and heights of one line."""
+        """Add the measurement of one line."""
         if not all(names):
             raise place.error(f"a measurement of type {kind} needs {len(names)} station names")
         angular = SIGHTS[kind][1]

@@ -30,9 +30,8 @@ from tribrach.network.survey import Survey
 
 __all__ = ["parse", "read"]
 
+#: elements of a variance and of a covariance block
 _VARIANCE = ("SigmaXX", "SigmaXY", "SigmaXZ", "SigmaYY", "SigmaYZ", "SigmaZZ")
-
-
 _BLOCK = [[f"m{i}{j}" for j in (1, 2, 3)] for i in (1, 2, 3)]
 
 
@@ -87,14 +86,20 @@ class _Node:
             yield _Node(child, RecordPlace(self.place.file, line_of(child)))
 
     def text(self, tag: str, default: str | None = None) -> str:
-        """Text of a child; an error if there is none and no default."""
-        found = self.element.findtext(tag)
-        if found is None and default is None:
+        """Text of a child.
+
+        Raises
+        ------
+        InputError
+            There is none and no default.
+        """
+        text = self.element.findtext(tag)
+        if text is None and default is None:
             raise self.place.error(f"<{self.element.tag}> has no <{tag}>")
-        return (found or "").strip() or (default or "")
+        return (text or "").strip() or (default or "")
 
     def number(self, tag: str, default: str | None = None) -> float:
-        """Number in a child."""
+        """The number in a child."""
         return number(self.text(tag, default), f"<{tag}>", self.place)
 
     @property
@@ -192,7 +197,9 @@ def _sight(node: _Node, kind: str) -> TerrestrialRecord:
 
 
 def _directions(node: _Node) -> list[TerrestrialRecord]:
-    """A set: its first direction stands in the measurement, the others in ``Directions``."""
+    """The directions of a set; the first one stands in the measurement, the others in
+    ``Directions``.
+    """
     name = f"orientation of {node.text('First')} ({node.place})"
     sights = []
     for k, item in enumerate([node, *(n for n in node.nodes() if n.element.tag == "Directions")]):
@@ -214,5 +221,6 @@ def _directions(node: _Node) -> list[TerrestrialRecord]:
 
 
 def _value(node: _Node, angular: bool) -> float:
+    """The value of a measurement in metres or radians."""
     text = node.text("Value")
     return packed_dms(text, "<Value>", node.place) if angular else node.number("Value")

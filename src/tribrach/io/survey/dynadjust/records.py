@@ -1,4 +1,4 @@
-"""What stands in DynAdjust's files, before it means anything: one record per entry.
+"""The content of DynAdjust's files as plain records, one for each entry.
 
 The DynaML and the DNA reader fill the same records; :mod:`tribrach.io.survey.dynadjust.assembly`
 makes a survey of them. Numbers are in the file's units: metres, ECEF; angles already in radians.
@@ -80,7 +80,15 @@ IGNORED = "ignored in the file"
 
 @dataclass(frozen=True)
 class RecordPlace:
-    """Where a record stands, for sources and error messages."""
+    """Place of a record, for sources and error messages.
+
+    Attributes
+    ----------
+    file
+        Name of the file.
+    line
+        From 1, None if not known.
+    """
 
     file: str
     line: int | None = None
@@ -89,12 +97,12 @@ class RecordPlace:
         return self.file if self.line is None else f"{self.file}:{self.line}"
 
     def error(self, what: str, cure: str | None = None) -> InputError:
-        """An :class:`InputError` at this place."""
+        """The error of this place."""
         return InputError(what, file=self.file, line=self.line, cure=cure)
 
     @contextmanager
     def named(self) -> Iterator[None]:
-        """Give errors raised inside, which know no file, this place."""
+        """Give errors raised inside the block, which do not know the file, this place."""
         try:
             yield
         except InputError as error:
@@ -103,7 +111,23 @@ class RecordPlace:
 
 @dataclass(frozen=True)
 class StationRecord:
-    """A station: constraints such as ``CCF``, coordinates of type XYZ, LLH, LLh or UTM."""
+    """A station.
+
+    Attributes
+    ----------
+    name
+        Of the station.
+    constraints
+        Three letters such as ``CCF``.
+    type
+        Of the coordinates: XYZ, LLH, LLh or UTM.
+    values
+        Three texts as in the file.
+    zone
+        Of a projection.
+    place
+        Of the record.
+    """
 
     name: str
     constraints: str
@@ -119,12 +143,18 @@ class Entry:
 
     Attributes
     ----------
+    first, second
+        Names of the stations.
     values
         Three texts as in the file.
     variance
         XX, XY, XZ, YY, YZ, ZZ.
     blocks
         3x3 covariances with each of the entries that follow.
+    ignored
+        It carries the ignore flag.
+    place
+        Of the record.
     """
 
     first: str
@@ -138,7 +168,23 @@ class Entry:
 
 @dataclass(frozen=True)
 class GnssCluster:
-    """A GNSS measurement of type G, X (baselines) or Y (points) with its covariance scales."""
+    """A GNSS measurement.
+
+    Attributes
+    ----------
+    type
+        G (baseline), X (baselines) or Y (points).
+    coordinates
+        Type of the coordinates.
+    entries
+        Its baselines or points.
+    scales
+        Of the covariances: V, P, L and H.
+    frame, epoch
+        Of the coordinates.
+    place
+        Of the record.
+    """
 
     type: str
     coordinates: str
@@ -175,7 +221,25 @@ class GnssCluster:
 
 @dataclass(frozen=True)
 class TerrestrialRecord:
-    """A terrestrial measurement: value and sigma in metres or radians, heights in metres."""
+    """A terrestrial measurement.
+
+    Attributes
+    ----------
+    type
+        Letter of the measurement type.
+    names
+        Of the stations.
+    value, sigma
+        In metres or radians.
+    height_instrument, height_target
+        In metres.
+    ignored
+        It carries the ignore flag.
+    place
+        Of the record.
+    set_name
+        Name of the set of directions.
+    """
 
     type: str
     names: tuple[str, ...]
@@ -190,7 +254,19 @@ class TerrestrialRecord:
 
 @dataclass
 class Records:
-    """All records of one file with its default reference frame and epoch."""
+    """All records of one file.
+
+    Attributes
+    ----------
+    file
+        Its name.
+    frame, epoch
+        Defaults of the file.
+    stations, clusters, sights
+        The records.
+    warnings
+        Sentences.
+    """
 
     file: str
     frame: str
@@ -201,7 +277,8 @@ class Records:
     warnings: list[str] = field(default_factory=list)
 
     def refuse(self, kind: str, ignored: bool, place: RecordPlace) -> None:
-        """Meet a measurement of a type that is not read: an error, a warning if it is ignored.
+        """Handle a measurement of a type that is not read: a warning if it is ignored, else an
+        error.
 
         Raises
         ------
@@ -220,10 +297,19 @@ class Records:
 def number(text: str, what: str, place: RecordPlace) -> float:
     """A finite number.
 
+    Parameters
+    ----------
+    text
+        Of the file.
+    what
+        Name of the number, for the message.
+    place
+        Of the record.
+
     Raises
     ------
     InputError
-        It is not one; names ``what``.
+        The text is not a finite number.
     """
     try:
         value = float(text)
@@ -236,6 +322,15 @@ def number(text: str, what: str, place: RecordPlace) -> float:
 
 def packed_dms(text: str, what: str, place: RecordPlace) -> float:
     """Angle [rad] of a text ``ddd.mmsssss``: degrees, two digits of minutes, then seconds.
+
+    Parameters
+    ----------
+    text
+        Of the file.
+    what
+        Name of the angle, for the message.
+    place
+        Of the record.
 
     Raises
     ------

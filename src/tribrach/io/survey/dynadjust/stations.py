@@ -1,4 +1,4 @@
-"""Where are DynAdjust's stations, in which frame, and what of them is held fixed?"""
+"""DynAdjust's stations: their places, their frame, and their fixed components."""
 
 from __future__ import annotations
 
@@ -28,9 +28,34 @@ __all__ = ["Stations", "ecef_of"]
 class Stations:
     """All stations of a network in the reference frame of the first one.
 
-    frame, epoch : names of the network's frame and its date; year : the epoch as decimal year;
-    ellipsoid (a, f); ecef : name -> (3,) [m]; site : the work frame; constrained : names with
-    at least one fixed component.
+    Parameters
+    ----------
+    files
+        Records of the files.
+
+    Attributes
+    ----------
+    records
+        Of the stations.
+    frame, epoch
+        Names of the network's frame and its date.
+    year
+        The epoch as a decimal year.
+    ellipsoid
+        Semi-major axis [m] and flattening.
+    dynamic
+        Marks move in the frame.
+    ecef
+        Coordinates (3,) [m] by name.
+    site
+        The work frame.
+    constrained
+        Names of stations with at least one fixed component.
+
+    Raises
+    ------
+    InputError
+        No stations, or an unknown frame, epoch or coordinate.
     """
 
     def __init__(self, files: Sequence[Records]) -> None:
@@ -50,22 +75,29 @@ class Stations:
             self.dynamic = frames.is_dynamic(self.frame)
         xyz = np.array([ecef_of(record, self.ellipsoid) for record in self.records])
         for file in files:
-            mine = np.array([owner is file for _, owner in members])
-            if mine.any() and file.frame != self.frame:
+            rows = np.array([owner is file for _, owner in members])
+            if rows.any() and file.frame != self.frame:
                 with file.stations[0].place.named():
                     year = frames.decimal_year(file.epoch)
-                    xyz[mine], _ = frames.transform(xyz[mine], file.frame, self.frame, year)
+                    xyz[rows], _ = frames.transform(xyz[rows], file.frame, self.frame, year)
         self.ecef = {record.name: row for record, row in zip(self.records, xyz, strict=True)}
         self.site = EllipsoidSite.centred(xyz, self.ellipsoid)
         self.constrained = {r.name for r in self.records if "C" in r.constraints}
 
     def known(self, names: Sequence[str], place: RecordPlace) -> set[str]:
-        """The names, all of which are stations.
+        """The names as a set, if all of them are stations.
+
+        Parameters
+        ----------
+        names
+            Of stations.
+        place
+            Of the record, for messages.
 
         Raises
         ------
         InputError
-            One is not.
+            One of them is not a station.
         """
         for name in names:
             if name not in self.ecef:
@@ -76,7 +108,20 @@ class Stations:
         return set(names)
 
     def add_to(self, survey: Survey, active: set[str], ignored: set[str]) -> None:
-        """Stations that are measured become points; the others are named in a warning."""
+        """Add stations that are measured as points; the others are named in a warning.
+
+        Parameters
+        ----------
+        survey
+            Gets the points.
+        active, ignored
+            Names of stations in active and in ignored measurements.
+
+        Raises
+        ------
+        InputError
+            Constraints that are not three letters C and F.
+        """
         unused = []
         for record in self.records:
             letters = record.constraints
@@ -100,10 +145,10 @@ class Stations:
             survey.warnings.append(f"{len(unused)} stations are not measured and left out: {some}")
 
     def _add(self, survey: Survey, record: StationRecord, letters: str) -> None:
-        """A point with all components free or fixed, or fixed along some directions.
+        """Add a point with all components free or fixed, or fixed along some directions.
 
-        The letters stand for latitude, longitude and height of geographic coordinates, for
-        east, north and height of projected ones and for the axes of geocentric ones.
+        The letters stand for latitude, longitude and height of geographic coordinates, for east,
+        north and height of projected ones and for the axes of geocentric ones.
         """
         ecef = self.ecef[record.name]
         x = self.site.from_ecef(ecef[None])[0]
@@ -132,7 +177,7 @@ class Stations:
         )
 
     def axes(self, xyz: Array) -> Array:
-        """Rows east, north, up (n, 3, 3) at ECEF positions (n, 3)."""
+        """East, north, up as rows (n, 3, 3) at ECEF positions (n, 3)."""
         geodetic = self.geodetic(xyz)
         return enu_rotation(geodetic[:, 0], geodetic[:, 1])
 
@@ -147,7 +192,7 @@ def ecef_of(record: StationRecord, ellipsoid: tuple[float, float]) -> Array:
     Raises
     ------
     InputError
-        Unknown coordinate type, malformed number, projection zone missing.
+        Unknown coordinate type, malformed number, or a missing projection zone.
     """
     first, second, third = record.values
     place = record.place

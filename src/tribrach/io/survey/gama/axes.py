@@ -1,9 +1,9 @@
-"""Which way do the x and y of a GNU Gama file point, and which way do its angles turn?
+"""Directions of the axes x and y of a GNU Gama file, and the sense of its angles.
 
 The two letters of ``axes-xy`` say where x and y point; ``ne``, ``sw``, ``es`` and ``wn`` are
-left-handed, ``en``, ``nw``, ``se`` and ``ws`` right-handed. Angles are clockwise
-(``left-handed``) or counter-clockwise (``right-handed``) whatever the axes. Inside the program
-coordinates are E, N, U and angles clockwise.
+left-handed, ``en``, ``nw``, ``se`` and ``ws`` right-handed. Angles are clockwise (``left-handed``)
+or counter-clockwise (``right-handed``) whatever the axes. Inside the program coordinates are E, N,
+U and angles clockwise.
 """
 
 from __future__ import annotations
@@ -22,18 +22,24 @@ _DIRECTION = {"n": (0, 1), "s": (0, -1), "e": (1, 0), "w": (-1, 0)}
 
 @dataclass(frozen=True)
 class Axes:
-    """Horizontal axes of a file: where its ``x`` and ``y`` point."""
+    """Horizontal axes of a file.
+
+    Attributes
+    ----------
+    letters
+        Where its ``x`` and ``y`` point.
+    """
 
     letters: str = "ne"
 
     def matrix(self) -> NDArray[np.float64]:
-        """(3, 3): E, N, U = matrix @ (x, y, z) of the file; orthogonal, its transpose goes back."""
+        """The matrix (3, 3) with E, N, U = matrix @ (x, y, z) of the file; it is orthogonal."""
         out = np.eye(3)
         out[:2, :2] = np.array([_DIRECTION[letter] for letter in self.letters]).T
         return out
 
     def world_from_file(self, xyz: NDArray[np.float64]) -> NDArray[np.float64]:
-        """E, N, U (..., 3) of the file's x, y, z (..., 3); what is NaN stays NaN."""
+        """E, N, U (..., 3) of the file's x, y, z (..., 3); NaN stays NaN in its coordinate."""
         source = np.argmax(np.abs(self.matrix()), axis=1)
         sign = self.matrix()[np.arange(3), source]
         world: NDArray[np.float64] = np.asarray(xyz, dtype=float)[..., source] * sign

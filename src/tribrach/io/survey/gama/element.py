@@ -1,7 +1,7 @@
 """An element of a GNU Gama file with its attributes as typed values.
 
-Every complaint names file and line. Attributes that the format does not have are refused: a
-misspelt ``stdev`` would otherwise weigh an observation silently with the default.
+Every error names file and line. Attributes that the format does not have are refused: a misspelt
+``stdev`` would otherwise silently weigh an observation with the default.
 """
 
 from __future__ import annotations
@@ -81,7 +81,12 @@ class Element:
         return InputError(what, file=self.path, line=self.node.sourceline, cure=cure)
 
     def children(self, allowed: Collection[str] | None = None) -> Iterator[Element]:
-        """Child elements, comments left out.
+        """Child elements without comments.
+
+        Parameters
+        ----------
+        allowed
+            Names that they may have, any if None.
 
         Raises
         ------
@@ -99,16 +104,16 @@ class Element:
             yield child
 
     def has(self, name: str) -> bool:
-        """Whether an attribute is given."""
+        """True if an attribute is given."""
         return name in self.node.attrib
 
     def text(self, name: str, default: str | None = None) -> str:
-        """Text of an attribute, blanks around it removed.
+        """Text of an attribute, without blanks around it.
 
         Raises
         ------
         InputError
-            Not given and no default, or empty.
+            It is empty, or not given and there is no default.
         """
         value = self.node.get(name, default)
         if value is None or (self.has(name) and not value.strip()):
@@ -121,7 +126,7 @@ class Element:
         Raises
         ------
         InputError
-            Another word.
+            The attribute is another word.
         """
         word = self.text(name, default)
         if word not in values:
@@ -134,7 +139,7 @@ class Element:
         Raises
         ------
         InputError
-            Not given and no default, or not a finite number.
+            It is not a finite number, or not given and there is no default.
         """
         if default is not None and not self.has(name):
             return default
@@ -146,7 +151,7 @@ class Element:
         Raises
         ------
         InputError
-            As :meth:`number`, or zero or below.
+            As :meth:`number`; zero or below.
         """
         value = self.number(name, default)
         if value <= 0:
@@ -154,7 +159,13 @@ class Element:
         return value
 
     def as_number(self, name: str, text: str) -> float:
-        """A word of the attribute or text called ``name`` as a finite number."""
+        """A word as a finite number; ``name`` is for the message.
+
+        Raises
+        ------
+        InputError
+            It is not a finite number.
+        """
         try:
             value = float(text)
         except ValueError as error:
@@ -164,9 +175,14 @@ class Element:
         return value
 
     def angle(self, name: str) -> tuple[float, float]:
-        """Angle [rad] and the unit [rad] of its standard deviation.
+        """An angle in gon with cc, or as ``D-M-S`` with arc seconds.
 
-        Gon with cc, or ``D-M-S`` with arc seconds.
+        Returns
+        -------
+        value : float
+            The angle [rad].
+        unit : float
+            Unit of its standard deviation [rad].
 
         Raises
         ------
@@ -185,12 +201,12 @@ class Element:
 
 
 def checked(element: Element, action: Callable[[], T]) -> T:
-    """Result of a call for an element; its complaints gain the file and line.
+    """Result of a call for an element; its errors get the file and line.
 
     Raises
     ------
     InputError
-        Of the call.
+        Errors of the call.
     """
     try:
         return action()

@@ -1,8 +1,12 @@
-"""The observations of a GNU Gama file, as far as they fit the points' coordinates.
+"""The observations of a GNU Gama file and their standard deviations.
 
 Set-ups (``<obs>``), height differences, observed coordinates and vectors; each list may have a
 covariance matrix of its own. Observations that need a coordinate which is not part of the network
 are kept but switched off, with the reason.
+
+A standard deviation is the observation's own ``stdev``, a default of its section, or in the
+covariance matrix of its cluster (upper band by rows). The file has mm and cc, or arc seconds where
+the angle is in degrees; here they are metres and radians.
 """
 
 from __future__ import annotations
@@ -34,13 +38,18 @@ from tribrach.units import MM
 
 __all__ = ["ObservationReader"]
 
-# How well were the observations of a GNU Gama file measured?
-#
-# By the observation's own ``stdev``, by a default of its section, or by the covariance matrix of
-# its cluster (upper band by rows). Written in mm and cc, or arc seconds where the angle is in
-# degrees; here metres and radians.
+Needs = tuple[bool, bool, bool]
 
-
+#: kind of each element of a set-up, and which of E, N, U it needs at both ends
+SIGHTS: dict[str, tuple[type[Observations], Needs]] = {
+    "direction": (Directions, (True, True, False)),
+    "distance": (HorizontalDistances, (True, True, False)),
+    "angle": (Angles, (True, True, False)),
+    "azimuth": (Azimuths, (True, True, False)),
+    "s-distance": (SlopeDistances, (True, True, True)),
+    "z-angle": (ZenithAngles, (True, True, True)),
+}
+#: attributes of a section with the default standard deviations of its angles
 _DEFAULTS = {
     "direction": "direction-stdev",
     "angle": "angle-stdev",
@@ -50,7 +59,10 @@ _DEFAULTS = {
 
 
 def distance_sigma(section: Element, metres: float) -> float | None:
-    """Default ``a + b D^c`` [mm] of a distance, D in km; ``b`` is 0 and ``c`` 1 if not given."""
+    """Default ``a + b D^c`` [mm] of a distance, with D in km; None if the section has none.
+
+    ``b`` is 0 and ``c`` 1 if not given.
+    """
     if not section.has("distance-stdev"):
         return None
     words = section.text("distance-stdev").split()
@@ -83,8 +95,15 @@ def observation_sigma(element: Element, section: Element) -> float:
 class GamaCluster:
     """Observations of one ``<obs>`` or list, which share a covariance matrix if there is one.
 
-    table, row: of each value as :meth:`Survey.correlate` takes them; unit: of its standard
-    deviation [m or rad], negative where the file's axis or angle runs against ours.
+    Attributes
+    ----------
+    element
+        The ``<obs>`` or list.
+    table, row
+        Of each value, as :meth:`Survey.correlate` takes them.
+    unit
+        Of each standard deviation [m or rad], negative where the file's axis or angle runs against
+        ours.
     """
 
     element: Element
@@ -94,17 +113,17 @@ class GamaCluster:
 
     @cached_property
     def matrix_element(self) -> Element | None:
-        """The cluster's ``<cov-mat>``.
+        """The cluster's ``<cov-mat>``, None without one.
 
         Raises
         ------
         InputError
             There are two.
         """
-        found = [child for child in self.element.children() if child.tag == "cov-mat"]
-        if len(found) > 1:
-            raise found[1].error("a second covariance matrix", "keep one")
-        return found[0] if found else None
+        matrices = [child for child in self.element.children() if child.tag == "cov-mat"]
+        if len(matrices) > 1:
+            raise matrices[1].error("a second covariance matrix", "keep one")
+        return matrices[0] if matrices else None
 
     def take(self, table: int, rows: int, unit: float) -> None:
         """Note the values of one observation."""
@@ -157,31 +176,19 @@ def _whole(element: Element, name: str) -> int:
     return int(value)
 
 
-Needs = tuple[bool, bool, bool]
-
-
-#: kind of each element of a set-up, and which of E, N, U it needs at both ends
-SIGHTS: dict[str, tuple[type[Observations], Needs]] = {
-    "direction": (Directions, (True, True, False)),
-    "distance": (HorizontalDistances, (True, True, False)),
-    "angle": (Angles, (True, True, False)),
-    "azimuth": (Azimuths, (True, True, False)),
-    "s-distance": (SlopeDistances, (True, True, True)),
-    "z-angle": (ZenithAngles, (True, True, True)),
-}
-
-
 class ObservationReader:
     """Adds the observations of the sections to a survey.
 
     Parameters
     ----------
     survey
-        Its points and sigma0 are there already.
+        Has its points and sigma0 already.
+    axes
+        Of the file.
     hand
         1 if the file's angles are clockwise, -1 if counter-clockwise.
     used
-        (3,) E, N, U of each point that are part of the network.
+        Which of E, N, U (3,) of each point are part of the network.
     """
 
     def __init__(
@@ -199,7 +206,7 @@ class ObservationReader:
         Raises
         ------
         InputError
-            With file and line.
+            An error with its file and line.
         """
         readers: dict[str, Callable[[Element, GamaCluster], None]] = {
             "obs": lambda child, cluster: self._obs(child, cluster, section),
@@ -289,7 +296,7 @@ class ObservationReader:
                 self._dh(child, child.text("from"), cluster, by_length=True)
 
     def _dh(self, element: Element, start: str, cluster: GamaCluster, *, by_length: bool) -> None:
-        """A height difference; its sigma may be ``sigma-apr sqrt(km)`` outside of set-ups."""
+        """A height difference; outside set-ups its sigma may be ``sigma-apr sqrt(km)``."""
         sigma = MM
         if cluster.matrix_element is None:
             default = None
@@ -345,7 +352,9 @@ class ObservationReader:
         needs: Needs,
         columns: dict[str, Any],
     ) -> None:
-        """Add one observation; off, with the reason, where the network lacks what it needs."""
+        """Add one observation, switched off with the reason if the network lacks a coordinate it
+        needs.
+        """
         reason = self._unusable(columns, needs)
         if reason:
             columns = columns | {"use": [int(Use.OFF)], "reason": [reason]}
@@ -371,7 +380,7 @@ class ObservationReader:
         return ""
 
     def _correlate(self, cluster: GamaCluster) -> None:
-        """Give the cluster its covariance matrix."""
+        """Give the values of the cluster its covariance matrix."""
         element = cluster.matrix_element
         if element is None:
             if cluster.element.tag in ("coordinates", "vectors") and cluster.table:

@@ -1,6 +1,6 @@
 """The points of a GNU Gama file: which coordinates are given, fixed, adjusted or constrained.
 
-``fix`` names coordinates held as they are, ``adj`` those to be found; capitals in ``adj`` mark
+``fix`` names coordinates held as they are, ``adj`` those to be determined; capitals in ``adj`` mark
 *constrained* coordinates, which carry the inner constraints of a free network. Where both name a
 coordinate, ``fix`` counts. A coordinate that neither names is not part of the network.
 """
@@ -24,7 +24,16 @@ _ROLES = ("", "xy", "XY", "z", "Z", "xyz", "XYZ", "xyZ", "XYz")
 class GamaPoint:
     """A point as the file has it.
 
-    xyz (3,) [m] in the file's axes, NaN where not given; fixed, adjusted: coordinate letters.
+    Attributes
+    ----------
+    element
+        Where it is defined.
+    name
+        Of the point.
+    xyz : (3,)
+        Coordinates in the file's axes [m], NaN where not given.
+    fixed, adjusted
+        Letters of the coordinates.
     """
 
     element: Element
@@ -35,34 +44,38 @@ class GamaPoint:
 
     @property
     def used(self) -> NDArray[np.bool_]:
-        """(3,) x, y, z that are part of the network."""
+        """Which of x, y, z (3,) are part of the network."""
         return np.array([axis in (self.fixed + self.adjusted).lower() for axis in "xyz"])
 
     @property
     def free(self) -> NDArray[np.bool_]:
-        """(3,) x, y, z to be found."""
+        """Which of x, y, z (3,) are to be determined."""
         return self.used & [axis not in self.fixed.lower() for axis in "xyz"]
 
     @property
     def constrained(self) -> NDArray[np.bool_]:
-        """(3,) x, y, z that carry inner constraints."""
+        """Which of x, y, z (3,) carry inner constraints."""
         return self.free & [axis in self.adjusted for axis in "XYZ"]
 
     def world(self, axes: Axes) -> NDArray[np.float64]:
-        """E, N, U (3,) [m]; zero where not used, NaN where used and not given."""
+        """E, N, U (3,) [m]; zero where not part of the network, NaN where part of it and not
+        given.
+        """
         return axes.world_from_file(np.where(self.used, self.xyz, 0.0))
 
 
 def read_points(sections: list[Element]) -> dict[str, GamaPoint]:
-    """Points by name, of ``<point>`` elements that define one and of observed coordinates.
+    """Points by name.
 
-    The role may stand with the point's definition or with its observed coordinates, whose values
-    serve as start values of a point without any.
+    They come from ``<point>`` elements that define one, and from observed coordinates. The role may
+    stand with the point's definition or with its observed coordinates, whose values serve as start
+    values of a point without any.
 
     Raises
     ------
     InputError
-        A name twice, a role that does not exist, coordinates missing or not numbers.
+        A name that occurs twice, a role that does not exist, coordinates that are missing or not
+        numbers.
     """
     points: dict[str, GamaPoint] = {}
     for section in sections:
@@ -97,7 +110,7 @@ def _record(element: Element) -> GamaPoint:
 
 
 def _with_observed(points: dict[str, GamaPoint], observed: GamaPoint) -> None:
-    """Add to the points what their observed coordinates tell."""
+    """Add to the points what their observed coordinates say about them."""
     known = points.get(observed.name)
     if known is None:
         if observed.used.any():
@@ -113,6 +126,7 @@ def _with_observed(points: dict[str, GamaPoint], observed: GamaPoint) -> None:
 
 
 def _complete(record: GamaPoint) -> None:
+    """Refuse a point that is fixed without a coordinate."""
     for axis, value in zip("xyz", record.xyz, strict=True):
         if axis in record.fixed.lower() and np.isnan(value):
             raise record.element.error(

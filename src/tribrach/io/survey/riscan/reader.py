@@ -1,15 +1,18 @@
 """RiSCAN PRO projects (``.rsp``): scanner stations, reflectors with accuracy, on-board GNSS.
 
-Every scan position becomes a station with six unknowns, every reflector a target centre with
-the covariance of its stated accuracies (along and across the beam) plus a floor. Reflectors of
-one name are one target unless their mutual distances contradict that.
+Every scan position becomes a station with six unknowns, every reflector a target centre with the
+covariance of its stated accuracies (along and across the beam) plus a floor.
 
-If anything in the project is geocentric, the work frame is East-North-Up at the centroid of the
-scanners' GNSS positions and the program's own poses are only start values, because the heading
-of its project frame is a convention. Otherwise the work frame is the project's. The scanners'
-GNSS positions are observations with an own and a common part (method section 2.6); control in
-the global frame is weighted; project tie points are not independent of the reflectors and are
-not used.
+**Names.** RiSCAN PRO links tie points by name, but numbers them anew at every scan position, so
+that a name may mean two things. Distances between targets do not depend on the station: a reflector
+whose distances to the others differ between two stations is not the same one there.
+
+**Frames.** If anything in the project is geocentric, the work frame is East-North-Up at the
+centroid of the scanners' GNSS positions and the program's own poses are only start values, because
+the heading of its project frame is a convention. Otherwise the work frame is the project's. The
+scanners' GNSS positions are observations with an own and a common part (method section 2.6);
+control in the global frame is weighted; project tie points are not independent of the reflectors
+and are not used.
 """
 
 from __future__ import annotations
@@ -49,27 +52,47 @@ __all__ = [
     "read",
 ]
 
-# Do reflectors of one name seen from two stations stand for the same reflector?
-#
-# RiSCAN PRO links tie points by name, but numbers them anew at every scan position, so that a name
-# may mean two things. Distances between targets do not depend on the station: a reflector whose
-# distances to the others differ between two stations is not the same one there.
-
-
 #: distances between the same two reflectors from two stations differ by less than this [m]
 SAME_TARGET = 0.1
+#: semi-major axis [m] and flattening of WGS 84
+WGS84 = (6378137.0, 1 / 298.257223563)
+#: a project frame whose z axis is this close to the vertical stands upright [rad]
+UPRIGHT = 3e-4
+#: standard deviation added to every coordinate of a target centre [m] (method section 2.2)
+TARGET_FLOOR = 0.0005
+#: share of a GNSS position's variance that all stations have in common (method section 2.6)
+COMMON_SHARE = 0.5
+#: standard deviation of control whose accuracy the project does not state [m]
+CONTROL_SIGMA = 0.005
+#: standard deviation of a tilt from the scanner's inclination sensors [rad], 0.01 degrees
+TILT_SIGMA = radians(0.01)
+#: reason of what the program has switched off
+OFF = "switched off in RiSCAN PRO"
 
 
 def identities(stations: Sequence[ScanPosition]) -> tuple[list[list[str]], list[str]]:
-    """Names of the targets of each station, made different where they are; and warnings."""
+    """Names of the targets of each station, made different where the targets are.
+
+    Parameters
+    ----------
+    stations
+        Scan positions.
+
+    Returns
+    -------
+    names : list of list of str
+        Of the targets of each station.
+    warnings : list of str
+        Sentences.
+    """
     names: list[list[str]] = []
     places: list[dict[str, Array]] = []
     warnings: list[str] = []
     for station in stations:
-        mine = {target.name: target.vector for target in station.targets}
+        vectors = {target.name: target.vector for target in station.targets}
         others: dict[str, str] = {}
         for earlier, place in zip(stations, places, strict=False):
-            for name in _different(place, mine):
+            for name in _different(place, vectors):
                 others.setdefault(name, earlier.name)
         for name, earlier_name in others.items():
             warnings.append(
@@ -95,31 +118,33 @@ def _different(a: dict[str, Array], b: dict[str, Array]) -> list[str]:
 
 
 def _distances(places: dict[str, Array], names: Sequence[str]) -> Array:
+    """Distances (n, n) [m] between named places."""
     xyz = np.array([places[name] for name in names])
     out: Array = np.linalg.norm(xyz[:, None] - xyz[None], axis=2)
     return out
 
 
-# Which work frame does a RiSCAN PRO project get, and where are its stations to begin with?
-
-
-#: semi-major axis [m] and flattening of WGS 84
-WGS84 = (6378137.0, 1 / 298.257223563)
-
-
-#: a project frame whose z axis is this close to the vertical stands upright [rad]
-UPRIGHT = 3e-4
-
-
 def is_geocentric(vector: Array) -> bool:
-    """True if the length of a vector (3,) [m] is that of a place near the Earth's surface."""
+    """True if a vector (3,) [m] is as long as that of a place near the Earth's surface."""
     return bool(6.3e6 < np.linalg.norm(vector) < 6.42e6)
 
 
 class Frames:
-    """From the project's frames to the work frame W.
+    """The work frame W of a project, and the motions from the project's frames to it.
 
-    site : W; upright : the project's z axis is known to be vertical.
+    Parameters
+    ----------
+    project
+        The records.
+
+    Attributes
+    ----------
+    site
+        W.
+    upright
+        The project's z axis is known to be vertical.
+    w_from_prcs : (4, 4)
+        From the project's frame to W.
     """
 
     def __init__(self, project: RiscanProject) -> None:
@@ -146,7 +171,7 @@ class Frames:
             self._to_gnss(self.site)
 
     def _oriented(self, site: EllipsoidSite, pop: Array, known: bool) -> Array:
-        """Project frame in W by the POP, or as an East-North-Up frame if that is not known."""
+        """Project frame in W by the POP, or as an East-North-Up frame if the POP is not known."""
         out = np.eye(4)
         if known:
             out[:3, :3] = site.w_from_ecef @ pop[:3, :3]
@@ -183,50 +208,39 @@ class Frames:
         return isinstance(self.site, EllipsoidSite)
 
     def start(self, station: ScanPosition) -> tuple[Array, Array]:
-        """Translation (3,) and rotation (3, 3) world from scanner; NaN if not registered."""
+        """Start values of a station's pose, NaN if it is not registered.
+
+        Returns
+        -------
+        translation : (3,)
+            World from scanner [m].
+        rotation : (3, 3)
+            World from scanner.
+        """
         if station.sop is None or not station.registered:
             return np.full(3, np.nan), np.full((3, 3), np.nan)
         pose = self.w_from_prcs @ station.sop
         return pose[:3, 3], pose[:3, :3]
 
     def from_ecef(self, xyz: Array) -> Array:
-        """W of ECEF (n, 3); only where there are geocentric positions."""
+        """W coordinates (n, 3) of ECEF positions (n, 3); only with geocentric positions."""
         assert isinstance(self.site, EllipsoidSite)
         return self.site.from_ecef(xyz)
 
     def from_global(self, vector: Array) -> Array:
-        """W of a vector (3,) of the global frame."""
+        """W coordinates (3,) of a vector (3,) of the global frame."""
         if isinstance(self.site, EllipsoidSite):
             inside: Array = self.site.from_ecef(vector[None])[0]
             return inside
         return vector
 
     def global_covariance(self, sigma: Array) -> Array:
-        """Covariance (3, 3) in W of standard deviations (3,) along the global axes."""
+        """Covariance (3, 3) in W from standard deviations (3,) along the global axes."""
         if isinstance(self.site, EllipsoidSite):
             r = self.site.w_from_ecef
             out: Array = r @ np.diag(sigma**2) @ r.T
             return out
         return np.diag(sigma**2)
-
-
-#: standard deviation added to every coordinate of a target centre [m] (method section 2.2)
-TARGET_FLOOR = 0.0005
-
-
-#: share of a GNSS position's variance that all stations have in common (method section 2.6)
-COMMON_SHARE = 0.5
-
-
-#: standard deviation of control whose accuracy the project does not state [m]
-CONTROL_SIGMA = 0.005
-
-
-#: standard deviation of a tilt from the scanner's inclination sensors [rad], 0.01 degrees
-TILT_SIGMA = radians(0.01)
-
-
-OFF = "switched off in RiSCAN PRO"
 
 
 @dataclass(frozen=True)
@@ -251,7 +265,7 @@ def read(path: Path) -> Survey:
     Raises
     ------
     InputError
-        Not a RiSCAN PRO project, malformed, or a stated accuracy that is not positive.
+        Not a RiSCAN PRO project, malformed, or with a stated accuracy that is not positive.
     """
     project = parse(path)
     frames = Frames(project)
@@ -316,10 +330,10 @@ def _targets(survey: Survey, stations: Sequence[ScanPosition]) -> None:
 
 
 def _covariance(target: TiePoint) -> Array:
-    """Covariance (3, 3) in the scanner frame: along the beam, across it, and the floor.
+    """Covariance (3, 3) [m^2] in the scanner frame: along the beam, across it, and the floor.
 
-    The two lateral accuracies are equal in all projects seen; were they not, the larger holds
-    for both because the file does not say which is which.
+    The two lateral accuracies are equal in all projects seen. If they differed the larger would be
+    taken for both, because the file does not say which is which.
     """
     if target.accuracy is None or not (target.accuracy > 0).all():
         raise target.error(f"reflector {target.name} has no accuracy above zero")
@@ -334,10 +348,15 @@ def _covariance(target: TiePoint) -> Array:
 
 
 def _positions(survey: Survey, stations: Sequence[ScanPosition], frames: Frames) -> int:
-    """GNSS positions of the scanners, correlated; returns how many are active.
+    """Add the GNSS positions of the scanners, correlated.
 
-    They belong to the antenna; its decimetres from the scanner's origin are far below the
-    metres of such positions.
+    They belong to the antenna; its decimetres from the scanner's origin are far below the metres of
+    such positions.
+
+    Returns
+    -------
+    int
+        How many are active.
     """
     named = []
     for station in stations:

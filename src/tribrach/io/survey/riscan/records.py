@@ -1,4 +1,4 @@
-"""What stands in a RiSCAN PRO project file (``.rsp``), before it means anything.
+"""The content of a RiSCAN PRO project file (``.rsp``) as plain records.
 
 Frames of that program: SOCS is the scanner's own, PRCS that of the project, GLCS the global one;
 SOP takes SOCS to PRCS (per scan position), POP takes PRCS to GLCS. Lengths in metres.
@@ -22,8 +22,24 @@ __all__ = ["Position", "RiscanProject", "ScanPosition", "TiePoint", "parse"]
 
 @dataclass(frozen=True)
 class TiePoint:
-    """A target in one frame: vector (3,); accuracy (3,) along the beam and twice across, or None;
-    direction (3,) of the first accuracy, or None; height as given with control.
+    """A target in one frame.
+
+    Attributes
+    ----------
+    name
+        Of the target.
+    vector : (3,)
+        Coordinates [m].
+    accuracy : (3,) or None
+        Along the beam and twice across it [m].
+    direction : (3,) or None
+        Direction of the first accuracy.
+    height
+        As given with control [m].
+    active
+        False if it is switched off.
+    source
+        ``file:line``.
     """
 
     name: str
@@ -35,13 +51,27 @@ class TiePoint:
     source: str
 
     def error(self, what: str) -> InputError:
-        """An error at this tie point."""
+        """The error of this tie point."""
         return InputError(what, record=self.source)
 
 
 @dataclass(frozen=True)
 class Position:
-    """The scanner's own GNSS: vector (3,), stated accuracy [m], code of the coordinate system."""
+    """The position of the scanner's own GNSS receiver.
+
+    Attributes
+    ----------
+    vector : (3,)
+        Coordinates [m].
+    accuracy
+        As stated [m].
+    system
+        Code of the coordinate system.
+    enabled
+        False if it is switched off.
+    source
+        ``file:line``.
+    """
 
     vector: Array
     accuracy: float
@@ -52,7 +82,25 @@ class Position:
 
 @dataclass(frozen=True)
 class ScanPosition:
-    """A scanner station: SOP (4, 4) or None, whether the program had registered it, targets."""
+    """A station of the scanner.
+
+    Attributes
+    ----------
+    name
+        Of the station.
+    sop : (4, 4) or None
+        SOCS to PRCS.
+    registered
+        The program had determined the SOP.
+    targets
+        In SOCS.
+    position
+        Of the GNSS receiver.
+    conditions
+        Of the atmosphere, as text.
+    source
+        ``file:line``.
+    """
 
     name: str
     sop: Array | None
@@ -65,7 +113,19 @@ class ScanPosition:
 
 @dataclass(frozen=True)
 class RiscanProject:
-    """A project: POP (4, 4) or None, scan positions, tie points in PRCS and in GLCS."""
+    """A project.
+
+    Attributes
+    ----------
+    name
+        Of the project.
+    pop : (4, 4) or None
+        PRCS to GLCS.
+    stations
+        Scan positions.
+    prcs, glcs
+        Tie points in these frames.
+    """
 
     name: str
     pop: Array | None
@@ -80,7 +140,7 @@ def parse(path: Path) -> RiscanProject:
     Raises
     ------
     InputError
-        Not a RiSCAN PRO project, or a number, vector or matrix in it is malformed.
+        Not a RiSCAN PRO project, or with a malformed number, vector or matrix.
     """
     root = _Node(load(path, "project"), str(path))
     positions = root.child("scanpositions")
@@ -111,13 +171,13 @@ class _Node:
         return f"{self.file}:{line_of(self.element)}"
 
     def error(self, what: str) -> InputError:
-        """An error at this element."""
+        """The error of this element."""
         return InputError(what, file=self.file, line=line_of(self.element))
 
     def child(self, tag: str) -> _Node | None:
         """The first child of a name."""
-        found = self.element.find(tag)
-        return None if found is None else _Node(found, self.file)
+        element = self.element.find(tag)
+        return None if element is None else _Node(element, self.file)
 
     def children(self, tag: str) -> Iterator[_Node]:
         """All children of a name."""
@@ -128,12 +188,23 @@ class _Node:
         return (self.element.findtext(tag) or "").strip()
 
     def flag(self, tag: str, default: bool) -> bool:
-        """A child of 0 or 1."""
+        """A child that is 0 or 1 as a truth value."""
         text = self.text(tag)
         return text != "0" if text else default
 
     def numbers(self, count: int) -> Array:
-        """The element's own numbers, exactly so many."""
+        """The element's own numbers.
+
+        Parameters
+        ----------
+        count
+            How many there must be.
+
+        Raises
+        ------
+        InputError
+            More, fewer, or not numbers.
+        """
         words = (self.element.text or "").split()
         try:
             values = np.array([float(word) for word in words])
@@ -144,7 +215,13 @@ class _Node:
         return values
 
     def number(self, tag: str, default: float | None = None) -> float:
-        """Number in a child."""
+        """The number in a child.
+
+        Raises
+        ------
+        InputError
+            It is missing and there is no default, or is not a number.
+        """
         node = self.child(tag)
         if node is None or (default is not None and not self.text(tag)):
             if default is None:
@@ -158,7 +235,7 @@ class _Node:
         return None if node is None else node.numbers(3)
 
     def matrix(self, tag: str) -> Array | None:
-        """A rigid motion (4, 4) in ``tag/matrix``, None if it is missing.
+        """The rigid motion (4, 4) in ``tag/matrix``, None if it is missing.
 
         Raises
         ------
@@ -214,11 +291,11 @@ def _position(node: _Node) -> Position | None:
 
 
 def _tie_points(parent: _Node, group: str, tag: str) -> tuple[TiePoint, ...]:
-    found = parent.child(group)
-    if found is None:
+    points = parent.child(group)
+    if points is None:
         return ()
-    active = found.flag("active", True)
-    return tuple(_tie_point(node, active) for node in found.children(tag))
+    active = points.flag("active", True)
+    return tuple(_tie_point(node, active) for node in points.children(tag))
 
 
 def _tie_point(node: _Node, active: bool) -> TiePoint:
