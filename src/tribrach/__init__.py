@@ -13,7 +13,7 @@ from tribrach.kernel_cache import ensure_cache
 
 if TYPE_CHECKING:
     from tribrach.cloud.placing import place
-    from tribrach.io.survey.formats import read_files
+    from tribrach.io.survey.formats import read
     from tribrach.job.opened import open_job
     from tribrach.network.adjustment import Adjustment, adjust
     from tribrach.network.network import Datum, Network
@@ -34,7 +34,7 @@ __all__ = [
     "fit_transformation",
     "open_job",
     "place",
-    "read_files",
+    "read",
 ]
 
 _HOMES = {
@@ -48,7 +48,7 @@ _HOMES = {
     "fit_transformation": "transformation.fit",
     "open_job": "job.opened",
     "place": "cloud.placing",
-    "read_files": "io.survey.formats",
+    "read": "io.survey.formats",
 }
 
 

@@ -259,3 +259,24 @@ def test_a_whole_table_of_observations_is_quick() -> None:
     survey = scanner_network(np.random.default_rng(1), targets=150, stations=8)[0]
     adjustment = adjust(survey.network())
     assert len(adjustment.to_frame()) == 3600
+
+
+def test_projects_jobs_and_surveys_say_in_one_line_what_they_hold(tmp_path: Path) -> None:
+    job = project(tmp_path / "all", SIGHTS)
+    files = [str(tmp_path / "all" / name) for name in ("points.csv", "sights.csv")]
+    for thing in (job, job.project, job.survey, tb.read(files)):
+        assert "\n" not in repr(thing)
+    assert repr(job.project).startswith(
+        "<Project 'Untitled project': 1 files of points, 1 files of"
+    )
+    assert repr(tb.read(files)) == "<Survey: 2 given points; 7 horizontal distance>"
+
+
+def test_survey_files_are_read_from_one_path_or_several(tmp_path: Path) -> None:
+    project(tmp_path / "all", SIGHTS)
+    sights = tmp_path / "all" / "sights.csv"
+    assert tb.read(str(sights)).network().count() == tb.read(sights).network().count() == 7
+    with pytest.raises(InputError, match="no files"):
+        tb.read([])
+    with pytest.raises(UnknownName, match="did you mean gama"):
+        tb.read(sights, format="gamma")

@@ -88,7 +88,7 @@ def _opened(
     return Job(instruments.project, instruments, calibrations, files, contents)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Job:
     """One opened project.
 
@@ -111,6 +111,9 @@ class Job:
     calibrations: Calibrations
     files: ReadFiles
     contents: dict[Path, bytes] = field(default_factory=dict, repr=False)
+
+    def __repr__(self) -> str:
+        return f"<Job of {self.project!r}; {len(self.files.sessions)} GNSS sessions>"
 
     @property
     def folder(self) -> Path:

@@ -338,6 +338,17 @@ class Survey:
         default_factory=list
     )
 
+    def __repr__(self) -> str:
+        kinds: dict[str, int] = {}
+        for table in self._tables:
+            kinds[table.kind.kind] = kinds.get(table.kind.kind, 0) + table.n
+        counts = ", ".join(f"{n} {kind.replace('_', ' ')}" for kind, n in kinds.items())
+        title = f" {self.title!r}" if self.title else ""
+        given = [f"{len(self.points)} given points"]
+        if self.stations:
+            given.append(f"{len(self.stations)} stations")
+        return f"<Survey{title}: {', '.join(given)}; {counts or 'nothing observed'}>"
+
     def point(
         self,
         name: str,

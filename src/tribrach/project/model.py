@@ -77,6 +77,18 @@ class Project(Section):
             raise ValueError(f"the epoch of clouds is {wish}, that of the site {given}: leave one")
         return self
 
+    def __repr__(self) -> str:
+        parts = {"files of points": self.points, "scans": self.scans, "stations": self.stations}
+        counts = [f"{len(part)} {name}" for name, part in parts.items() if part]
+        files = sum(len(entry.names) for entry in self.observations)
+        if files:
+            counts.append(f"{files} files of observations")
+        place = self._file if self._file is not None else self._folder
+        return f"<Project {self.title!r}: {', '.join(counts) or 'nothing measured'}; {place}>"
+
+    def __str__(self) -> str:
+        return repr(self)
+
     @classmethod
     def load(cls, path: str | Path) -> Self:
         """Read a project file.

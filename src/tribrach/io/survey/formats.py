@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from tribrach.errors import InputError
+from tribrach.errors import InputError, UnknownName
 from tribrach.geodesy.site import FlatSite
 from tribrach.io.opened_files import contents
 from tribrach.io.totalstation.formats import recognised
 from tribrach.network.identity import names_apart
 from tribrach.network.survey import Survey
 
-__all__ = ["FORMATS", "format_of", "read_files"]
+__all__ = ["FORMATS", "format_of", "read", "read_files"]
 
 #: format name -> module of the reader in :mod:`tribrach.io`
 FORMATS = {
@@ -72,6 +72,42 @@ def format_of(path: Path) -> str:
             cure=f"known are {', '.join(sorted(SUFFIXES))}, .xml and raw files of total stations",
         )
     return SUFFIXES[suffix]
+
+
+def read(
+    files: str | Path | Iterable[str | Path],
+    format: str | None = None,
+) -> Survey:
+    """Read survey files of any format that is known.
+
+    Parameters
+    ----------
+    files : path or iterable of paths
+        One file, or several that belong together.
+    format : str, optional
+        Their format, a key of ``FORMATS``; found for each file if not given.
+
+    Returns
+    -------
+    Survey
+        What was measured and given, by name.
+
+    Raises
+    ------
+    InputError
+        No file, no such file, an unknown format, and what a file says wrong, with its line.
+
+    Examples
+    --------
+    >>> survey = read("network.gkf")  # doctest: +SKIP
+    >>> survey = read(["points.csv", "traverse.gsi"])  # doctest: +SKIP
+    """
+    paths = [Path(file) for file in ([files] if isinstance(files, str | Path) else files)]
+    if not paths:
+        raise InputError("no files are given", cure="name at least one file")
+    if format is not None and format not in FORMATS:
+        raise UnknownName("format", format, FORMATS)
+    return read_files(paths, format)
 
 
 def read_files(
