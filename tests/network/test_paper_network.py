@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from tests.network.test_rank_defects import S2, paper_network, paper_targets, polar
 from tribrach.calibration.minimum_norm import adjust_minimum_norm
 from tribrach.calibration.run_comparison import compare_runs
-from tribrach.calibration.self_calibration import SelfCalibration, Wishes, calibrate
+from tribrach.calibration.self_calibration import CalibrationOptions, SelfCalibration, calibrate
 from tribrach.cli import app
 from tribrach.errors import InputError, RankDefect
 from tribrach.instruments.calibration import PAPER_EIGHT_ELEVATION
@@ -173,6 +173,6 @@ def test_with_zenith_angles_and_what_can_be_separated() -> None:
     with pytest.raises(RankDefect) as caught:
         calibrate(network)
     offered = next(s for s in caught.value.sentences if s.startswith("these can be estimated"))
-    found = calibrate(network, Wishes(reduce=True))
+    found = calibrate(network, CalibrationOptions(reduce=True))
     assert set(found.names) == set(offered.split(": ")[1].split(", "))
     assert found.adjustment.defect == 0

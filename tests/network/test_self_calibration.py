@@ -9,7 +9,7 @@ from tribrach.calibration.calibrated import StationModel, calibrate_survey
 from tribrach.calibration.datum_effects import datum_effects
 from tribrach.calibration.estimability import propose
 from tribrach.calibration.remedies import Addition, enlarged, remedies
-from tribrach.calibration.self_calibration import Wishes, calibrate, without
+from tribrach.calibration.self_calibration import CalibrationOptions, calibrate, without
 from tribrach.errors import InputError, RankDefect
 from tribrach.instruments.calibration import HIGH_END, NIST, PAPER_EIGHT, PAPER_EIGHT_ELEVATION
 from tribrach.network.adjustment import adjust
@@ -135,7 +135,7 @@ def test_a_single_station_says_what_would_help() -> None:
 
 def test_what_cannot_be_separated_is_left_out_on_request() -> None:
     network = measured(lab(NIST.parameters), TRUTH, 1)
-    found = calibrate(network, Wishes(reduce=True))
+    found = calibrate(network, CalibrationOptions(reduce=True))
     assert found.left_out == ("x5n(scanner)", "x5z(scanner)")
     assert len(found.parameters) == 16
     hardly = {item.name for item in found.proposal.hardly}
@@ -248,7 +248,7 @@ def test_without_parameters_there_is_nothing_to_calibrate() -> None:
 
 def test_a_posteriori_sigmas_are_scaled() -> None:
     network = measured(lab(PHYSICAL), dict(MISALIGNMENTS), 6)
-    prior, posterior = calibrate(network), calibrate(network, Wishes(posterior=True))
+    prior, posterior = calibrate(network), calibrate(network, CalibrationOptions(posterior=True))
     ratio = posterior.parameters[0].sigma / prior.parameters[0].sigma
     assert ratio == pytest.approx(np.sqrt(prior.adjustment.posterior_factor))
     assert "a posteriori" in posterior.sigma_origin

@@ -1,8 +1,8 @@
-"""Scanner observations of a survey that get a calibration model and its unknowns.
+"""Gives the scanner observations of a survey a calibration model and its unknowns.
 
-Centres of targets become range, horizontal angle and zenith angle with the covariance carried
-over (``Jp C Jp^T``, method sections 2.1 and 2.2); polar observations get the model. Unknowns are
-named ``x10(scanner)``: the parameter, and the instrument or station that it belongs to.
+Centres of targets become range, horizontal angle and zenith angle with the covariance carried over
+(``Jp C Jp^T``, method sections 2.1 and 2.2); polar observations get the model. Unknowns are named
+``x10(scanner)``: the parameter, and the instrument or station that it belongs to.
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ class StationModel:
     Attributes
     ----------
     model
-        Its parameters.
+        The model and its parameters.
     owner
-        Instrument or station that they belong to.
+        Instrument or station that the parameters belong to.
     architecture
-        A hybrid scanner has no back face.
+        ``panoramic`` or ``hybrid``; a hybrid scanner has no back face.
     face
-        Of target centres that do not say it, +1 or -1.
+        Face of target centres that do not say it, +1 or -1.
     """
 
     model: CalibrationModel
@@ -89,9 +89,16 @@ def _scanned(table: ObservationTable) -> bool:
 
 
 def calibrate_survey(survey: Survey, models: Mapping[str, StationModel]) -> None:
-    """Give the scanner observations of stations (by name) their calibration models.
+    """Give the scanner observations of a survey their calibration models, in place.
 
     All parameters become free unknowns that start at zero unless the survey has them already.
+
+    Parameters
+    ----------
+    survey
+        The survey, which is changed.
+    models
+        Model of each station, by name.
 
     Raises
     ------
@@ -122,7 +129,21 @@ def calibrate_survey(survey: Survey, models: Mapping[str, StationModel]) -> None
 def add_priors(
     survey: Survey, names: Sequence[str], values: Array, covariance: Array, source: str
 ) -> None:
-    """Known parameters (k,) with their covariance (k, k) as observations of the unknowns."""
+    """Add known parameters as observations of the unknowns.
+
+    Parameters
+    ----------
+    survey
+        The survey, which is changed.
+    names
+        The k parameters.
+    values : array (k,)
+        Their values [m, rad or 1].
+    covariance : array (k, k)
+        Their covariance.
+    source
+        Where they come from.
+    """
     table = survey.add(
         ScalarPriors,
         values=values,
@@ -190,7 +211,23 @@ def _polar_columns(part: ObservationTable, given: StationModel) -> dict[str, Any
 
 
 def polar_of_centres(xyz: Array, covariance: Array, sources: Sequence[str]) -> tuple[Array, Array]:
-    """Range, H, V (n, 3) of centres (n, 3) and their covariances (n, 3, 3).
+    """Turn target centres into polar coordinates with their covariances.
+
+    Parameters
+    ----------
+    xyz : array (n, 3)
+        Centres in the scanner frame [m].
+    covariance : array (n, 3, 3)
+        Their covariances [m^2].
+    sources
+        Where each came from, for the message.
+
+    Returns
+    -------
+    polar : array (n, 3)
+        Range [m], H and V [rad].
+    covariance : array (n, 3, 3)
+        Of range, H and V.
 
     Raises
     ------
@@ -206,5 +243,6 @@ def polar_of_centres(xyz: Array, covariance: Array, sources: Sequence[str]) -> t
 
 
 def _first_source(table: ObservationTable) -> str | None:
+    """File and line of the first observation, None if it has none."""
     sources = table.columns.get("source", [])
     return str(sources[0]) if len(sources) and sources[0] else None

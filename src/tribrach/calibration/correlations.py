@@ -23,7 +23,15 @@ LIMITS = (0.7, 0.9, 0.99)
 
 @dataclass(frozen=True)
 class CorrelatedPair:
-    """Two unknowns in words and their correlation."""
+    """Two correlated unknowns.
+
+    Attributes
+    ----------
+    a, b
+        In words.
+    value
+        Their correlation.
+    """
 
     a: str
     b: str
@@ -32,11 +40,25 @@ class CorrelatedPair:
 
 @dataclass(frozen=True)
 class Correlations:
-    """Correlations, NaN with what is held.
+    """Correlations of calibration parameters; NaN with what is held.
 
-    within (k, k); orientation (k, 6 S) with E, N, U, tilts and heading of every station; points
-    (k, 3 P); names (k,), stations (S,), point_names (P,); pairs : above 0.7, strongest first,
-    of parameters with each other and with orientations.
+    Attributes
+    ----------
+    names
+        The k parameters.
+    stations
+        The S stations.
+    point_names
+        The P points.
+    within : array (k, k)
+        Of parameters with each other.
+    orientation : array (k, 6 S)
+        With E, N, U, tilts and heading of every station.
+    points : array (k, 3 P)
+        With the coordinates of points.
+    pairs
+        Pairs above 0.7 of parameters with each other and with orientations, the strongest
+        first.
     """
 
     names: tuple[str, ...]
@@ -60,39 +82,52 @@ class Correlations:
 
 
 def calibration_correlations(adjustment: Adjustment, names: Sequence[str]) -> Correlations:
-    """Correlations of scalars by name."""
+    """Correlations of calibration parameters with each other, stations and points.
+
+    Parameters
+    ----------
+    adjustment
+        The adjusted network.
+    names
+        The parameters (scalars).
+
+    Returns
+    -------
+    Correlations
+        All of them, and the strong pairs.
+    """
     layout = adjustment.layout
-    mine = np.concatenate([adjustment.columns(name) for name in names])
+    own_columns = np.concatenate([adjustment.columns(name) for name in names])
     poses = layout.columns("pose", np.arange(layout.count("pose"))).ravel()
     points = layout.columns("point", np.arange(layout.count("point"))).ravel()
     reduced = adjustment.reduced
-    unit = np.zeros((adjustment.n_unknowns, len(mine)))
-    unit[reduced[mine], np.arange(len(mine))] = 1.0
+    unit = np.zeros((adjustment.n_unknowns, len(own_columns)))
+    unit[reduced[own_columns], np.arange(len(own_columns))] = 1.0
     q = adjustment.cofactor.solve(unit)
-    own = np.sqrt(np.diag(q[reduced[mine]]))
+    own = np.sqrt(np.diag(q[reduced[own_columns]]))
 
     def with_others(columns: Index) -> Array:
         place = reduced[columns]
         free = place >= 0
-        out = np.full((len(mine), len(columns)), np.nan)
+        out = np.full((len(own_columns), len(columns)), np.nan)
         if free.any():
             size = np.sqrt(np.maximum(adjustment.cofactor.entries(place[free], place[free]), 0.0))
             size[size == 0] = np.inf
             out[:, free] = q[place[free]].T / own[:, None] / size
         return out
 
-    within, orientation = with_others(mine), with_others(poses)
+    within, orientation = with_others(own_columns), with_others(poses)
     pairs = _pairs(names, names, within, triangle=True)
     pairs += _pairs(names, [layout.label(int(c)) for c in poses], orientation, triangle=False)
     pairs.sort(key=lambda pair: -abs(pair.value))
     return Correlations(
-        tuple(names),
-        layout.names["pose"],
-        layout.names["point"],
-        within,
-        orientation,
-        with_others(points),
-        tuple(pairs),
+        names=tuple(names),
+        stations=layout.names["pose"],
+        point_names=layout.names["point"],
+        within=within,
+        orientation=orientation,
+        points=with_others(points),
+        pairs=tuple(pairs),
     )
 
 
@@ -104,5 +139,5 @@ def _pairs(
     if triangle:
         size = np.triu(size, 1)
     i, j = np.nonzero(size > LIMITS[0])
-    found = zip(i.tolist(), j.tolist(), strict=True)
-    return [CorrelatedPair(a[k], b[m], float(rho[k, m])) for k, m in found]
+    places = zip(i.tolist(), j.tolist(), strict=True)
+    return [CorrelatedPair(a[k], b[m], float(rho[k, m])) for k, m in places]

@@ -1,4 +1,4 @@
-"""What the choice of the datum does to sigmas, and what it does not.
+"""Shows what the choice of the datum does to sigmas, and what it does not.
 
 The same observations in several datums (S-transformations of one another, method section 3.2):
 distances between points and estimable parameters keep their sigmas, coordinates and poses do not.
@@ -28,20 +28,20 @@ _PAIRS = 60
 
 @dataclass(frozen=True)
 class DatumSigmas:
-    """Sigmas in one datum.
+    """Standard deviations in one datum.
 
     Attributes
     ----------
     datum
-        In words.
-    parameters
-        (k,).
+        The datum in words.
+    parameters : array (k,)
+        Of the parameters [m, rad or 1].
     stations : array (S, 6)
         Of E, N, U [m], tilts and heading [rad].
     points : array (P, 3)
-        [m].
+        Of E, N, U [m].
     distances : array (m,)
-        Of some pairs of points, estimable [m].
+        Of distances between some pairs of points, which are estimable [m].
     """
 
     datum: str
@@ -52,9 +52,21 @@ class DatumSigmas:
 
 
 def datum_effects(adjustment: Adjustment, names: Sequence[str]) -> list[DatumSigmas]:
-    """Sigmas in the datum of the adjustment, and in others that the same observations allow.
+    """Compute sigmas in the datum of the adjustment, and in others that the observations allow.
 
-    With inner constraints over all points, and with the first station held.
+    The others are inner constraints over all points, and the first station held.
+
+    Parameters
+    ----------
+    adjustment
+        The adjusted network.
+    names
+        Calibration parameters.
+
+    Returns
+    -------
+    list of DatumSigmas
+        The first is the datum of the adjustment.
     """
     network, state = adjustment.network, adjustment.state
     out = [sigmas_of("as adjusted", adjustment, names)]
@@ -105,6 +117,7 @@ def sigmas_of(words: str, adjustment: Adjustment, names: Sequence[str]) -> Datum
 def _collect(
     words: str, state: State, cofactor: Cofactor, reduced: Index, names: Sequence[str]
 ) -> DatumSigmas:
+    """Sigmas of parameters, stations, points and distances by a cofactor matrix."""
     layout = state.layout
 
     def sigma(columns: Index) -> Array:

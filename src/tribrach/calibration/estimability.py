@@ -1,4 +1,4 @@
-"""Which calibration parameters can a network separate, before anything is inverted?
+"""Finds the calibration parameters that a network can separate, before anything is inverted.
 
 Parameters are taken in the order of their plain meaning (:data:`ORDER`); one whose effect is there
 already, in the orientation, the points and the parameters before it, is left out and said to be
@@ -38,7 +38,15 @@ _RANK = 1e-6
 
 @dataclass(frozen=True)
 class Left:
-    """A parameter that is left out, and why in words."""
+    """A parameter that is left out.
+
+    Attributes
+    ----------
+    name
+        The parameter.
+    why
+        The reason in words.
+    """
 
     name: str
     why: str
@@ -53,11 +61,11 @@ class EstimableSet:
     names
         In the order of the network.
     covariance : array (k, k)
-        Of them, a priori.
+        Their covariance a priori.
     left
-        What cannot be separated.
+        Parameters that cannot be separated.
     hardly
-        What can be, but only just.
+        Parameters that can be separated, but only just.
     """
 
     names: tuple[str, ...]
@@ -105,7 +113,7 @@ class Estimability:
 
 
 def estimability(network: Network, state: State) -> Estimability:
-    """Open combinations of unknowns at a state, in sentences."""
+    """Find the combinations of unknowns that are open at a state."""
     assembly = Assembly(network)
     design = assembly.design(state)
     constraints, _ = assembly.constraints(state)
@@ -132,12 +140,23 @@ def parameter_columns_of(network: Network, names: Sequence[str]) -> Index:
 def propose(
     network: Network, state: State, names: Sequence[str], near: float = 0.95
 ) -> EstimableSet:
-    """The parameters (scalars by name) that the network can separate, at a state.
+    """Choose the parameters that the network can separate, at a state.
 
     Parameters
     ----------
+    network
+        The network.
+    state
+        Unknowns at which it is linearised.
+    names
+        Parameters (scalars) that are asked for.
     near
         Correlation above which two parameters are hardly separated.
+
+    Returns
+    -------
+    EstimableSet
+        Parameters to estimate, and why others are not among them.
 
     Raises
     ------
@@ -160,6 +179,7 @@ def propose(
 
 
 def _inverse(normal: Array) -> Array:
+    """Inverse of a symmetric matrix, scaled to unit diagonal first."""
     if len(normal) == 0:
         return normal
     scale = 1 / np.sqrt(np.diag(normal))
@@ -174,14 +194,10 @@ def _rank_of(name: str) -> int:
 
 
 def _select(names: Sequence[str], rest: Array, given: Array) -> tuple[list[int], list[Left]]:
-    """Numbers of independent columns, in the order of plain meaning, and what the others are like.
+    """Choose independent columns in the order of plain meaning, and say what the others are like.
 
-    Parameters
-    ----------
-    given : array (n, k)
-        Columns of the parameters.
-    rest : array (n, k)
-        What the other unknowns leave of them.
+    ``given`` (n, k) are the columns of the parameters, ``rest`` (n, k) what the other unknowns
+    leave of them.
     """
     basis = np.zeros((len(rest), 0))
     length = np.linalg.norm(given, axis=0)

@@ -1,4 +1,4 @@
-"""What would further parameters explain? Columns beyond those of a linearised network.
+"""Computes what parameters that are no unknowns of a network would explain.
 
 For columns ``G`` of parameters that are not unknowns, ``M = (I - A Q A^T) G`` is what the other
 unknowns cannot imitate. ``M^T M`` is their normal matrix after the others are eliminated, and with
@@ -29,7 +29,21 @@ __all__ = ["System", "linearise", "model_columns", "unexplained"]
 
 @dataclass(frozen=True)
 class System:
-    """A network linearised at a state: whitened design (n, u) and the cofactor matrix."""
+    """A network linearised at a state.
+
+    Attributes
+    ----------
+    assembly
+        The network.
+    state
+        The unknowns.
+    design : sparse array (n, u)
+        Whitened Jacobian over the free columns.
+    cofactor
+        Cofactor matrix of the unknowns.
+    motions
+        Open motions, which are pinned.
+    """
 
     assembly: Assembly
     state: State
@@ -39,9 +53,23 @@ class System:
 
 
 def linearise(network: Network, state: State, held: Index) -> System:
-    """The network with some columns (of the full tangent vector) held, linearised.
+    """Linearise a network with some columns held.
 
     What the datum leaves open is pinned, which changes no estimable quantity.
+
+    Parameters
+    ----------
+    network
+        The network.
+    state
+        Where it is linearised.
+    held : array (k,)
+        Columns of the full tangent vector that are held.
+
+    Returns
+    -------
+    System
+        Design and cofactor matrix.
 
     Raises
     ------
@@ -82,12 +110,23 @@ def model_columns(
     model: CalibrationModel,
     station: NDArray[np.bool_] | None = None,
 ) -> Array:
-    """Whitened columns (n, k) of a model's parameters in all active polar observations.
+    """Derivatives of all active polar observations by a model's parameters, whitened.
 
     Parameters
     ----------
+    assembly
+        The network.
+    state
+        The unknowns.
+    model
+        The k parameters.
     station
-        Mask over the poses; only observations from these stations get the columns.
+        Mask over the poses: only observations from these stations get the columns; all if None.
+
+    Returns
+    -------
+    array (n, k)
+        In the order of the rows, zero for other observations.
     """
     out = np.zeros((len(assembly.rows), len(model.parameters)))
     first = 0

@@ -1,6 +1,6 @@
-"""The field check of a scanner: faces, distances from two stations, series; one verdict.
+"""Checks a scanner in the field: faces, distances from two stations, series; one verdict.
 
-The tests share the error probability (Sidak 1967), so that a scanner without errors fails the whole
+The tests share the error probability (Šidák 1967), so that a scanner without errors fails the whole
 with the stated probability or less.
 """
 
@@ -21,7 +21,17 @@ __all__ = ["Earlier", "FieldCheck", "check_readings"]
 
 @dataclass(frozen=True)
 class Earlier:
-    """The experimental standard deviation of an earlier check [m] and its redundancy."""
+    """The result of an earlier check.
+
+    Attributes
+    ----------
+    s
+        Experimental standard deviation [m].
+    dof
+        Its redundancy.
+    title
+        Of that check.
+    """
 
     s: float
     dof: int
@@ -34,8 +44,26 @@ class FieldCheck:
 
     Attributes
     ----------
+    title
+        Of the check.
+    readings
+        Number of readings.
+    stations, targets, series
+        Their names.
+    two_face
+        Test of both faces, None without pairs.
+    distances
+        Tests of distances, one for each pair of stations and series.
+    repeated
+        Test of the series, None if there is only one.
+    earlier
+        An earlier check, None if none was given.
+    change
+        F-test against it.
     alpha
-        Error probability of the whole, alpha_each of one test.
+        Error probability of the whole.
+    alpha_each
+        Error probability of one test.
     notes
         What could not be tested, and why.
     """
@@ -86,7 +114,23 @@ class FieldCheck:
 def check_readings(
     readings: ScannerReadings, title: str, alpha: float = 0.05, earlier: Earlier | None = None
 ) -> FieldCheck:
-    """Test whatever the readings allow to test.
+    """Test whatever the readings allow to test (method sections 11.2 and 11.3).
+
+    Parameters
+    ----------
+    readings
+        Of all stations, series and faces.
+    title
+        Of the check.
+    alpha
+        Error probability of the whole.
+    earlier
+        An earlier check to compare with.
+
+    Returns
+    -------
+    FieldCheck
+        All tests and one verdict.
 
     Raises
     ------
@@ -124,19 +168,19 @@ def check_readings(
     elif earlier is not None:
         notes.append("an earlier check is compared with repeated series only")
     return FieldCheck(
-        title,
-        len(readings),
-        stations,
-        tuple(dict.fromkeys(str(t) for t in readings.target)),
-        series,
-        two_face_test(pairs, each) if len(pairs) else None,
-        tuple(compare_distances(means, a, b, one, each) for a, b, one in couples),
-        whole,
-        earlier,
-        change,
-        alpha,
-        each,
-        tuple(notes),
+        title=title,
+        readings=len(readings),
+        stations=stations,
+        targets=tuple(dict.fromkeys(str(t) for t in readings.target)),
+        series=series,
+        two_face=two_face_test(pairs, each) if len(pairs) else None,
+        distances=tuple(compare_distances(means, a, b, one, each) for a, b, one in couples),
+        repeated=whole,
+        earlier=earlier,
+        change=change,
+        alpha=alpha,
+        alpha_each=each,
+        notes=tuple(notes),
     )
 
 

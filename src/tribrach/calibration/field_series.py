@@ -1,4 +1,4 @@
-"""Series of scans of a few targets from two stations: how precise is the scanner today?
+"""Tests the precision of a scanner by series of scans of a few targets from two stations.
 
 Every scan of every series is a free set-up of its own; all of them and the targets are adjusted as
 one free network, so that what is left are errors of the instrument and of finding targets. With t
@@ -33,7 +33,17 @@ __all__ = ["FTest", "SeriesCheck", "against_earlier", "check_series"]
 
 @dataclass(frozen=True)
 class FTest:
-    """A ratio of two variances against its limits; lower is zero in a one-sided test."""
+    """A ratio of two variances against its limits.
+
+    Attributes
+    ----------
+    ratio
+        First variance over the second.
+    dof
+        Degrees of freedom of both.
+    lower, upper
+        Limits of the ratio; lower is zero in a one-sided test.
+    """
 
     ratio: float
     dof: tuple[int, int]
@@ -42,32 +52,39 @@ class FTest:
 
     @property
     def passed(self) -> bool:
-        """Is the ratio within the limits?"""
+        """True if the ratio is within the limits."""
         return self.lower <= self.ratio <= self.upper
 
 
 @dataclass(frozen=True)
 class SeriesCheck:
-    """All series together.
+    """The test of all series together.
 
     Attributes
     ----------
     scans, targets, series
-        How many.
+        How many there are.
     s
         Experimental standard deviation of a coordinate of a target centre [m], all coordinates
-        weighted equally, with dof.
-    s_station : array (stations,)
-        Within each station's own series.
+        weighted equally.
+    dof
+        Its redundancy.
+    s_station
+        Experimental standard deviation within each station's own series [m], by name.
     sigma
-        What the stated precision makes of a coordinate, mean [m].
+        Standard deviation of a coordinate by the stated precision, mean [m].
     statistic, critical
         Weighted sum of squares with the stated precision against its limit.
+    p
+        Probability of as much by chance.
     s_bound
         Largest true standard deviation that s does not contradict [m].
     stations
-        What they differ by against their own scatter, None without repeated series; residuals :
-        largest of a coordinate [m] and where.
+        What stations differ by against their own scatter; None without repeated series.
+    largest, largest_at
+        Largest residual of a coordinate [m], and where.
+    alpha
+        Error probability of each test.
     """
 
     scans: int
@@ -88,17 +105,24 @@ class SeriesCheck:
 
     @property
     def passed(self) -> bool:
-        """Is the scanner as precise as stated?"""
+        """True if the scanner is as precise as stated."""
         return self.statistic <= self.critical
 
 
 def check_series(readings: ScannerReadings, alpha: float = 0.05) -> SeriesCheck:
-    """Adjust all series and test them.
+    """Adjust all series and test them (method section 11.2).
 
     Parameters
     ----------
     readings
-        Means of faces, every scan a station and a series.
+        Means of faces; every station and series is a scan.
+    alpha
+        Error probability of each test.
+
+    Returns
+    -------
+    SeriesCheck
+        Experimental standard deviations and tests.
 
     Raises
     ------
@@ -140,7 +164,22 @@ def check_series(readings: ScannerReadings, alpha: float = 0.05) -> SeriesCheck:
 
 
 def against_earlier(now: SeriesCheck, s: float, dof: int) -> FTest:
-    """The experimental standard deviation against one of another day or instrument, two-sided."""
+    """Compare the experimental standard deviation with an earlier one, two-sided.
+
+    Parameters
+    ----------
+    now
+        The series of today.
+    s
+        Experimental standard deviation of another day or instrument [m].
+    dof
+        Its redundancy.
+
+    Returns
+    -------
+    FTest
+        Ratio of the variances and its limits.
+    """
     lower, upper = (float(f.ppf(q, now.dof, dof)) for q in (now.alpha / 2, 1 - now.alpha / 2))
     return FTest((now.s / s) ** 2, (now.dof, dof), lower, upper)
 
@@ -166,6 +205,7 @@ def _complete(readings: ScannerReadings) -> tuple[list[str], list[tuple[str, str
 
 
 def _name(station: str, series: str) -> str:
+    """Name of a scan: station and series."""
     return f"{station}, series {series}" if series else station
 
 

@@ -23,15 +23,11 @@ from tribrach.observations.unknowns import State
 
 __all__ = ["DenseCofactor", "adjust_minimum_norm"]
 
-
 #: more unknowns are not inverted densely
 _MOST = 3000
-
-
 #: singular values of the column-scaled system below this are zero
 _RANK = 1e-9
-
-
+#: linearisations before giving up
 _ITERATIONS = 30
 
 
@@ -59,10 +55,20 @@ class DenseCofactor(Cofactor):
 
 
 def adjust_minimum_norm(network: Network) -> Adjustment:
-    """Adjust with the Moore-Penrose inverse in metres and radians.
+    """Adjust with the Moore-Penrose inverse in metres and radians (method section 4.3).
 
     Hard constraints hold exactly. ``defect`` of the result counts everything that is open, datum
     and unknowns that cannot be separated.
+
+    Parameters
+    ----------
+    network
+        The network.
+
+    Returns
+    -------
+    Adjustment
+        The smallest solution.
 
     Raises
     ------

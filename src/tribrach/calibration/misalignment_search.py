@@ -1,4 +1,4 @@
-"""Which misalignments explain what was observed? One parameter after the other, the clearest first.
+"""Finds the misalignments that explain what was observed, the clearest first.
 
 Few differences cannot carry a whole calibration model. Parameters come in as long as one is
 significant beside those that are in; others that would explain the same nearly as well are named
@@ -55,8 +55,10 @@ class Cause:
 
     Attributes
     ----------
+    name
+        The parameter.
     value, sigma
-        Beside the other causes [m or rad].
+        Estimated beside the other causes [m or rad].
     t
         Value over sigma.
     alternatives
@@ -81,10 +83,12 @@ class Explanation:
 
     Attributes
     ----------
+    causes
+        The parameters, the clearest first.
     before, after
         Weighted sum of squares without and with the causes.
     dof, limit
-        Of the latter.
+        Degrees of freedom of ``after`` and its chi-square limit.
     t_limit
         From which on a parameter counts.
     """
@@ -98,17 +102,26 @@ class Explanation:
 
     @property
     def fits(self) -> bool:
-        """Is what the causes leave noise?"""
+        """True if what the causes leave is noise."""
         return self.after <= self.limit
 
 
 def whitened(covariance: Array, rank: int, *others: Array) -> tuple[Array, ...]:
-    """``W y`` of arrays (n, k) or (n,) with ``W C W^T = I`` on the range of C (n, n).
+    """Whiten arrays with ``W C W^T = I`` on the range of a covariance.
 
     Parameters
     ----------
+    covariance : array (n, n)
+        C.
     rank
         Directions that C has; what is beyond is rounding, or of second order.
+    others
+        Arrays y, (n, k) or (n,).
+
+    Returns
+    -------
+    tuple of arrays
+        ``W y`` of each.
     """
     value, vector = np.linalg.eigh((covariance + covariance.T) / 2)
     largest = value[-rank:]
@@ -124,14 +137,25 @@ def explain(
     alpha0: float = 0.001,
     alpha: float = 0.05,
 ) -> Explanation:
-    """Parameters that explain whitened observations (n,), with whitened columns (n, k).
+    """Choose the parameters that explain observations, one after the other.
 
     Parameters
     ----------
+    names
+        The k parameters.
+    columns : array (n, k)
+        Whitened observations that a parameter of one makes.
+    observed : array (n,)
+        Whitened observations.
     alpha0
         Error probability of each parameter.
     alpha
-        Of the test of what is left.
+        Error probability of the test of what is left.
+
+    Returns
+    -------
+    Explanation
+        Parameters, estimated together, and what they leave.
     """
     limit = float(norm.ppf(1 - alpha0 / 2))
     rest, chosen = observed.copy(), list[int]()

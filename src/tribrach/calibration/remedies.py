@@ -1,4 +1,4 @@
-"""What would separate parameters that a network cannot, or only just? Tried out, not guessed.
+"""Tries out what further observations would separate parameters that a network cannot.
 
 The network is linearised with further observations that nobody has made yet: the back face, high
 and low targets, another station, a known length (method sections 3.2, 3.7 and 4.2). Only the design
@@ -26,94 +26,12 @@ from tribrach.observations.unknowns import Layout, State
 
 __all__ = ["Addition", "Remedy", "enlarged", "remedies"]
 
-# A network with further points and stations, the old ones where they were.
-
-
-@dataclass(frozen=True)
-class Addition:
-    """Points (p, 3) and stations, translations (s, 3) and rotations (s, 3, 3), with names."""
-
-    point_names: tuple[str, ...] = ()
-    points: Array | None = None
-    pose_names: tuple[str, ...] = ()
-    translations: Array | None = None
-    rotations: Array | None = None
-
-
-def enlarged(network: Network, state: State, new: Addition) -> tuple[Network, State]:
-    """The network and state with free points and stations added, before any observation of them."""
-    old, p = state.layout, len(new.point_names)
-    names = old.names
-    layout = Layout(
-        (*names["point"], *new.point_names),
-        (*names["pose"], *new.pose_names),
-        names["plane"],
-        names["vector"],
-        names["scalar"],
-    )
-    cut = 3 * old.count("point"), old.offset["plane"]
-    poses = 6 * len(new.pose_names)
-
-    def mask(given: NDArray[np.bool_], value: bool) -> NDArray[np.bool_]:
-        parts = [given[: cut[0]], np.full(3 * p, value), given[cut[0] : cut[1]]]
-        return np.concatenate([*parts, np.full(poses, value), given[cut[1] :]])
-
-    datum = network.datum
-    if datum.components is not None:
-        datum = replace(datum, components=mask(datum.components, False))
-    grown = replace(
-        state,
-        layout=layout,
-        points=_joined(state.points, new.points),
-        pose_t=_joined(state.pose_t, new.translations),
-        pose_r=_joined(state.pose_r, new.rotations),
-    )
-    count = old.count("point")
-    moved = replace(
-        network,
-        start=grown,
-        free=mask(network.free, True),
-        observations=tuple(_moved(o, count, p) for o in network.observations),
-        constraints=tuple(
-            Constraint(_moved(c.observations, count, p), c.label) for c in network.constraints
-        ),
-        datum=datum,
-    )
-    return moved, grown
-
-
-def _joined(old: Array, new: Array | None) -> Array:
-    return old if new is None else np.concatenate([old, new])
-
-
-def _moved(o: Observations, count: int, by: int) -> Observations:
-    """Observations whose positions of stations come after more points."""
-    changes = {}
-    for item in fields(o):
-        if item.metadata.get("refers") == "position":
-            index = getattr(o, item.name)
-            changes[item.name] = np.where(index >= count, index + by, index)
-    return replace(o, **changes) if changes and by else o
-
-
-def add_observations(network: Network, further: Sequence[Observations]) -> Network:
-    """The network with more observations."""
-    return replace(network, observations=(*network.observations, *further))
-
-
 #: networks with more unknowns are not tried out
 _MOST = 6000
-
-
 #: sigma of the known length [m]
 _LENGTH_SIGMA = 1e-4
-
-
 #: zenith angles [rad] and distance [m] of the targets above and below a station
-_STEEP = np.radians([20.0, 40.0, 130.0])
-
-
-_STEEP_RANGE = 3.0
+_STEEP, _STEEP_RANGE = np.radians([20.0, 40.0, 130.0]), 3.0
 
 
 @dataclass(frozen=True)
@@ -123,9 +41,9 @@ class Remedy:
     Attributes
     ----------
     what
-        In words.
+        The addition in words.
     proposal
-        The parameters that could be estimated with it.
+        Parameters that could be estimated with it.
     """
 
     what: str
@@ -135,7 +53,26 @@ class Remedy:
 def remedies(
     network: Network, state: State, names: Sequence[str], near: float, *, back: bool = True
 ) -> list[Remedy]:
-    """Every addition that makes sense here with what it gives; back : is there a back face?"""
+    """Try every addition that makes sense in a network.
+
+    Parameters
+    ----------
+    network
+        The network.
+    state
+        Unknowns at which it is linearised.
+    names
+        Parameters that are asked for.
+    near
+        Correlation above which two parameters are hardly separated.
+    back
+        Has the scanner a back face?
+
+    Returns
+    -------
+    list of Remedy
+        Empty for networks that are too large.
+    """
     if int(network.free.sum()) > _MOST:
         return []
     tables = [
@@ -190,6 +127,7 @@ def _like(
 
 
 def _faces(network: Network, state: State, tables: list[ScannerPolar]) -> tuple[Network, State]:
+    """The same sights on the back face."""
     further: list[Observations] = [_like_each(o, state) for o in tables]
     return add_observations(network, further), state
 
@@ -221,27 +159,11 @@ def _seen_by_all(tables: list[ScannerPolar], at: State, targets: Index) -> list[
     out: list[Observations] = []
     for o in tables:
         for s in np.unique(o.station):
-            mine = np.flatnonzero(o.station == s)
-            for face in np.unique(o.face[mine]):
-                one = replace_items(o, mine[:1])
-                out.append(_like(one, at, np.full(len(targets), s), targets, float(face)))
+            members = np.flatnonzero(o.station == s)
+            for face in np.unique(o.face[members]):
+                sample = replace_items(o, members[:1])
+                out.append(_like(sample, at, np.full(len(targets), s), targets, float(face)))
     return out
-
-
-def replace_items(o: ScannerPolar, items: Index) -> ScannerPolar:
-    """Some observations of a table."""
-    return replace(
-        o,
-        values=o.values[items],
-        covariance=o.covariance[items],
-        source=o.source[items],
-        use=o.use[items],
-        reason=o.reason[items],
-        station=o.station[items],
-        target=o.target[items],
-        face=o.face[items],
-        parameters=o.parameters[items],
-    )
 
 
 def _station(network: Network, state: State, tables: list[ScannerPolar]) -> tuple[Network, State]:
@@ -276,3 +198,106 @@ def _length(network: Network, state: State, tables: list[ScannerPolar]) -> tuple
         end=np.array([targets[end]]),
     )
     return add_observations(network, [bar]), state
+
+
+@dataclass(frozen=True)
+class Addition:
+    """Points and stations that are added to a network.
+
+    Attributes
+    ----------
+    point_names
+        Names of the points.
+    points : array (p, 3)
+        Their places [m].
+    pose_names
+        Names of the stations.
+    translations : array (s, 3)
+        Their places [m].
+    rotations : array (s, 3, 3)
+        World from scanner.
+    """
+
+    point_names: tuple[str, ...] = ()
+    points: Array | None = None
+    pose_names: tuple[str, ...] = ()
+    translations: Array | None = None
+    rotations: Array | None = None
+
+
+def enlarged(network: Network, state: State, new: Addition) -> tuple[Network, State]:
+    """Add free points and stations to a network and its state, before any observation of them."""
+    old, p = state.layout, len(new.point_names)
+    names = old.names
+    layout = Layout(
+        (*names["point"], *new.point_names),
+        (*names["pose"], *new.pose_names),
+        names["plane"],
+        names["vector"],
+        names["scalar"],
+    )
+    cut = 3 * old.count("point"), old.offset["plane"]
+    poses = 6 * len(new.pose_names)
+
+    def mask(given: NDArray[np.bool_], value: bool) -> NDArray[np.bool_]:
+        parts = [given[: cut[0]], np.full(3 * p, value), given[cut[0] : cut[1]]]
+        return np.concatenate([*parts, np.full(poses, value), given[cut[1] :]])
+
+    datum = network.datum
+    if datum.components is not None:
+        datum = replace(datum, components=mask(datum.components, False))
+    grown = replace(
+        state,
+        layout=layout,
+        points=_joined(state.points, new.points),
+        pose_t=_joined(state.pose_t, new.translations),
+        pose_r=_joined(state.pose_r, new.rotations),
+    )
+    count = old.count("point")
+    moved = replace(
+        network,
+        start=grown,
+        free=mask(network.free, True),
+        observations=tuple(_moved(o, count, p) for o in network.observations),
+        constraints=tuple(
+            Constraint(_moved(c.observations, count, p), c.label) for c in network.constraints
+        ),
+        datum=datum,
+    )
+    return moved, grown
+
+
+def _joined(old: Array, new: Array | None) -> Array:
+    """Old and new rows."""
+    return old if new is None else np.concatenate([old, new])
+
+
+def _moved(o: Observations, count: int, by: int) -> Observations:
+    """Observations whose positions of stations come after more points."""
+    changes = {}
+    for item in fields(o):
+        if item.metadata.get("refers") == "position":
+            index = getattr(o, item.name)
+            changes[item.name] = np.where(index >= count, index + by, index)
+    return replace(o, **changes) if changes and by else o
+
+
+def add_observations(network: Network, further: Sequence[Observations]) -> Network:
+    """The network with more observations."""
+    return replace(network, observations=(*network.observations, *further))
+
+
+def replace_items(o: ScannerPolar, items: Index) -> ScannerPolar:
+    """Some observations of a table."""
+    return replace(
+        o,
+        values=o.values[items],
+        covariance=o.covariance[items],
+        source=o.source[items],
+        use=o.use[items],
+        reason=o.reason[items],
+        station=o.station[items],
+        target=o.target[items],
+        face=o.face[items],
+        parameters=o.parameters[items],
+    )

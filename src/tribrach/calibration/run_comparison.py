@@ -1,4 +1,4 @@
-"""Two calibrations of the same observations under different conditions: what changed?
+"""Compares two calibrations of the same observations under different conditions.
 
 A condition that only chooses a datum changes sigmas of coordinates and of what is not estimable,
 and leaves everything estimable as it was: distances between points and stations, the redundancy,
@@ -18,18 +18,27 @@ from tribrach.errors import InputError
 
 __all__ = ["Compared", "ComparedUnknown", "compare_runs"]
 
-
 #: ratios of estimable sigmas closer to one than this are one
 _SAME = 1e-5
-
-
 #: sigmas that change by more than this factor are named
 _NOTICED = 1.02
 
 
 @dataclass(frozen=True)
 class ComparedUnknown:
-    """An unknown in both runs: values and sigmas [m or rad]; NaN where a run holds it."""
+    """An unknown in both runs.
+
+    Attributes
+    ----------
+    name
+        The unknown in words.
+    unit
+        ``m``, ``rad`` or ``1``.
+    first, second
+        Its values, NaN where a run has none.
+    sigma_first, sigma_second
+        Standard deviations; zero where a run holds it.
+    """
 
     name: str
     unit: str
@@ -46,7 +55,19 @@ class ComparedUnknown:
 
 @dataclass(frozen=True)
 class Compared:
-    """Two runs; distances : ratios (m,) of sigmas of distances between points; redundancies."""
+    """What two runs have in common and where they differ.
+
+    Attributes
+    ----------
+    lines
+        Parameters and components of the poses.
+    distances : array (m,)
+        Ratios of the sigmas of distances between points, second over first.
+    redundancy
+        Of both runs.
+    vtpv
+        Of both runs.
+    """
 
     lines: tuple[ComparedUnknown, ...]
     distances: Array
@@ -83,11 +104,22 @@ class Compared:
 
 
 def _factor(line: ComparedUnknown) -> str:
+    """An unknown and the factor on its sigma, in words."""
     return f"{line.name} ({line.ratio:.3g} times)"
 
 
 def compare_runs(first: SelfCalibration, second: SelfCalibration) -> Compared:
     """Compare the parameters, stations and distances of two runs.
+
+    Parameters
+    ----------
+    first, second
+        Calibrations of the same observations.
+
+    Returns
+    -------
+    Compared
+        What changed.
 
     Raises
     ------
@@ -110,12 +142,14 @@ def compare_runs(first: SelfCalibration, second: SelfCalibration) -> Compared:
 
 
 def _distances(run: SelfCalibration) -> Array:
+    """Sigmas [m] of distances between points."""
     a = run.adjustment
     sigma: Array = np.sqrt(run.factor) * distance_sigmas(a.state, a.cofactor, a.reduced)
     return sigma
 
 
 def _parameters(first: SelfCalibration, second: SelfCalibration) -> list[ComparedUnknown]:
+    """Parameters that both runs estimated."""
     others = {p.name: p for p in second.parameters}
     return [
         ComparedUnknown(p.name, p.unit, p.value, p.sigma, q.value, q.sigma)

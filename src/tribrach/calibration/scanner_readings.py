@@ -16,22 +16,22 @@ from tribrach.errors import InputError
 
 __all__ = ["FacePairs", "ScannerReadings", "face_means", "face_pairs", "folded"]
 
-
+#: names (n,)
 Names = NDArray[np.object_]
 
 
 @dataclass(frozen=True)
 class ScannerReadings:
-    """Readings (n,) of targets.
+    """Readings of targets by scanners.
 
     Attributes
     ----------
     station, series, target : array (n,)
         Names.
     face : array (n,)
-        +1 front, -1 back.
+        +1 front, -1 back, 0 the mean of both.
     polar : array (n, 3)
-        Folded.
+        Range [m], H and V [rad], folded to the front.
     covariance : array (n, 3, 3)
         Of r, H, V [m, rad].
     source : array (n,)
@@ -62,12 +62,14 @@ class FacePairs:
 
     Attributes
     ----------
-    half, half : array (n, 3)
-        Of front less back.
+    station, series, target : array (n,)
+        Names.
+    half : array (n, 3)
+        Half of front less back, in r, H, V [m, rad].
     covariance : array (n, 3, 3)
-        Of it, which is that of the mean too.
+        Of the half difference, which is that of the mean too.
     polar : array (n, 3)
-        Mean of both faces.
+        Mean of both faces [m, rad].
     """
 
     station: Names
@@ -82,7 +84,22 @@ class FacePairs:
 
 
 def folded(polar: Array, face: Array) -> tuple[Array, Array]:
-    """Readings (n, 3) folded to the front, and their faces (n,): V above pi is the back face."""
+    """Fold readings to the front: V above pi is the back face.
+
+    Parameters
+    ----------
+    polar : array (n, 3)
+        Range [m], H and V [rad] as they were read.
+    face : array (n,)
+        Faces where V does not say it.
+
+    Returns
+    -------
+    polar : array (n, 3)
+        Readings of the front.
+    face : array (n,)
+        +1 front, -1 back.
+    """
     raw = polar[:, 2] > np.pi
     out = polar.copy()
     out[raw, 1] -= np.pi
@@ -114,20 +131,14 @@ def _groups(readings: ScannerReadings) -> tuple[NDArray[np.int64], NDArray[np.in
 def _by_face(
     readings: ScannerReadings,
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """First reading of every group, and its front and back reading, -1 for none.
-
-    Raises
-    ------
-    InputError
-        A target twice on one face in one series.
-    """
+    """First reading of every group, and its front and back reading, -1 for none."""
     number, first = _groups(readings)
     sides = []
     for face in (1.0, -1.0):
-        mine = np.flatnonzero(readings.face == face)
+        rows = np.flatnonzero(readings.face == face)
         side = np.full(len(first), -1, dtype=np.int64)
-        side[number[mine]] = mine
-        twice = np.bincount(number[mine], minlength=len(first)) > 1
+        side[number[rows]] = rows
+        twice = np.bincount(number[rows], minlength=len(first)) > 1
         if twice.any():
             row = int(first[np.flatnonzero(twice)[0]])
             raise InputError(
@@ -140,7 +151,17 @@ def _by_face(
 
 
 def face_pairs(readings: ScannerReadings) -> FacePairs:
-    """Targets with readings of both faces.
+    """Pair readings of both faces.
+
+    Parameters
+    ----------
+    readings
+        Of all stations, series and faces.
+
+    Returns
+    -------
+    FacePairs
+        One for each target with readings of both faces.
 
     Raises
     ------
@@ -164,9 +185,19 @@ def face_pairs(readings: ScannerReadings) -> FacePairs:
 
 
 def face_means(readings: ScannerReadings) -> ScannerReadings:
-    """One reading for every station, series and target: the mean of both faces where there are.
+    """Reduce readings to one for every station, series and target.
 
-    The face of a mean is 0.
+    It is the mean of both faces where both were measured; the face of a mean is 0.
+
+    Parameters
+    ----------
+    readings
+        Of all stations, series and faces.
+
+    Returns
+    -------
+    ScannerReadings
+        In the order in which targets were first read.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Self-calibration from beginning to end: what can be estimated, then estimates and their tests.
+"""Calibrates scanners from the observations of a network: what can be estimated, estimates, tests.
 
 Estimability comes first: where unknowns are open nothing is inverted; the sentences say which,
 which parameters can be estimated all the same, and what would separate the others.
@@ -44,10 +44,10 @@ from tribrach.observations.unknowns import State
 from tribrach.statistics import f
 
 __all__ = [
+    "CalibrationOptions",
     "Parameter",
     "PolarReadings",
     "SelfCalibration",
-    "Wishes",
     "calibrate",
     "calibration_names",
     "remedy_sentences",
@@ -56,7 +56,7 @@ __all__ = [
 
 
 @dataclass(frozen=True)
-class Wishes:
+class CalibrationOptions:
     """How a calibration is done.
 
     Attributes
@@ -64,19 +64,19 @@ class Wishes:
     near
         Correlation above which two parameters are hardly separated.
     limit_t
-        Of a significant parameter.
+        Smallest t of a significant parameter.
     posterior
-        Are sigmas scaled with the sigma0 that the residuals give.
+        Are sigmas scaled with the sigma0 that the residuals give?
     minimum_norm
-        What is open is closed by the smallest solution.
+        Is what is open closed by the smallest solution?
     reduce
-        What cannot be separated is left out.
+        Are parameters left out that cannot be separated?
     back
-        Has the scanner a back face.
+        Has the scanner a back face?
     snoop
-        Are blunders searched for.
+        Are blunders searched for?
     alpha
-        Of the tests of parameters that are no unknowns, all together.
+        Significance of the tests of parameters that are no unknowns, all together.
     """
 
     near: float = 0.95
@@ -91,7 +91,19 @@ class Wishes:
 
 @dataclass(frozen=True)
 class Parameter:
-    """An estimated parameter in metres, radians or without unit."""
+    """An estimated calibration parameter.
+
+    Attributes
+    ----------
+    name
+        Such as ``x10(scanner)``: parameter, and instrument or station that it belongs to.
+    unit
+        ``m``, ``rad`` or ``1``.
+    value, sigma
+        In that unit.
+    significant
+        True if t is beyond its limit.
+    """
 
     name: str
     unit: str
@@ -117,20 +129,22 @@ class Parameter:
 
 @dataclass(frozen=True)
 class PolarReadings:
-    """Polar observations that took part, all (n,) or (n, 3).
+    """Polar observations that took part.
 
     Attributes
     ----------
-    stations
+    stations : array (n,)
         Pose index.
-    polar
-        Measured r, H, V folded to the front; face.
-    sigma
-        (n, 3).
-    after
-        Residuals.
-    before
-        Residuals of the same network without parameters, None if it has none.
+    polar : array (n, 3)
+        Measured r, H, V [m, rad], folded to the front.
+    face : array (n,)
+        +1 front, -1 back.
+    sigma : array (n, 3)
+        Standard deviations of r, H, V [m, rad].
+    after : array (n, 3)
+        Residuals [m, rad].
+    before : array (n, 3)
+        Residuals of the same network without parameters; None if it cannot be adjusted.
     """
 
     stations: NDArray[np.int64]
@@ -143,7 +157,47 @@ class PolarReadings:
 
 @dataclass(frozen=True)
 class SelfCalibration:
-    """A calibration; factor : variance that sigmas are scaled with, sigma_origin : in words."""
+    """A finished calibration: estimates, their tests, and what the network could not separate.
+
+    Attributes
+    ----------
+    adjustment
+        The network with parameters.
+    before
+        The same network without parameters, None if it cannot be adjusted.
+    parameters
+        Estimates in the order of the network.
+    estimability
+        What was open to begin with.
+    proposal
+        Parameters that the network can separate.
+    remedies
+        What further observations would give.
+    together
+        Test of all parameters against zero.
+    gain
+        F-test of how much the sum of squares falls with the parameters.
+    omitted
+        Tests of parameters that are no unknowns.
+    differ
+        Test of stations of one instrument against each other.
+    correlations
+        Of the parameters with each other, orientations and points.
+    datums
+        Sigmas in several datums; empty for a minimum norm.
+    readings
+        Polar observations with residuals.
+    factor
+        Variance that sigmas are scaled with.
+    sigma_origin
+        Where the factor comes from, in words.
+    left_out
+        Parameters that were left out.
+    log
+        Blunders, None if none were searched for.
+    limit_t
+        Smallest t of a significant parameter.
+    """
 
     adjustment: Adjustment
     before: Adjustment | None
@@ -214,25 +268,36 @@ def calibration_names(network: Network) -> tuple[str, ...]:
 
 
 def calibrate(
-    network: Network, wishes: Wishes | None = None, models: Sequence[CalibrationModel] = (NIST,)
+    network: Network,
+    options: CalibrationOptions | None = None,
+    models: Sequence[CalibrationModel] = (NIST,),
 ) -> SelfCalibration:
-    """Calibrate the scanners of a network.
+    """Calibrate the scanners of a network (method section 4.2).
 
     Parameters
     ----------
+    network
+        With calibration parameters among its unknowns.
+    options
+        How it is done; the defaults if None.
     models
-        Whose parameters are tested where they are no unknowns.
+        Models whose parameters are tested where they are no unknowns.
+
+    Returns
+    -------
+    SelfCalibration
+        Estimates and tests.
 
     Raises
     ------
     InputError
         The network has no calibration parameters.
     RankDefect
-        Unknowns are open, in sentences; also what could be estimated and what would help.
+        Unknowns are open; the sentences say which, what could be estimated and what would help.
     AdjustmentError
         There are no start values, or the iteration does not converge.
     """
-    wishes = wishes or Wishes()
+    options = options or CalibrationOptions()
     names = calibration_names(network)
     if not names:
         raise InputError(
@@ -242,38 +307,46 @@ def calibrate(
     state = find_start(network)
     # with parameters at zero, where what acts alike does so exactly
     flat = _with_zero(state, names)
-    found = estimability(network, flat)
+    open_unknowns = estimability(network, flat)
     try:
-        proposal = propose(network, flat, names, wishes.near)
+        proposal = propose(network, flat, names, options.near)
     except SingularMatrix:
         raise RankDefect(
-            "stations or targets cannot be determined, whatever is calibrated", found.open
+            "stations or targets cannot be determined, whatever is calibrated", open_unknowns.open
         ) from None
     further: list[Remedy] = []
     if proposal.left or proposal.hardly:
-        further = remedies(network, flat, names, wishes.near, back=wishes.back)
+        further = remedies(network, flat, names, options.near, back=options.back)
     left_out: tuple[str, ...] = ()
-    if found.open and not wishes.minimum_norm:
-        if not (wishes.reduce and proposal.left):
-            raise RankDefect(*_refusal(found, proposal, further))
+    if open_unknowns.open and not options.minimum_norm:
+        if not (options.reduce and proposal.left):
+            raise RankDefect(*_refusal(open_unknowns, proposal, further))
         left_out = tuple(item.name for item in proposal.left)
         network = without(network, left_out)
         names = proposal.names
     network = network.with_start(state)
     log: SnoopingLog | None = None
-    if wishes.minimum_norm:
+    if options.minimum_norm:
         adjustment = adjust_minimum_norm(network)
-    elif wishes.snoop:
+    elif options.snoop:
         adjustment, log = snoop(network)
     else:
         adjustment = adjust(network)
     return _analysed(
-        adjustment, names, wishes, models, found, proposal, tuple(further), left_out, log
+        adjustment=adjustment,
+        names=names,
+        options=options,
+        models=models,
+        open_unknowns=open_unknowns,
+        proposal=proposal,
+        further=tuple(further),
+        left_out=left_out,
+        log=log,
     )
 
 
 def without(network: Network, names: Sequence[str]) -> Network:
-    """The network with parameters held at their start, zero where they have none."""
+    """Hold parameters of a network at their start, or at zero where they have none."""
     free = network.free.copy()
     free[parameter_columns_of(network, names)] = False
     return replace(network, free=free)
@@ -289,18 +362,18 @@ def _with_zero(state: State, names: Sequence[str]) -> State:
 def _analysed(
     adjustment: Adjustment,
     names: tuple[str, ...],
-    wishes: Wishes,
+    options: CalibrationOptions,
     models: Sequence[CalibrationModel],
-    found: Estimability,
+    open_unknowns: Estimability,
     proposal: EstimableSet,
     further: tuple[Remedy, ...],
     left_out: tuple[str, ...],
     log: SnoopingLog | None,
 ) -> SelfCalibration:
     """All figures of an adjusted calibration."""
-    posterior = wishes.posterior and adjustment.dof > 0
+    posterior = options.posterior and adjustment.dof > 0
     factor = adjustment.variance_factor(posterior=posterior)
-    before = _without_parameters(adjustment, names, wishes)
+    before = _without_parameters(adjustment, names, options)
     own = {name.split("(")[0] for name in names}
     omitted = [
         item
@@ -308,29 +381,29 @@ def _analysed(
         for item in omitted_parameters(
             adjustment,
             model.select([p for p in model.parameters if p not in own]),
-            wishes.alpha,
+            options.alpha,
             factor,
         )
     ]
     return SelfCalibration(
         adjustment=adjustment,
         before=before,
-        parameters=_parameters(adjustment, names, factor, wishes.limit_t),
-        estimability=found,
+        parameters=_parameters(adjustment, names, factor, options.limit_t),
+        estimability=open_unknowns,
         proposal=proposal,
         remedies=further,
-        together=_together(adjustment, names, wishes, posterior),
-        gain=None if before is None or wishes.minimum_norm else _gain(before, adjustment),
+        together=_together(adjustment, names, options, posterior),
+        gain=None if before is None or options.minimum_norm else _gain(before, adjustment),
         omitted=tuple(omitted),
         differ=_differ(adjustment, names, posterior),
         correlations=calibration_correlations(adjustment, names),
-        datums=() if wishes.minimum_norm else tuple(datum_effects(adjustment, names)),
+        datums=() if options.minimum_norm else tuple(datum_effects(adjustment, names)),
         readings=_readings(adjustment, before),
         factor=factor,
         sigma_origin=_origin(adjustment, posterior),
         left_out=left_out,
         log=log,
-        limit_t=wishes.limit_t,
+        limit_t=options.limit_t,
     )
 
 
@@ -353,15 +426,15 @@ def _eliminated(
 
 
 def _refusal(
-    found: Estimability, proposal: EstimableSet, further: Sequence[Remedy]
+    open_unknowns: Estimability, proposal: EstimableSet, further: Sequence[Remedy]
 ) -> tuple[str, list[str]]:
     """Headline and sentences of a network with open unknowns."""
-    count = len(found.open)
+    count = len(open_unknowns.open)
     headline = (
         f"{count} combination{'s' if count > 1 else ''} of unknowns cannot be determined "
-        f"(singular values {found.gap[0]:.0e} against {found.gap[1]:.0e})"
+        f"(singular values {open_unknowns.gap[0]:.0e} against {open_unknowns.gap[1]:.0e})"
     )
-    words = list(found.open)
+    words = list(open_unknowns.open)
     words += [f"{item.name} is to be left out: {item.why}" for item in proposal.left]
     if proposal.names:
         words.append(f"these can be estimated together: {', '.join(proposal.names)}")
@@ -370,7 +443,7 @@ def _refusal(
 
 
 def remedy_sentences(proposal: EstimableSet, further: Sequence[Remedy]) -> list[str]:
-    """What every addition would give, in words."""
+    """Say in words what every addition to the network would give."""
     out = []
     known = set(proposal.names)
     well = set(proposal.recommended)
@@ -387,6 +460,7 @@ def remedy_sentences(proposal: EstimableSet, further: Sequence[Remedy]) -> list[
 def _parameters(
     adjustment: Adjustment, names: Sequence[str], factor: float, limit: float
 ) -> tuple[Parameter, ...]:
+    """Estimates with their sigmas, scaled with a factor."""
     layout, out = adjustment.layout, []
     for name in names:
         value = float(adjustment.state.scalars[layout.index("scalar", name)])
@@ -397,21 +471,21 @@ def _parameters(
 
 
 def _without_parameters(
-    adjustment: Adjustment, names: Sequence[str], wishes: Wishes
+    adjustment: Adjustment, names: Sequence[str], options: CalibrationOptions
 ) -> Adjustment | None:
     """The same network with all parameters zero; None if it cannot be adjusted."""
     plain = without(adjustment.network.with_start(_with_zero(adjustment.state, names)), names)
     try:
-        return adjust_minimum_norm(plain) if wishes.minimum_norm else adjust(plain)
+        return adjust_minimum_norm(plain) if options.minimum_norm else adjust(plain)
     except AdjustmentError:
         return None
 
 
 def _together(
-    adjustment: Adjustment, names: Sequence[str], wishes: Wishes, posterior: bool
+    adjustment: Adjustment, names: Sequence[str], options: CalibrationOptions, posterior: bool
 ) -> BlockTest:
     """All parameters against zero; a minimum norm has no such test."""
-    if wishes.minimum_norm:
+    if options.minimum_norm:
         return BlockTest(len(names), adjustment.dof, float("nan"), float("nan"), posterior)
     return block_test(adjustment, names, posterior=posterior)
 
@@ -430,9 +504,9 @@ def _gain(before: Adjustment, after: Adjustment) -> BlockTest | None:
 def _differ(adjustment: Adjustment, names: Sequence[str], posterior: bool) -> BlockTest | None:
     """Test of stations against each other, where stations share the parameters of an instrument."""
     owners = {name[name.index("(") :] for name in names}
-    mine = [o for o in adjustment.network.observations if isinstance(o, ScannerPolar) and o.model]
-    models = {o.model for o in mine if o.model}
-    stations = np.unique(np.concatenate([o.station for o in mine])) if mine else ()
+    tables = [o for o in adjustment.network.observations if isinstance(o, ScannerPolar) and o.model]
+    models = {o.model for o in tables if o.model}
+    stations = np.unique(np.concatenate([o.station for o in tables])) if tables else ()
     if len(owners) >= len(stations) or len(models) != 1:
         return None
     own = list(dict.fromkeys(name.split("(")[0] for name in names))

@@ -1,8 +1,8 @@
-"""Are calibration parameters significant, are they all there are, and are they the same everywhere?
+"""Tests calibration parameters, parameters that were left out, and stations against each other.
 
 Every parameter has its t-test, all together an F-test. Parameters that are no unknowns are tested
-by what they would explain of the residuals (:mod:`~tribrach.calibration.extra_columns`): so a
-wrong or too small model shows, and sets that differ between stations do (method section 4.2).
+by what they would explain of the residuals (:mod:`~tribrach.calibration.extra_columns`): so a wrong
+or too small model shows, and sets that differ between stations do (method section 4.2).
 """
 
 from __future__ import annotations
@@ -32,11 +32,17 @@ class BlockTest:
 
     Attributes
     ----------
+    freedom
+        Number of parameters tested.
+    redundancy
+        Of the adjustment.
     statistic
         Quadratic form over its degrees of freedom; with ``posterior`` an F value of (freedom,
         redundancy), else chi-square over freedom.
     p
         Probability of as much by chance.
+    posterior
+        True if sigma0 is a posteriori.
     """
 
     freedom: int
@@ -52,6 +58,8 @@ class Omitted:
 
     Attributes
     ----------
+    name
+        The parameter.
     value, sigma
         As one further unknown [m, rad or 1].
     w
@@ -73,7 +81,22 @@ class Omitted:
 
 
 def block_test(adjustment: Adjustment, names: Sequence[str], *, posterior: bool) -> BlockTest:
-    """Test of scalars by name against zero, with the a-priori or the a-posteriori sigma0."""
+    """Test scalars against zero together.
+
+    Parameters
+    ----------
+    adjustment
+        The adjusted network.
+    names
+        The scalars.
+    posterior
+        With the a-posteriori sigma0?
+
+    Returns
+    -------
+    BlockTest
+        F-test, or chi-square a priori.
+    """
     columns = np.concatenate([adjustment.columns(name) for name in names])
     layout = adjustment.layout
     values = adjustment.state.scalars[[layout.index("scalar", name) for name in names]]
@@ -96,16 +119,25 @@ def _block(form: float, freedom: int, adjustment: Adjustment, posterior: bool) -
 def omitted_parameters(
     adjustment: Adjustment, model: CalibrationModel, alpha: float = 0.05, factor: float = 1.0
 ) -> list[Omitted]:
-    """Tests of a model's parameters, each as the only further unknown.
+    """Test each parameter of a model as the only further unknown.
 
     Parameters that the unknowns imitate entirely are left out.
 
     Parameters
     ----------
+    adjustment
+        The adjusted network.
+    model
+        Its parameters are tested.
     alpha
         Significance of all tests together.
     factor
         Variance of unit weight that the sigmas are scaled with.
+
+    Returns
+    -------
+    list of Omitted
+        One for each parameter that can be tested.
     """
     given = model_columns(adjustment.assembly, adjustment.state, model)
     rest = unexplained(adjustment.design, adjustment.cofactor, given)
@@ -131,10 +163,24 @@ def omitted_parameters(
 def station_test(
     adjustment: Adjustment, model: CalibrationModel, *, posterior: bool
 ) -> BlockTest | None:
-    """Do stations of the same instrument have different parameters? None with a single station.
+    """Test whether stations of the same instrument have different parameters.
 
     Tested are deviations of every station but the first, as far as the unknowns (a common set for
     the stations of each instrument) cannot take them up.
+
+    Parameters
+    ----------
+    adjustment
+        The adjusted network.
+    model
+        Parameters that may differ.
+    posterior
+        With the a-posteriori sigma0?
+
+    Returns
+    -------
+    BlockTest or None
+        None with a single station, or if nothing can be tested.
     """
     stations = np.unique(
         np.concatenate(

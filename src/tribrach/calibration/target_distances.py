@@ -1,4 +1,4 @@
-"""Distances between targets from two stations: the field check of a scanner.
+"""Compares distances between targets from two stations: part of the field check of a scanner.
 
 The distance between two targets does not depend on where it is measured from, but for errors of the
 instrument: a range zero ``x10`` shortens it by up to ``2 x10`` where the station stands between the
@@ -26,38 +26,46 @@ from tribrach.statistics import chi2, norm
 
 __all__ = ["DISTANCE_PARAMETERS", "DistanceCheck", "compare_distances"]
 
-
 #: targets whose distances are compared, evenly chosen from more
 MOST = 40
-
-
 #: parameters that means of faces still contain and distances show
 DISTANCE_PARAMETERS = ("x10", "x1z", "x9z", "x12b", "x11a", "x11b", "x1n")
-
-
 #: and those of readings of one face
 _ONE_FACE = ("x2", "x4", "x6", "x3", "x7", "x9n")
 
 
 @dataclass(frozen=True)
 class DistanceCheck:
-    """Differences (p,) of distances between targets, first station less second.
+    """Differences of distances between targets, first station less second.
 
     Attributes
     ----------
-    pairs : array (p,)
-        Of target names.
+    stations
+        The two stations.
+    series
+        Its name, empty if there is only one.
+    pairs
+        Names of the targets of each of the p distances.
     lengths : array (p, 2)
-        From either station [m].
-    difference, sigma, limit : array (p,)
-        The limits so that all hold together with 1 - alpha or more [m].
-    statistic
-        Against its chi-square limit with dof.
+        Distance from either station [m].
+    difference, sigma : array (p,)
+        Difference and its standard deviation [m].
+    limit : array (p,)
+        Limits so that all hold together with 1 - alpha or more [m].
+    statistic, dof, critical
+        Weighted sum of squares, its degrees of freedom and chi-square limit.
+    p
+        Probability of as much by chance.
     zero, sigma_zero
         Range zero from the differences alone [m].
+    explanation
+        Misalignments that explain the differences.
+    alpha
+        Error probability of the check.
     faces
-        Is every reading a mean of both? in_common : targets that both stations saw, of which 40
-        are compared at most.
+        True if every reading is a mean of both faces.
+    in_common
+        Number of targets that both stations saw, of which MOST are compared at most.
     """
 
     stations: tuple[str, str]
@@ -80,27 +88,38 @@ class DistanceCheck:
 
     @property
     def passed(self) -> bool:
-        """Is the whole of it noise?"""
+        """True if all differences together are noise."""
         return self.statistic <= self.critical
 
 
 def compare_distances(
     readings: ScannerReadings, first: str, second: str, series: str = "", alpha: float = 0.05
 ) -> DistanceCheck:
-    """Distances between the targets that two stations have in common, in one series.
+    """Compare distances between the targets that two stations have in common, in one series.
 
     Parameters
     ----------
     readings
         Means of faces.
+    first, second
+        The stations.
+    series
+        Name of the series.
+    alpha
+        Error probability of the check.
+
+    Returns
+    -------
+    DistanceCheck
+        Differences, their test, and what explains them.
 
     Raises
     ------
     InputError
         Fewer than three common targets.
     """
-    mine = [_of(readings, station, series) for station in (first, second)]
-    common = [t for t in mine[0] if t in mine[1]]
+    rows_by_target = [_of(readings, station, series) for station in (first, second)]
+    common = [t for t in rows_by_target[0] if t in rows_by_target[1]]
     in_common = len(common)
     if len(common) < 3:
         raise InputError(
@@ -109,15 +128,15 @@ def compare_distances(
         )
     if in_common > MOST:
         common = [common[int(k)] for k in np.linspace(0, in_common - 1, MOST)]
-    parts = [readings.take(np.array([rows[t] for t in common])) for rows in mine]
+    parts = [readings.take(np.array([rows[t] for t in common])) for rows in rows_by_target]
     index = np.array(list(combinations(range(len(common)), 2)))
     faces = bool(all((part.face == 0).all() for part in parts))
     names = DISTANCE_PARAMETERS if faces else (*DISTANCE_PARAMETERS, *_ONE_FACE)
-    made = [_distances(part, index, names) for part in parts]
-    lengths = np.stack([m[0] for m in made], axis=1)
+    computed = [_distances(part, index, names) for part in parts]
+    lengths = np.stack([m[0] for m in computed], axis=1)
     difference = lengths[:, 0] - lengths[:, 1]
-    covariance = made[0][1] + made[1][1]
-    columns = made[0][2] - made[1][2]
+    covariance = computed[0][1] + computed[1][1]
+    columns = computed[0][2] - computed[1][2]
     # distances between t targets are functions of 3 t - 6 numbers
     rank = min(len(index), 3 * len(common) - 6)
     white, design = whitened(covariance, rank, difference, columns)
@@ -127,30 +146,30 @@ def compare_distances(
     sigma = np.sqrt(np.diag(covariance))
     weight = float(design[:, 0] @ design[:, 0])
     return DistanceCheck(
-        (first, second),
-        series,
-        tuple((common[i], common[j]) for i, j in index),
-        lengths,
-        difference,
-        sigma,
-        sigma * norm.ppf(1 - each / 2),
-        statistic,
-        dof,
-        critical,
-        float(chi2.sf(statistic, dof)),
-        float(design[:, 0] @ white) / weight if weight > 0 else float("nan"),
-        1 / np.sqrt(weight) if weight > 0 else float("inf"),
-        explain(names, design, white),
-        alpha,
-        faces,
-        in_common,
+        stations=(first, second),
+        series=series,
+        pairs=tuple((common[i], common[j]) for i, j in index),
+        lengths=lengths,
+        difference=difference,
+        sigma=sigma,
+        limit=sigma * norm.ppf(1 - each / 2),
+        statistic=statistic,
+        dof=dof,
+        critical=critical,
+        p=float(chi2.sf(statistic, dof)),
+        zero=float(design[:, 0] @ white) / weight if weight > 0 else float("nan"),
+        sigma_zero=1 / np.sqrt(weight) if weight > 0 else float("inf"),
+        explanation=explain(names, design, white),
+        alpha=alpha,
+        faces=faces,
+        in_common=in_common,
     )
 
 
 def _of(readings: ScannerReadings, station: str, series: str) -> dict[str, int]:
     """Row of each target of a station in a series."""
-    mine = (readings.station == station) & (readings.series == series)
-    return {str(readings.target[i]): int(i) for i in np.flatnonzero(mine)}
+    inside = (readings.station == station) & (readings.series == series)
+    return {str(readings.target[i]): int(i) for i in np.flatnonzero(inside)}
 
 
 def _distances(

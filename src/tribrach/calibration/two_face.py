@@ -26,15 +26,11 @@ from tribrach.statistics import chi2, norm
 
 __all__ = ["SIGNATURES", "ComponentTest", "TwoFaceTest", "signatures", "two_face_test"]
 
-
 #: parameters that change sign with the face, one for each signature
 SIGNATURES = ("x2", "x4", "x6", "x3", "x7", "x9n", "x1n", "x1z", "x8x", "x8y", "x12a")
-
-
 #: shift of a test value that is found with 80 % at 0.1 % (Baarda 1968)
-_FOUND = float(norm.ppf(0.9995) + norm.ppf(0.8))
-
-
+_SHIFT = float(norm.ppf(0.9995) + norm.ppf(0.8))
+#: readings whose half differences are tested
 COMPONENTS = ("range", "horizontal", "zenith")
 
 
@@ -44,12 +40,18 @@ class ComponentTest:
 
     Attributes
     ----------
+    name
+        ``range``, ``horizontal`` or ``zenith``.
     rms
-        Of the half differences [m, rad]; rms_mm : across or along the beam [m].
+        Root mean square of the half differences [m, rad].
+    rms_metres
+        The same across or along the beam [m].
     largest, at
-        The largest one and its target.
-    statistic
-        Against its chi-square limit with dof.
+        The largest half difference [m, rad], and its station and target.
+    statistic, dof, limit
+        Sum of weighted squares, its degrees of freedom and chi-square limit.
+    p
+        Probability of as much by chance.
     """
 
     name: str
@@ -64,7 +66,7 @@ class ComponentTest:
 
     @property
     def passed(self) -> bool:
-        """Is it noise?"""
+        """True if the half differences are noise."""
         return self.statistic <= self.limit
 
 
@@ -74,9 +76,15 @@ class TwoFaceTest:
 
     Attributes
     ----------
+    pairs
+        Half differences of the faces.
+    components
+        Tests of range, horizontal and zenith angle.
+    explanation
+        Misalignments that explain them.
     detectable : array (k,)
         Smallest misalignment of each signature, alone, that is found with 80 % at an error
-        probability of 0.1 % [m or rad], infinite where the readings do not show it.
+        probability of 0.1 % [m or rad]; infinite where the readings do not show it.
     alpha
         Error probability of the components and of the signatures together.
     """
@@ -94,7 +102,18 @@ class TwoFaceTest:
 
 
 def signatures(polar: Array) -> Array:
-    """Half differences (n, 3, k) that a parameter of one makes at polar coordinates (n, 3)."""
+    """Half differences that each parameter makes.
+
+    Parameters
+    ----------
+    polar : array (n, 3)
+        Range [m], H and V [rad].
+
+    Returns
+    -------
+    array (n, 3, k)
+        Half differences for a parameter of one, in the order of :data:`SIGNATURES`.
+    """
     model = NIST.select(SIGNATURES)
     r, h, v = polar.T
     front, back = (model.columns(r, h, v, np.full(len(r), face)) for face in (1.0, -1.0))
@@ -103,7 +122,20 @@ def signatures(polar: Array) -> Array:
 
 
 def two_face_test(pairs: FacePairs, alpha: float = 0.05) -> TwoFaceTest:
-    """Test half differences of faces; covariances must be those of the readings."""
+    """Test half differences of faces against noise and find their causes (method section 4.4).
+
+    Parameters
+    ----------
+    pairs
+        Half differences with the covariances of the readings.
+    alpha
+        Error probability of the whole.
+
+    Returns
+    -------
+    TwoFaceTest
+        Tests of the components, and misalignments.
+    """
     n = len(pairs)
     lower = np.linalg.cholesky(pairs.covariance)
     # three components, and all signatures together
@@ -120,20 +152,20 @@ def two_face_test(pairs: FacePairs, alpha: float = 0.05) -> TwoFaceTest:
         worst = int(np.argmax(np.abs(half) / sigma[:, k]))
         components.append(
             ComponentTest(
-                name,
-                float(np.sqrt(np.mean(half**2))),
-                float(np.sqrt(np.mean((half * across[:, k]) ** 2))),
-                float(half[worst]),
-                f"{pairs.station[worst]} -> {pairs.target[worst]}",
-                statistic,
-                n,
-                float(chi2.ppf(1 - each, n)),
-                float(chi2.sf(statistic, n)),
+                name=name,
+                rms=float(np.sqrt(np.mean(half**2))),
+                rms_metres=float(np.sqrt(np.mean((half * across[:, k]) ** 2))),
+                largest=float(half[worst]),
+                at=f"{pairs.station[worst]} -> {pairs.target[worst]}",
+                statistic=statistic,
+                dof=n,
+                limit=float(chi2.ppf(1 - each, n)),
+                p=float(chi2.sf(statistic, n)),
             )
         )
     white = np.linalg.solve(lower, pairs.half[:, :, None])[:, :, 0].ravel()
     columns = np.linalg.solve(lower, signatures(pairs.polar)).reshape(3 * n, -1)
     length = np.linalg.norm(columns, axis=0)
-    least = np.where(length > 0, _FOUND / np.where(length > 0, length, 1.0), np.inf)
+    least = np.where(length > 0, _SHIFT / np.where(length > 0, length, 1.0), np.inf)
     explanation = explain(SIGNATURES, columns, white, alpha0, each)
     return TwoFaceTest(pairs, tuple(components), explanation, least, alpha)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tribrach._types import Progress
-from tribrach.calibration.self_calibration import SelfCalibration, Wishes, calibrate
+from tribrach.calibration.self_calibration import CalibrationOptions, SelfCalibration, calibrate
 from tribrach.errors import InputError
 from tribrach.instruments.calibration import NIST
 from tribrach.io.calibration_file import Calibration
@@ -41,7 +41,7 @@ def calibrate_project(job: Job, progress: Progress, *, reduce: bool = False) -> 
     work = find_and_name(job, project.results, progress) if project.scans else None
     further = None if work is None else work.registered.survey
     progress("calibration", 0, None)
-    wishes = Wishes(
+    options = CalibrationOptions(
         near=section.near_correlation,
         limit_t=section.limit_t,
         posterior=project.adjustment.posterior,
@@ -53,7 +53,7 @@ def calibrate_project(job: Job, progress: Progress, *, reduce: bool = False) -> 
     network = job.network(further)
     if "datum" not in project.model_fields_set and not _has_control(network):
         network = network.with_datum(Datum("free"))
-    return calibrate(network, wishes, [NIST])
+    return calibrate(network, options, [NIST])
 
 
 def _has_control(network: Network) -> bool:
