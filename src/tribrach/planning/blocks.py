@@ -21,11 +21,8 @@ from tribrach._types import Array, Index
 
 __all__ = ["Blocks", "group_rows", "join"]
 
-
 #: smallest eigenvalue of the unit-diagonal B^T B with which own unknowns count as determined
 _DETERMINED = 1e-9
-
-
 #: bytes of one set of blocks
 _MEMORY = 32_000_000
 
@@ -37,15 +34,15 @@ class Blocks:
     Attributes
     ----------
     number : array (c,)
-        Of each group.
+        Number of each group.
     rows : array (c, k, w)
-        Is ``M A``, zero where padded.
+        ``M A``, zero where padded.
     columns : array (c, w)
-        Of the prospect, -1 where padded.
+        Columns of the prospect, -1 where padded.
     leverage : array (c, k)
         Diagonal of ``I - M``.
-    line, rows : array (c, k)
-        Of the design they came from, -1 where padded.
+    line : array (c, k)
+        Rows of the design they came from, -1 where padded.
     determined : array (c,)
         False where the rows do not determine their own unknowns.
     """
@@ -66,33 +63,39 @@ class Blocks:
 
 
 def group_rows(design: sp.csr_array, group: Index, place: Index) -> list[Blocks]:
-    """Blocks of all groups, those with the same number of rows together.
+    """Form blocks of all groups, those with the same number of rows together.
+
+    A row belongs to the group of its own columns; rows without any are left out.
 
     Parameters
     ----------
-    design
-        Whitened derivatives (n, u) of rows that belong to groups, and of others.
-    group
-        Number of the group that owns a column (u,), -1 for columns of the network. A row
-        belongs to the group of its own columns; rows without any are left out.
-    place
-        Column of the prospect (u,) for columns of the network; -1 where it is held fixed.
+    design : sparse array (n, u)
+        Whitened derivatives of rows that belong to groups, and of others.
+    group : array (u,)
+        Number of the group that owns a column, -1 for columns of the network.
+    place : array (u,)
+        Column of the prospect, for columns of the network; -1 where it is held fixed.
+
+    Returns
+    -------
+    list of Blocks
+        Each with groups of one size.
     """
     triple = design.tocoo()
     owner = np.full(design.shape[0], -1, dtype=np.int64)
     np.maximum.at(owner, triple.row, group[triple.col])
-    mine = np.flatnonzero(owner >= 0)
-    if len(mine) == 0:
+    used = np.flatnonzero(owner >= 0)
+    if len(used) == 0:
         return []
-    numbers, which, count = np.unique(owner[mine], return_inverse=True, return_counts=True)
+    numbers, which, count = np.unique(owner[used], return_inverse=True, return_counts=True)
     order = np.argsort(which, kind="stable")
-    rank = np.empty(len(mine), dtype=np.int64)
+    rank = np.empty(len(used), dtype=np.int64)
     first = np.cumsum(count) - count
-    rank[order] = np.arange(len(mine)) - np.repeat(first, count)
+    rank[order] = np.arange(len(used)) - np.repeat(first, count)
     member = np.full(design.shape[0], -1, dtype=np.int64)
-    member[mine] = which
+    member[used] = which
     position = np.zeros(design.shape[0], dtype=np.int64)
-    position[mine] = rank
+    position[used] = rank
     parts = _Triples(design, member, position, group, place)
     out = []
     for size in np.unique(count):
@@ -146,10 +149,12 @@ class _Triples:
         by_network, by_own = np.zeros((len(chosen), k, w)), np.zeros((len(chosen), k, m))
         line = np.full((len(chosen), k), -1, dtype=np.int64)
         for own, target in ((False, by_network), (True, by_own)):
-            mine = (slot >= 0) & (self.own == own)
-            target[slot[mine], self.position[mine], self.local[own][mine]] = self.value[mine]
-        mine = slot >= 0
-        line[slot[mine], self.position[mine]] = self.row[mine]
+            members = (slot >= 0) & (self.own == own)
+            target[slot[members], self.position[members], self.local[own][members]] = self.value[
+                members
+            ]
+        members = slot >= 0
+        line[slot[members], self.position[members]] = self.row[members]
         columns = np.full((len(chosen), w), -1, dtype=np.int64)
         first = np.cumsum(self.count[False]) - self.count[False]
         inside = np.arange(w) < self.count[False][chosen][:, None]
@@ -157,11 +162,18 @@ class _Triples:
         columns[inside] = self.place[self.columns[False][index[inside]]]
         basis, determined = _own_basis(by_own)
         rows = by_network - basis @ (basis.transpose(0, 2, 1) @ by_network)
-        return Blocks(number, rows, columns, (basis**2).sum(axis=2), line, determined)
+        return Blocks(
+            number=number,
+            rows=rows,
+            columns=columns,
+            leverage=(basis**2).sum(axis=2),
+            line=line,
+            determined=determined,
+        )
 
 
 def _own_basis(by_own: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Orthonormal columns (c, k, m) that span B, zero where padded; is B of full rank? (c,)."""
+    """Orthonormal columns (c, k, m) that span B, zero if padded; True (c,) where B has full rank."""
     if by_own.shape[2] == 0:
         return by_own, np.ones(len(by_own), dtype=bool)
     length = np.sqrt((by_own**2).sum(axis=1))
@@ -178,7 +190,7 @@ def _own_basis(by_own: Array) -> tuple[Array, NDArray[np.bool_]]:
 
 
 def join(parts: Sequence[Blocks]) -> Blocks:
-    """All groups of several sets, padded to one size."""
+    """Join several sets of groups, padded to one size."""
     k = max(part.rows.shape[1] for part in parts)
     w = max(part.rows.shape[2] for part in parts)
 
@@ -190,10 +202,10 @@ def join(parts: Sequence[Blocks]) -> Blocks:
         )
 
     return Blocks(
-        np.concatenate([part.number for part in parts]),
-        np.concatenate([padded(part.rows, (k, w), 0.0) for part in parts]),
-        np.concatenate([padded(part.columns, (w,), -1) for part in parts]),
-        np.concatenate([padded(part.leverage, (k,), 0.0) for part in parts]),
-        np.concatenate([padded(part.line, (k,), -1) for part in parts]),
-        np.concatenate([part.determined for part in parts]),
+        number=np.concatenate([part.number for part in parts]),
+        rows=np.concatenate([padded(part.rows, (k, w), 0.0) for part in parts]),
+        columns=np.concatenate([padded(part.columns, (w,), -1) for part in parts]),
+        leverage=np.concatenate([padded(part.leverage, (k,), 0.0) for part in parts]),
+        line=np.concatenate([padded(part.line, (k,), -1) for part in parts]),
+        determined=np.concatenate([part.determined for part in parts]),
     )

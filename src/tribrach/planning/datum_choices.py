@@ -1,9 +1,9 @@
-"""What the choice of a datum does, and what it does not (zero order of a design).
+"""Compares the datums that a network could have (zero order of a design).
 
 Sigmas of coordinates belong to their datum and are not to be compared between datums. Distances,
-redundancies and undetected errors in observations are the same in every datum that only closes
-what is open; control that is more than that adds information and its own errors (method sections
-3.2 and 3.7).
+redundancies and undetected errors in observations are the same in every datum that only closes what
+is open; control that is more than that adds information and its own errors (method sections 3.2 and
+3.7).
 """
 
 from __future__ import annotations
@@ -21,7 +21,6 @@ from tribrach.planning.prediction import Criterion, figures, position_columns, p
 
 __all__ = ["DatumChoice", "compare_datums", "distance_sigmas"]
 
-
 #: positions whose mutual distances are compared
 _MOST = 40
 
@@ -32,15 +31,22 @@ class DatumChoice:
 
     Attributes
     ----------
-    sigma, mean
-        Largest sigma in any direction of the named positions and root of the mean of their
-        variances [m], both of this datum only.
+    words
+        The datum in words.
+    datum
+        The datum itself.
+    sigma
+        Largest sigma in any direction of the named positions [m], of this datum only.
+    mean
+        Root of the mean of their variances [m], of this datum only.
     distance
         Largest sigma of a distance between them [m].
     redundancy
-        Smallest; dof.
+        The smallest redundancy.
+    dof
+        Redundancy of the network.
     refused
-        Why it is no datum of this network, else "".
+        Why it is no datum of this network, else empty.
     """
 
     words: str
@@ -74,12 +80,19 @@ def distance_sigmas(adjustment: Adjustment, names: tuple[str, ...]) -> Array:
 
 
 def compare_datums(network: Network, criterion: Criterion) -> list[DatumChoice]:
-    """The datum of the network, and others that it could have.
+    """Predict a network in its own datum, and in others that it could have.
 
     Parameters
     ----------
     network
         Predicted or not; control that it has is switched off for inner constraints.
+    criterion
+        Positions that count.
+
+    Returns
+    -------
+    list of DatumChoice
+        The first is the network's own datum.
     """
     layout = network.start.layout
     own = "as the project has it: "
@@ -101,25 +114,35 @@ def compare_datums(network: Network, criterion: Criterion) -> list[DatumChoice]:
         if not same:
             bare = replace(network, datum=Datum())
             choices.append((words, bare.with_datum(datum)))
-    return [_choice(words, one, criterion) for words, one in choices]
+    return [_choice(words, changed, criterion) for words, changed in choices]
 
 
 def _choice(words: str, network: Network, criterion: Criterion) -> DatumChoice:
+    """The figures of a network in its datum, or why they cannot be computed."""
     try:
         adjustment = predict(network)
-        found = figures(adjustment, replace(criterion, parameters=()))
+        predicted = figures(adjustment, replace(criterion, parameters=()))
     except (AdjustmentError, InputError) as error:
         why = error.headline if isinstance(error, AdjustmentError) else error.what
         nothing = float("nan")
-        return DatumChoice(words, network.datum, nothing, nothing, nothing, nothing, 0, why)
+        return DatumChoice(
+            words=words,
+            datum=network.datum,
+            sigma=nothing,
+            mean=nothing,
+            distance=nothing,
+            redundancy=nothing,
+            dof=0,
+            refused=why,
+        )
     _, columns = position_columns(adjustment.layout, criterion.names)
     blocks = adjustment.cofactor.blocks(adjustment.reduced[columns])
     return DatumChoice(
-        words,
-        network.datum,
-        float(found.sigma.max(initial=0.0)),
-        float(np.sqrt(np.einsum("nii->n", blocks).mean())),
-        float(distance_sigmas(adjustment, criterion.names).max(initial=0.0)),
-        found.redundancy,
-        adjustment.dof,
+        words=words,
+        datum=network.datum,
+        sigma=float(predicted.sigma.max(initial=0.0)),
+        mean=float(np.sqrt(np.einsum("nii->n", blocks).mean())),
+        distance=float(distance_sigmas(adjustment, criterion.names).max(initial=0.0)),
+        redundancy=predicted.redundancy,
+        dof=adjustment.dof,
     )

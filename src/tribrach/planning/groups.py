@@ -46,7 +46,23 @@ def prospect_for(
     further: Sequence[Network] = (),
     going_names: Sequence[str] = (),
 ) -> Prospect:
-    """The prospect of a prediction that can judge what may come and what may go.
+    """Compute a prospect that can judge what may come and what may go.
+
+    Parameters
+    ----------
+    adjustment
+        The predicted network.
+    criterion
+        What designs are judged by.
+    further
+        Networks of candidates.
+    going_names
+        Targets and stations that may go.
+
+    Returns
+    -------
+    Prospect
+        With all columns that they touch.
 
     Raises
     ------
@@ -67,14 +83,23 @@ def prospect_for(
 def coming(
     adjustment: Adjustment, now: Prospect, further: Network, groups: Mapping[str, int]
 ) -> list[Blocks]:
-    """Blocks of candidates.
+    """Form blocks of candidates that may come to a design.
 
     Parameters
     ----------
+    adjustment
+        The predicted network.
+    now
+        Its prospect.
     further
-        Their observations.
+        The network with the candidates, which has their observations.
     groups
-        Number of the group of every unknown that is new.
+        Number of the group of every unknown that is new, by name.
+
+    Returns
+    -------
+    list of Blocks
+        Groups of one size in each.
 
     Raises
     ------
@@ -103,7 +128,7 @@ def coming(
 
 
 def going(adjustment: Adjustment, now: Prospect, names: Sequence[str]) -> list[Blocks]:
-    """Blocks of targets and stations of the plan that may go, numbered as named."""
+    """Form blocks of targets and stations of the plan that may go, numbered as named."""
     kept = np.full(adjustment.layout.size + 1, -1, dtype=np.int64)
     kept[now.columns] = np.arange(len(now.columns))
     place = kept[adjustment.free_columns]
@@ -116,12 +141,12 @@ def going(adjustment: Adjustment, now: Prospect, names: Sequence[str]) -> list[B
             line = np.where(blocks.line >= 0, rows[blocks.line], -1)
             parts.append(
                 Blocks(
-                    blocks.number,
-                    blocks.rows,
-                    blocks.columns,
-                    blocks.leverage,
-                    line,
-                    blocks.determined,
+                    number=blocks.number,
+                    rows=blocks.rows,
+                    columns=blocks.columns,
+                    leverage=blocks.leverage,
+                    line=line,
+                    determined=blocks.determined,
                 )
             )
     return parts

@@ -1,10 +1,10 @@
-"""A network before it is measured: covariance and reliability without any residual.
+"""Predicts covariance and reliability of a network before it is measured.
 
 Neither depends on measured values, only on where points and stations are and on the stochastic
-model. :func:`predict` therefore gives the adjustment that a network will have, and
-:func:`figures` the four criteria by which designs are compared (method section 3.7; Grafarend &
-Sanso 1985 on the orders of design): the largest standard deviation at named positions, the
-smallest redundancy, the largest effect of an undetected error, the largest correlation.
+model. :func:`predict` therefore gives the adjustment that a network will have, and :func:`figures`
+the four criteria by which designs are compared (method section 3.7; Grafarend & Sansò 1985 on the
+orders of design): the largest standard deviation at named positions, the smallest redundancy, the
+largest effect of an undetected error, the largest correlation.
 """
 
 from __future__ import annotations
@@ -41,14 +41,11 @@ __all__ = [
     "with_predicted_values",
 ]
 
-
+#: by which figure designs are compared, see CRITERIA
 CriterionKind = Literal["sigma", "redundancy", "undetected", "correlation"]
-
 
 #: displacement by an error of one sigma below which a position counts as untouched [m]
 REACHED = 1e-9
-
-
 #: criteria in words
 CRITERIA: dict[CriterionKind, str] = {
     "sigma": "largest standard deviation at the named points",
@@ -72,8 +69,8 @@ class Criterion:
         Scalars whose correlations with each other and with the stations count, all scalars if
         empty.
     stations
-        Those stations, all if empty (a candidate's own pose counts once it is part of the
-        plan).
+        Stations whose correlations count, all if empty (a candidate's own pose counts once it
+        is part of the plan).
     alpha0, power
         Of the test that an undetected error slips through.
     """
@@ -95,12 +92,12 @@ class Criterion:
 class Figures:
     """The criteria of one design, a priori.
 
-    The last three have their places in words.
-
     Attributes
     ----------
-    names, sigma : array (p,)
-        Largest standard deviation in any direction of each named position [m], in the network's
+    names
+        The p positions that count.
+    sigma : array (p,)
+        Largest standard deviation in any direction of each position [m], in the network's
         datum.
     redundancy
         The smallest, see :func:`redundancy_rows`.
@@ -109,6 +106,8 @@ class Figures:
         where an uncontrolled value reaches one.
     correlation
         The largest, NaN without parameters.
+    redundancy_at, undetected_at, correlation_at
+        Where these three occur, in words.
     """
 
     names: tuple[str, ...]
@@ -131,7 +130,20 @@ class Figures:
 
 
 def with_predicted_values(network: Network, state: State | None = None) -> Network:
-    """The network with every active or check value as the state (its start if None) gives it."""
+    """Give every observation the value that follows from the state.
+
+    Parameters
+    ----------
+    network
+        The network.
+    state
+        The unknowns; the start of the network if None.
+
+    Returns
+    -------
+    Network
+        A copy that starts at the state, without misclosures.
+    """
     state = network.start if state is None else state
     observations = tuple(replace(o, values=o.predict(state)) for o in network.observations)
     constraints = tuple(
@@ -142,7 +154,7 @@ def with_predicted_values(network: Network, state: State | None = None) -> Netwo
 
 
 def with_parameters(network: Network) -> Network:
-    """The network with zero for every scalar without a start value.
+    """Take every scalar without a start value as zero.
 
     Orientations do not matter to a prediction; misalignments, scales and index errors are small.
     """
@@ -151,17 +163,27 @@ def with_parameters(network: Network) -> Network:
 
 
 def predict(network: Network) -> Adjustment:
-    """The adjustment that a network will have, at its start values and without residuals.
+    """Compute the adjustment that a network will have, at its start values and without residuals.
 
     Scalars without a start value are taken as zero. With inner constraints over all points, the
     datum is that of the points it has now.
+
+    Parameters
+    ----------
+    network
+        The planned network.
+
+    Returns
+    -------
+    Adjustment
+        Covariances and redundancies are those of the plan.
 
     Raises
     ------
     InputError
         An unknown has no approximate value.
     RankDefect
-        What the planned observations leave open, in sentences.
+        The planned observations leave unknowns open, in sentences.
     """
     network = with_parameters(network)
     missing = network.start.missing()
@@ -176,9 +198,21 @@ def predict(network: Network) -> Adjustment:
 
 
 def position_columns(layout: Layout, names: Sequence[str]) -> tuple[tuple[str, ...], Index]:
-    """Names and columns (p, 3) of the full tangent vector of positions; all points if none named.
+    """Find the columns of positions in the full tangent vector.
 
-    Lever arms may be named as well.
+    Parameters
+    ----------
+    layout
+        Names of the unknowns.
+    names
+        Points, stations or lever arms; all points if empty.
+
+    Returns
+    -------
+    names
+        The p positions.
+    columns : array (p, 3)
+        Their columns.
 
     Raises
     ------
@@ -204,7 +238,21 @@ def position_columns(layout: Layout, names: Sequence[str]) -> tuple[tuple[str, .
 
 
 def parameter_columns(layout: Layout, criterion: Criterion) -> tuple[Index, Index]:
-    """Columns (k,) of the scalars and (6 S,) of the stations whose correlations count.
+    """Find the columns of the scalars and stations whose correlations count.
+
+    Parameters
+    ----------
+    layout
+        Names of the unknowns.
+    criterion
+        Names those that count.
+
+    Returns
+    -------
+    scalars : array (k,)
+        Columns of the scalars.
+    stations : array (6 S,)
+        Columns of the stations.
 
     Raises
     ------
@@ -226,9 +274,19 @@ def parameter_columns(layout: Layout, criterion: Criterion) -> tuple[Index, Inde
 
 
 def largest_sigma(covariances: Array) -> Array:
-    """Largest standard deviation (...,) in any direction of covariances (..., 3, 3).
+    """Largest standard deviation in any direction.
 
     Closed form of the largest eigenvalue of a symmetric 3x3 matrix (Smith 1961).
+
+    Parameters
+    ----------
+    covariances : array (..., 3, 3)
+        Covariances [m^2].
+
+    Returns
+    -------
+    array (...,)
+        Standard deviations [m].
     """
     c = covariances
     mean = (c[..., 0, 0] + c[..., 1, 1] + c[..., 2, 2]) / 3
@@ -246,7 +304,19 @@ def largest_sigma(covariances: Array) -> Array:
 
 
 def figures(adjustment: Adjustment, criterion: Criterion) -> Figures:
-    """All criteria of a predicted network, exactly.
+    """Compute all criteria of a predicted network, exactly.
+
+    Parameters
+    ----------
+    adjustment
+        The predicted network.
+    criterion
+        Names what counts.
+
+    Returns
+    -------
+    Figures
+        All four criteria.
 
     Raises
     ------
@@ -273,7 +343,19 @@ def figures(adjustment: Adjustment, criterion: Criterion) -> Figures:
 
 
 def criterion_value(adjustment: Adjustment, criterion: Criterion) -> float:
-    """The criterion alone, as :func:`figures` gives it.
+    """Compute the criterion alone, as :func:`figures` gives it.
+
+    Parameters
+    ----------
+    adjustment
+        The predicted network.
+    criterion
+        What is asked for.
+
+    Returns
+    -------
+    float
+        Its value.
 
     Raises
     ------
@@ -292,11 +374,23 @@ def criterion_value(adjustment: Adjustment, criterion: Criterion) -> float:
 
 
 def redundancy_rows(system: WeightedResiduals) -> tuple[sp.csr_array, Array]:
-    """Rows (n, u) whose form with Q is what the unknowns take of each value; what is left (n,).
+    """Compute what is left of each value when the unknowns have taken their part.
 
     What is left is the redundancy number of an uncorrelated value. Values of one observation that
     are correlated have none each; theirs are those of the whitened values, whose sum is the
     redundancy of the observation.
+
+    Parameters
+    ----------
+    system
+        Weighted residuals of the adjustment.
+
+    Returns
+    -------
+    rows : sparse array (n, u)
+        Rows whose form with Q is what the unknowns take of each value.
+    left : array (n,)
+        What is left of one.
     """
     adjustment = system.adjustment
     correlated = np.zeros(len(system.s), dtype=bool)
@@ -304,8 +398,8 @@ def redundancy_rows(system: WeightedResiduals) -> tuple[sp.csr_array, Array]:
     for number, o in enumerate(adjustment.network.observations):
         if o.rows > 1:
             away = np.abs(o.covariance * (1 - np.eye(o.rows))).max(axis=(1, 2), initial=0.0)
-            mine = rows.table == number
-            correlated[mine] = away[rows.item[mine]] > 0
+            inside = rows.table == number
+            correlated[inside] = away[rows.item[inside]] > 0
     for joint in adjustment.network.joint:
         for table in np.unique(joint.table):
             correlated |= (rows.table == table) & np.isin(rows.item, joint.item)
@@ -358,6 +452,7 @@ def _correlation(adjustment: Adjustment, criterion: Criterion) -> tuple[float, s
 
 
 def _variances(adjustment: Adjustment, columns: Index) -> Array:
+    """Variances (k,) of columns of the full tangent vector."""
     index = adjustment.reduced[columns]
     return adjustment.cofactor.entries(index, index)
 
@@ -376,11 +471,23 @@ def _row_words(adjustment: Adjustment, row: int) -> str:
 
 
 def fixed_datum(network: Network, without: Sequence[str] = ()) -> Network:
-    """The network with inner constraints over named points, so that designs stay comparable.
+    """Put inner constraints over named points, so that designs stay comparable.
 
     Inner constraints over all points mean others as soon as a point comes or goes; here they keep
-    to the points of the network, ``without`` some that may be dropped. Fewer than three points
-    left: the stations carry the datum. Other datums stay as they are.
+    to the points of the network. Fewer than three points left: the stations carry the datum. Other
+    datums stay as they are.
+
+    Parameters
+    ----------
+    network
+        The network.
+    without
+        Points that may be dropped and do not carry the datum.
+
+    Returns
+    -------
+    Network
+        The same observations in that datum.
     """
     datum = network.datum
     if datum.kind != "free" or (datum.components is not None and not without):

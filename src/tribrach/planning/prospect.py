@@ -37,31 +37,26 @@ from tribrach.planning.prediction import (
 
 __all__ = ["LARGEST", "Prospect", "Scores", "prospect"]
 
-
 #: unknowns whose joint covariance is kept, and numbers of the effects of all values on them
 LARGEST, LARGEST_EFFECTS = 6000, 60_000_000
-
-
 #: bytes of one step of judging
 _MEMORY = 48_000_000
-
-
 #: pivots of S below this mean that a group cannot be spared
 _SPARED = 1e-9
 
 
 @dataclass(frozen=True)
 class Scores:
-    """What each group (c,) would do.
+    """What the criterion becomes with each of c groups.
 
     Attributes
     ----------
     value : array (c,)
-        Of the criterion afterwards, NaN where the group cannot come or go.
+        The criterion afterwards, NaN where the group cannot come or go.
     worse : array (c,)
         The same with the sign that grows with disadvantage.
     mean : array (c,)
-        Of what the criterion is the extreme of, for ties.
+        Mean of the figures whose extreme the criterion is, to decide ties.
     """
 
     value: Array
@@ -83,21 +78,26 @@ class Scores:
 
 @dataclass(frozen=True)
 class Prospect:
-    """Covariance and effects of a design.
+    """Covariance and effects of a design, as far as groups that come or go change them.
 
     Attributes
     ----------
+    criterion
+        What designs are judged by.
     columns : array (k,)
-        Of the full tangent vector that are kept.
+        Columns of the full tangent vector that are kept.
     covariance : array (k, k)
-        Of them.
+        Covariance of the kept columns.
     share : array (n,)
-        Of its weight that is controlled and effect (n, k) of an error of one sigma on the kept
-        columns, for all active values, or empty where the criterion needs neither.
-    points, columns : array (p, 3)
-        Of the named positions in the kept order, -1 where held.
+        Share of its weight that is controlled, of every active value; empty where the criterion
+        does not need it.
+    effect : array (n, k)
+        Effect of an error of one sigma in every active value on the kept columns; empty as
+        ``share``.
+    points : array (p, 3)
+        Places of the named positions among the kept columns, -1 where held.
     parameters, partners
-        The same of scalars and of stations for correlations.
+        Places of the scalars, and of the stations, whose correlations count.
     """
 
     criterion: Criterion
@@ -112,19 +112,31 @@ class Prospect:
     def value(self) -> float:
         """The criterion as it stands."""
         nothing = Blocks(
-            np.zeros(1, dtype=np.int64),
-            np.zeros((1, 1, 1)),
-            np.full((1, 1), -1),
-            np.zeros((1, 1)),
-            np.full((1, 1), -1),
-            np.ones(1, dtype=bool),
+            number=np.zeros(1, dtype=np.int64),
+            rows=np.zeros((1, 1, 1)),
+            columns=np.full((1, 1), -1),
+            leverage=np.zeros((1, 1)),
+            line=np.full((1, 1), -1),
+            determined=np.ones(1, dtype=bool),
         )
         return float(self.judge(nothing).value[0])
 
     def judge(self, blocks: Blocks, sign: int = 1) -> Scores:
-        """What each group does if it comes (sign 1) or goes (sign -1), without changing anything.
+        """Compute the criterion with each group come or gone, without changing anything.
 
         A group that goes keeps its own values in the redundancy until it is taken off.
+
+        Parameters
+        ----------
+        blocks
+            The groups.
+        sign
+            1 if they come, -1 if they go.
+
+        Returns
+        -------
+        Scores
+            One for each group.
         """
         parts = [
             self._judge(blocks.take(np.arange(i, min(i + step, len(blocks)))), sign)
@@ -148,6 +160,7 @@ class Prospect:
         return max(1, _MEMORY // each)
 
     def _judge(self, blocks: Blocks, sign: int) -> Scores:
+        """Scores of groups that are judged at once."""
         lower, possible = self._pivots(blocks, sign)
         kind = self.criterion.kind
         if kind == "sigma":
@@ -248,10 +261,24 @@ class Prospect:
         return np.asarray(self.criterion.delta0 * length / np.sqrt(np.maximum(share, UNCONTROLLED)))
 
     def changed(self, blocks: Blocks, which: int, sign: int = 1) -> Prospect:
-        """The prospect after one group came (sign 1) or went (sign -1).
+        """Let one group come or go.
 
-        New values join the others; the values of a group that went keep their places, with a
-        share of 1 and without effect.
+        New values join the others; the values of a group that went keep their places, with a share
+        of 1 and without effect.
+
+        Parameters
+        ----------
+        blocks
+            The groups.
+        which
+            The one that comes or goes.
+        sign
+            1 if it comes, -1 if it goes.
+
+        Returns
+        -------
+        Prospect
+            A changed copy.
         """
         one = blocks.take(np.array([which]))
         lower, _ = self._pivots(one, sign)
@@ -283,12 +310,21 @@ class Prospect:
 
 
 def prospect(adjustment: Adjustment, criterion: Criterion, further: Index) -> Prospect:
-    """The prospect of a predicted network.
+    """Compute what is needed to judge groups that come to a predicted network or leave it.
 
     Parameters
     ----------
+    adjustment
+        The predicted network.
+    criterion
+        What designs are judged by.
     further
         Columns of the full tangent vector that groups will touch, -1 for none.
+
+    Returns
+    -------
+    Prospect
+        Covariance and effects.
 
     Raises
     ------
@@ -324,14 +360,14 @@ def prospect(adjustment: Adjustment, criterion: Criterion, further: Index) -> Pr
     place = np.full(adjustment.layout.size + 1, -1, dtype=np.int64)
     place[columns] = np.arange(len(columns))
     return Prospect(
-        criterion,
-        columns,
-        covariance,
-        share if n else np.zeros(0),
-        effect,
-        place[points],
-        place[parameters][place[parameters] >= 0],
-        place[partners][place[partners] >= 0],
+        criterion=criterion,
+        columns=columns,
+        covariance=covariance,
+        share=share if n else np.zeros(0),
+        effect=effect,
+        points=place[points],
+        parameters=place[parameters][place[parameters] >= 0],
+        partners=place[partners][place[partners] >= 0],
     )
 
 

@@ -1,4 +1,4 @@
-"""Which targets and stations to add, to move, to leave out: greedy, then exchanged.
+"""Proposes targets and stations to add or to move: greedy choices, then exchanges.
 
 Each step takes the group that serves the criterion best; afterwards every choice is offered for
 exchange against all others until none is better (Fedorov 1972). Greedy choices alone get stuck
@@ -18,18 +18,23 @@ from tribrach.planning.prospect import Prospect, Scores
 
 __all__ = ["Move", "Pick", "Search", "best_moves", "propose"]
 
-
 #: passes over all choices while exchanging
 _PASSES = 5
-
-
 #: relative improvement below which nothing counts as better
 _BETTER = 1e-6
 
 
 @dataclass(frozen=True)
 class Pick:
-    """A group that was chosen: its number, the criterion before and after."""
+    """A group that was chosen.
+
+    Attributes
+    ----------
+    number
+        Of the group.
+    before, after
+        The criterion without and with it.
+    """
 
     number: int
     before: float
@@ -49,9 +54,9 @@ class Search:
     single : array (c,)
         The criterion with each group alone, NaN where it is impossible.
     number : array (c,)
-        Of each group.
+        Number of each group.
     judged
-        How many designs were looked at.
+        Number of designs that were looked at.
     """
 
     picks: tuple[Pick, ...]
@@ -68,7 +73,15 @@ class Search:
 
 @dataclass(frozen=True)
 class Move:
-    """A group that goes and another that comes in its place; the criterion before and after."""
+    """A group that goes and another that comes in its place.
+
+    Attributes
+    ----------
+    gone, come
+        Their numbers.
+    before, after
+        The criterion before and after the move.
+    """
 
     gone: int
     come: int
@@ -84,12 +97,23 @@ def _signed(start: Prospect, value: float) -> float:
 def propose(
     start: Prospect, parts: Sequence[Blocks], count: int, required: float | None = None
 ) -> Search:
-    """Choose up to ``count`` of the groups.
+    """Choose groups to add to a design.
 
     Parameters
     ----------
+    start
+        The design.
+    parts
+        Groups that may come.
+    count
+        Groups at most.
     required
-        No more groups than are needed to reach this value of the criterion.
+        Value of the criterion at which to stop.
+
+    Returns
+    -------
+    Search
+        The choice after exchanges.
     """
     before = start.value()
     if not parts or count <= 0:
@@ -112,11 +136,12 @@ def propose(
 
 
 def _reached(start: Prospect, value: float, required: float | None) -> bool:
+    """True if the criterion is as good as it is required to be."""
     return required is not None and _signed(start, value) <= _signed(start, required)
 
 
 def _better(worse: float, than: float) -> bool:
-    """Is a signed criterion smaller by more than rounding?"""
+    """True if a signed criterion is smaller by more than rounding."""
     return bool(worse < than - _BETTER * abs(than))
 
 
@@ -126,6 +151,7 @@ def _best(scores: Scores, taken: Sequence[int]) -> int | None:
 
 
 def _with(start: Prospect, blocks: Blocks, chosen: Sequence[int]) -> Prospect:
+    """The design with the chosen groups."""
     for which in chosen:
         start = start.changed(blocks, which)
     return start
@@ -168,7 +194,22 @@ def _picks(start: Prospect, blocks: Blocks, chosen: Sequence[int]) -> tuple[Pick
 
 
 def best_moves(start: Prospect, present: Sequence[Blocks], parts: Sequence[Blocks]) -> list[Move]:
-    """For each group that is there the best other place, those that gain, the best first."""
+    """Find for each group that is there the best other place.
+
+    Parameters
+    ----------
+    start
+        The design.
+    present
+        Groups that are there.
+    parts
+        Groups that may come in their place.
+
+    Returns
+    -------
+    list of Move
+        Moves that gain, the best first.
+    """
     if not parts or not present:
         return []
     blocks, there = join(parts), join(present)
