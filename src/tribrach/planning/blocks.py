@@ -173,7 +173,7 @@ class _Triples:
 
 
 def _own_basis(by_own: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Orthonormal columns (c, k, m) that span B, zero if padded; True (c,) where B has full rank."""
+    """Orthonormal columns (c, k, m) that span B, zero if padded; where B has full rank (c,)."""
     if by_own.shape[2] == 0:
         return by_own, np.ones(len(by_own), dtype=bool)
     length = np.sqrt((by_own**2).sum(axis=1))
