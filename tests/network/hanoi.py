@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+from tribrach.job.opened import open_job
 from tribrach.network.survey import Survey
 from tribrach.observations.scanner import Inclinations, TargetCentres
-from tribrach.project import Project
 from tribrach.simulate.twin import Twin
 from tribrach.simulate.twins import build
 from tribrach.units import SEC
@@ -37,7 +37,7 @@ def survey(
         (folder / name).write_text(edit(text) if name == "traverse.gsi" else text)
     path = folder / "hanoi.toml"
     path.write_text(made.project.split("[[comparison]]")[0] + '[[scans]]\nfile = "none.laz"\n')
-    out = Project.load(path).survey()
+    out = open_job(path).surveyed()
     rng, moved = np.random.default_rng(seed), moved or {}
     targets = {t.name: t.center for t in made.targets}
     for station in made.stations:
