@@ -1,33 +1,33 @@
-"""From a survey to signed figures: the page to read first.
+"""From a project to signed figures: the page to read first.
 
-Every verb is a module: find, name, adjust, clean, weigh, assess, report, georeference, compare,
-write.
+Every verb is a module: open, find, name, adjust, clean, weigh, assess, georeference, compare,
+report, write.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
 from tribrach._types import Progress
 from tribrach.io.outputs import write_texts
 from tribrach.job.antenna_lever_arms import lever_arm_files
-from tribrach.job.antennas import carried_antennas
-from tribrach.job.opened import open_job
+from tribrach.job.antennas import CarriedAntennas, carried_antennas
+from tribrach.job.opened import Job, open_job
 from tribrach.job.results import JobResults
-from tribrach.job.station_comparison import StationComparison
 from tribrach.job.steps import compare, find_and_name, georeference
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.blunders.mistakes import first_adjustment, mistakes
 from tribrach.network.blunders.robust import adjust_robust
 from tribrach.network.blunders.snooping import SnoopingLog, snoop
-from tribrach.network.network import Network
+from tribrach.network.network import Datum, Network
 from tribrach.network.placement import placement_sentences
 from tribrach.network.quality import Quality, assess
 from tribrach.network.reactions import constraint_reactions
 from tribrach.network.separability import confusable
+from tribrach.network.survey import Survey
 from tribrach.network.variance_components import VarianceComponents, estimate_components
 from tribrach.project import Project
 from tribrach.registration.geometry_warnings import geometry_sentences
@@ -40,6 +40,7 @@ from tribrach.report.warnings import ReportWarning, Severity, warned
 __all__ = [
     "AdjustmentSettings",
     "SolvedNetwork",
+    "adjust_job",
     "adjust_network",
     "report",
     "run",
@@ -50,7 +51,23 @@ __all__ = [
 
 @dataclass(frozen=True)
 class AdjustmentSettings:
-    """What is done with a network besides adjusting it."""
+    """What is done with a network besides adjusting it, and how its figures are stated.
+
+    Parameters
+    ----------
+    snoop : bool
+        Blunders are switched off, one by one.
+    robust : str
+        Reweighting that points at blunders, ``none`` for none.
+    vce : bool
+        Variance components are estimated.
+    posterior : bool
+        Covariances are scaled by the a-posteriori variance factor.
+    confidence : float
+        Probability of ellipses, intervals and ellipsoids.
+    angle : str
+        Unit of angles in reports, ``gon`` or ``deg``.
+    """
 
     snoop: bool = False
     robust: Literal["none", "huber", "danish", "igg3"] = "none"
@@ -58,6 +75,29 @@ class AdjustmentSettings:
     posterior: bool = False
     confidence: float = 0.95
     angle: Literal["gon", "deg"] = "gon"
+
+    @classmethod
+    def of(cls, project: Project) -> AdjustmentSettings:
+        """Take the settings that a project file states.
+
+        Parameters
+        ----------
+        project : Project
+            Its sections ``[adjustment]`` and ``[output]`` and its confidence.
+
+        Returns
+        -------
+        AdjustmentSettings
+        """
+        section = project.adjustment
+        return cls(
+            snoop=section.snoop,
+            robust=section.robust,
+            vce=section.vce,
+            posterior=section.posterior,
+            confidence=project.confidence,
+            angle=project.output.angle,
+        )
 
 
 @dataclass(frozen=True)
@@ -131,42 +171,95 @@ def write(content: Content, folder: Path, further: Mapping[Path, str] | None = N
     return write_texts(files)
 
 
+def adjust_job(
+    job: Job, settings: AdjustmentSettings | None = None, datum: Datum | None = None
+) -> Content:
+    """Adjust a job without its scans and say everything there is to say; nothing is written.
+
+    Parameters
+    ----------
+    job : Job
+        The opened project.
+    settings : AdjustmentSettings, optional
+        Those of the project if not given.
+    datum : Datum, optional
+        Takes the place of that of the project.
+
+    Returns
+    -------
+    Content
+
+    Raises
+    ------
+    InputError
+        What the project or a file says wrong.
+    AdjustmentError
+        The network cannot be adjusted.
+    """
+    settings = settings or AdjustmentSettings.of(job.project)
+    survey = job.surveyed()
+    network = job.network_of(survey)
+    solution = solve(network if datum is None else network.with_datum(datum), settings)
+    antennas = _antennas(survey, solution.adjustment, settings)
+    results = JobResults(job.project, job.sessions, antennas=antennas)
+    return report(solution, settings, job.project.facts, results)
+
+
 def run(
     project: Project,
     folder: Path | None = None,
     progress: Progress = lambda what, done, total: None,
 ) -> Content:
-    """Run a project and leave its results in a folder, its own if none is given."""
+    """Run a project and leave its results in a folder.
+
+    Parameters
+    ----------
+    project : Project
+        What is measured and what is wanted of it.
+    folder : Path, optional
+        Folder of the results, the project's own if not given.
+    progress : Progress
+        Told of every step that takes long.
+
+    Returns
+    -------
+    Content
+        What the report says.
+
+    Raises
+    ------
+    InputError
+        What the project or a file says wrong.
+    AdjustmentError
+        The network cannot be adjusted.
+    """
     folder = project.results if folder is None else folder
-    wish = project.adjustment
-    settings = AdjustmentSettings(
-        wish.snoop, wish.robust, wish.vce, wish.posterior, project.confidence, project.output.angle
-    )
+    settings = AdjustmentSettings.of(project)
     job = open_job(project, progress)
-    work = find_and_name(job, folder, progress) if project.scans else None
-    further = None if work is None else work.registered.survey
+    ties = find_and_name(job, folder, progress) if project.scans else None
+    further = None if ties is None else ties.registered.survey
     survey = job.surveyed(further)
-    network = job.network_of(survey, whole=further is not None)
-    solution = solve(network, settings)
+    solution = solve(job.network_of(survey, whole=further is not None), settings)
     adjustment = solution.adjustment
     origin = sigma_origin(adjustment, settings.posterior)
-    placed = None
-    comparisons: tuple[StationComparison, ...] = ()
-    if work is not None:
-        placed = georeference(job, work, adjustment, folder, origin, progress)
-        comparisons = compare(job, work, adjustment, progress)
-    antennas = carried_antennas(
-        survey, adjustment, adjustment.variance_factor(posterior=settings.posterior)
-    )
-    results = JobResults(
-        project,
-        job.sessions,
-        None if work is None else work.registered,
-        placed,
-        comparisons,
-        antennas,
-    )
+    results = JobResults(project, job.sessions, antennas=_antennas(survey, adjustment, settings))
+    if ties is not None:
+        results = replace(
+            results,
+            registered=ties.registered,
+            placed=georeference(job, ties, adjustment, folder, origin, progress),
+            comparisons=compare(job, ties, adjustment, progress),
+        )
     content = report(solution, settings, project.facts, results)
-    arms = () if antennas is None else antennas.lever_arms
+    arms = () if results.antennas is None else results.antennas.lever_arms
     write(content, folder, lever_arm_files(arms, folder, content.datum.sentence, origin))
     return content
+
+
+def _antennas(
+    survey: Survey, adjustment: Adjustment, settings: AdjustmentSettings
+) -> CarriedAntennas | None:
+    """Lever arms of the stations that carry antennas, scaled as the settings say."""
+    return carried_antennas(
+        survey, adjustment, adjustment.variance_factor(posterior=settings.posterior)
+    )

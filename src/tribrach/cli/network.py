@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -14,7 +15,6 @@ from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
 from tribrach.io.survey.formats import read_files
 from tribrach.job.opened import open_job
-from tribrach.job.results import JobResults
 from tribrach.network.observed_part import observed_part
 from tribrach.project import Project, parse_datum
 from tribrach.report import html, json_result, text
@@ -34,14 +34,22 @@ def adjust(
         str | None,
         typer.Option(help="control, free, free:A,B,C (inner constraints) or fixed:A,B."),
     ] = None,
-    snoop: Annotated[bool, typer.Option(help="Switch blunders off, one by one.")] = False,
-    robust: Annotated[Robust, typer.Option(help="Point at blunders by reweighting.")] = "none",
-    vce: Annotated[bool, typer.Option(help="Estimate variance components.")] = False,
-    confidence: Annotated[float, typer.Option(min=0.5, max=0.9999)] = 0.95,
-    posterior: Annotated[bool, typer.Option(help="Scale sigmas a posteriori.")] = False,
+    snoop: Annotated[
+        bool | None, typer.Option("--snoop/--no-snoop", help="Switch blunders off, one by one.")
+    ] = None,
+    robust: Annotated[Robust | None, typer.Option(help="Point at blunders by reweighting.")] = None,
+    vce: Annotated[
+        bool | None, typer.Option("--vce/--no-vce", help="Estimate variance components.")
+    ] = None,
+    confidence: Annotated[
+        float | None, typer.Option(min=0.5, max=0.9999, help="Of ellipses and intervals, 0.95.")
+    ] = None,
+    posterior: Annotated[
+        bool | None, typer.Option("--posterior/--prior", help="Scale sigmas a posteriori.")
+    ] = None,
     angle: Annotated[
-        Literal["gon", "deg"], typer.Option(help="Unit of angles in reports.")
-    ] = "gon",
+        Literal["gon", "deg"] | None, typer.Option(help="Unit of angles in reports, gon.")
+    ] = None,
     json_file: Annotated[
         Path | None, typer.Option("--json", help="Write the result as JSON.")
     ] = None,
@@ -49,20 +57,33 @@ def adjust(
     text_file: Annotated[Path | None, typer.Option("--text", help="Write the text report.")] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
-    """Adjust a network from files of any known format, or a project without scans."""
+    """Adjust a network from files of any known format, or a project without scans.
+
+    What a project says is done; an option that is given takes its place.
+    """
+    options = {
+        "snoop": snoop,
+        "robust": robust,
+        "vce": vce,
+        "posterior": posterior,
+        "confidence": confidence,
+        "angle": angle,
+    }
+    given: dict[str, Any] = {key: value for key, value in options.items() if value is not None}
 
     def work() -> None:
         refuse_outputs(files, (json_file, html_file, text_file))
-        with shown(quiet) as progress:
-            project = _project(files)
-            job = None if project is None else open_job(project, progress)
-            network = observed_part(read_files(files)).network() if job is None else job.network()
-        if datum is not None:
-            network = network.with_datum(parse_datum(datum))
-        settings = pipeline.AdjustmentSettings(snoop, robust, vce, posterior, confidence, angle)
-        facts, sessions = ({}, ()) if job is None else (job.project.facts, job.sessions)
-        results = JobResults(sessions=sessions)
-        content = pipeline.report(pipeline.solve(network, settings), settings, facts, results)
+        other = None if datum is None else parse_datum(datum)
+        project = _project(files)
+        if project is not None:
+            settings = replace(pipeline.AdjustmentSettings.of(project), **given)
+            with shown(quiet) as progress:
+                job = open_job(project, progress)
+            content = pipeline.adjust_job(job, settings, other)
+        else:
+            network = observed_part(read_files(files)).network()
+            network = network if other is None else network.with_datum(other)
+            content = pipeline.adjust_network(network, pipeline.AdjustmentSettings(**given))
         outputs: list[tuple[Path | None, Callable[[Content], str]]] = [
             (json_file, json_result.dumps),
             (html_file, html.render),
