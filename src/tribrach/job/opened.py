@@ -7,8 +7,7 @@ anything again: alone, or with what scans add to it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -82,10 +81,15 @@ def _opened(
     progress: Progress,
 ) -> Job:
     """The job of a project whose files may have been read before."""
+    project = instruments.project
     with opened_once(contents):
         calibrations = Calibrations(instruments)
         files = read_survey_files(instruments, calibrations, sessions, progress)
-    return Job(instruments.project, instruments, calibrations, files, contents)
+        lever_arms = {
+            name: known_lever_arm(name, project.lever_arms[name], project.folder)
+            for name in dict.fromkeys(files.context.lever_arms.values())
+        }
+    return Job(project, instruments, calibrations, files, lever_arms, contents)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -102,6 +106,8 @@ class Job:
         Calibrations of the instruments, known and sought.
     files : ReadFiles
         What the survey files say.
+    lever_arms : Mapping[str, KnownLeverArm]
+        What is known of the lever arms that stations use, by name.
     contents : dict
         Bytes of the files that were read, by path, for another reading with other sections.
     """
@@ -110,6 +116,7 @@ class Job:
     instruments: Instruments
     calibrations: Calibrations
     files: ReadFiles
+    lever_arms: Mapping[str, KnownLeverArm]
     contents: dict[Path, bytes] = field(default_factory=dict, repr=False)
 
     def __repr__(self) -> str:
@@ -140,22 +147,6 @@ class Job:
             What a section says wrong, with its line.
         """
         return self.surveyed()
-
-    @cached_property
-    def lever_arms(self) -> Mapping[str, KnownLeverArm]:
-        """What is known of the lever arms that stations use, by name.
-
-        Raises
-        ------
-        InputError
-            A lever arm file is unreadable or wrong.
-        """
-        project = self.project
-        with self._reading():
-            return {
-                name: known_lever_arm(name, project.lever_arms[name], project.folder)
-                for name in dict.fromkeys(self.files.context.lever_arms.values())
-            }
 
     @cached_property
     def plumb(self) -> PlumbLine | None:
@@ -300,12 +291,6 @@ class Job:
             return height_recipe(network, section.height_station, section.height_mark)
         except InputError as error:
             raise self.error(("adjustment", "heights"), error.what, error.cure) from error
-
-    @contextmanager
-    def _reading(self) -> Iterator[None]:
-        """Files that were opened before are not opened again."""
-        with opened_once(self.contents):
-            yield
 
     @property
     def _reference(self) -> Reference:
