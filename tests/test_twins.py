@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from jsonschema import Draft202012Validator
 from scipy.stats import chi2
 from typer.testing import CliRunner
 
@@ -26,6 +27,8 @@ POINTS = 500_000
 IMPOSSIBLE = 1e-5
 
 Rows = list[dict[str, Any]]
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+SCHEMA = Draft202012Validator(json.loads((DOCS / "schema" / "result.json").read_text()))
 
 
 def compared(project: Path) -> Rows:
@@ -33,6 +36,7 @@ def compared(project: Path) -> Rows:
     result = CliRunner().invoke(app, ["run", str(project), "-q"])
     assert result.exit_code == 0, result.output
     report = json.loads((project.parent / "out" / "result.json").read_text())
+    SCHEMA.validate(report)
     rows: Rows = report["scans"]["truth"]
     return rows
 

@@ -179,7 +179,7 @@ class TestTargets:
         said = works("targets", ball, "--sphere", RADIUS, "--json", made[0], "--png", made[1])
         assert "ball: 175000 points, 1 targets" in said
         data = json.loads(made[0].read_text())
-        assert set(data) == {"targets", "rejected"}
+        assert set(data) == {"tribrach", "schema", "targets", "rejected"}
         (found,) = data["targets"]
         keys = [
             "kind",

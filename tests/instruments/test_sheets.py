@@ -116,8 +116,8 @@ def test_the_report_prints_sheets_and_sources(tmp_path: Path) -> None:
     assert "distance accuracy of scans 4, 6 and 8 mm" in text
     html = (tmp_path / "out" / "report.html").read_text()
     assert "GTL-1000 brochure" in html
-    by_key = {figure["key"]: figure for figure in content.chapter("instruments").data}
-    assert by_key["centring_mm"]["source"] == "project file"
-    assert by_key["beam_exit_mm"]["published"] is False
+    by_key = {figure.key: figure for figure in content.chapter("instruments").data}
+    assert by_key["centring_mm"].source == "project file"
+    assert by_key["beam_exit_mm"].published is False
     distance = next(o for o in content.observations if o.kind == "slope_distance")
     assert distance.sigma == pytest.approx(np.hypot(1e-3 + 2e-4, np.sqrt(2) * 0.5e-3), rel=1e-5)

@@ -35,8 +35,8 @@ def test_a_run_leaves_its_lever_arm_for_the_next(tmp_path: Path) -> None:
     assert any("Without levelling" in s for s in chapter.sentences)
     facts = chapter.data["antenna"]
     # without the compensator the tilt is of the targets alone: the arm is known no better
-    free = np.array(facts["unlevelled"]["covariance"])
-    assert (np.diag(free) >= np.diag(facts["covariance"]) * (1 - 1e-6)).all()
+    free = np.array(facts.unlevelled.covariance)
+    assert (np.diag(free) >= np.diag(facts.covariance) * (1 - 1e-6)).all()
     assert "Lever arms" in (tmp_path / "out" / "report.txt").read_text()
 
 
@@ -61,11 +61,11 @@ def test_the_rigid_model_is_compared_with_the_adjustment() -> None:
     chapter = content.chapter("rigid_model")
     assert "placed by 5 places with 6 parameters" in chapter.sentences[0]
     assert len(chapter.tables[0].rows) == len(LOOP)
-    assert set(chapter.data["poses"]) == set(NAMES)
+    assert set(chapter.data.poses) == set(NAMES)
     measured = one.antennas[[k for k in range(10) if k not in CONTROL[5]]]
     ends = adjustment.state.pose_t + adjustment.state.pose_r @ [0, 0, 0.329]
     difference = measured - ends[[k for k in range(10) if k not in CONTROL[5]]]
-    assert chapter.data["check_rms_adjusted"] == pytest.approx(np.sqrt((difference**2).mean()))
+    assert chapter.data.check_rms_adjusted == pytest.approx(np.sqrt((difference**2).mean()))
     assert "rigid body" in text.render(content)
 
 

@@ -162,8 +162,8 @@ def test_a_free_network_has_no_absolute_accuracy(tmp_path: Path) -> None:
     content = run(Project.load(path))
     (chapter,) = [c for c in content.chapters if c.name == "georeferencing"]
     assert any("There is no absolute accuracy" in text for text in chapter.sentences)
-    assert chapter.data["absolute"] is None
-    assert chapter.data["relative"]["pair"][0] < 0.002
+    assert chapter.data.absolute is None
+    assert chapter.data.relative.pair[0] < 0.002
 
 
 def test_held_points_count_as_free_of_errors(tmp_path: Path) -> None:
@@ -174,4 +174,4 @@ def test_held_points_count_as_free_of_errors(tmp_path: Path) -> None:
     (chapter,) = [c for c in run(Project.load(path)).chapters if c.name == "georeferencing"]
     assert any("count as free of errors" in text for text in chapter.sentences)
     # three free spheres are left; the common shift is known through the held one
-    assert chapter.data["absolute"]["shift"][2] < 0.05 * np.sqrt(0.5 + 0.5 / 3)
+    assert chapter.data.absolute.shift[2] < 0.05 * np.sqrt(0.5 + 0.5 / 3)

@@ -110,11 +110,11 @@ def test_a_yard_is_registered_by_planes_alone(tmp_path):
     project = Project.load(write(tmp_path, yard(), POSES))
     content = pipeline.run(project, tmp_path / "out")
     chapter = next(c for c in content.chapters if c.name == "registration")
-    assert len(chapter.data["edges"]) == 3
-    assert not any(edge["outlying"] for edge in chapter.data["edges"])
-    assert {edge["kind"] for edge in chapter.data["edges"]} == {"plane"}
+    assert len(chapter.data.edges) == 3
+    assert not any(edge.outlying for edge in chapter.data.edges)
+    assert {edge.kind for edge in chapter.data.edges} == {"plane"}
     assert "Planes join" in chapter.sentences[0]
-    assert content.chapter("scans").data["truth"] == []
+    assert content.chapter("scans").data.truth == []
     assert any("not compared" in text for text in content.warnings)
     result = json.loads((tmp_path / "out" / "result.json").read_text())
     assert len(result["stations"]) == 3

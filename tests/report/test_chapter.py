@@ -1,10 +1,12 @@
 """Chapters that only some jobs have, in every rendering."""
 
+import json
 from dataclasses import replace
 
 from tests.report.cases import EVIL, levelling
 from tribrach.report import html, json_result, text
 from tribrach.report.chapter import Chapter
+from tribrach.report.chapters.gnss import GnssPart
 from tribrach.report.figures import Picture
 from tribrach.report.tables import ColumnHead, build_table, text_cell
 
@@ -21,7 +23,7 @@ CHAPTER = Chapter(
     (f"the largest closure is 3 mm {EVIL}",),
     (Picture("map", "Map", "QUJD", "where"),),
     (TABLE,),
-    {"closure": 0.003},
+    GnssPart(frame="ITRF2014", epoch=2010.0, baselines=[], loops=[]),
 )
 
 
@@ -35,7 +37,8 @@ def test_a_chapter_is_in_every_rendering() -> None:
     words = text.render(content)
     assert "Baselines\n---------\nthe largest closure" in words
     assert "second loop" in words
-    assert json_result.result(content)["gnss"] == {"closure": 0.003}
+    data = json.loads(json_result.dumps(content))["gnss"]
+    assert data == {"frame": "ITRF2014", "epoch": 2010.0, "baselines": [], "loops": []}
 
 
 def test_tables_of_chapters_end_like_others() -> None:

@@ -36,9 +36,9 @@ def test_json_is_strict_and_has_every_key_of_the_schema(make) -> None:
     data = parsed(make())
     keys = "tribrach schema datum sigma0 points stations calibrations lever_arms planes"
     assert {*keys.split(), "observations", "warnings"} <= set(data)
-    assert data["schema"] == 1
+    assert data["schema"] == 2
     assert {"prior", "posterior", "dof", "global_test", "covariances"} <= set(data["sigma0"])
-    names = "kind from to value sigma residual redundancy w mdb state source"
+    names = "id kind from to value sigma residual redundancy w mdb state source"
     for row in data["observations"]:
         assert set(names.split()) <= set(row)
         assert row["state"] in ("active", "check", "off")

@@ -15,8 +15,9 @@ from tribrach.io.outputs import write_texts
 from tribrach.job.calibrate import calibrate_project, calibrations_of
 from tribrach.job.opened import open_job
 from tribrach.project import Project
-from tribrach.report.calibration_page import calibration_json, calibration_page
+from tribrach.report.calibration_page import calibration_document, calibration_page
 from tribrach.report.calibration_words import calibration_text as summary
+from tribrach.report.schema.base import document_text
 
 __all__ = ["calibrate"]
 
@@ -60,7 +61,7 @@ def calibrate(
                 ]
         texts: dict[Path, str | bytes] = {}
         if json_file is not None:
-            texts[json_file] = calibration_json(given.title, found)
+            texts[json_file] = document_text(calibration_document(given.title, found))
         if html_file is not None:
             texts[html_file] = calibration_page(given.title, found, words)
         if save is not None:

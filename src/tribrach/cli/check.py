@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -14,7 +13,8 @@ from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
 from tribrach.job.check import read_earlier, readings_of, survey_to_check
 from tribrach.project.instrument import Instrument
-from tribrach.report.field_page import check_json, check_page, check_text
+from tribrach.report.field_page import check_document, check_page, check_text
+from tribrach.report.schema.base import document_text
 
 __all__ = ["check"]
 
@@ -63,8 +63,7 @@ def check(
         found = check_readings(readings_of(survey), title, alpha, before)
         texts = {}
         if json_file is not None:
-            data = check_json(found)
-            texts[json_file] = json.dumps(data, indent=1, allow_nan=False) + "\n"
+            texts[json_file] = document_text(check_document(found))
         if html_file is not None:
             texts[html_file] = check_page(found)
         write_texts(texts)

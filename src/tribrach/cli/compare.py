@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -12,7 +11,6 @@ from rich.console import Console
 from tribrach.cli.printing import printed
 from tribrach.cli.shell import guarded, refuse_outputs, shown
 from tribrach.comparison.peer_exports import alignment
-from tribrach.comparison.results import comparison_json
 from tribrach.comparison.station_pair import StationPair
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
@@ -24,6 +22,8 @@ from tribrach.report.comparison_page import (
     comparison_sentences,
     comparison_tables,
 )
+from tribrach.report.schema.base import document_text
+from tribrach.report.schema.comparison import comparison_document
 
 __all__ = ["compare"]
 
@@ -76,8 +76,8 @@ def compare(
         offsets = offset_test(found, pair)
         texts = {}
         if json_file is not None:
-            data = comparison_json(a.name, b.name, limit, found, offsets)
-            texts[json_file] = json.dumps(data, indent=1, allow_nan=False) + "\n"
+            document = comparison_document(a.name, b.name, limit, found, offsets)
+            texts[json_file] = document_text(document)
         if html_file is not None:
             texts[html_file] = comparison_page(a.name, b.name, limit, found, offsets)
         if alignment_file is not None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -12,6 +11,8 @@ from tribrach.cli.shell import guarded, refuse_outputs, shown
 from tribrach.io.outputs import write_texts
 from tribrach.job.complete import complete_clouds
 from tribrach.report.completeness_page import completeness_page, completeness_text
+from tribrach.report.schema.base import document_text, heading
+from tribrach.report.schema.completeness import SCHEMA, CompletenessDocument
 
 __all__ = ["complete"]
 
@@ -40,7 +41,8 @@ def complete(
             found = complete_clouds(clouds, model, cell_m, required, progress)
         texts = {}
         if json_file is not None:
-            texts[json_file] = json.dumps(found.to_json(), indent=1, allow_nan=False) + "\n"
+            data = heading(SCHEMA) | found.to_json()
+            texts[json_file] = document_text(CompletenessDocument.model_validate(data))
         if html_file is not None:
             title = ", ".join(path.name for path in clouds[:4])
             texts[html_file] = completeness_page(title, found)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -17,6 +16,8 @@ from tribrach.gnss.engine import EngineName
 from tribrach.io.gnss.observation_file import read_observations
 from tribrach.io.outputs import write_text
 from tribrach.report.gnss_result import baseline_facts, baseline_lines
+from tribrach.report.schema.base import document_text, heading
+from tribrach.report.schema.baseline import SCHEMA, BaselineDocument
 
 __all__ = ["baseline"]
 
@@ -76,7 +77,8 @@ def baseline(
                 progress=progress,
             )
         if json_file is not None:
-            write_text(json_file, json.dumps(baseline_facts(result), indent=1) + "\n")
+            data = heading(SCHEMA) | baseline_facts(result)
+            write_text(json_file, document_text(BaselineDocument.model_validate(data)))
         if not quiet:
             typer.echo("\n".join(baseline_lines(result)))
 

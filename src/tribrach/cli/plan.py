@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -15,7 +14,8 @@ from tribrach.job.plan.steps import plan_project
 from tribrach.job.steps import find_and_name
 from tribrach.project import Project
 from tribrach.report.planning.page import plan_page, plan_text
-from tribrach.report.planning.report import plan_json, plan_report
+from tribrach.report.planning.report import plan_document, plan_report
+from tribrach.report.schema.base import document_text
 
 __all__ = ["plan"]
 
@@ -42,8 +42,7 @@ def plan(
             page = plan_report(result)
         texts = {}
         if json_file is not None:
-            data = plan_json(result, page)
-            texts[json_file] = json.dumps(data, indent=1, allow_nan=False) + "\n"
+            texts[json_file] = document_text(plan_document(result, page))
         if html_file is not None:
             texts[html_file] = plan_page(page)
         if text_file is not None:

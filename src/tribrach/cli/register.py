@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -12,8 +11,10 @@ from rich.console import Console
 from tribrach.cli.printing import printed
 from tribrach.cli.shell import guarded, refuse_outputs, shown
 from tribrach.io.outputs import write_texts
-from tribrach.job.register import register_files, registration_json, write_placed
+from tribrach.job.register import register_files, write_placed
 from tribrach.report.cloud_registration_page import cloud_registration_tables
+from tribrach.report.schema.base import document_text
+from tribrach.report.schema.registration import registration_document
 from tribrach.units import SEC
 
 __all__ = ["register"]
@@ -49,7 +50,7 @@ def register(
             found = register_files(files, approximate=approximate, floor=floor, progress=progress)
             written = [] if out is None else write_placed(found, out, progress)
         if json_file is not None:
-            text = json.dumps(registration_json(found), indent=1, allow_nan=False) + "\n"
+            text = document_text(registration_document(found))
             written += write_texts({json_file: text})
         if quiet:
             return

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -15,6 +14,8 @@ from tribrach.io.comparison_table import read_comparison
 from tribrach.io.number_table import read_numbers
 from tribrach.io.outputs import write_texts
 from tribrach.report.regression_page import regression_page, regression_text
+from tribrach.report.schema.base import document_text
+from tribrach.report.schema.comparison import regression_document
 
 __all__ = ["regress"]
 
@@ -42,7 +43,7 @@ def regress(
         found = fit(rows.values, causes, effects, rows.units, confidence)
         texts = {}
         if json_file is not None:
-            texts[json_file] = json.dumps(found.to_json(), indent=1, allow_nan=False) + "\n"
+            texts[json_file] = document_text(regression_document(found))
         if html_file is not None:
             texts[html_file] = regression_page(table.name, rows.values, rows.units, found)
         write_texts(texts)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -15,6 +14,8 @@ from tribrach.io.outputs import write_text
 from tribrach.io.scans.formats import read_scans
 from tribrach.io.scans.info import describe
 from tribrach.job.convert import convert_scans
+from tribrach.report.schema.base import document_text, heading
+from tribrach.report.schema.scans import SCHEMA, ScansDocument
 
 __all__ = ["convert", "info"]
 
@@ -32,8 +33,8 @@ def info(
             scans = read_scans(path)
             described += [describe(scan, among=len(scans)) for scan in scans]
         if json_file is not None:
-            text = json.dumps({"scans": [d.to_json() for d in described]}, indent=1)
-            write_text(json_file, text + "\n")
+            data = heading(SCHEMA) | {"scans": [d.to_json() for d in described]}
+            write_text(json_file, document_text(ScansDocument.model_validate(data)))
         console = Console()
         for description in described:
             table = Table(title=description.title, title_justify="left", show_header=False)

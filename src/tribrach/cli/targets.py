@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from math import isfinite
 from pathlib import Path
 from typing import Annotated
@@ -17,6 +16,8 @@ from tribrach.job.find_targets import Findings, blind, find_targets
 from tribrach.job.scans import StationScan
 from tribrach.project.sections import TargetSection
 from tribrach.report.chapters.scans import panorama_png
+from tribrach.report.schema.base import document_text, heading
+from tribrach.report.schema.scans import SCHEMA, TargetsDocument
 from tribrach.scan.prepared import seen_from
 
 __all__ = ["targets"]
@@ -82,11 +83,11 @@ def targets(
 def _write(found: list[Findings], json_file: Path | None, png_file: Path | None) -> None:
     """JSON of all scans; one picture for each, numbered where there are several."""
     if json_file is not None:
-        data = {
+        data = heading(SCHEMA) | {
             "targets": [d.to_dict() for f in found for d in f.detections],
             "rejected": [{"scan": f.scan, **r.to_dict()} for f in found for r in f.rejected],
         }
-        write_text(json_file, json.dumps(data, indent=1) + "\n")
+        write_text(json_file, document_text(TargetsDocument.model_validate(data)))
     if png_file is not None:
         for number, finding in enumerate(found, start=1):
             one = len(found) == 1

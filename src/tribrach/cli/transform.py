@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -16,6 +15,8 @@ from tribrach.io.outputs import write_text, write_texts
 from tribrach.io.scans.formats import read_scans
 from tribrach.io.transformation_file import read_transformation, transformation_data
 from tribrach.job.transform import fit_files, move_cloud, move_points
+from tribrach.report.schema.base import document_text
+from tribrach.report.schema.transformation import TransformationDocument
 from tribrach.report.transformation_page import transformation_results, transformation_tables
 from tribrach.transformation.carrying import Carrier
 
@@ -61,7 +62,7 @@ def fit(
         if json_file is not None:
             data = transformation_data(outcome.fit) | transformation_results(outcome)
             data |= {"from": a.name, "to": b.name}
-            write_text(json_file, json.dumps(data, indent=1, allow_nan=False) + "\n")
+            write_text(json_file, document_text(TransformationDocument.model_validate(data)))
         if quiet:
             return
         console = Console()

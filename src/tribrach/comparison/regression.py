@@ -9,9 +9,8 @@ are in the units of the table; incidence in radians only inside the physical mod
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 from scipy.linalg import qr, solve_triangular
@@ -241,29 +240,6 @@ class Regression:
                 )
         return said
 
-    def to_json(self) -> dict[str, Any]:
-        """Plain numbers, names as keys."""
-        return {
-            "rows": self.n,
-            "confidence": self.confidence,
-            "relations": [
-                {
-                    "y": r.y,
-                    "x": r.x,
-                    "quadratic": _plain(r.quadratic),
-                    "line": _plain(r.line),
-                    "t_curvature": r.curvature,
-                    "t_limit": r.limit,
-                    "curved": r.curved,
-                    "chosen": r.chosen.model,
-                }
-                for r in self.relations
-            ],
-            "physical": [_plain(fit) for fit in self.physical],
-            "correlations": [asdict(c) | {"inflation": c.inflation} for c in self.correlations],
-            "sentences": self.sentences(),
-        }
-
 
 def regress(
     values: Mapping[str, Array],
@@ -345,11 +321,6 @@ def _inverse_cosine(name: str, angle: Array, unit: str) -> Array:
         )
     inverse: Array = 1 / np.cos(radians)
     return inverse
-
-
-def _plain(fit: RegressionFit) -> dict[str, Any]:
-    """A fit as plain numbers."""
-    return asdict(fit) | {"dof": fit.dof, "fitted": fit.fitted.tolist()}
 
 
 def _listed(names: Sequence[str]) -> str:

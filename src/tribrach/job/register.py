@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -20,13 +19,12 @@ from tribrach.io.outputs import write_texts
 from tribrach.io.scans.formats import read_scans
 from tribrach.job.poses import joint_covariance, pose_texts
 from tribrach.job.scans import StationScan
-from tribrach.registration.clouds.pair import PairFit
 from tribrach.registration.clouds.prepared import PreparedScan, prepare
 from tribrach.registration.clouds.relative_covariance import GATES as COVARIANCE
-from tribrach.registration.clouds.together import CloudGroup, CloudRegistration, register_clouds
+from tribrach.registration.clouds.together import CloudRegistration, register_clouds
 from tribrach.scan.scan import Scan
 
-__all__ = ["RegisteredFiles", "register_files", "registration_json", "write_placed"]
+__all__ = ["RegisteredFiles", "register_files", "write_placed"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,85 +145,3 @@ def write_placed(
         copy_with_poses(path, target, poses, None)
         written.append(target)
     return written
-
-
-def registration_json(found: RegisteredFiles) -> dict[str, Any]:
-    """All figures; metres and radians."""
-    registration = found.registration
-    return {
-        "schema": 1,
-        "scans": [
-            {"scan": name, "file": scan.path.name, "points": found.points[name]}
-            for name, scan in found.scans.items()
-        ],
-        "pairs": [
-            {
-                "first": p.a,
-                "second": p.b,
-                "registered": p.fit is not None,
-                "sentences": list(p.sentences),
-                **({} if p.fit is None else _fit_json(p.fit)),
-            }
-            for p in registration.pairs
-        ],
-        "loops": [
-            {
-                "stations": list(loop.stations),
-                "shift": loop.shift,
-                "turn": loop.turn,
-                "shift_sigma": loop.shift_sigma,
-                "turn_sigma": loop.turn_sigma,
-                "statistic": loop.statistic,
-                "limit": loop.limit,
-                "closes": loop.closes,
-            }
-            for loop in registration.consistency.loops
-        ],
-        "not_used": [[e.first, e.second] for e in registration.consistency.dropped],
-        "groups": [_group_json(group) for group in registration.groups],
-        "covariance_of": "translation [m], left rotation increments [rad]",
-        "relative_covariance_of": "translation in the first [m], rotation vector in the second",
-        "sigma_origin": "prior",
-        "sentences": list(registration.sentences),
-    }
-
-
-def _fit_json(fit: PairFit) -> dict[str, Any]:
-    """A pair that was registered."""
-    precision = fit.precision
-    return {
-        "first_from_second": fit.pose.matrix.tolist(),
-        "relative_covariance": precision.covariance.tolist(),
-        "overlap": list(fit.verdict.overlap),
-        "rms": fit.alignment.rms,
-        "matches": precision.observations,
-        "effective_matches": precision.effective,
-        "correlation_length": precision.correlation_length,
-        "held_directions": precision.rank,
-        "found_by": fit.origin.value,
-    }
-
-
-def _group_json(group: CloudGroup) -> dict[str, Any]:
-    """Stations that hang together."""
-    return {
-        "frame_of": group.stations[0],
-        "stations": {
-            name: {
-                "world_from_scanner": pose.matrix.tolist(),
-                "covariance": np.asarray(group.covariances[name]).tolist(),
-            }
-            for name, pose in group.poses.items()
-        },
-        "differences": [
-            {
-                "first": a,
-                "second": b,
-                "places": d.places,
-                "observed": d.observed,
-                "noise": d.noise,
-                "registration": d.registration,
-            }
-            for (a, b), d in group.differences.items()
-        ],
-    }

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
-from importlib.metadata import version
 from typing import Any
 
 import numpy as np
@@ -23,6 +21,8 @@ from tribrach.report.calibration_words import (
 )
 from tribrach.report.numbers import count_cell, matrix, number, numbers
 from tribrach.report.page import page
+from tribrach.report.schema.base import heading
+from tribrach.report.schema.calibration import SCHEMA, CalibrationDocument
 from tribrach.report.tables import (
     Cell,
     ColumnHead,
@@ -33,9 +33,7 @@ from tribrach.report.tables import (
 )
 from tribrach.units import SEC
 
-__all__ = ["SCHEMA", "calibration_json", "calibration_page"]
-
-SCHEMA = 1
+__all__ = ["calibration_document", "calibration_page"]
 
 
 def calibration_page(title: str, found: SelfCalibration, further: Sequence[str] = ()) -> str:
@@ -209,12 +207,10 @@ def _remedies(found: SelfCalibration) -> ReportTable:
     return build_table("remedies", "What would help", note, found.remedies, columns)
 
 
-def calibration_json(title: str, found: SelfCalibration) -> str:
-    """The calibration as JSON; metres, radians and their squares."""
+def calibration_document(title: str, found: SelfCalibration) -> CalibrationDocument:
+    """The calibration as data; metres, radians and their squares."""
     a = found.adjustment
-    data = {
-        "tribrach": version("tribrach"),
-        "schema": SCHEMA,
+    data = heading(SCHEMA) | {
         "title": title,
         "datum": found.datum_words,
         "sigma_origin": found.sigma_origin,
@@ -268,7 +264,7 @@ def calibration_json(title: str, found: SelfCalibration) -> str:
         ],
         "sentences": calibration_sentences(found),
     }
-    return json.dumps(data, indent=1, allow_nan=False) + "\n"
+    return CalibrationDocument.model_validate(data)
 
 
 def _stations_json(found: SelfCalibration) -> dict[str, Any]:

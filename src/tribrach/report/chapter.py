@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from tribrach.report.figures import Picture
+from tribrach.report.schema.base import DocumentPart
 from tribrach.report.tables import ReportTable
 from tribrach.report.warnings import ReportWarning
 
@@ -33,7 +33,7 @@ class Chapter:
         In the page only.
     tables : tuple of ReportTable
         Those without rows are left out.
-    data : mapping, sequence of mappings, or None
+    data : DocumentPart, sequence or mapping of parts, or None
         What the JSON result holds: numbers in metres and radians, names as keys, None where there
         is no number; None if it holds nothing.
     warnings : tuple of ReportWarning
@@ -47,6 +47,6 @@ class Chapter:
     sentences: tuple[str, ...] = ()
     pictures: tuple[Picture, ...] = ()
     tables: tuple[ReportTable, ...] = ()
-    data: Mapping[str, Any] | Sequence[Mapping[str, Any]] | None = None
+    data: DocumentPart | Sequence[DocumentPart] | Mapping[str, DocumentPart] | None = None
     warnings: tuple[ReportWarning, ...] = ()
     key: str = ""

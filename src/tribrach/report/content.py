@@ -235,7 +235,7 @@ class Unknown:
 
 @dataclass(frozen=True)
 class Observation:
-    """One observed value.
+    """One observed value; ``id`` is that of its observation, see :mod:`tribrach.network.identity`.
 
     value, sigma, residual in ``unit`` (m, rad or 1); residual is ``v = h(x) - l``. For values
     that take part: redundancy number, test w, tau, minimal detectable bias in ``unit`` and what
@@ -245,6 +245,7 @@ class Observation:
     """
 
     number: int
+    id: str
     kind: str
     component: str
     start: str

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from importlib.metadata import version
 from typing import Any
 
 import numpy as np
@@ -17,11 +16,13 @@ from tribrach.report.field_words import amount, check_sentences
 from tribrach.report.figures import Picture, new_figure, picture
 from tribrach.report.numbers import number
 from tribrach.report.page import page
+from tribrach.report.schema.base import heading
+from tribrach.report.schema.check import SCHEMA, CheckDocument
 from tribrach.report.tables import ColumnHead, ReportTable, build_table, number_cell, text_cell
 from tribrach.report.text import table_text, wrapped
 from tribrach.units import SEC
 
-__all__ = ["check_json", "check_page", "check_text"]
+__all__ = ["check_document", "check_page", "check_text"]
 
 #: what was implemented, and from where
 SOURCES = (
@@ -157,12 +158,10 @@ def _pictures(found: FieldCheck) -> list[Picture]:
     return [picture("faces-chart", "Half differences of the faces", figure, caption)]
 
 
-def check_json(found: FieldCheck) -> dict[str, Any]:
+def check_document(found: FieldCheck) -> CheckDocument:
     """The check as data: metres and radians, None where there is no number."""
     two, series = found.two_face, found.repeated
-    return {
-        "tribrach": version("tribrach"),
-        "schema": 1,
+    data = heading(SCHEMA) | {
         "title": found.title,
         "passed": found.passed,
         "failures": found.failures,
@@ -211,6 +210,7 @@ def check_json(found: FieldCheck) -> dict[str, Any]:
         "findings": check_sentences(found),
         "sources": SOURCES,
     }
+    return CheckDocument.model_validate(data)
 
 
 def _explanation_json(explanation: Explanation) -> dict[str, Any]:

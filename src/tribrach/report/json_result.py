@@ -1,4 +1,4 @@
-"""The result for other programs: JSON of schema 1, strict, stable names.
+"""The result for other programs: JSON of schema 2, strict, stable names.
 
 Metres, radians and metres squared; names as keys; null where there is no number. ``xyz`` are E,
 N, U of the work frame, which for Cartesian input are its own coordinates. Covariances are scaled
@@ -7,23 +7,25 @@ as ``sigma0.covariances`` says (``prior`` or ``posterior``).
 
 from __future__ import annotations
 
-import json
+from functools import cache
 from typing import Any
+
+from pydantic import Field, create_model
 
 from tribrach.report.chapters import SUBJECTS
 from tribrach.report.content import Content, Observation, Point, StationRow, Unknown
+from tribrach.report.schema.base import document_text, heading
+from tribrach.report.schema.result import SCHEMA, ResultHead
 
-__all__ = ["SCHEMA", "dumps", "result"]
+__all__ = ["SCHEMA", "dumps", "result", "result_model"]
 
-#: version of the layout; it changes when a name or a meaning does
-SCHEMA = 1
+_DOCUMENT = "What ``tribrach run`` and ``tribrach adjust --json`` write."
 
 
-def result(content: Content) -> dict[str, Any]:
-    """The result as plain dictionaries, lists, strings, numbers and None."""
-    return {
+def result(content: Content) -> ResultHead:
+    """The result as a document."""
+    data = heading(SCHEMA) | {
         "tribrach": content.version,
-        "schema": SCHEMA,
         "title": content.title,
         "datum": {
             "kind": content.datum.kind,
@@ -39,7 +41,8 @@ def result(content: Content) -> dict[str, Any]:
         "planes": {u.name: _plane(u) for u in content.unknowns if u.family == "plane"},
         "observations": [_observation(o) for o in content.observations],
         "warnings": list(content.warnings),
-    } | _chapters(content)
+    }
+    return result_model().model_validate(data | _chapters(content))
 
 
 def _chapters(content: Content) -> dict[str, Any]:
@@ -57,9 +60,20 @@ def _chapters(content: Content) -> dict[str, Any]:
     return data
 
 
+@cache
+def result_model() -> type[ResultHead]:
+    """The model of the whole document: the adjusted network, and what each chapter adds."""
+    keys: dict[str, Any] = {
+        subject.key: (subject.model, Field(default=None))
+        for subject in SUBJECTS
+        if subject.model is not None
+    }
+    return create_model("Result", __base__=ResultHead, __doc__=_DOCUMENT, **keys)
+
+
 def dumps(content: Content) -> str:
     """The result as strict JSON text; NaN or infinity in it would be an error of this program."""
-    return json.dumps(result(content), allow_nan=False, ensure_ascii=False, indent=1) + "\n"
+    return document_text(result(content))
 
 
 def _sigma0(content: Content) -> dict[str, Any]:
@@ -142,6 +156,7 @@ def _plane(unknown: Unknown) -> dict[str, Any]:
 def _observation(o: Observation) -> dict[str, Any]:
     """One value; figures that need it to take part are null for the others."""
     out = {
+        "id": o.id,
         "kind": o.kind,
         "component": o.component,
         "from": o.start,
@@ -157,6 +172,7 @@ def _observation(o: Observation) -> dict[str, Any]:
         "external": o.external,
         "external_at": o.external_at or None,
         "block_test": o.block_test,
+        "suspicious": o.suspicious,
         "group": o.group,
         "state": o.state,
         "source": o.source,

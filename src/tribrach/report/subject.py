@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Any
 
 from tribrach.job.results import JobResults
 from tribrach.report.chapter import Chapter
@@ -23,10 +24,14 @@ class Subject:
     chapters : callable
         Makes its chapters from the head of the report and from what the job left besides the
         adjustment; none where the job has nothing to say.
+    model : type or None
+        What the JSON result holds under the key: a document part, or a list or dictionary of
+        parts; None if its chapters have no data.
     several : bool
         True if there may be several chapters: their data are a list in the JSON result.
     """
 
     key: str
     chapters: Callable[[Head, JobResults], Iterable[Chapter]]
+    model: Any = None
     several: bool = False

@@ -242,7 +242,7 @@ def transformation_results(outcome: Outcome) -> dict[str, Any]:
             "needed": scale.needed,
             "sigma_is": "posterior" if scale.posterior else "prior",
         },
-        "models": [vars(rung) for rung in outcome.rungs],
+        "models": list(outcome.rungs),
         "points": points,
         "removed": list(outcome.removed),
         "warnings": outcome.sentences(),

@@ -5,9 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Literal
 
-from tribrach.comparison.results import comparison_json
 from tribrach.job.results import JobResults
 from tribrach.job.station_comparison import REGRESSION_UNITS, StationComparison
 from tribrach.report.chapter import Chapter
@@ -19,6 +18,7 @@ from tribrach.report.comparison_page import (
 from tribrach.report.content import Head
 from tribrach.report.figures import Picture
 from tribrach.report.regression_page import regression_pictures, regression_tables
+from tribrach.report.schema.comparison import StationComparisonPart, station_comparison
 from tribrach.report.subject import Subject
 from tribrach.report.tables import ReportTable
 
@@ -34,11 +34,12 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
 
 def comparison_chapter(one: StationComparison, angle: Literal["gon", "deg"] = "deg") -> Chapter:
     """What a comparison came to; names of its tables and pictures end with those of both."""
+    sentences = _sentences(one)
     slug, title = re.sub(r"\W+", "-", f"{one.a}-{one.b}"), f"{one.a} against {one.b}"
     return Chapter(
         f"comparison-{slug}",
         f"Comparison between stations: {title}",
-        tuple(_sentences(one)) or ("nothing",),
+        tuple(sentences) or ("nothing",),
         tuple(
             replace(p, name=f"{p.name}-{slug}", title=f"{title}: {p.title}") for p in _pictures(one)
         ),
@@ -46,7 +47,9 @@ def comparison_chapter(one: StationComparison, angle: Literal["gon", "deg"] = "d
             replace(t, name=f"{t.name}-{slug}", title=f"{title}: {t.title}")
             for t in _tables(one, angle)
         ),
-        _data(one),
+        station_comparison(
+            one.a, one.b, one.limit, one.sites, one.offsets, one.regression, sentences
+        ),
         key=_KEY,
     )
 
@@ -72,12 +75,4 @@ def _pictures(one: StationComparison) -> list[Picture]:
     return pictures
 
 
-def _data(one: StationComparison) -> dict[str, Any]:
-    """Plain numbers; the regression null where there is none."""
-    return comparison_json(one.a, one.b, one.limit, one.sites, one.offsets) | {
-        "regression": None if one.regression is None else one.regression.to_json(),
-        "sentences": _sentences(one),
-    }
-
-
-SUBJECT = Subject(_KEY, _chapters, several=True)
+SUBJECT = Subject(_KEY, _chapters, list[StationComparisonPart], several=True)

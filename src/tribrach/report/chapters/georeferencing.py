@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from tribrach.observations.base import Use
 from tribrach.report.chapter import Chapter
 from tribrach.report.columns import component
 from tribrach.report.content import Head
+from tribrach.report.schema.base import DocumentPart
 from tribrach.report.subject import Subject
 from tribrach.report.tables import ColumnHead, ReportTable, build_table, text_cell
 from tribrach.units import SEC
@@ -24,6 +25,48 @@ if TYPE_CHECKING:
     from tribrach.project import Project
 
 __all__ = ["SUBJECT"]
+
+
+class CommonShiftPart(DocumentPart):
+    """What the positions of a session have in common [m]."""
+
+    sigma: list[float]
+    positions: int
+
+
+class AbsolutePart(DocumentPart):
+    """How well the site as a whole is known [m, rad]."""
+
+    shift: list[float]
+    turn: list[float]
+    place: list[float]
+    """One place, root mean square of all."""
+    common: dict[str, CommonShiftPart]
+
+
+class RelativePart(DocumentPart):
+    """How well places of the site are known to each other [m]."""
+
+    within: list[float]
+    pair: list[float]
+    worst: list[float]
+    worst_between: list[str]
+
+
+class CheckPointsPart(DocumentPart):
+    """Root mean square of the differences at check points [m]."""
+
+    points: int
+    rmse: list[float]
+
+
+class GeoreferencingPart(DocumentPart):
+    """Absolute and relative accuracy."""
+
+    absolute: AbsolutePart | None
+    relative: RelativePart
+    check: CheckPointsPart | None
+    radius: float
 
 
 @dataclass(frozen=True)
@@ -197,14 +240,14 @@ def _table(rows: list[_Row], head: Head) -> ReportTable:
 
 def _data(
     found: SiteAccuracy, common: list[CommonShift], check: tuple[int, Array] | None, free: bool
-) -> dict[str, Any]:
+) -> GeoreferencingPart:
     absolute = {
         "shift": found.shift.tolist(),
         "turn": found.turn.tolist(),
         "place": found.point.tolist(),
         "common": {s.name: {"sigma": s.sigma.tolist(), "positions": s.count} for s in common},
     }
-    return {
+    data = {
         "absolute": None if free else absolute,
         "relative": {
             "within": found.inner.tolist(),
@@ -215,6 +258,7 @@ def _data(
         "check": None if check is None else {"points": check[0], "rmse": check[1].tolist()},
         "radius": found.radius,
     }
+    return GeoreferencingPart.model_validate(data)
 
 
-SUBJECT = Subject("georeferencing", _chapters)
+SUBJECT = Subject("georeferencing", _chapters, GeoreferencingPart)

@@ -23,6 +23,8 @@ from tribrach.report.content import Head
 from tribrach.report.figures import Picture, new_figure, picture
 from tribrach.report.gnss_result import baseline_facts
 from tribrach.report.numbers import counted, fixed_cell, mm_cell
+from tribrach.report.schema.base import DocumentPart, Matrix, Number
+from tribrach.report.schema.baseline import SessionBaselinePart
 from tribrach.report.subject import Subject
 from tribrach.report.tables import (
     Cell,
@@ -44,6 +46,31 @@ MOST_NAMES = 60
 
 
 MOST_SESSIONS = 8
+
+
+class LoopPart(DocumentPart):
+    """A loop of baselines and its closure along E, N, U [m]."""
+
+    points: list[str]
+    closure: list[float]
+    covariance: Matrix
+    length: float
+    size: float
+    ppm: float
+    statistic: float
+    dof: int
+    limit: float
+    passes: bool
+    independent: bool
+
+
+class GnssPart(DocumentPart):
+    """Baselines that were computed, and all loops."""
+
+    frame: str | None
+    epoch: Number
+    baselines: list[SessionBaselinePart]
+    loops: list[LoopPart]
 
 
 @dataclass(frozen=True)
@@ -334,8 +361,8 @@ def _data(
     loops: Sequence[BaselineLoop],
     sessions: Sequence[SessionResult],
     reference: Reference,
-) -> dict[str, Any]:
-    return {
+) -> GnssPart:
+    data = {
         "frame": reference.frame,
         "epoch": reference.epoch,
         "baselines": [
@@ -359,6 +386,7 @@ def _data(
             for loop in loops
         ],
     }
+    return GnssPart.model_validate(data)
 
 
-SUBJECT = Subject("gnss", _chapters)
+SUBJECT = Subject("gnss", _chapters, GnssPart)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
 
 from tribrach.job.results import JobResults
 from tribrach.report.chapter import Chapter
 from tribrach.report.content import Head
+from tribrach.report.schema.base import DocumentPart
 from tribrach.report.subject import Subject
 from tribrach.report.tables import ColumnHead, build_table, number_cell, text_cell
 
@@ -21,8 +21,7 @@ _NOTE = (
 )
 
 
-@dataclass(frozen=True)
-class InstrumentFigure:
+class InstrumentFigure(DocumentPart):
     """A figure of an instrument: its key with the unit, its source; sheet "" if it has none."""
 
     instrument: str
@@ -38,7 +37,12 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
     instruments = {} if job.project is None else job.project.instruments
     figures = [
         InstrumentFigure(
-            name, instrument.sheet or "", figure.key, figure.value, figure.source, figure.published
+            instrument=name,
+            sheet=instrument.sheet or "",
+            key=figure.key,
+            value=figure.value,
+            source=figure.source,
+            published=figure.published,
         )
         for name, instrument in instruments.items()
         for figure in instrument.figures()
@@ -51,8 +55,7 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
         (ColumnHead("Source", numeric=False), lambda f: text_cell(f.source)),
     ]
     table = build_table("instruments", "Instruments", _NOTE, figures, columns)
-    data = [asdict(figure) for figure in figures]
-    yield Chapter("instruments", "Instruments", tables=(table,), data=data)
+    yield Chapter("instruments", "Instruments", tables=(table,), data=figures)
 
 
-SUBJECT = Subject("instruments", _chapters)
+SUBJECT = Subject("instruments", _chapters, list[InstrumentFigure])

@@ -12,6 +12,7 @@ from tribrach.job.results import JobResults
 from tribrach.report.chapter import Chapter
 from tribrach.report.columns import component
 from tribrach.report.content import Head
+from tribrach.report.schema.base import DocumentPart, Matrix, Number
 from tribrach.report.subject import Subject
 from tribrach.report.tables import build_table
 from tribrach.report.warnings import ReportWarning, Severity, warned
@@ -26,6 +27,24 @@ _GAP = np.radians(180.0)
 
 #: a component is not zero from here on (99 %)
 _SIGNIFICANT = 2.58
+
+
+class UnlevelledPart(DocumentPart):
+    """The lever arm without what levels the scanners [m, m^2]."""
+
+    vector: list[float]
+    covariance: Matrix
+
+
+class LeverArmPart(DocumentPart):
+    """An estimated lever arm in the scanner frame [m, m^2]."""
+
+    vector: list[float]
+    covariance: Matrix
+    stations: list[str]
+    horizon_without_targets: Number
+    """Widest part of the horizon without targets [rad]."""
+    unlevelled: UnlevelledPart | None
 
 
 @dataclass(frozen=True)
@@ -75,7 +94,7 @@ def _chapter(
         tuple(sentences),
         (),
         (build_table("lever-arms", "Lever arms", note, rows, specs),),
-        {arm.name: _facts(arm) for arm in found},
+        {arm.name: _part(arm) for arm in found},
         warnings,
     )
 
@@ -116,8 +135,8 @@ def _sentences(arm: EstimatedLeverArm) -> list[str]:
     return out
 
 
-def _facts(arm: EstimatedLeverArm) -> dict[str, object]:
-    return {
+def _part(arm: EstimatedLeverArm) -> LeverArmPart:
+    data = {
         "vector": arm.vector.tolist(),
         "covariance": arm.covariance.tolist(),
         "stations": list(arm.stations),
@@ -126,6 +145,7 @@ def _facts(arm: EstimatedLeverArm) -> dict[str, object]:
         if arm.free is None
         else {"vector": arm.free[0].tolist(), "covariance": arm.free[1].tolist()},
     }
+    return LeverArmPart.model_validate(data)
 
 
-SUBJECT = Subject(_NAME, _chapters)
+SUBJECT = Subject(_NAME, _chapters, dict[str, LeverArmPart])

@@ -7,6 +7,7 @@ from operator import attrgetter
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tribrach._types import Array
 from tribrach.job.results import JobResults
@@ -41,13 +42,19 @@ _FIGURES = ("redundancy", "w", "tau", "mdb", "external")
 def observations(adjustment: Adjustment, quality: Quality) -> tuple[Observation, ...]:
     """All values in the order of the network, whatever their state."""
     out: list[Observation] = []
+    ids = adjustment.network.ids
     for table, o in enumerate(adjustment.network.observations):
-        out += _table(adjustment, quality, table, o, len(out))
+        out += _rows(adjustment, quality, table, o, ids[table], len(out))
     return tuple(out)
 
 
-def _table(
-    adjustment: Adjustment, quality: Quality, table: int, o: Observations, first: int
+def _rows(
+    adjustment: Adjustment,
+    quality: Quality,
+    table: int,
+    o: Observations,
+    ids: NDArray[np.object_],
+    first: int,
 ) -> list[Observation]:
     """Rows of one kind and group."""
     if len(o) == 0:
@@ -65,6 +72,7 @@ def _table(
     return [
         Observation(
             number=first + i * o.rows + row + 1,
+            id=str(ids[i]),
             kind=o.kind,
             component=o.components[row],
             start=ends[i][0],

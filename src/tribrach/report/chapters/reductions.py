@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from tribrach.report.chapter import Chapter
 from tribrach.report.columns import ColumnSet
 from tribrach.report.content import Head
 from tribrach.report.numbers import number
+from tribrach.report.schema.base import DocumentPart, Number
 from tribrach.report.subject import Subject
 from tribrach.report.tables import ColumnHead, ReportTable, Spec, build_table, text_cell
 
@@ -27,11 +27,8 @@ __all__ = [
     "reductions",
 ]
 
-Number = float | None
 
-
-@dataclass(frozen=True)
-class ReductionDay:
+class ReductionDay(DocumentPart):
     """A file: what was read, axis errors with their sigmas, sigmas of one face [rad]."""
 
     file: str
@@ -51,8 +48,7 @@ class ReductionDay:
     left_out: int
 
 
-@dataclass(frozen=True)
-class Round:
+class Round(DocumentPart):
     """A set-up: targets and sets, sigmas of values of one set, the largest residual [m, rad]."""
 
     station: str
@@ -67,8 +63,7 @@ class Round:
     source: str
 
 
-@dataclass(frozen=True)
-class SetRow:
+class SetRow(DocumentPart):
     """A target in a set: half differences of the faces and residuals against all sets [m, rad]."""
 
     station: str
@@ -83,8 +78,7 @@ class SetRow:
     source: str
 
 
-@dataclass(frozen=True)
-class Closure:
+class Closure(DocumentPart):
     """A horizon that was closed: last less first reading [rad]."""
 
     station: str
@@ -94,8 +88,7 @@ class Closure:
     difference: Number
 
 
-@dataclass(frozen=True)
-class Reductions:
+class Reductions(DocumentPart):
     """All that there is to say of the reduction of raw files."""
 
     days: tuple[ReductionDay, ...]
@@ -118,7 +111,7 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
     found = reductions(head.adjustment.network.facts)
     if found is not None:
         tables = found.tables(head.columns)
-        yield Chapter("reductions", "Raw files", tables=tables, data=asdict(found))
+        yield Chapter("reductions", "Raw files", tables=tables, data=found)
 
 
 def reductions(facts: Iterable[Fact]) -> Reductions | None:
@@ -127,31 +120,31 @@ def reductions(facts: Iterable[Fact]) -> Reductions | None:
     if not files:
         return None
     return Reductions(
-        tuple(_day(file) for file in files),
-        tuple(row for file in files for row in _rounds(file)),
-        tuple(row for file in files for row in _sets(file)),
-        tuple(row for file in files for row in _closures(file)),
+        days=tuple(_day(file) for file in files),
+        rounds=tuple(row for file in files for row in _rounds(file)),
+        sets=tuple(row for file in files for row in _sets(file)),
+        closures=tuple(row for file in files for row in _closures(file)),
     )
 
 
 def _day(file: ReducedFile) -> ReductionDay:
     raw, axes = file.raw, file.reduction.axes
     return ReductionDay(
-        raw.name,
-        raw.format,
-        raw.instrument,
-        len(raw.setups),
-        len(raw.shots),
-        axes.pairs,
-        number(axes.collimation),
-        number(axes.sigma_collimation),
-        number(axes.trunnion),
-        number(axes.sigma_trunnion),
-        number(axes.index),
-        number(axes.sigma_index),
-        number(axes.sigma_direction),
-        number(axes.sigma_zenith),
-        len(raw.problems),
+        file=raw.name,
+        format=raw.format,
+        instrument=raw.instrument,
+        setups=len(raw.setups),
+        sights=len(raw.shots),
+        pairs=axes.pairs,
+        collimation=number(axes.collimation),
+        sigma_collimation=number(axes.sigma_collimation),
+        trunnion=number(axes.trunnion),
+        sigma_trunnion=number(axes.sigma_trunnion),
+        index=number(axes.index),
+        sigma_index=number(axes.sigma_index),
+        sigma_direction=number(axes.sigma_direction),
+        sigma_zenith=number(axes.sigma_zenith),
+        left_out=len(raw.problems),
     )
 
 
@@ -162,16 +155,16 @@ def _rounds(file: ReducedFile) -> list[Round]:
         worst = np.abs(residual).max() if setup.rounds.dof and len(residual) else np.nan
         rows.append(
             Round(
-                str(file.station[setup.setup]),
-                number(file.raw.setups.height[setup.setup]),
-                len(setup.targets),
-                len(setup.sets),
-                setup.rounds.dof,
-                number(setup.rounds.sigma),
-                number(setup.zeniths.sigma),
-                number(setup.distances.sigma),
-                number(worst),
-                file.raw.source(int(file.raw.setups.line[setup.setup])),
+                station=str(file.station[setup.setup]),
+                height=number(file.raw.setups.height[setup.setup]),
+                targets=len(setup.targets),
+                sets=len(setup.sets),
+                dof=setup.rounds.dof,
+                sigma_direction=number(setup.rounds.sigma),
+                sigma_zenith=number(setup.zeniths.sigma),
+                sigma_distance=number(setup.distances.sigma),
+                largest=number(worst),
+                source=file.raw.source(int(file.raw.setups.line[setup.setup])),
             )
         )
     return rows
@@ -194,16 +187,16 @@ def _sets(file: ReducedFile) -> list[SetRow]:
             )
             rows.append(
                 SetRow(
-                    str(file.station[setup.setup]),
-                    str(file.target[cells.target[i]]),
-                    int(cells.set[i]) + 1,
-                    number(cells.half_direction[i]),
-                    number(cells.half_zenith[i]),
-                    direction,
-                    zenith,
-                    distance,
-                    bool(cells.far_direction[i] or cells.far_zenith[i]),
-                    file.source(int(cells.first[i])),
+                    station=str(file.station[setup.setup]),
+                    target=str(file.target[cells.target[i]]),
+                    set=int(cells.set[i]) + 1,
+                    half_direction=number(cells.half_direction[i]),
+                    half_zenith=number(cells.half_zenith[i]),
+                    direction=direction,
+                    zenith=zenith,
+                    distance=distance,
+                    far=bool(cells.far_direction[i] or cells.far_zenith[i]),
+                    source=file.source(int(cells.first[i])),
                 )
             )
     return rows
@@ -213,11 +206,11 @@ def _closures(file: ReducedFile) -> list[Closure]:
     found = file.reduction.closures
     return [
         Closure(
-            str(file.station[found.setup[i]]),
-            str(file.target[found.target[i]]),
-            int(found.set[i]) + 1,
-            int(found.face[i]),
-            number(found.difference[i]),
+            station=str(file.station[found.setup[i]]),
+            target=str(file.target[found.target[i]]),
+            set=int(found.set[i]) + 1,
+            face=int(found.face[i]),
+            difference=number(found.difference[i]),
         )
         for i in range(len(found.setup))
     ]
@@ -297,4 +290,4 @@ def _closure_table(chapter: Reductions, columns: ColumnSet) -> ReportTable:
     return build_table("closures", "Closed horizons", note, chapter.closures, specs)
 
 
-SUBJECT = Subject("reductions", _chapters)
+SUBJECT = Subject("reductions", _chapters, Reductions)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +20,7 @@ from tribrach.report.columns import ColumnSet
 from tribrach.report.content import Head
 from tribrach.report.figures import Picture, colour_scale, colours, new_figure, picture
 from tribrach.report.numbers import percent_cell
+from tribrach.report.schema.base import DocumentPart, Number
 from tribrach.report.subject import Subject
 from tribrach.report.tables import (
     Cell,
@@ -50,6 +51,35 @@ _KINDS = {
     "scanner_polar": "targets",
     "relative_pose": "clouds",
 }
+
+
+class EdgePart(DocumentPart):
+    """A pair of stations by its own observations against the network [m, rad]."""
+
+    first: str
+    second: str
+    kind: str
+    count: int
+    rms: float
+    held: int
+    """Directions of 6 that the pair holds by itself."""
+    shift: float
+    shift_sigma: float
+    turn: float
+    turn_sigma: float
+    statistic: Number
+    limit: Number
+    freedom: int
+    outlying: bool
+    overlap: Number = None
+    conflict: Number = None
+
+
+class RegistrationPart(DocumentPart):
+    """Pairs of stations with observations in common."""
+
+    edges: list[EdgePart]
+    sentences: list[str]
 
 
 @dataclass(frozen=True)
@@ -86,7 +116,9 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
         _sentences([*registered.sentences, *_verdict(found)]),
         (_graph(adjustment, found),),
         (_table(pairs, head.columns),),
-        {"edges": [_record(pair) for pair in pairs], "sentences": list(registered.sentences)},
+        RegistrationPart(
+            edges=[_record(pair) for pair in pairs], sentences=list(registered.sentences)
+        ),
         warned(Severity.BLUNDER, [*_outliers(found), *_contradictions(seen)]),
     )
 
@@ -198,12 +230,13 @@ def _state(pair: _Pair) -> str:
     return "suspicious" if pair.edge.outlying else ""
 
 
-def _record(pair: _Pair) -> dict[str, Any]:
+def _record(pair: _Pair) -> EdgePart:
     """An edge for the JSON result: metres, radians."""
-    out = asdict(pair.edge) | {"outlying": pair.edge.outlying}
-    if pair.seen is not None:
-        out |= {"overlap": pair.seen.overlap, "conflict": pair.seen.conflict}
-    return out
+    edge = EdgePart.model_validate(pair.edge)
+    if pair.seen is None:
+        return edge
+    views = {"overlap": pair.seen.overlap, "conflict": pair.seen.conflict}
+    return edge.model_copy(update=views)
 
 
 def _graph(adjustment: Adjustment, found: Sequence[Edge]) -> Picture:
@@ -243,4 +276,4 @@ def _line(axes: Axes, mine: Sequence[Edge], ends: np.ndarray[Any, Any]) -> None:
     axes.plot(ends[:, 0], ends[:, 1], style, color=color, linewidth=width, zorder=2)
 
 
-SUBJECT = Subject("registration", _chapters)
+SUBJECT = Subject("registration", _chapters, RegistrationPart)

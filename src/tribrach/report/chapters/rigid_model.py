@@ -18,6 +18,7 @@ from tribrach.registration.rigid_model import RigidModel
 from tribrach.report.chapter import Chapter
 from tribrach.report.columns import ColumnSet, component
 from tribrach.report.content import Head
+from tribrach.report.schema.base import DocumentPart, Matrix, Number
 from tribrach.report.subject import Subject
 from tribrach.report.tables import Spec, build_table
 from tribrach.report.warnings import Severity, warned
@@ -25,6 +26,24 @@ from tribrach.report.warnings import Severity, warned
 __all__ = ["SUBJECT"]
 
 _TITLE = "The stations as one rigid model"
+
+
+class RigidPosePart(DocumentPart):
+    """The pose of a station in the rigid model, 4 x 4, with its covariance 6 x 6."""
+
+    world_from_scanner: Matrix
+    covariance: Matrix
+
+
+class RigidModelPart(DocumentPart):
+    """All stations moved as one body [m]."""
+
+    parameters: int
+    sigma0: Number
+    dof: int
+    check_rms_rigid: Number
+    check_rms_adjusted: Number
+    poses: dict[str, RigidPosePart]
 
 
 @dataclass(frozen=True)
@@ -82,7 +101,9 @@ def _chapter(found: RigidModel, adjustment: Adjustment, columns: ColumnSet) -> C
         },
     }
     sentences = _sentences(found, rows, adjustment)
-    return Chapter("rigid_model", _TITLE, sentences, (), (table,), data)
+    return Chapter(
+        "rigid_model", _TITLE, sentences, (), (table,), RigidModelPart.model_validate(data)
+    )
 
 
 def _rms(rows: Sequence[_Row], use: str, path: str) -> float | None:
@@ -119,4 +140,4 @@ def _sentences(found: RigidModel, rows: Sequence[_Row], adjustment: Adjustment) 
     return tuple(out)
 
 
-SUBJECT = Subject("rigid_model", _chapters)
+SUBJECT = Subject("rigid_model", _chapters, RigidModelPart)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
 
 import numpy as np
 
@@ -22,12 +21,13 @@ from tribrach.job.name_targets import Named
 from tribrach.job.panorama import Panorama
 from tribrach.job.results import JobResults
 from tribrach.job.steps import PlacedScans
-from tribrach.job.truth import TruthRow
+from tribrach.job.truth import Side, TruthRow
 from tribrach.report.chapter import Chapter
 from tribrach.report.chapters.error_budget import budget_charts, budget_table
 from tribrach.report.columns import ColumnSet, component
 from tribrach.report.content import Head
 from tribrach.report.figures import Picture, new_figure, picture, png
+from tribrach.report.schema.base import DocumentPart, Finite
 from tribrach.report.subject import Subject
 from tribrach.report.tables import (
     Cell,
@@ -56,8 +56,7 @@ _EARTH = 6371000.0
 _COLOURS = {"sphere": "#d62728", "checkerboard": "#1f77b4", "disc": "#2ca02c", "plane": "#9467bd"}
 
 
-@dataclass(frozen=True)
-class FoundTarget:
+class FoundTarget(DocumentPart):
     """A target found in a scan: its number in the picture, the name it got, its numbers.
 
     center and sigma along x, y, z of the scanner frame; name "" if nothing else saw it; range and
@@ -78,8 +77,7 @@ class FoundTarget:
     remark: str = ""
 
 
-@dataclass(frozen=True)
-class Rejection:
+class Rejection(DocumentPart):
     """What looked like a target and was none, with the reason."""
 
     scan: str
@@ -88,8 +86,7 @@ class Rejection:
     reason: str
 
 
-@dataclass(frozen=True)
-class WrittenCloud:
+class WrittenCloud(DocumentPart):
     """A cloud that was written.
 
     sigma : root mean square along the axes of its frame; median, p95, largest : of the
@@ -107,7 +104,52 @@ class WrittenCloud:
     largest: float | None
     weakest: Triple | None
     step: float | None
-    shares: tuple[tuple[str, float], ...]
+    shares: dict[str, float]
+
+
+class TruthPart(DocumentPart):
+    """A comparison of a simulated job with its truth."""
+
+    what: str
+    name: str
+    words: str
+    statistic: Finite
+    least: Finite
+    limit: Finite
+    dof: int
+    side: Side
+    agrees: bool
+
+
+class BudgetShare(DocumentPart):
+    """A part of the error budget: mean variances of a region [m^2]."""
+
+    name: str
+    variance: float
+    normal: Finite
+    tangential: Finite
+
+
+class BudgetRegion(DocumentPart):
+    """The error budget of a region of a station."""
+
+    station: str
+    region: str
+    points: int
+    share: float
+    parts: list[BudgetShare]
+
+
+class ScansPart(DocumentPart):
+    """Targets found and rejected, clouds, precision, comparison with the truth."""
+
+    targets: list[FoundTarget]
+    rejected: list[Rejection]
+    clouds: list[WrittenCloud]
+    placement: list[str]
+    precision_budget: list[str]
+    truth: list[TruthPart]
+    error_budget: list[BudgetRegion]
 
 
 def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
@@ -121,7 +163,7 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
         for number, d in enumerate(f.detections, start=1)
     ]
     rejections = [
-        Rejection(f.scan, r.kind, _triple(r.center), r.reason)
+        Rejection(scan=f.scan, kind=r.kind, center=_triple(r.center), reason=r.reason)
         for f in placed.findings
         for r in f.rejected
     ]
@@ -145,15 +187,15 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
             _class_table(clouds, columns),
             budget_table(placed.budget, columns),
         ),
-        {
-            "targets": [asdict(target) for target in targets],
-            "rejected": [asdict(rejection) for rejection in rejections],
-            "clouds": [asdict(cloud) | {"shares": dict(cloud.shares)} for cloud in clouds],
-            "placement": list(placement),
-            "precision_budget": precision,
-            "truth": [asdict(row) | {"agrees": row.agrees} for row in placed.truth],
-            "error_budget": [asdict(row) for row in placed.budget],
-        },
+        ScansPart(
+            targets=targets,
+            rejected=rejections,
+            clouds=clouds,
+            placement=list(placement),
+            precision_budget=precision,
+            truth=[TruthPart.model_validate(row) for row in placed.truth],
+            error_budget=[BudgetRegion.model_validate(row) for row in placed.budget],
+        ),
         _warnings(placed),
     )
 
@@ -229,7 +271,7 @@ def _cloud(
         largest=summary.largest if known else None,
         weakest=weakest,
         step=product.step,
-        shares=tuple(summary.shares.items()),
+        shares=summary.shares,
     )
 
 
@@ -422,9 +464,9 @@ def _cloud_table(clouds: Sequence[WrittenCloud], columns: ColumnSet) -> ReportTa
 
 
 def _class_table(clouds: Sequence[WrittenCloud], columns: ColumnSet) -> ReportTable:
-    names = [name for name, _ in clouds[0].shares] if clouds else []
+    names = list(clouds[0].shares) if clouds else []
     specs: list[Spec] = [columns.word("Cloud", "name")]
-    specs += [(ColumnHead(name, "%"), _share(k)) for k, name in enumerate(names)]
+    specs += [(ColumnHead(name, "%"), _share(name)) for name in names]
     note = (
         "Share of the points whose predicted 95 % uncertainty (twice the 3D σ) is within the "
         "class: USIBD LOA 10 to 50 are 150, 50, 15, 5 and 1 mm, GSA levels 1 to 4 are 51, 13, 6 "
@@ -434,12 +476,12 @@ def _class_table(clouds: Sequence[WrittenCloud], columns: ColumnSet) -> ReportTa
     return build_table("classes", "Tolerance classes", note, rows, specs)
 
 
-def _share(k: int) -> Callable[[WrittenCloud], Cell]:
+def _share(name: str) -> Callable[[WrittenCloud], Cell]:
     def cell(cloud: WrittenCloud) -> Cell:
-        share = 100 * cloud.shares[k][1]
+        share = 100 * cloud.shares[name]
         return number_cell(share, f"{share:.1f}", "good" if share >= 95 else "")
 
     return cell
 
 
-SUBJECT = Subject("scans", _chapters)
+SUBJECT = Subject("scans", _chapters, ScansPart)

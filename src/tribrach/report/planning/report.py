@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from importlib.metadata import version
 from typing import Any
 
 import numpy as np
@@ -24,8 +23,10 @@ from tribrach.report.planning.tables import (
     plan_tables,
     shown,
 )
+from tribrach.report.schema.base import heading
+from tribrach.report.schema.plan import SCHEMA, PlanDocument
 
-__all__ = ["plan_json", "plan_report"]
+__all__ = ["plan_document", "plan_report"]
 
 
 #: zenith angles [deg] and ratio of ranges that calibrations take
@@ -238,7 +239,7 @@ def _figures_json(found: Figures | None) -> Any:
     }
 
 
-def plan_json(plan: DesignResult, page: PlanPage) -> dict[str, Any]:
+def plan_document(plan: DesignResult, page: PlanPage) -> PlanDocument:
     """The plan as data: metres and radians, names as keys, None where there is no number."""
     found, content = plan.adjustment, page.network
     layout = found.layout
@@ -267,9 +268,7 @@ def plan_json(plan: DesignResult, page: PlanPage) -> dict[str, Any]:
         }
         for s in sights_of(content, found)
     ]
-    return {
-        "tribrach": version("tribrach"),
-        "schema": 1,
+    data = heading(SCHEMA) | {
         "title": plan.title,
         "datum": {"kind": content.datum.kind, "names": list(content.datum.names)},
         "criterion": {
@@ -292,6 +291,7 @@ def plan_json(plan: DesignResult, page: PlanPage) -> dict[str, Any]:
         "findings": list(page.sentences),
         "warnings": list(plan.warnings),
     }
+    return PlanDocument.model_validate(data)
 
 
 def _proposals_json(plan: DesignResult) -> dict[str, Any]:

@@ -1,0 +1,54 @@
+"""Writes the JSON Schemas of all documents into ``docs/schema``."""
+
+import json
+from pathlib import Path
+
+from tribrach.report.json_result import result_model
+from tribrach.report.schema.base import Document
+from tribrach.report.schema.baseline import BaselineDocument
+from tribrach.report.schema.calibration import CalibrationDocument
+from tribrach.report.schema.check import CheckDocument
+from tribrach.report.schema.comparison import ComparisonDocument, RegressionDocument
+from tribrach.report.schema.completeness import CompletenessDocument
+from tribrach.report.schema.plan import PlanDocument
+from tribrach.report.schema.registration import RegistrationDocument
+from tribrach.report.schema.scans import ScansDocument, TargetsDocument
+from tribrach.report.schema.transformation import TransformationDocument
+
+FOLDER = Path(__file__).parent / "schema"
+
+
+def documents() -> dict[str, type[Document]]:
+    """The model of each document by the command that writes it."""
+    return {
+        "result": result_model(),
+        "baseline": BaselineDocument,
+        "calibrate": CalibrationDocument,
+        "check": CheckDocument,
+        "compare": ComparisonDocument,
+        "complete": CompletenessDocument,
+        "info": ScansDocument,
+        "plan": PlanDocument,
+        "register": RegistrationDocument,
+        "regress": RegressionDocument,
+        "targets": TargetsDocument,
+        "transform": TransformationDocument,
+    }
+
+
+def schema_text(model: type[Document]) -> str:
+    """The JSON Schema of a document (draft 2020-12)."""
+    schema = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+    schema |= model.model_json_schema(by_alias=True, mode="serialization")
+    return json.dumps(schema, indent=1, ensure_ascii=False, sort_keys=True) + "\n"
+
+
+def main() -> None:
+    """Write all of them."""
+    FOLDER.mkdir(exist_ok=True)
+    for name, model in documents().items():
+        (FOLDER / f"{name}.json").write_text(schema_text(model), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,51 @@
+"""GNSS baselines."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from tribrach.report.schema.base import Document, DocumentPart, Finite, Matrix
+
+__all__ = ["SCHEMA", "BaselineDocument", "SessionBaselinePart"]
+
+SCHEMA = 1
+
+
+class BaselineFigures(DocumentPart):
+    """A baseline [m], geocentric."""
+
+    rover_ecef: list[float]
+    base_ecef: list[float]
+    baseline: list[float]
+    covariance: Matrix
+    covariance_formal: Matrix
+    sigma_factor: float
+    sigma_factor_source: str
+    ambiguities: str
+    fixed_share: float
+    epochs: int
+    epochs_common: int
+    ratio_median: Finite
+    satellites_mean: Finite
+    start: str
+    end: str
+    interval_s: Finite
+    systems: str
+    phase_residual_rms: Finite
+    engine: str
+    files: list[str]
+    precise_orbits: list[str]
+    antenna_heights: list[float]
+    warnings: list[str]
+
+
+class SessionBaselinePart(BaselineFigures):
+    """A baseline of a session."""
+
+    from_: str = Field(alias="from")
+    to: str
+    session: str
+
+
+class BaselineDocument(BaselineFigures, Document):
+    """What ``tribrach baseline --json`` writes."""

@@ -1,0 +1,392 @@
+"""Comparisons of clouds, and regressions on what was compared."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from tribrach.comparison.c2c import C2C
+from tribrach.comparison.predicted import OffsetTest, Prediction
+from tribrach.comparison.regression import Regression, RegressionFit
+from tribrach.comparison.results import M3C2Figures, SiteResult
+from tribrach.report.schema.base import Document, DocumentPart, Number, heading
+
+__all__ = [
+    "ComparisonDocument",
+    "RegressionDocument",
+    "RegressionFigures",
+    "StationComparisonPart",
+    "comparison_document",
+    "regression_document",
+    "station_comparison",
+]
+
+SCHEMA = 1
+
+
+class PitchPart(DocumentPart):
+    """Spacing of points on the surface [m]."""
+
+    across: float
+    up: float
+    lattice: float
+    """Share of places that are lattices."""
+
+
+class SignedPart(DocumentPart):
+    """Distances from local planes [m]."""
+
+    count: int
+    mean: float
+    std: float
+    rms: float
+    median: float
+    q95: float
+
+
+class NearestPart(DocumentPart):
+    """Distances to nearest points [m] beside what sampling alone makes of them."""
+
+    n: int
+    mean: Number
+    std: Number
+    rms: Number
+    median: Number
+    q95: Number
+    beyond: float
+    floor_mean: Number
+    floor_std: Number
+    floor_rms: Number
+    floor_model: str | None
+    debiased_rms: Number
+    pitch_a: PitchPart | None
+    pitch_b: PitchPart | None
+    local_plane: SignedPart | None
+    notes: list[str]
+
+
+class NormalsPart(DocumentPart):
+    """Distances along normals (M3C2) [m]."""
+
+    n: int
+    mean: Number
+    std: Number
+    lod95: Number
+    lod95_quadratic: Number
+    changed: Number
+    cylinder: float
+    scale: float
+    notes: list[str]
+
+
+class PredictionPart(DocumentPart):
+    """What was predicted of the distance along the normal, and what was observed [m]."""
+
+    sigma: Number
+    observed: Number
+    ratio: Number
+    noise_b: Number
+    noise_a: Number
+    scatter_b: Number
+    scatter_a: Number
+    noise_ratio: Number
+    noise_ratio_error: Number
+    enough: bool
+    registration: Number
+    offset: Number
+    offset_sigma: Number
+    offset_agrees: bool
+    lod95: Number
+    lod95_additive: Number
+    lod95_spatial: Number
+    changed: Number
+    verdict: str
+
+
+class ViewPart(DocumentPart):
+    """How a scanner saw a site: range [m], incidence [rad]."""
+
+    range: float
+    incidence: Number
+
+
+class ViewsPart(DocumentPart):
+    """How both scanners saw a site."""
+
+    a: ViewPart | None
+    b: ViewPart | None
+
+
+class SitePart(DocumentPart):
+    """A test site."""
+
+    name: str
+    n: int
+    range: Number
+    incidence: Number
+    c2c: NearestPart | None
+    m3c2: NormalsPart | None
+    predicted_sigma: Number
+    prediction: PredictionPart | None
+    stations: ViewsPart
+
+
+class OffsetPart(DocumentPart):
+    """The offsets of all sites against the joint covariance of the stations."""
+
+    count: int
+    statistic: float
+    least: float
+    limit: float
+    agrees: bool
+
+
+class UnitsPart(DocumentPart):
+    """Units of all numbers."""
+
+    length: str
+    angle: str
+
+
+class TermPart(DocumentPart):
+    """A coefficient of a fit."""
+
+    name: str
+    value: Number
+    sigma: Number
+    t: Number
+    p: Number
+
+
+class FitPart(DocumentPart):
+    """A fit of one quantity."""
+
+    model: str
+    y: str
+    x: list[str]
+    terms: list[TermPart]
+    n: int
+    r2: Number
+    adjusted_r2: Number
+    scatter: Number
+    fitted: list[Number]
+    dof: int
+
+
+class RelationPart(DocumentPart):
+    """A quantity against one cause, quadratic and straight."""
+
+    y: str
+    x: str
+    quadratic: FitPart
+    line: FitPart
+    t_curvature: Number
+    t_limit: Number
+    curved: bool
+    chosen: str
+
+
+class CausePart(DocumentPart):
+    """Two causes that go together."""
+
+    a: str
+    b: str
+    value: Number
+    inflation: Number
+
+
+class RegressionFigures(DocumentPart):
+    """Regressions of quantities on causes."""
+
+    rows: int
+    confidence: float
+    relations: list[RelationPart]
+    physical: list[FitPart]
+    correlations: list[CausePart]
+    sentences: list[str]
+
+
+class RegressionDocument(RegressionFigures, Document):
+    """What ``tribrach regress --json`` writes."""
+
+
+class _Compared(DocumentPart):
+    """A comparison of two clouds or stations, a against the reference b."""
+
+    units: UnitsPart
+    a: str
+    b: str
+    limit: float
+    """Longest distance that was compared [m]."""
+    sites: list[SitePart]
+    offsets: OffsetPart | None
+
+
+class ComparisonDocument(_Compared, Document):
+    """What ``tribrach compare --json`` writes."""
+
+
+class StationComparisonPart(_Compared):
+    """A comparison between stations of a job."""
+
+    regression: RegressionFigures | None
+    """Of nearest-neighbour distances on range and incidence."""
+    sentences: list[str]
+
+
+def comparison_document(
+    a: str, b: str, limit: float, sites: Sequence[SiteResult], offsets: OffsetTest | None = None
+) -> ComparisonDocument:
+    """A whole comparison; a, b : names of the clouds; limit [m]; offsets : all sites together."""
+    compared = _compared(a, b, limit, sites, offsets)
+    return ComparisonDocument.model_validate(heading(SCHEMA) | compared)
+
+
+def station_comparison(
+    a: str,
+    b: str,
+    limit: float,
+    sites: Sequence[SiteResult],
+    offsets: OffsetTest | None,
+    regression: Regression | None,
+    sentences: Sequence[str],
+) -> StationComparisonPart:
+    """A comparison between stations, as :func:`comparison_document`, with its regression."""
+    figures = None if regression is None else regression_values(regression)
+    return StationComparisonPart.model_validate(
+        _compared(a, b, limit, sites, offsets)
+        | {"regression": figures, "sentences": list(sentences)}
+    )
+
+
+def _compared(
+    a: str, b: str, limit: float, sites: Sequence[SiteResult], offsets: OffsetTest | None
+) -> dict[str, Any]:
+    return {
+        "units": {"length": "m", "angle": "rad"},
+        "a": a,
+        "b": b,
+        "limit": limit,
+        "sites": [_site(site) for site in sites],
+        "offsets": offsets,
+    }
+
+
+def _site(site: SiteResult) -> dict[str, Any]:
+    """Plain numbers; None for what is not known."""
+    return {
+        "name": site.name,
+        "n": site.n,
+        "range": site.range,
+        "incidence": site.incidence,
+        "c2c": None if site.c2c is None else _nearest(site.c2c),
+        "m3c2": None if site.m3c2 is None else _normals(site.m3c2),
+        "predicted_sigma": site.predicted_sigma,
+        "prediction": None if site.prediction is None else _prediction(site.prediction),
+        "stations": {"a": site.seen_a, "b": site.seen_b},
+    }
+
+
+def _prediction(p: Prediction) -> dict[str, Any]:
+    return {
+        "sigma": p.sigma,
+        "observed": p.observed,
+        "ratio": p.ratio,
+        "noise_b": p.noise[0],
+        "noise_a": p.noise[1],
+        "scatter_b": p.scatter[0],
+        "scatter_a": p.scatter[1],
+        "noise_ratio": p.noise_ratio,
+        "noise_ratio_error": p.noise_ratio_error,
+        "enough": p.enough,
+        "registration": p.registration,
+        "offset": p.offset,
+        "offset_sigma": p.offset_sigma,
+        "offset_agrees": p.offset_agrees,
+        "lod95": p.lod95,
+        "lod95_additive": p.lod95_additive,
+        "lod95_spatial": p.lod95_spatial,
+        "changed": p.changed,
+        "verdict": p.verdict,
+    }
+
+
+def _nearest(c2c: C2C) -> dict[str, Any]:
+    floor = c2c.floor
+    return {
+        "n": c2c.count,
+        "mean": c2c.mean,
+        "std": c2c.std,
+        "rms": c2c.rms,
+        "median": c2c.median,
+        "q95": c2c.q95,
+        "beyond": c2c.beyond,
+        "floor_mean": None if floor is None else floor.mean,
+        "floor_std": None if floor is None else floor.std,
+        "floor_rms": None if floor is None else floor.rms,
+        "floor_model": c2c.model,
+        "debiased_rms": c2c.debiased,
+        "pitch_a": c2c.pitch_a,
+        "pitch_b": c2c.pitch_b,
+        "local_plane": c2c.plane,
+        "notes": list(c2c.sentences),
+    }
+
+
+def _normals(figures: M3C2Figures) -> dict[str, Any]:
+    return {
+        "n": figures.count,
+        "mean": figures.mean,
+        "std": figures.std,
+        "lod95": figures.lod95,
+        "lod95_quadratic": figures.lod95_quadratic,
+        "changed": figures.changed,
+        "cylinder": figures.cylinder,
+        "scale": figures.scale,
+        "notes": list(figures.sentences),
+    }
+
+
+def regression_document(regression: Regression) -> RegressionDocument:
+    """Regressions as a document of their own."""
+    return RegressionDocument.model_validate(heading(SCHEMA) | regression_values(regression))
+
+
+def regression_values(regression: Regression) -> dict[str, Any]:
+    """Plain numbers, names as keys."""
+    return {
+        "rows": regression.n,
+        "confidence": regression.confidence,
+        "relations": [
+            {
+                "y": r.y,
+                "x": r.x,
+                "quadratic": _fit(r.quadratic),
+                "line": _fit(r.line),
+                "t_curvature": r.curvature,
+                "t_limit": r.limit,
+                "curved": r.curved,
+                "chosen": r.chosen.model,
+            }
+            for r in regression.relations
+        ],
+        "physical": [_fit(fit) for fit in regression.physical],
+        "correlations": list(regression.correlations),
+        "sentences": regression.sentences(),
+    }
+
+
+def _fit(fit: RegressionFit) -> dict[str, Any]:
+    """A fit as plain numbers."""
+    return {
+        "model": fit.model,
+        "y": fit.y,
+        "x": list(fit.x),
+        "terms": list(fit.terms),
+        "n": fit.n,
+        "r2": fit.r2,
+        "adjusted_r2": fit.adjusted_r2,
+        "scatter": fit.scatter,
+        "fitted": fit.fitted.tolist(),
+        "dof": fit.dof,
+    }

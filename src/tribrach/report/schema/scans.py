@@ -1,0 +1,85 @@
+"""Scans: what is in their files, and targets that were found in them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tribrach.report.schema.base import Document, DocumentPart, Finite, Matrix
+
+__all__ = ["SCHEMA", "ScansDocument", "TargetsDocument"]
+
+SCHEMA = 1
+
+
+class FieldPart(DocumentPart):
+    """A field of the points with its range."""
+
+    name: str
+    dtype: str
+    low: Finite
+    high: Finite
+
+
+class ScanPart(DocumentPart):
+    """A scan of a file [m, rad]."""
+
+    file: str
+    scan: str
+    index: int
+    points: int
+    records: int | None
+    dropped: int
+    bounds: list[list[Finite]] | None
+    fields: list[FieldPart]
+    grid: list[int] | None
+    pose: Matrix | None
+    """World from scanner, 4 x 4."""
+    crs: str | None
+    origin: str
+    """Whether the scanner is at 0, 0, 0: stated, assumed or unknown."""
+    angular_step: list[Finite] | None
+    range_quantiles: list[Finite]
+    coordinate_step: Finite
+    doubled_share: Finite
+    facts: dict[str, Any]
+    sentences: list[str]
+
+
+class ScansDocument(Document):
+    """What ``tribrach info --json`` writes."""
+
+    scans: list[ScanPart]
+
+
+class DetectionPart(DocumentPart):
+    """A target that was found, in the coordinates of its scan [m, rad]."""
+
+    kind: str
+    scan: str
+    center: list[float]
+    covariance: Matrix
+    radius: Finite
+    rms: Finite
+    points: int
+    inliers: int
+    range: Finite
+    incidence: Finite
+    coverage: Finite
+    facts: dict[str, Finite]
+    sentences: list[str]
+
+
+class RejectedPart(DocumentPart):
+    """What looked like a target and was none."""
+
+    scan: str
+    kind: str
+    center: list[float]
+    reason: str
+
+
+class TargetsDocument(Document):
+    """What ``tribrach targets --json`` writes."""
+
+    targets: list[DetectionPart]
+    rejected: list[RejectedPart]

@@ -1,0 +1,81 @@
+"""The JSON Schemas in the docs are those of the program, and what it writes follows them."""
+
+import importlib.util
+import json
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+from jsonschema import Draft202012Validator, ValidationError
+
+from tests.report.cases import levelling, mean_of_two, scanner_content
+from tribrach.job.opened import open_job
+from tribrach.pipeline import AdjustmentSettings, report, solve
+from tribrach.project import Project
+from tribrach.report import json_result
+from tribrach.simulate.twins import build
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+
+
+def script() -> ModuleType:
+    """``docs/make_schemas.py``, which is no package."""
+    spec = importlib.util.spec_from_file_location("make_schemas", DOCS / "make_schemas.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+NAMES = sorted(script().documents())
+RESULT = Draft202012Validator(json.loads((DOCS / "schema" / "result.json").read_text()))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_published_schemas_are_current(name: str) -> None:
+    module = script()
+    published = (DOCS / "schema" / f"{name}.json").read_text()
+    assert published == module.schema_text(module.documents()[name]), "run docs/make_schemas.py"
+    Draft202012Validator.check_schema(json.loads(published))
+
+
+def test_no_schema_is_left_over() -> None:
+    assert sorted(path.stem for path in (DOCS / "schema").glob("*.json")) == NAMES
+
+
+@pytest.mark.parametrize("make", [levelling, mean_of_two, scanner_content])
+def test_results_follow_the_schema(make) -> None:
+    RESULT.validate(json.loads(json_result.dumps(make())))
+
+
+def test_the_schema_refuses_other_keys_and_states() -> None:
+    data = json.loads(json_result.dumps(levelling()))
+    for change in ({"further": 1}, {"observations": [data["observations"][0] | {"state": "odd"}]}):
+        with pytest.raises(ValidationError):
+            RESULT.validate(data | change)
+
+
+def test_observations_have_their_ids() -> None:
+    rows = json.loads(json_result.dumps(levelling()))["observations"]
+    assert [row["id"] for row in rows] == [
+        "height_difference:A:B:loop.csv:1",
+        "height_difference:B:C:loop.csv:1",
+        "height_difference:C:A:loop.csv:1",
+    ]
+
+
+@pytest.mark.parametrize("name", ["hanoi-facade", "sphere-courtyard", "konya-building"])
+def test_surveys_of_twins_follow_the_schema(name: str, tmp_path: Path) -> None:
+    """Without their scans; ``tests/test_twins.py`` holds results with scans against the schema."""
+    twin = build(name, 2_000, 1)
+    for file, text in (twin.files | {"p.toml": twin.project}).items():
+        path = tmp_path / file
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    network = open_job(Project.load(tmp_path / "p.toml")).network()
+    settings = AdjustmentSettings()
+    content = report(solve(network, settings), settings)
+    data = json.loads(json_result.dumps(content))
+    RESULT.validate(data)
+    assert len(data["observations"]) == network.count()
