@@ -12,7 +12,9 @@ from tribrach.network.quality import assess, check_covariances
 from tribrach.network.variance_components import estimate_components
 from tribrach.observations.base import Use
 from tribrach.report.build import build
+from tribrach.report.chapters import SUBJECTS
 from tribrach.report.chapters.stations import attitude
+from tribrach.report.warnings import Severity, warned
 
 
 def test_levelling_loop_has_the_numbers_of_the_textbook() -> None:
@@ -196,3 +198,32 @@ def test_only_used_states_appear() -> None:
     states = {o.state for o in scanner_content().observations}
     assert states == {"active", "off"}
     assert int(Use.OFF) == 2
+
+
+def test_warnings_come_by_weight_and_keep_their_order_within() -> None:
+    """Who warns first does not decide where a warning stands."""
+    adjustment = scanner()
+    given = [
+        *warned(Severity.NOTE, ["a note"]),
+        *warned(Severity.WEAK, ["weak here", "weak there"]),
+        *warned(Severity.INPUT, ["traverse.gsi:3: a line was left out"]),
+        *warned(Severity.NOTE, ["a note"]),
+    ]
+    shown = build(adjustment, assess(adjustment), warnings=given).warnings
+    at = [shown.index(text) for text in ("traverse.gsi:3: a line was left out.", "Weak here.",
+                                         "Weak there.", "A note.")]  # fmt: skip
+    assert at[0] == 0
+    assert at == sorted(at)
+    assert shown.count("A note.") == 1
+    # its own note on what is off stands with the notes
+    off = next(k for k, text in enumerate(shown) if "switched off" in text)
+    assert off > at[2]
+
+
+def test_every_subject_has_a_key_of_its_own_and_a_model_for_its_data() -> None:
+    keys = [subject.key for subject in SUBJECTS]
+    assert len(set(keys)) == len(keys)
+    content = scanner_content()
+    modelled = {subject.key for subject in SUBJECTS if subject.model is not None}
+    with_data = {c.key or c.name for c in content.chapters if c.data is not None}
+    assert with_data <= modelled
