@@ -33,7 +33,8 @@ def mover(keys: EpochKeys, job: Realisation | None) -> Callable[[Array], Array] 
 
     Raises
     ------
-    InputError : another epoch without a velocity or plate, a frame that the site lacks.
+    InputError
+        Another epoch without a velocity or plate, a frame that the site lacks.
     """
     source = keys.realisation(job)
     if source is None or job is None or source == job:
@@ -56,11 +57,29 @@ def gnss_context(
     *,
     placed: bool,
 ) -> GnssContext:
-    """What the project says about a file of GNSS results; placed : it has a work frame already.
+    """Collect what a project says about a file of GNSS results.
+
+    Parameters
+    ----------
+    entry : ObservationFile
+        The entry of the file.
+    site : Site
+        The work frame.
+    job : Realisation or None
+        Frame and epoch of the coordinates of the project.
+    known : Iterable[str]
+        Names of points with coordinates.
+    placed : bool
+        True if the project has a work frame already.
+
+    Returns
+    -------
+    GnssContext
 
     Raises
     ------
-    InputError : the work frame is flat.
+    InputError
+        The work frame is flat.
     """
     if placed and not isinstance(site, EllipsoidSite):
         raise InputError(
@@ -83,26 +102,42 @@ def gnss_context(
 def compute_sessions(
     section: GnssSection, survey: Survey, folder: Path, progress: Progress
 ) -> tuple[SessionResult, ...]:
-    """Baselines of all sessions, started at the points of the survey.
+    """Compute the baselines of all sessions, started at the points of a survey.
+
+    Parameters
+    ----------
+    section : GnssSection
+        The sessions and how they are computed.
+    survey : Survey
+        Gives the coordinates of the first receivers.
+    folder : Path
+        Folder that the files are relative to.
+    progress : Progress
+        Told of every baseline.
+
+    Returns
+    -------
+    tuple of SessionResult
 
     Raises
     ------
-    InputError : a flat site, and as :func:`~tribrach.gnss.sessions.run_sessions`.
+    InputError
+        A flat site, and as :func:`~tribrach.gnss.sessions.run_sessions`.
     """
     site = _ellipsoid(survey.site)
-    wishes = []
+    sessions = []
     for k, session in enumerate(section.sessions):
         receivers = tuple(
             Occupation(r.point, folder / r.file, r.antenna, r.antenna_height_m)
             for r in session.receivers
         )
         orbits = tuple(folder / name for name in (*session.navigation, *section.navigation))
-        wishes.append(Session(session.name or str(k + 1), receivers, orbits, session.star))
+        sessions.append(Session(session.name or str(k + 1), receivers, orbits, session.star))
     given = {n: p for n, p in survey.points.items() if np.isfinite(p.xyz).all()}
     surest = sorted(given, key=lambda n: given[n].role not in ("fixed", "control"))
     known = {name: site.to_ecef(given[name].xyz[None])[0] for name in surest}
-    wish: Processing = section.processing(folder)
-    return run_sessions(wishes, known, wish, progress)
+    processing: Processing = section.processing(folder)
+    return run_sessions(sessions, known, processing, progress)
 
 
 def add_sessions(survey: Survey, results: Iterable[SessionResult]) -> None:

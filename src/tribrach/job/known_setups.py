@@ -30,11 +30,19 @@ __all__ = ["add_known_setups"]
 
 
 def add_known_setups(instruments: Instruments, survey: Survey) -> None:
-    """Add the occupied marks and backsights of all stations.
+    """Add the occupied marks and backsights of all stations to a survey.
+
+    Parameters
+    ----------
+    instruments : Instruments
+        Tell how well the instrument of a station is centred, measured in height and pointed.
+    survey : Survey
+        Gets the observations.
 
     Raises
     ------
-    InputError : centring, height or pointing of the instrument that are not given.
+    InputError
+        Centring, height or pointing of the instrument that are not given.
     """
     project = instruments.project
     for name, station in project.stations.items():
@@ -92,8 +100,8 @@ def _places(survey: Survey, names: Sequence[str]) -> dict[str, Array]:
         alone = adjust(survey.of_marks().network())
     except (AdjustmentError, InputError):
         return known
-    found = dict(zip(alone.layout.names["point"], alone.state.points, strict=True))
-    return {n: x for n, x in found.items() if n in names and np.isfinite(x).all()} | known
+    adjusted = dict(zip(alone.layout.names["point"], alone.state.points, strict=True))
+    return {n: x for n, x in adjusted.items() if n in names and np.isfinite(x).all()} | known
 
 
 def _instrument(instruments: Instruments, name: str) -> Instrument:

@@ -46,11 +46,22 @@ class KnownLeverArm:
 
 
 def lever_arms_of(project: Project) -> dict[str, str]:
-    """Name of the lever arm by station.
+    """Find which lever arm each station carries.
+
+    Parameters
+    ----------
+    project : Project
+        Its stations and lever arms.
+
+    Returns
+    -------
+    dict
+        Name of the lever arm by station.
 
     Raises
     ------
-    InputError : a station names a lever arm that is not there, or a point on it without one.
+    InputError
+        A station names a lever arm that is not there, or a point on it without one.
     """
     out = {}
     for name, station in project.stations.items():
@@ -112,15 +123,29 @@ def add_lever_arms(survey: Survey, arms: Mapping[str, KnownLeverArm]) -> None:
 
 
 def known_lever_arm(name: str, arm: LeverArm, folder: Path) -> KnownLeverArm:
-    """What a section or its file says of a lever arm.
+    """Find what a section or its file says of a lever arm.
+
+    Parameters
+    ----------
+    name : str
+        Name of the lever arm.
+    arm : LeverArm
+        Its section.
+    folder : Path
+        Folder that its file is relative to.
+
+    Returns
+    -------
+    KnownLeverArm
 
     Raises
     ------
-    InputError : a lever arm file is unreadable or wrong.
+    InputError
+        A lever arm file is unreadable or wrong.
     """
     if arm.file is not None:
-        found = read_lever_arm(folder / arm.file)
-        return KnownLeverArm(found.vector, found.covariance, arm.file)
+        known = read_lever_arm(folder / arm.file)
+        return KnownLeverArm(known.vector, known.covariance, arm.file)
     sigmas = (arm.sigma_x_mm, arm.sigma_y_mm, arm.sigma_z_mm)
     sigma = np.array([s if s is not None else arm.sigma_mm for s in sigmas], dtype=float) * MM
     vector = np.array([arm.x_m, arm.y_m, arm.z_m], dtype=float)
@@ -130,7 +155,17 @@ def known_lever_arm(name: str, arm: LeverArm, folder: Path) -> KnownLeverArm:
 def add_mounted_points(
     survey: Survey, stations: Mapping[str, StationSection], arms: Mapping[str, LeverArm]
 ) -> None:
-    """Points on scanners, tied to their stations by the lever arms."""
+    """Tie points on scanners to their stations by lever arms.
+
+    Parameters
+    ----------
+    survey : Survey
+        Gets the ties as observations.
+    stations : Mapping[str, StationSection]
+        Stations with their mounted points.
+    arms : Mapping[str, LeverArm]
+        Say how well a point goes back to its place.
+    """
     for name, station in stations.items():
         if station.mounted_point is None or station.lever_arm is None:
             continue

@@ -208,17 +208,17 @@ class _Reader:
     ) -> Callable[[Array], Array] | None:
         """What takes coordinates of a file to the frame and epoch of the site."""
         try:
-            found = mover(part, self.job)
+            carry = mover(part, self.job)
         except InputError as error:
             raise self.project.error(keys, error.what, error.cure) from error
-        if found is not None and not isinstance(self.context.frame.site, EllipsoidSite):
+        if carry is not None and not isinstance(self.context.frame.site, EllipsoidSite):
             raise self.project.error(
                 keys,
                 "coordinates of another frame or epoch need a place on the ellipsoid, and the site "
                 "is flat",
                 "give the site latitude_deg and longitude_deg, a crs, or a frame",
             )
-        return found
+        return carry
 
     def _observations(self, k: int, entry: ObservationFile) -> Survey:
         """One entry of observations."""
@@ -302,7 +302,8 @@ def _positions(table: CsvTable) -> Array:
 
     Raises
     ------
-    InputError : neither of them, or an empty cell.
+    InputError
+        Neither of them, or an empty cell.
     """
     if table.has("latitude", "longitude", "u"):
         return ecef_from_geodetic(*table.columns("latitude", "longitude", "u").T)

@@ -237,13 +237,13 @@ class Instruments:
 
     def _contradiction(self, station: str, one: _Claim, other: _Claim) -> InputError:
         """Two sections name different instruments for one station."""
-        said = []
+        claims = []
         for claim in (one, other):
             line = self.project.line(claim.keys)
             where = claim.section if line is None else f"{claim.section}, line {line},"
-            said.append(f"{where} names {claim.instrument}")
+            claims.append(f"{where} names {claim.instrument}")
         return self.project.error(
             one.keys,
-            f"station {station} has two instruments: {said[0]} and {said[1]}",
+            f"station {station} has two instruments: {claims[0]} and {claims[1]}",
             "name the same instrument in both, or leave one of them out",
         )

@@ -26,8 +26,19 @@ COMPONENTS = {
 class Hold(Section):
     """A component of a station's orientation that is known, exactly unless it has a sigma.
 
-    component : of the position (e, n, u) or a turn about one of these axes from the axes of the
-    frame (tilt_e, tilt_n, heading); relative_to : another station, in whose frame it is meant.
+    Attributes
+    ----------
+    station
+        Name of the station.
+    component
+        Of the position (e, n, u), or a turn about one of these axes from the axes of the
+        frame (tilt_e, tilt_n, heading).
+    relative_to
+        Another station, in whose frame the component is meant.
+    value_m, value_deg
+        Its value, zero if not given.
+    sigma_mm, sigma_arcsec
+        Its standard deviation.
     """
 
     station: str
@@ -58,11 +69,28 @@ class Hold(Section):
 class CalibrationSection(Section):
     """Calibration parameters as unknowns.
 
-    instrument : whose, a name or several; the only scanner if not given; model, parameters : see
-    :func:`~tribrach.instruments.calibration.find_model`; leave_out : parameters of the model
-    that are not estimated; per : one set for each instrument, or one for each station; scanner :
-    with or without a back face; open : what is done with unknowns that the observations leave open;
-    hold : conditions of orientation; limit_t : from which on a parameter is significant.
+    Attributes
+    ----------
+    instrument
+        Whose, a name or several; the only scanner if not given.
+    model, parameters
+        See :func:`~tribrach.instruments.calibration.find_model`.
+    leave_out
+        Parameters of the model that are not estimated.
+    unit_lengths_m
+        Unit lengths of the cyclic range errors of some models.
+    per
+        One set for each instrument, or one for each station.
+    scanner
+        With a back face (panoramic) or without (hybrid).
+    open
+        What is done with unknowns that the observations leave open.
+    hold
+        Conditions of orientation.
+    limit_t
+        From which t on a parameter is significant.
+    near_correlation
+        From which correlation on two parameters are called near.
     """
 
     instrument: tuple[str, ...] = ()
@@ -105,7 +133,8 @@ class CalibrationSection(Section):
 
         Raises
         ------
-        InputError : parameters that the model does not have, or none left.
+        InputError
+            Parameters that the model does not have, or none left.
         """
         model = find_model(self.model, self.parameters, self.unit_lengths_m)
         kept = [p for p in model.parameters if p not in model.select(self.leave_out).parameters]

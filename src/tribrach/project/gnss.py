@@ -18,8 +18,16 @@ Name = Annotated[str, Field(min_length=1)]
 class Receiver(Section):
     """A receiver over a point: its observation file, its antenna.
 
-    antenna and antenna_height_m (of the reference point over the mark) are those of the file's
-    header unless given here.
+    Attributes
+    ----------
+    point
+        Name of the point.
+    file
+        RINEX file of its observations.
+    antenna
+        Model of the antenna, that of the file's header if not given.
+    antenna_height_m
+        Height of its reference point over the mark, that of the file's header if not given.
     """
 
     point: Name
@@ -50,8 +58,30 @@ class GnssSession(Section):
 class GnssSection(Section):
     """How baselines are computed, and from what.
 
-    navigation : broadcast orbits of all sessions, and precise ones (SP3); sigma_factor : on formal
-    standard deviations; atmosphere false leaves models of troposphere and ionosphere out.
+    Attributes
+    ----------
+    sessions
+        Receivers that observed together.
+    navigation
+        Broadcast orbits of all sessions, and precise ones (SP3).
+    mask_deg
+        Lowest elevation of satellites.
+    frequencies
+        How many are used.
+    systems
+        Letters of the satellite systems.
+    atmosphere
+        False leaves models of troposphere and ionosphere out.
+    ratio
+        From which ratio on ambiguities are fixed.
+    sigma_factor
+        Factor on formal standard deviations.
+    antex
+        File of antenna corrections.
+    engine
+        The program that computes baselines.
+    time_limit_s
+        Longest time for one baseline.
     """
 
     sessions: tuple[GnssSession, ...] = ()

@@ -19,10 +19,42 @@ __all__ = ["Instrument"]
 class Instrument(Section):
     """Standard deviations of an instrument as it is set up, used where a file gives none.
 
-    centring and height are of either end of a sight; target_floor is added to target centres;
-    beam_exit and beam_divergence (full angle) give the footprint of a scanner. sheet names a model
-    whose data sheet gives all figures that are not given here. calibration : a calibration file,
-    whose parameters correct what the scanner measures.
+    Attributes
+    ----------
+    sheet
+        A model whose data sheet gives all figures that are not given here.
+    serial
+        Serial number.
+    calibration
+        A calibration file, whose parameters correct what the scanner measures.
+    direction_arcsec, zenith_arcsec
+        Of one reading.
+    distance_mm, distance_ppm
+        Of a distance, added linearly.
+    centring_mm, height_mm
+        Of either end of a sight.
+    levelling_mm_per_sqrt_km
+        Of height differences.
+    range_mm, range_ppm, scan_angle_arcsec
+        Of a single point of a scanner.
+    beam_exit_mm, beam_divergence_mrad
+        Diameter of the beam at the exit and full angle, which give its footprint.
+    target_floor_mm
+        Added to target centres.
+    levelling_arcsec
+        Of the compensator.
+    magnification
+        Of the telescope.
+    gnss_plan_mm, gnss_up_mm
+        Of GNSS positions.
+    gnss_common_share
+        Share of their variance that one session has in common.
+    rod_mm, bubble_arcmin, eccentricity_mm
+        Of targets on rods.
+    refraction
+        Coefficient of refraction.
+    source
+        Where these figures come from.
     """
 
     sheet: str | None = None

@@ -35,12 +35,28 @@ __all__ = ["Project"]
 
 
 class Project(Section):
-    """One survey job: site, datum, instruments, files, what to do and where to put it.
+    """One survey job as data: site, datum, instruments, files, what to do and where to put it.
 
-    truth : truth file of a simulated project, which the report then compares everything with.
+    Files are relative to the folder of the project. What the project names is read wherever it
+    is; results are only written inside the folder, unless the caller names another.
+    :func:`~tribrach.job.opened.open_job` reads the files.
 
-    Files are relative to the project's folder. What the project names is read wherever it is;
-    results are only written inside the folder, unless the caller names another.
+    Attributes
+    ----------
+    title, facts
+        Title and further lines of the head of the report.
+    confidence
+        Probability of ellipses, intervals and ellipsoids.
+    truth
+        Truth file of a simulated project, which the report then compares everything with.
+    site, datum, instruments, points, observations, scans
+        What is given and measured.
+    targets, registration, cloud, comparison
+        What is done with scans.
+    stations, lever_arms, scale_bars
+        How scanners were set up, what they carry, known lengths.
+    calibration, plan, gnss, adjustment, output
+        What is estimated, planned, computed and written.
     """
 
     title: str = "Untitled project"
@@ -72,9 +88,9 @@ class Project(Section):
     @model_validator(mode="after")
     def _one_epoch(self) -> Self:
         """Clouds hold for the epoch of the site: writing another would not move them."""
-        wish, given = self.cloud.epoch, self.site.epoch
-        if wish is not None and given is not None and wish != given:
-            raise ValueError(f"the epoch of clouds is {wish}, that of the site {given}: leave one")
+        clouds, site = self.cloud.epoch, self.site.epoch
+        if clouds is not None and site is not None and clouds != site:
+            raise ValueError(f"the epoch of clouds is {clouds}, that of the site {site}: leave one")
         return self
 
     def __repr__(self) -> str:
@@ -95,8 +111,9 @@ class Project(Section):
 
         Raises
         ------
-        InputError : unreadable, not UTF-8, not TOML, a key that is unknown, missing or wrong; all
-            with the line.
+        InputError
+            Unreadable, not UTF-8, not TOML, a key that is unknown, missing or wrong;
+            all with the line.
         """
         path = Path(path)
         data, text = toml_file.load(path)
@@ -127,7 +144,8 @@ class Project(Section):
 
         Raises
         ------
-        InputError : it lies outside of the project's folder.
+        InputError
+            It lies outside of the project's folder.
         """
         folder = self._folder / self.output.folder
         if not folder.resolve().is_relative_to(self._folder.resolve()):

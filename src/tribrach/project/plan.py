@@ -19,9 +19,21 @@ _GREY = 0.5
 class SceneBody(Section):
     """Something that hides targets or carries them.
 
-    A box may be a building, or a room seen from inside. size_m : width, depth and height of a box,
-    width and height of a rectangle, diameter and height of a standing cylinder, diameter of a
-    sphere; heading_deg turns a box counter-clockwise; normal is that of a rectangle.
+    A box may be a building, or a room seen from inside.
+
+    Attributes
+    ----------
+    kind
+        Box, rectangle, standing cylinder or sphere.
+    center_m
+        Its centre in the work frame.
+    size_m
+        Width, depth and height of a box, width and height of a rectangle, diameter and
+        height of a cylinder, diameter of a sphere.
+    heading_deg
+        Turns a box counter-clockwise.
+    normal
+        Of a rectangle.
     """
 
     kind: Literal["box", "rectangle", "cylinder", "sphere"]
@@ -57,10 +69,20 @@ class SceneBody(Section):
 class LeverArmPlan(Section):
     """The calibration of a lever arm: which one, and where its targets may stand.
 
-    gnss : instrument that measures every target and the antenna; targets : so many are laid out
-    around the scanner where the project has no points, in a window_deg wide part of the horizon
-    around north; nearest and farthest (level), lowest and highest : of these and of proposed
-    places, from the scanner.
+    Attributes
+    ----------
+    name
+        Name of the lever arm.
+    gnss
+        Instrument that measures every target and the antenna.
+    targets
+        So many are laid out around the scanner where the project has no points.
+    window_deg
+        Part of the horizon around north where they stand.
+    nearest_m, farthest_m
+        Level distance of these and of proposed places from the scanner.
+    lowest_m, highest_m
+        Their height over the scanner.
     """
 
     name: str
@@ -85,14 +107,42 @@ class LeverArmPlan(Section):
 class PlanSection(Section):
     """A network before it is measured.
 
-    stations : file of coordinates of planned scanner stations; targets : points that they scan, all
-    points of the project if empty; observations : files of planned sights; faces, sets : of every
-    planned scan; longest_m, steepest_deg : limits of scanned targets; scene : what hides them.
-    target_places, station_places : files of coordinates where targets and stations could be;
-    spacing_m : places on the surfaces of the scene instead of a file. add_targets, add_stations,
-    move_targets : how many are to be proposed; drop : name what can be spared; keep : points and
-    stations that stay. criterion, points : what is judged, where; new_points : points that are to
-    be determined newly, which the criterion is then about; the last four are what is required.
+    Attributes
+    ----------
+    stations
+        File of coordinates of planned scanner stations.
+    targets
+        Points that they scan, all points of the project if empty.
+    observations
+        Files of planned sights.
+    instrument
+        Of planned stations and observations that name none.
+    faces, sets
+        Of every planned scan.
+    levelling_arcsec
+        Compensator of planned stations that are not levelled otherwise.
+    longest_m, steepest_deg
+        Limits of scanned targets.
+    scene
+        What hides targets.
+    target_places, station_places
+        Files of coordinates where targets and stations could be.
+    spacing_m
+        Places on the surfaces of the scene instead of a file.
+    add_targets, add_stations, move_targets
+        How many are to be proposed.
+    drop
+        True to name what can be spared.
+    keep
+        Points and stations that stay.
+    criterion, points
+        What is judged, and where.
+    new_points
+        Points that are to be determined newly, which the criterion is then about.
+    lever_arm
+        The lever arm that the plan is about, instead of points.
+    sigma_mm, redundancy, undetected_mm, correlation
+        What is required of the criterion.
     """
 
     stations: str | None = None

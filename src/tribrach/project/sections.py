@@ -54,7 +54,16 @@ class Section(BaseModel):
 class EpochKeys(BaseModel):
     """Keys of files whose coordinates may be of another frame or epoch than the project.
 
-    velocity_m_per_year : of the marks in ECEF, or plate : their plate in PROJ's motion model.
+    Attributes
+    ----------
+    frame
+        Reference frame of the coordinates, that of the site if not given.
+    epoch
+        Decimal year that they hold for, that of the site if not given.
+    velocity_m_per_year
+        Velocity of the marks in ECEF [m/year].
+    plate
+        Instead of a velocity, their plate in PROJ's motion model.
     """
 
     frame: str | None = None
@@ -86,7 +95,8 @@ class EpochKeys(BaseModel):
 
         Raises
         ------
-        InputError : it names a frame or epoch and the job has none.
+        InputError
+            It names a frame or epoch and the job has none.
         """
         if self.frame is None and self.epoch is None:
             return job
@@ -107,10 +117,20 @@ class PointFile(EpochKeys, Section):
 
 
 class ObservationFile(EpochKeys, Section):
-    """A file of observations, or ``files`` that belong together; format if the suffix misleads.
+    """A file of observations, or several that belong together.
 
-    point, base : marks of a solution of RTKLIB, which has no names; sigma_factor on its formal
-    standard deviations.
+    Attributes
+    ----------
+    file, files
+        The file, or the files; one of both is given.
+    format
+        Format where the suffix misleads.
+    instrument
+        Name of the instrument, for files without standard deviations and for calibrations.
+    point, base
+        Marks of a solution of RTKLIB, which has no names.
+    sigma_factor
+        Factor on the formal standard deviations of a GNSS solution.
     """
 
     file: str | None = None
@@ -136,9 +156,21 @@ class ObservationFile(EpochKeys, Section):
 
 
 class Backsight(Section):
-    """A sight of the scanner's telescope: its horizontal angle, counter-clockwise from its x axis.
+    """A sight of the scanner's telescope to a mark.
 
-    sigma of one pointing is 60" over the instrument's magnification unless given here.
+    Attributes
+    ----------
+    to
+        Name of the mark.
+    horizontal_deg
+        Horizontal angle, counter-clockwise from the x axis of the scanner.
+    height_target_m
+        Height of the target over the mark.
+    pointings
+        Number of pointings that were averaged.
+    sigma_arcsec
+        Of the horizontal angle; 60 arcsec over the instrument's magnification and the root
+        of the pointings if not given.
     """
 
     to: str
@@ -149,13 +181,27 @@ class Backsight(Section):
 
 
 class StationSection(Section):
-    """A scanner station: levelled by its compensator or not, and the antenna on it.
+    """A scanner station: how it was set up and what it carries.
 
-    occupies : the mark that it stands over, its centre height_m above it; backsights : sights of
-    its telescope.
-    mounted_point : name of the antenna or prism in observations that are made to it and not to the
-    station.
-    The sigma of the compensator is the instrument's levelling_arcsec unless given here.
+    Attributes
+    ----------
+    levelled
+        True if its compensator kept it upright.
+    levelling_arcsec
+        Standard deviation of the compensator, the instrument's if not given.
+    instrument
+        Name of the instrument.
+    lever_arm
+        Name of the lever arm of the antenna or prism on the scanner.
+    mounted_point
+        Name of the antenna or prism in observations that are made to it and not to the
+        station.
+    occupies
+        The mark that the scanner stands over.
+    height_m
+        Height of its centre over this mark.
+    backsights
+        Sights of its telescope.
     """
 
     levelled: bool = False
@@ -180,8 +226,23 @@ class ScaleBar(Section):
 class AdjustmentSection(Section):
     """What is done besides adjusting.
 
-    heights : of GNSS marks, weighed by the network or by a recipe to compare with it, which keeps
-    that of height_mark and takes the others from the levelled scan of height_station.
+    Attributes
+    ----------
+    snoop
+        Blunders are switched off, one by one.
+    robust
+        Reweighting that points at blunders.
+    vce
+        Variance components are estimated.
+    posterior
+        Covariances are scaled by the a-posteriori variance factor.
+    heights
+        Heights of GNSS marks are weighed by the network, or follow a recipe to compare with
+        it.
+    height_mark
+        The mark whose height the recipe keeps.
+    height_station
+        The levelled scan that gives the recipe all other heights.
     """
 
     snoop: bool = False
@@ -214,7 +275,8 @@ def parse_datum(words: str) -> Datum:
 
     Raises
     ------
-    InputError : anything else.
+    InputError
+        Anything else.
     """
     kind, _, rest = words.partition(":")
     kind, names = kind.strip(), tuple(n.strip() for n in rest.split(",") if n.strip())
@@ -231,6 +293,13 @@ class DatumSection(Section):
     """Control as given, inner constraints over points, or points held at their coordinates.
 
     Also written as one string, ``datum = "free:A,B"``.
+
+    Attributes
+    ----------
+    kind
+        Control, free or fixed.
+    points
+        Names of the points that carry a free or fixed datum.
     """
 
     kind: Literal["control", "free", "fixed"] = "control"
@@ -262,9 +331,21 @@ class DatumSection(Section):
 class LeverArm(Section):
     """An antenna or prism on a scanner, in the scanner frame.
 
-    Either its components with their sigmas (``sigma_mm`` for all, or one for each; a component of
-    sigma 0 is held), or the file of a lever arm that another project found. mounting : how well it
-    goes back to its place, used where points are mounted on stations.
+    Either components with their standard deviations, or the file of a lever arm that another
+    project estimated.
+
+    Attributes
+    ----------
+    file
+        File of a lever arm.
+    x_m, y_m, z_m
+        Its components.
+    sigma_mm
+        Standard deviation of all components; one of 0 is held.
+    sigma_x_mm, sigma_y_mm, sigma_z_mm
+        Standard deviation of one component.
+    mounting_mm
+        How well it goes back to its place, where points are mounted on stations.
     """
 
     file: str | None = None
@@ -300,12 +381,25 @@ class LeverArm(Section):
 class ScanFile(Section):
     """A file of scans.
 
-    scan : its name in a file with several, all of them if not given; station : where it was taken,
-    the name of the scan if not given; origin : says that the scanner is at (0, 0, 0) where the
-    format does not, or where it is among placed points, x, y, z [m] of the file; names : targets by
-    name, each near x, y, z [m] of the scanner frame; face : that measured the points, for a
-    calibration: front, back, in ``dome`` the back where H is above 180 degrees, or as the
-    ``order`` of rows and columns tells, which makes two scans of one.
+    Attributes
+    ----------
+    file
+        The file.
+    scan
+        Name of one scan in a file with several, all of them if not given.
+    station
+        Where it was taken, the name of the scan if not given.
+    instrument
+        Name of the scanner.
+    origin
+        Says that the scanner is at (0, 0, 0) where the format does not, or where it stood
+        among placed points, x, y, z [m] of the file.
+    names
+        Targets by name, each near x, y, z [m] of the scanner frame.
+    face
+        The face that measured the points, for a calibration: front, back, in ``dome`` the
+        back where H is above 180 degrees, or as the ``order`` of rows and columns tells,
+        which makes two scans of one.
     """
 
     file: str
@@ -320,7 +414,12 @@ class ScanFile(Section):
 class TargetSection(Section):
     """Which targets to look for in every scan; without a size none of that kind.
 
-    floor : standard deviation that no centre falls below, in each coordinate.
+    Attributes
+    ----------
+    sphere_radius_m, checkerboard_side_m, disc_radius_m
+        Sizes of the targets.
+    floor_mm
+        Standard deviation that no centre falls below, in each coordinate.
     """
 
     sphere_radius_m: tuple[PositiveFloat, ...] = ()
@@ -337,9 +436,17 @@ class TargetSection(Section):
 class RegistrationSection(Section):
     """What ties the stations to each other: any of targets, planes and clouds, all in one network.
 
-    plane_area : planes of a scan smaller than this are not used; plane_floor : standard deviation
-    that no plane falls below, for what a fit does not see of a surface; cloud_floor : the same of
-    shift and turn between two clouds.
+    Attributes
+    ----------
+    by
+        What ties them.
+    plane_area_m2
+        Planes of a scan smaller than this are not used.
+    plane_floor_mm
+        Standard deviation that no plane falls below, for what a fit does not see of a
+        surface.
+    cloud_floor_mm, cloud_floor_arcsec
+        The same of shift and turn between two clouds.
     """
 
     by: tuple[Literal["targets", "planes", "clouds"], ...] = ("targets",)
@@ -359,8 +466,21 @@ class RegistrationSection(Section):
 class CloudSection(Section):
     """How clouds leave, or that none are wanted with ``write = false``.
 
-    frame : ``work``, ``projected`` or ``ecef``, the site's own if not given; correlations and
-    incidence add fields; e57 of an E57 source keeps its points byte for byte and gets new poses.
+    Attributes
+    ----------
+    write
+        True if clouds are written.
+    format
+        Their format; e57 of an E57 source keeps its points byte for byte and gets new
+        poses.
+    frame
+        ``work``, ``projected`` or ``ecef``, the site's own if not given.
+    merged
+        True for one file of all scans.
+    correlations, incidence
+        True for further fields of every point.
+    epoch
+        Decimal year that the coordinates hold for, that of the site if not given.
     """
 
     write: bool = True
@@ -375,8 +495,17 @@ class CloudSection(Section):
 class ComparisonSection(Section):
     """Two scans, or the scans of two stations, against each other on test sites.
 
-    b is the reference; sites : CSV file of balls or boxes in the frame of the clouds, chosen from
-    the scans if not given; limit : longest distance that is compared.
+    Attributes
+    ----------
+    a, b
+        The scans or stations; b is the reference.
+    sites
+        CSV file of balls or boxes in the frame of the clouds, chosen from the scans if not
+        given.
+    limit_mm
+        Longest distance that is compared.
+    method
+        c2c, m3c2 or both.
     """
 
     a: str

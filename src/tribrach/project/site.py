@@ -18,7 +18,8 @@ def check_reference(crs: str | None, frame: str | None, epoch: float | None) -> 
 
     Raises
     ------
-    ValueError : it has none, or the frame is not known.
+    ValueError
+        It has none, or the frame is not known.
     """
     if epoch is None and crs is not None and crs_is_dynamic(crs):
         raise ValueError(
@@ -32,10 +33,16 @@ def check_reference(crs: str | None, frame: str | None, epoch: float | None) -> 
 
 
 class Deflection(Section):
-    """Deflection of the vertical at the site: xi towards north, eta towards east.
+    """Deflection of the vertical at the site.
 
-    grid : file of geoid heights whose slope is the deflection, instead of numbers; sigma : of
-    either component, an error that all stations share.
+    Attributes
+    ----------
+    xi_arcsec, eta_arcsec
+        Towards north and towards east.
+    grid
+        File of geoid heights whose slope is the deflection, instead of numbers.
+    sigma_arcsec
+        Standard deviation of either component, an error that all stations share.
     """
 
     xi_arcsec: float | None = Field(default=None, ge=-120, le=120)
@@ -54,13 +61,27 @@ class Deflection(Section):
 class SiteSection(Section):
     """Where the work frame is.
 
-    ``flat``: coordinates are Cartesian E, N, U, with crs only for the warning of what that costs;
-    ``geodetic``: E, N, U around an origin on GRS80; ``projected``: easting, northing and height of
-    a crs, converted point by point. geoid_height_m, or a geoid_grid point by point, makes given
-    heights ellipsoidal. deflection says
-    how the plumb line of levelled scanners leans against the third axis of the frame. frame names
-    the reference frame of geocentric coordinates, epoch the time that coordinates in a dynamic one
-    hold for; a geodetic site with a frame and no origin is centred on its geocentric points.
+    Attributes
+    ----------
+    kind
+        ``flat``: coordinates are Cartesian E, N, U, with crs only for the warning of what
+        that costs; ``geodetic``: E, N, U around an origin on GRS80; ``projected``: easting,
+        northing and height of a crs, converted point by point.
+    curvature_radius_m
+        Radius of the Earth for zenith angles on a flat site.
+    latitude_deg, longitude_deg, height_m
+        Origin of a geodetic site; one with a frame and no origin is centred on its
+        geocentric points.
+    crs
+        Coordinate reference system, such as ``EPSG:5897``.
+    geoid_height_m, geoid_grid
+        Make given heights ellipsoidal, by one number or point by point.
+    deflection
+        How the plumb line of levelled scanners leans against the third axis of the frame.
+    frame
+        Reference frame of geocentric coordinates.
+    epoch
+        Decimal year that coordinates in a dynamic frame hold for.
     """
 
     kind: Literal["flat", "geodetic", "projected"] = "flat"

@@ -29,7 +29,8 @@ def load(path: Path) -> tuple[dict[str, Any], str]:
 
     Raises
     ------
-    InputError : unreadable, empty, not UTF-8, not TOML.
+    InputError
+        Unreadable, empty, not UTF-8, not TOML.
     """
     data = read_bytes(path)
     try:
@@ -45,9 +46,9 @@ def load(path: Path) -> tuple[dict[str, Any], str]:
         return tomllib.loads(text), text
     except tomllib.TOMLDecodeError as error:
         what = str(error)
-        found = re.search(r"\(at line (\d+)", what)
+        place = re.search(r"\(at line (\d+)", what)
         what = what.split(" (at ")[0]
-        line = int(found.group(1)) if found else None
+        line = int(place.group(1)) if place else None
         raise InputError(
             f"this is not TOML: {what[:1].lower()}{what[1:]}", file=path, line=line
         ) from error

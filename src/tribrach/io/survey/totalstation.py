@@ -208,7 +208,8 @@ def read(
 
     Raises
     ------
-    InputError : of the readers; no sight at all.
+    InputError
+        Of the readers; no sight at all.
     """
     apart = names_apart(paths) if labels is None else labels
     files = [replace(formats.read(path), label=apart[path]) for path in paths]
@@ -227,7 +228,8 @@ def survey_of(
 
     Raises
     ------
-    InputError : no sight at all; distances of an instrument whose sigmas are not given.
+    InputError
+        No sight at all; distances of an instrument whose sigmas are not given.
     """
     survey = Survey(site=site or FlatSite())
     measured = [raw for raw in files if len(raw.shots)]
