@@ -6,11 +6,17 @@ import numpy as np
 import pytest
 
 from tests.network.plan_networks import KINDS, candidates, combine, room_network
+from tribrach.observations.control import (
+    Coordinate,
+    ScalarPriors,
+    VectorComponentPriors,
+    VectorPriors,
+)
 from tribrach.planning.blocks import join
 from tribrach.planning.groups import coming, going, prospect_for
 from tribrach.planning.prediction import Criterion, figures, fixed_datum, predict
 from tribrach.planning.search import best_moves, propose
-from tribrach.planning.weights import needed_precision, needed_sets, scaled
+from tribrach.planning.weights import needed_precision, needed_sets, reading_groups, scaled
 
 
 def designs(kind, count=12, datum="control"):
@@ -111,3 +117,18 @@ def test_the_precision_needed_is_what_it_says():
         value = figures(predict(scaled(network, factors)), criterion).value("sigma")
         assert value == pytest.approx(0.8 * start, rel=0.01)
         assert value <= 0.8 * start
+
+
+def test_a_prior_is_no_instrument_that_reads_again():
+    """The zero of the EDM took sets and a finer sigma, as if it had been read at a station."""
+    survey = room_network("free")
+    survey.add(ScalarPriors, values=[0.0], sigma=1e-3, scalar=["x10"], group="calibration")
+    survey.add(Coordinate, values=[0.0], sigma=1e-3, position=["T0"], axis=2)
+    survey.vectors["arm"] = (np.zeros(3), True)
+    survey.add(VectorPriors, values=[np.zeros(3)], sigma=1e-3, vector=["arm"])
+    survey.add(VectorComponentPriors, values=[0.0], sigma=1e-3, vector=["arm"], axis=1)
+    network = survey.network()
+    assert {kind for *_, kind in reading_groups(network)} == {"scanner_polar"}
+    criterion = Criterion("sigma", ("T5", "T6", "T9"))
+    required = 0.9 * figures(predict(network), criterion).value("sigma")
+    assert set(needed_sets(network, criterion, required).sets) == {"S0", "S1", "S2"}

@@ -20,8 +20,33 @@ from tribrach.errors import InputError
 from tribrach.geometry import rotation
 from tribrach.network.assembly import inverse_cholesky
 from tribrach.observations.base import Observations, norm
+from tribrach.observations.declaration import (
+    Axes,
+    Category,
+    CsvColumns,
+    End,
+    KindFacts,
+    Repetition,
+    Role,
+    StartTie,
+)
 from tribrach.observations.poses import RelativePoses, RotationComponents
-from tribrach.observations.unknowns import State
+from tribrach.observations.registry import kind_named
+from tribrach.observations.registry import kinds as registered
+from tribrach.observations.ties import (
+    Faces,
+    Fixes,
+    Lengths,
+    Links,
+    Rays,
+    Rises,
+    ScannerShots,
+    TieCollector,
+    TieTable,
+    Vectors,
+    Zeniths,
+)
+from tribrach.observations.unknowns import FAMILIES, State
 
 
 def kinds() -> list[type[Observations]]:
@@ -132,3 +157,90 @@ def test_every_observation_has_ends_with_names(kind: type[Observations]) -> None
     assert len(ends) == len(observations)
     assert all(isinstance(a, str) and a and isinstance(b, str) for a, b in ends)
     assert len(kind.components) == len(kind.units)
+
+
+def test_the_registry_finds_every_kind() -> None:
+    assert sorted(kind.kind for kind in registered()) == [kind.kind for kind in KINDS]
+    assert all(kind_named(kind.kind) is kind for kind in KINDS)
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda k: k.kind)
+def test_every_kind_answers_every_question(kind: type[Observations]) -> None:
+    facts = vars(kind)["facts"]  # its own, not inherited from another kind
+    assert isinstance(facts, KindFacts)
+    assert facts.title
+    assert facts.computed
+    assert isinstance(facts.role, Role)
+    assert isinstance(facts.category, Category)
+    assert isinstance(facts.budget(True), Category)
+    assert isinstance(facts.axes, Axes)
+    assert isinstance(facts.repeats, Repetition)
+    assert isinstance(facts.start, StartTie)
+    assert all(isinstance(columns, CsvColumns) for columns in facts.csv)
+    assert set(kind.units) <= {"m", "rad", "1"}
+    # what nobody reads cannot be read again
+    assert facts.role is Role.READING or facts.repeats is Repetition.NEVER
+    assert not facts.full_circle or kind.units == ("rad",)
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda k: k.kind)
+def test_index_fields_say_what_they_refer_to(kind: type[Observations]) -> None:
+    references = kind.references()
+    named = [reference for reference in references if reference.end is not None]
+    assert named
+    sides = {reference.end for reference in named}
+    assert sides in ({End.AT}, {End.FROM, End.TO})
+    assert not any(reference.optional for reference in named)
+    for reference in references:
+        assert reference.family in (*FAMILIES, "position")
+        # an unknown that is no end has a name of its own in the report
+        calibrating = reference.family == "scalar" and reference.end is None
+        assert not calibrating or reference.means
+        assert reference.unit in ("", "m", "rad", "1")
+
+
+#: table that each kind of tie fills
+TIE_TABLES: dict[StartTie, type[TieTable]] = {
+    StartTie.RAY: Rays,
+    StartTie.LENGTH: Lengths,
+    StartTie.RISE: Rises,
+    StartTie.ZENITH: Zeniths,
+    StartTie.VECTOR: Vectors,
+    StartTie.SHOT: ScannerShots,
+    StartTie.LINK: Links,
+    StartTie.FACE: Faces,
+    StartTie.FIX: Fixes,
+}
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda k: k.kind)
+def test_start_ties_are_what_the_kind_says(kind: type[Observations]) -> None:
+    rng = np.random.default_rng(5)
+    state, observations = draw_state(rng), build(kind, rng, SITES[0])
+    ties = TieCollector(state, SITES[0], state.vectors)
+    observations.start_ties(np.arange(len(observations)), ties)
+    filled = {table for table, parts in ties.parts.items() if len(parts) > 1}
+    filled |= {Rays} if ties.north else set()
+    filled |= {ScannerShots} if ties.in_frames else set()
+    levelled = bool(np.isfinite(ties.levelling).any())
+    assert levelled == (kind.facts.start is StartTie.LEVELLING)
+    if kind.facts.start in TIE_TABLES:
+        # three points at least make a plane
+        assert TIE_TABLES[kind.facts.start] in filled or kind.kind == "point_on_plane"
+    else:
+        assert not filled
+
+
+def test_a_kind_without_facts_is_none() -> None:
+    with pytest.raises(TypeError, match="declares no facts"):
+        type("Forgotten", (registered()[0],), {"kind": "forgotten"})
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda k: k.kind)
+def test_a_required_end_must_be_there(kind: type[Observations]) -> None:
+    observations = build(kind, np.random.default_rng(4), SITES[0])
+    reference = next(r for r in kind.references() if not r.optional)
+    index = getattr(observations, reference.name).copy()
+    index[2] = -1
+    with pytest.raises(InputError, match=f"has no {reference.name}"):
+        replace(observations, **{reference.name: index})

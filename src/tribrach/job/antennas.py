@@ -17,9 +17,6 @@ from tribrach.registration.rigid_model import RigidModel, TooFewPlaces
 
 __all__ = ["CarriedAntennas", "carried_antennas", "height_sentences"]
 
-_KINDS = ("antenna", "mounted_point")
-
-
 #: an error so many times larger in height than in plan looks like a wrong antenna height
 _UPRIGHT = 3.0
 
@@ -72,7 +69,7 @@ def carried_antennas(
 
     factor : on a-priori covariances (a posteriori variance).
     """
-    if not any(o.kind in _KINDS and len(o) for o in adjustment.network.observations):
+    if not any(o.facts.places_station and len(o) for o in adjustment.network.observations):
         return None
     arms = tuple(lever_arms(adjustment, factor))
     heights = tuple(height_sentences(adjustment))

@@ -17,79 +17,37 @@ from numpy.typing import NDArray
 from tribrach._types import Array, Index
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.network import Network
+from tribrach.observations.base import Observations
+from tribrach.observations.declaration import Category, End
 
 __all__ = ["CATEGORIES", "Contribution", "by_category", "contributions"]
 
 
-_CONTROL = ("coordinates", "coordinate", "height")
-_GNSS = (
-    "gnss_position",
-    "gnss_baseline",
-    "antenna",
-    "vector_prior",
-    "vector_component_prior",
-)
-_TARGETS = ("target_centre", "scanner_polar", "plane", "point_on_plane", "relative_pose")
-_TOTAL_STATION = (
-    "direction",
-    "angle",
-    "azimuth",
-    "zenith",
-    "slope_distance",
-    "horizontal_distance",
-    "distance",
-)
-_LINES = ("height_difference",)
-_TELESCOPE = ("frame_angle", "frame_distance", "frame_coordinate")
-#: what surveyors call the groups, in the order of a budget; a backsight is every sight from the
-#: scanner itself, own targets are those in scans of the station, levelling is that of the scanner,
-#: centring that of scanners and targets over marks, with their heights
-CATEGORIES = (
-    "control",
-    "GNSS",
-    "levelling lines",
-    "total station",
-    "centring",
-    "backsight",
-    "own targets",
-    "targets of others",
-    "levelling",
-    "other",
-)
+#: what surveyors call the groups, in the order of a budget; every kind says which is its own
+CATEGORIES: tuple[str, ...] = tuple(Category)
 
 
 @dataclass(frozen=True)
 class Contribution:
     """Share of one group in a covariance.
 
-    kind, group : as in the network, names of several with a plus; own : are the observations of
-    the station itself? covariance (k, k) of the columns asked for.
+    Parameters
+    ----------
+    kind, group : str
+        As in the network, names of several with a plus.
+    own : bool
+        Are the observations those of the station itself?
+    category : Category
+        Part of the budget that the share belongs to.
+    covariance : array (k, k)
+        Of the columns asked for.
     """
 
     kind: str
     group: str
     own: bool
+    category: Category
     covariance: Array
-
-    @property
-    def category(self) -> str:
-        """The name in :data:`CATEGORIES`."""
-        kinds = set(self.kind.split(" + "))
-        if kinds <= set(_CONTROL):
-            return "control"
-        if kinds <= {*_GNSS, *_CONTROL}:
-            return "GNSS"
-        if kinds <= set(_TARGETS):
-            return "own targets" if self.own else "targets of others"
-        if kinds == {"inclination"}:
-            return "levelling" if self.own else "other"
-        if kinds <= set(_TOTAL_STATION):
-            return "backsight" if self.own else "total station"
-        if kinds <= set(_TELESCOPE):
-            return "backsight" if self.own else "other"
-        if kinds == {"offset"}:
-            return "centring"
-        return "levelling lines" if kinds <= set(_LINES) else "other"
 
 
 def contributions(adjustment: Adjustment, station: str) -> list[Contribution]:
@@ -99,21 +57,35 @@ def contributions(adjustment: Adjustment, station: str) -> list[Contribution]:
     which is their sum. KeyError if there is no such station.
     """
     influence = _influence(adjustment, adjustment.columns(station))
-    layout = adjustment.layout
-    labels = _labels(adjustment.network)
+    layout, network = adjustment.layout, adjustment.network
+    owner = _owners(network)
     pose = layout.index("pose", station)
     own = _own(adjustment, pose, layout.count("point") + pose)
-    merged = _merged(adjustment.network)
-    own &= ~merged[adjustment.rows.table]
+    own &= ~_merged(network)[adjustment.rows.table]
+    labels = []
+    for one in owner:
+        members = [o for o, other in zip(network.observations, owner, strict=True) if other == one]
+        kinds = " + ".join(dict.fromkeys(o.kind for o in members))
+        labels.append((kinds, " + ".join(dict.fromkeys(o.group for o in members))))
     out = []
     for label in dict.fromkeys(labels):
         tables = [t for t, other in enumerate(labels) if other == label]
-        mine = np.isin(adjustment.rows.table, tables)
-        for chosen, is_own in ((mine & own, True), (mine & ~own, False)):
-            if chosen.any():
-                part = influence[chosen]
-                out.append(Contribution(*label, is_own, part.T @ part))
+        members = [network.observations[t] for t in tables]
+        chosen = np.isin(adjustment.rows.table, tables)
+        for rows, is_own in ((chosen & own, True), (chosen & ~own, False)):
+            if rows.any():
+                part = influence[rows]
+                category = _category(members, is_own)
+                out.append(Contribution(*label, is_own, category, part.T @ part))
     return out
+
+
+def _category(members: list[Observations], own: bool) -> Category:
+    """Category of tables that have one share: GNSS takes control along, others do not mix."""
+    categories = {o.facts.budget(own) for o in members}
+    if categories == {Category.GNSS, Category.CONTROL}:
+        return Category.GNSS
+    return categories.pop() if len(categories) == 1 else Category.OTHER
 
 
 def by_category(parts: list[Contribution], factor: float = 1.0) -> dict[str, Array]:
@@ -135,18 +107,13 @@ def _influence(adjustment: Adjustment, columns: Index) -> Array:
     return influence
 
 
-def _labels(network: Network) -> list[tuple[str, str]]:
-    """Kind and group of each table; tables that share a joint covariance have one label."""
+def _owners(network: Network) -> list[int]:
+    """Number of each table; of tables that share a joint covariance, that of the first."""
     owner = list(range(len(network.observations)))
     for joint in network.joint:
         tables = {owner[t] for t in np.unique(joint.table)}
         owner = [min(tables) if o in tables else o for o in owner]
-    labels = []
-    for one in owner:
-        members = [o for o, other in zip(network.observations, owner, strict=True) if other == one]
-        kinds = " + ".join(dict.fromkeys(o.kind for o in members))
-        labels.append((kinds, " + ".join(dict.fromkeys(o.group for o in members))))
-    return labels
+    return owner
 
 
 def _merged(network: Network) -> NDArray[np.bool_]:
@@ -161,10 +128,11 @@ def _own(adjustment: Adjustment, pose: int, position: int) -> NDArray[np.bool_]:
     """True (n,) for rows that were observed from a station, given as pose and as position."""
     parts = [np.zeros(0, dtype=bool)]
     for o, items in zip(adjustment.network.observations, adjustment.assembly.active, strict=True):
+        place = o.end_field(End.FROM) or o.end_field(End.AT)
         at = np.zeros(len(o), dtype=bool)
-        if hasattr(o, "station"):
-            at = np.asarray(o.station) == pose
-        elif hasattr(o, "start"):
-            at = np.asarray(o.start) == (pose if o.kind == "relative_pose" else position)
+        if place is not None and place.family == "pose":
+            at = np.asarray(getattr(o, place.name)) == pose
+        elif place is not None and place.family == "position" and place.end is End.FROM:
+            at = np.asarray(getattr(o, place.name)) == position
         parts.append(np.repeat(at[items], o.rows))
     return np.concatenate(parts)

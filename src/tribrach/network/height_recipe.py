@@ -17,7 +17,7 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.network.network import Network
 from tribrach.observations.base import Use
-from tribrach.observations.control import Offsets
+from tribrach.observations.control import Offsets, VectorPriors
 from tribrach.observations.gnss import GnssPositions
 from tribrach.observations.scanner import Inclinations, TargetCentres
 
@@ -180,8 +180,8 @@ def _common_sigma(network: Network, vector: int, up: Array) -> float:
     if vector < 0:
         return 0.0
     for o in network.observations:
-        if o.kind == "vector_prior":
-            for k in np.flatnonzero(o.vector == vector):  # type: ignore[attr-defined]
+        if isinstance(o, VectorPriors):
+            for k in np.flatnonzero(o.vector == vector):
                 return float(np.sqrt(up @ o.covariance[k] @ up))
     return 0.0
 

@@ -16,6 +16,7 @@ from tribrach.geodesy.site import FlatSite, Site
 from tribrach.network.facts import Fact, Reference
 from tribrach.network.identity import observation_ids
 from tribrach.observations.base import Observations, Use
+from tribrach.observations.declaration import Axes
 from tribrach.observations.unknowns import State
 
 __all__ = [
@@ -37,43 +38,22 @@ __all__ = [
 # an observation are another matter and refused as such.
 
 
-#: kinds that know nothing of heights, and kinds that know nothing else
-_PLAN = frozenset({"direction", "angle", "azimuth", "horizontal_distance"})
-
-
-_HEIGHTS = frozenset({"height", "height_difference", "equal_height_difference"})
-
-
-def axes_in_use(tables: Iterable[tuple[str, Any]], site: Site) -> NDArray[np.bool_]:
-    """Axes E, N, U (3,) that observations depend on.
-
-    Parameters
-    ----------
-    tables
-        Kinds of observations; with single coordinates of points their axes (n,), else None.
-    """
-    found = {_kind(kind, axis) for kind, axis in tables}
+def axes_in_use(axes: Iterable[Axes], site: Site) -> NDArray[np.bool_]:
+    """Axes E, N, U (3,) that observations depend on, each of which says which are its own."""
+    observed = set(axes) - {Axes.NONE}
     used = np.ones(3, dtype=bool)
-    if not isinstance(site, FlatSite) or not found:
+    if not isinstance(site, FlatSite):
         return used
-    if found <= _PLAN:
+    if observed == {Axes.PLAN}:
         used[2] = False
-    elif found <= _HEIGHTS:
+    elif observed == {Axes.HEIGHTS}:
         used[:2] = False
     return used
 
 
-def is_given(kind: str, group: str) -> bool:
+def is_given(kind: type[Observations], group: str) -> bool:
     """True for observations that are given coordinates, control or check."""
-    return kind in ("coordinates", "coordinate") and group == "control"
-
-
-def _kind(kind: str, axis: Any) -> str:
-    """The kind; for single coordinates one that says whether they are heights."""
-    if kind != "coordinate" or axis is None:
-        return kind
-    up = np.asarray(axis).astype(int) == 2
-    return "height" if up.all() else kind if up.any() else "direction"
+    return kind.facts.listed_as_control and group == "control"
 
 
 def axes_sentence(used: NDArray[np.bool_]) -> str | None:
@@ -271,8 +251,8 @@ class Network:
         # an axis free nowhere and zero or unknown everywhere is not in use (levelling, plan)
         used = points.any(axis=0) | (np.nan_to_num(self.start.points) != 0).any(axis=0)
         tables = [*self.observations, *(c.observations for c in self.constraints)]
-        tables = [o for o in tables if not is_given(o.kind, o.group)]
-        used &= axes_in_use(((o.kind, getattr(o, "axis", None)) for o in tables), self.site)
+        tables = [o for o in tables if not is_given(type(o), o.group)]
+        used &= axes_in_use((o.observed_axes(vars(o)) for o in tables), self.site)
         points[:, used], points[:, ~used] = True, False
         start = self.start
         if datum.kind == "fixed":
@@ -438,8 +418,7 @@ class Network:
         start, end = observations.ends(state.layout)[item]
         source = observations.source[item]
         arrow = f" {start} -> {end}" if end else f" {start}"
-        kind = observations.kind.replace("_", " ")
-        return f"{kind}{arrow}" + (f" ({source})" if source else "")
+        return f"{observations.facts.title}{arrow}" + (f" ({source})" if source else "")
 
 
 def _posed(state: State, poses: list[int]) -> State:

@@ -37,7 +37,7 @@ def observed_part(survey: Survey) -> Survey:
 
 def _given(table: ObservationTable) -> bool:
     """True for coordinates that were given, not observed."""
-    return is_given(table.kind.kind, table.group)
+    return is_given(table.kind, table.group)
 
 
 def _points(survey: Survey) -> Survey:
@@ -74,7 +74,7 @@ def _sentence(names: list[str]) -> str:
 def _axes(survey: Survey) -> Survey:
     """Without the plan or the heights of all points if the whole survey knows nothing of them."""
     tables = survey.tables()
-    observed = [(t.kind.kind, t.columns.get("axis")) for t in tables if not _given(t)]
+    observed = [t.kind.observed_axes(t.columns) for t in tables if not _given(t)]
     used = axes_in_use(observed, survey.site)
     sentence = axes_sentence(used)
     joint = survey.joint_tables()
@@ -106,9 +106,11 @@ def _correlated(table: ObservationTable) -> bool:
 def _of_axes(table: ObservationTable, used: NDArray[np.bool_]) -> list[ObservationTable]:
     """Given coordinates along the axes in use, one table for each axis."""
     axes = np.flatnonzero(used)
-    if table.kind.kind == "coordinate":
+    if table.kind is Coordinate:
         keep = np.isin(np.asarray(table.columns["axis"]).astype(int), axes)
         return [table.part(keep)] if keep.any() else []
+    if len(table.kind.units) == 1:  # heights
+        return [table] if used[2] else []
     out = []
     for axis in axes:
         columns: dict[str, Any] = dict(table.columns)

@@ -10,12 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach.network.adjustment import Adjustment
-from tribrach.observations.base import Use
+from tribrach.observations.base import Observations, Use
+from tribrach.observations.declaration import Category
 
-__all__ = ["placement_sentences"]
+__all__ = ["is_gnss_position", "placement_sentences"]
 
-#: kinds whose observations are absolute positions
-ABSOLUTE = ("gnss_position", "antenna")
+
+def is_gnss_position(observations: Observations) -> bool:
+    """True for absolute positions from satellites, of marks or of antennas on scanners."""
+    return observations.facts.absolute and observations.facts.category is Category.GNSS
 
 
 def placement_sentences(adjustment: Adjustment) -> list[str]:
@@ -23,7 +26,7 @@ def placement_sentences(adjustment: Adjustment) -> list[str]:
     out = []
     for o in adjustment.network.observations:
         active = np.flatnonzero(o.use == Use.ACTIVE)
-        if o.kind not in ABSOLUTE or len(active) == 0:
+        if not is_gnss_position(o) or len(active) == 0:
             continue
         names = list(dict.fromkeys(o.ends(adjustment.layout)[i][0] for i in active))
         absolute = _sigma(_block(adjustment, names[0], names[0]))

@@ -7,8 +7,9 @@ not given coordinates become free points whose start values are found from the o
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import MISSING, dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from tribrach.network.facts import Fact, Reference
 from tribrach.network.network import Constraint, Datum, JointCovariance, Network
 from tribrach.observations.base import Observations, Use, covariance_from_sigma
 from tribrach.observations.control import Coordinates
+from tribrach.observations.declaration import Family
 from tribrach.observations.unknowns import FAMILIES, Layout, State
 
 __all__ = ["GivenPoint", "ObservationTable", "Survey", "as_column"]
@@ -34,6 +36,10 @@ LARGEST, SMALLEST_SIGMA = 1e12, 1e-15
 
 #: nor are heights over a mark [m]
 HIGHEST = 1e4
+
+
+#: fields of every kind that are given otherwise than as columns
+_NO_COLUMNS = frozenset({"values", "covariance", "source", "group", "site"})
 
 
 @dataclass
@@ -52,9 +58,9 @@ class ObservationTable:
     def names(self, family: str) -> set[str]:
         """Names of unknowns that the table refers to as this family."""
         out: set[str] = set()
-        for item in fields(self.kind):
-            if item.metadata.get("refers") == family and item.name in self.columns:
-                out |= {str(name) for name in np.ravel(self.columns[item.name]) if name}
+        for reference in self.kind.references():
+            if reference.family == family and reference.name in self.columns:
+                out |= {str(name) for name in np.ravel(self.columns[reference.name]) if name}
         return out
 
     def active(self) -> ObservationTable:
@@ -164,6 +170,59 @@ def check_heights(columns: Mapping[str, Any], source: Sequence[str], kind: str) 
             )
 
 
+def check_columns(
+    kind: type[Observations], columns: Mapping[str, Any], n: int, source: Sequence[str]
+) -> None:
+    """Refuse columns that a kind does not have, and those it must have where they lack something.
+
+    Raises
+    ------
+    InputError
+        An unknown, missing or misspelt column, one of another length, or an empty name of
+        something that every observation of the kind refers to.
+    """
+    known = {item.name: item for item in fields(kind) if item.name not in _NO_COLUMNS}
+    first = next((name for name in source if name), None)
+    listed = f"a {kind.facts.title} has the columns {', '.join(known)}"
+    for name in columns:
+        if name not in known:
+            near = difflib.get_close_matches(name, known, 1)
+            raise InputError(
+                f"a {kind.facts.title} has no column {name!r}",
+                record=first,
+                cure=f"did you mean {near[0]}? {listed}" if near else listed,
+            )
+    for name, item in known.items():
+        required = item.default is MISSING and item.default_factory is MISSING
+        if required and columns.get(name) is None:
+            raise InputError(
+                f"a {kind.facts.title} needs the column {name!r}", record=first, cure=listed
+            )
+    for reference in kind.references():
+        column = columns.get(reference.name)
+        if column is None:
+            continue
+        # a list with a number in it would become an array of words
+        listed_names = np.array(column, dtype=object) if isinstance(column, list) else column
+        names = as_column(listed_names, n)
+        if len(names) != n:
+            raise InputError(
+                f"the column {reference.name!r} of {kind.facts.title} has {len(names)} names for "
+                f"{n} values",
+                record=first,
+                cure="give one name for each",
+            )
+        for k, name in enumerate(names.ravel()):
+            if reference.optional and not name:
+                continue
+            if not isinstance(name, str) or not name:
+                raise InputError(
+                    f"the {reference.name} of a {kind.facts.title} is {name!r}, not a name",
+                    record=source[k * n // names.size] or f"observation {k * n // names.size + 1}",
+                    cure=f"name a {reference.family}",
+                )
+
+
 def as_column(part: Any, n: int) -> NDArray[Any]:
     """A column (n, ...) of a table; a single value is repeated."""
     if isinstance(part, str) or np.ndim(part) == 0:
@@ -186,15 +245,14 @@ def layout_of(given: Mapping[str, Iterable[str]], tables: Sequence[ObservationTa
     for family, known in given.items():
         names[family] |= dict.fromkeys(known)
     for table in tables:
-        for item in fields(table.kind):
-            refers = item.metadata.get("refers")
-            if refers is None or item.name not in table.columns:
+        for reference in table.kind.references():
+            if reference.name not in table.columns:
                 continue
-            used = dict.fromkeys(n for n in table.columns[item.name].ravel() if n)
-            if refers == "position":
-                used = {n: None for n in used if n not in names["pose"]}
-                refers = "point"
-            names[refers] |= used
+            used = dict.fromkeys(n for n in table.columns[reference.name].ravel() if n)
+            if reference.family == "position":
+                names["point"] |= {n: None for n in used if n not in names["pose"]}
+            else:
+                names[reference.family] |= used
     clash = names["point"].keys() & names["pose"].keys()
     if clash:
         raise InputError(
@@ -234,6 +292,7 @@ def _build(
 ) -> Observations:
     """The tables of one kind and group, one after the other."""
     columns: dict[str, Any] = {}
+    families = {reference.name: reference.family for reference in kind.references()}
     for item in fields(kind):
         parts = [m.columns.get(item.name) for m in members]
         if item.name in ("group", "site") or all(part is None for part in parts):
@@ -249,14 +308,14 @@ def _build(
             for part, m in zip(parts, members, strict=True)
         ]
         column = np.concatenate(filled)
-        family = item.metadata.get("refers")
+        family = families.get(item.name)
         columns[item.name] = column if family is None else _indices(layout, family, column)
     if any(item.name == "site" for item in fields(kind)):
         columns["site"] = site
     return kind(group=group, **columns)
 
 
-def _indices(layout: Layout, family: str, names: NDArray[Any]) -> NDArray[np.int64]:
+def _indices(layout: Layout, family: Family, names: NDArray[Any]) -> NDArray[np.int64]:
     """Indices of names in a family; "" gives -1."""
     find = layout.position_index if family == "position" else lambda n: layout.index(family, n)
     index = [find(name) if name else -1 for name in names.ravel()]
@@ -307,10 +366,6 @@ def control_observations(points: Mapping[str, GivenPoint], layout: Layout) -> li
             group="control",
         )
     ]
-
-
-#: kinds that refer to a scanner station and place it in the frame
-_PLACING = ("antenna", "mounted_point")
 
 
 @dataclass
@@ -426,25 +481,45 @@ class Survey:
         hard: bool = False,
         **columns: Any,
     ) -> int:
-        """Add n observations of a kind; returns the table's number for :meth:`correlate`.
+        """Add n observations of a kind.
 
         Parameters
         ----------
-        kind : the observation class; its index fields are given as names here.
-        values : (n,) or (n, rows) in metres and radians.
-        sigma : (n,) or (n, rows); or covariance (n, rows, rows). Not needed with ``hard``.
-        source : ``file:line`` of each, (n,).
-        hard : the values must hold exactly (a constraint).
-        columns : the kind's own fields, names for those that refer to unknowns.
+        kind : type[Observations]
+            The observation class; its index fields are given as names here.
+        values : array (n,) or (n, rows)
+            In metres and radians.
+        sigma : array (n,) or (n, rows), optional
+            Standard deviations; not needed with ``hard``.
+        covariance : array (n, rows, rows), optional
+            In place of sigma.
+        source : sequence of str (n,), optional
+            ``file:line`` of each.
+        group : str, optional
+            Name of the variance component; that of the kind if not given.
+        hard : bool
+            The values must hold exactly (a constraint).
+        **columns
+            The kind's own fields (n, ...), names for those that refer to unknowns; ``use`` and
+            ``reason``. A single value is repeated.
+
+        Returns
+        -------
+        int
+            The table's number for :meth:`correlate`.
 
         Raises
         ------
-        InputError : not a number, sigma not positive, covariance not positive definite.
+        InputError
+            A column that the kind does not have, one that it must have and is missing or empty,
+            one of another length; a value that is not a number, a sigma that is not positive, a
+            covariance that is not positive definite.
         """
         rows = len(kind.units)
         measured = np.asarray(values, dtype=float).reshape(-1, rows)
         n = len(measured)
         origin = list(source) if source is not None else [""] * n
+        check_columns(kind, columns, n, origin)
         check_values(measured, origin, kind.kind)
         if covariance is None:
             sigmas = (
@@ -580,7 +655,7 @@ class Survey:
         tables = [
             table.active()
             for table in self._tables
-            if table.names("pose") and table.kind.kind not in _PLACING
+            if table.names("pose") and not table.kind.facts.places_station
         ]
         inner = self._of(tables, self.stations)
         points = {

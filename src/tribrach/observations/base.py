@@ -13,14 +13,29 @@ be given to agree with the adjusted unknowns.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
 from enum import IntEnum
+from functools import cache
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tribrach._types import Array, Index
+from tribrach.errors import InputError
+from tribrach.instruments.precision import Precision
+from tribrach.observations.declaration import (
+    Axes,
+    End,
+    KindFacts,
+    Reference,
+    SightLine,
+    per_item,
+    refers,
+    shared,
+)
+from tribrach.observations.ties import TieCollector
 from tribrach.observations.unknowns import Layout, State
 
 __all__ = [
@@ -75,29 +90,15 @@ def covariance_from_sigma(sigma: ArrayLike) -> Array:
     return sigma[:, :, None] ** 2 * np.eye(sigma.shape[1])
 
 
-def refers(family: str, *, optional: bool = False) -> Any:
-    """A dataclass field of indices (n,) into a family of unknowns (or "position").
-
-    In a survey the same field holds names. An optional field may be left out, or hold -1 (no
-    name) for observations that have no such unknown.
-    """
-    metadata = {"refers": family, "optional": optional}
-    if optional:
-        return field(default_factory=lambda: np.empty(0, dtype=np.int64), metadata=metadata)
-    return field(metadata=metadata)
-
-
-def per_item(default: float) -> Any:
-    """A dataclass field of values (n,) with a default; a single number is broadcast."""
-    return field(default_factory=lambda: np.empty(0), metadata={"per_item": default})
-
-
-def shared() -> Any:
-    """A hashable dataclass field that is one for all observations of a table; None if not given.
-
-    In a survey, tables that differ in it are kept apart even within one group.
-    """
-    return field(default=None, metadata={"shared": True})
+@cache
+def _references(kind: type[Observations]) -> tuple[Reference, ...]:
+    """Index fields of a kind with their names."""
+    items = fields(kind)
+    return tuple(
+        replace(item.metadata["refers"], name=item.name)
+        for item in items
+        if "refers" in item.metadata
+    )
 
 
 @dataclass(kw_only=True)
@@ -106,12 +107,24 @@ class Observations(ABC):
 
     Parameters
     ----------
-    values : measured values (n, rows) in metres and radians.
-    covariance : (n, rows, rows), metres and radians squared, positive definite.
-    source : where each came from, such as ``net.gkf:17``; (n,) strings, optional.
-    use : :class:`Use` of each, (n,); all active if not given.
-    reason : why an observation is off, (n,) strings.
-    group : name of its variance component; the kind's name if not given.
+    values : array (n, rows)
+        Measured values in metres and radians.
+    covariance : array (n, rows, rows)
+        Of the values, positive definite; metres and radians squared.
+    source : array of str (n,), optional
+        Where each came from, such as ``net.gkf:17``.
+    use : array of int (n,), optional
+        :class:`Use` of each; all active if not given.
+    reason : array of str (n,), optional
+        Why an observation is off.
+    group : str, optional
+        Name of its variance component; the kind's name if not given.
+
+    Notes
+    -----
+    A kind is a subclass in a file of this package that sets ``kind``, ``units`` and ``facts`` and
+    gives :meth:`predict` and :meth:`jacobian`. Fields made with
+    :func:`~tribrach.observations.declaration.refers` name the unknowns.
     """
 
     values: Array
@@ -129,6 +142,13 @@ class Observations(ABC):
     angular: ClassVar[tuple[int, ...]] = ()
     #: names of the rows, when there is more than one
     components: ClassVar[tuple[str, ...]] = ("",)
+    #: everything else that others ask of the kind
+    facts: ClassVar[KindFacts]
+
+    def __init_subclass__(cls, **further: Any) -> None:
+        super().__init_subclass__(**further)
+        if "kind" in vars(cls) and "facts" not in vars(cls):
+            raise TypeError(f"the kind {cls.kind} declares no facts")
 
     def __post_init__(self) -> None:
         rows = len(self.units)
@@ -141,13 +161,20 @@ class Observations(ABC):
         if len(self.reason) != n:
             self.reason = np.full(n, "", dtype=object)
         self.group = self.group or self.kind
+        for reference in self.references():
+            index = np.atleast_1d(np.asarray(getattr(self, reference.name), dtype=np.int64))
+            if reference.optional and len(index) == 0:
+                index = np.full(n, -1, dtype=np.int64)
+            elif not reference.optional and (index < 0).any():
+                first = int(np.argmax(index < 0))
+                raise InputError(
+                    f"a {self.facts.title} has no {reference.name}",
+                    record=str(self.source[first]) or f"observation {first + 1}",
+                    cure=f"give the {reference.family} it refers to",
+                )
+            setattr(self, reference.name, index)
         for item in fields(self):
-            if "refers" in item.metadata:
-                index = np.atleast_1d(np.asarray(getattr(self, item.name), dtype=np.int64))
-                if item.metadata["optional"] and len(index) == 0:
-                    index = np.full(n, -1, dtype=np.int64)
-                setattr(self, item.name, index)
-            elif "per_item" in item.metadata:
+            if "per_item" in item.metadata:
                 value = np.asarray(getattr(self, item.name), dtype=float)
                 value = np.asarray(item.metadata["per_item"]) if value.size == 0 else value
                 setattr(self, item.name, np.broadcast_to(value, (n,)).copy())
@@ -181,6 +208,62 @@ class Observations(ABC):
             difference[:, row] = wrap(difference[:, row])
         return difference
 
-    @abstractmethod
+    @classmethod
+    def references(cls) -> tuple[Reference, ...]:
+        """Fields of indices of unknowns, in the order of the class."""
+        return _references(cls)
+
+    @classmethod
+    def end_field(cls, *ends: End) -> Reference | None:
+        """The first field that names one of these ends; None if there is none."""
+        return next((r for r in cls.references() if r.end in ends), None)
+
     def ends(self, layout: Layout) -> list[tuple[str, str]]:
         """Names of what each observation goes from and to; "" where there is no such end."""
+        start = self._names(layout, End.FROM, End.AT)
+        end = self._names(layout, End.TO)
+        if not end:
+            return [(" to ".join(one), "") for one in zip(*start, strict=True)]
+        pairs = zip(zip(*start, strict=True), zip(*end, strict=True), strict=True)
+        return [(" to ".join(one), " to ".join(two)) for one, two in pairs]
+
+    def _names(self, layout: Layout, *ends: End) -> list[list[str]]:
+        """Names (n,) of each field that names one of these ends."""
+        out = []
+        for reference in self.references():
+            if reference.end in ends:
+                index = getattr(self, reference.name).tolist()
+                if reference.family == "position":
+                    out.append([layout.position_name(i) for i in index])
+                else:
+                    names = layout.names[reference.family]
+                    out.append([names[i] for i in index])
+        return out
+
+    @classmethod
+    def observed_axes(cls, columns: Mapping[str, Any]) -> Axes:
+        """Axes that observations with these columns depend on, on a flat site."""
+        return cls.facts.axes
+
+    def coordinate_axes(self) -> Index | None:
+        """Axes E, N, U (n, rows) of which the values are coordinates; None for other kinds."""
+        return None
+
+    def start_ties(self, rows: Index, ties: TieCollector) -> None:
+        """Add what some of the observations (k,) say of where things are, as ``facts.start``."""
+        return
+
+    @classmethod
+    def instrument_sigma(cls, precision: Precision, line: SightLine) -> Array | None:
+        """Sigmas (n,) that an instrument gives along lines; None where it says nothing."""
+        return None
+
+    @classmethod
+    def sigma_by_length(cls, precision: Precision) -> bool:
+        """Does the instrument's sigma grow as the sight gets shorter, by errors of its ends?"""
+        return False
+
+    @classmethod
+    def instrument_columns(cls, precision: Precision) -> dict[str, Any]:
+        """Further columns of the kind that the instrument or the place give."""
+        return {}

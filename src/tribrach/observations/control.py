@@ -1,22 +1,28 @@
-"""Known values of scalars and vectors, with their sigma: weighted parameters.
-
-A prior for an EDM zero, a refraction coefficient, a calibration parameter, a height of
-instrument (:class:`ScalarPriors`), or for a lever arm or a session's common shift
-(:class:`VectorPriors`), or for one component of it where others are held
-(:class:`VectorComponentPriors`). Method section 2.13.
-"""
+"""What is known beforehand: coordinates, offsets between marks, values of other unknowns."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from tribrach._types import Array, Index
 from tribrach.geodesy.site import FlatSite, Site
 from tribrach.observations.base import Block, Observations, per_item, refers
+from tribrach.observations.declaration import (
+    Axes,
+    Category,
+    CsvColumns,
+    End,
+    KindFacts,
+    Repetition,
+    Role,
+    StartTie,
+)
 from tribrach.observations.sights import Sights
+from tribrach.observations.ties import Fixes, TieCollector, Vectors
 from tribrach.observations.unknowns import Layout, State
 
 __all__ = [
@@ -30,25 +36,33 @@ __all__ = [
     "VectorPriors",
 ]
 
-# Coordinates of a position as observations: weighted control, with their covariance.
-#
-# :class:`Coordinates` observes E, N and U with a 3x3 covariance; :class:`Coordinate` observes one
-# axis only, for control known in plan or in height alone. Method section 2.13 (weighted
-# parameters).
-
 
 @dataclass(kw_only=True)
 class Coordinates(Observations):
-    """E, N, U [m] of ``position`` (position indices)."""
+    """Coordinates E, N, U [m] with their covariance: weighted control (method section 2.13).
 
-    position: Index = refers("position")
+    Parameters
+    ----------
+    position : array of int (n,)
+        Positions.
+    """
+
+    position: Index = refers("position", end=End.AT)
     kind: ClassVar[str] = "coordinates"
     units: ClassVar[tuple[str, ...]] = ("m", "m", "m")
     components: ClassVar[tuple[str, ...]] = ("E", "N", "U")
-
-    def ends(self, layout: Layout) -> list[tuple[str, str]]:
-        """The position."""
-        return [(layout.position_name(i), "") for i in self.position]
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="coordinates",
+        computed="given coordinates E, N, U",
+        role=Role.GIVEN,
+        category=Category.CONTROL,
+        axes=Axes.SPACE,
+        repeats=Repetition.NEVER,
+        start=StartTie.FIX,
+        csv=(CsvColumns(("point",), ("e", "n", "u")),),
+        absolute=True,
+        listed_as_control=True,
+    )
 
     def predict(self, state: State) -> Array:
         """Coordinates (n, 3)."""
@@ -59,15 +73,43 @@ class Coordinates(Observations):
         columns = state.layout.position_columns(self.position)
         return [Block(columns, np.broadcast_to(np.eye(3), (len(self), 3, 3)))]
 
+    def coordinate_axes(self) -> Index | None:
+        """All three."""
+        return np.tile(np.arange(3), (len(self), 1))
+
+    def start_ties(self, rows: Index, ties: TieCollector) -> None:
+        """Coordinates."""
+        ties.add(Fixes(self.position[rows], self.values[rows]))
+
 
 @dataclass(kw_only=True)
 class Coordinate(Observations):
-    """One coordinate [m] of ``position``; ``axis`` (n,) is 0 for E, 1 for N, 2 for U."""
+    """Single coordinates [m], for control known in plan or in height alone (method section 2.13).
 
-    position: Index = refers("position")
+    Parameters
+    ----------
+    position : array of int (n,)
+        Positions.
+    axis : array of int (n,)
+        0 for E, 1 for N, 2 for U.
+    """
+
+    position: Index = refers("position", end=End.AT)
     axis: Index = field()
     kind: ClassVar[str] = "coordinate"
     units: ClassVar[tuple[str, ...]] = ("m",)
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="coordinate",
+        computed="one given coordinate",
+        role=Role.GIVEN,
+        category=Category.CONTROL,
+        axes=Axes.SPACE,
+        repeats=Repetition.NEVER,
+        start=StartTie.FIX,
+        csv=(CsvColumns(("point",), ("e", "n", "u")),),
+        absolute=True,
+        listed_as_control=True,
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -90,29 +132,57 @@ class Coordinate(Observations):
         columns = state.layout.position_columns(self.position)[np.arange(len(self)), self.axis]
         return [Block(columns[:, None], np.ones((len(self), 1, 1)))]
 
+    @classmethod
+    def observed_axes(cls, columns: Mapping[str, Any]) -> Axes:
+        """Those of the coordinates."""
+        up = np.asarray(columns["axis"]).astype(int) == 2
+        return Axes.HEIGHTS if up.all() else Axes.SPACE if up.any() else Axes.PLAN
 
-# Component ``a . X`` of a position along a given direction ``a`` of the work frame.
-#
-# For control that is known in one direction only which is not an axis of W: the ellipsoidal height
-# or the latitude of a station away from the origin (method section 2.13).
+    def coordinate_axes(self) -> Index | None:
+        """The one of each."""
+        return self.axis[:, None]
+
+    def start_ties(self, rows: Index, ties: TieCollector) -> None:
+        """Coordinates along one axis."""
+        xyz = np.full((len(rows), 3), np.nan)
+        xyz[np.arange(len(rows)), self.axis[rows]] = self.values[rows, 0]
+        ties.add(Fixes(self.position[rows], xyz))
 
 
 @dataclass(kw_only=True)
 class DirectedComponents(Observations):
-    """Components [m] of ``position`` along unit vectors ``direction`` (n, 3) in W."""
+    """Components ``a . X`` [m] of positions along given directions ``a`` of the work frame.
 
-    position: Index = refers("position")
+    For control that is known in one direction only which is not an axis of W: the ellipsoidal
+    height or the latitude of a station away from the origin (method section 2.13).
+
+    Parameters
+    ----------
+    position : array of int (n,)
+        Positions.
+    direction : array (n, 3)
+        Unit vectors ``a`` in W.
+    """
+
+    position: Index = refers("position", end=End.AT)
     direction: Array = field()
     kind: ClassVar[str] = "component"
     units: ClassVar[tuple[str, ...]] = ("m",)
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="component",
+        computed="coordinate along a given direction, `a . X`",
+        role=Role.GIVEN,
+        category=Category.CONTROL,
+        axes=Axes.SPACE,
+        repeats=Repetition.NEVER,
+        start=StartTie.NONE,
+        csv=(),
+        absolute=True,
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
         self.direction = np.asarray(self.direction, dtype=float).reshape(-1, 3)
-
-    def ends(self, layout: Layout) -> list[tuple[str, str]]:
-        """The position."""
-        return [(layout.position_name(i), "") for i in self.position]
 
     def predict(self, state: State) -> Array:
         """Components (n, 1)."""
@@ -126,25 +196,36 @@ class DirectedComponents(Observations):
         return [Block(columns, self.direction[:, None, :])]
 
 
-# Height of a position: weighted or hard control in height alone.
-#
-# ``H(X)`` is the height of the site: U on a flat site, the height over the ellipsoid or sphere
-# otherwise, so that a benchmark far from the origin of W keeps its height while its plan position
-# is still unknown (method section 2.13).
-
-
 @dataclass(kw_only=True)
 class Heights(Observations):
-    """Heights [m] of ``position`` (position indices)."""
+    """Heights ``H(X)`` [m]: control in height alone (method section 2.13).
 
-    position: Index = refers("position")
+    The height is that of the site: U on a flat site, the height over the ellipsoid or sphere
+    otherwise, so that a benchmark far from the origin of W keeps its height while its plan position
+    is still unknown.
+
+    Parameters
+    ----------
+    position : array of int (n,)
+        Positions.
+    """
+
+    position: Index = refers("position", end=End.AT)
     site: Site = field(default_factory=FlatSite)
     kind: ClassVar[str] = "height"
     units: ClassVar[tuple[str, ...]] = ("m",)
-
-    def ends(self, layout: Layout) -> list[tuple[str, str]]:
-        """The position."""
-        return [(layout.position_name(i), "") for i in self.position]
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="height",
+        computed="given height",
+        role=Role.GIVEN,
+        category=Category.CONTROL,
+        axes=Axes.HEIGHTS,
+        repeats=Repetition.NEVER,
+        start=StartTie.FIX,
+        csv=(),
+        absolute=True,
+        listed_as_control=True,
+    )
 
     def predict(self, state: State) -> Array:
         """Heights (n, 1)."""
@@ -156,24 +237,41 @@ class Heights(Observations):
         columns = state.layout.position_columns(self.position)
         return [Block(columns, self.site.axes(x)[:, 2:])]
 
+    def coordinate_axes(self) -> Index | None:
+        """The height."""
+        return np.full((len(self), 1), 2)
 
-# Vector from one position to another in the local axes of the first.
-#
-# ``u = L(X_a) (X_b + h_b g_b - X_a) - h_a e_3``: east, north and up of a sphere's centre over its
-# mark, of a prism or antenna beside it, of a scanner's centre over the occupied mark. With the
-# value zero and held exactly it makes two positions coincide (method sections 2.6 and 2.13).
+    def start_ties(self, rows: Index, ties: TieCollector) -> None:
+        """Coordinates in height."""
+        xyz = np.full((len(rows), 3), np.nan)
+        xyz[:, 2] = self.values[rows, 0]
+        ties.add(Fixes(self.position[rows], xyz))
 
 
 @dataclass(kw_only=True)
 class Offsets(Sights):
-    """Vectors (n, 3) [m] east, north, up at ``start`` to ``end`` (position indices).
+    """Vectors [m] east, north, up from one position to another in the local axes of the first.
 
-    An offset tilted by the bubble of its pole has the covariance ``(h sigma_bubble)^2`` in plan.
+    ``u = L(X_a) (X_b + h_b g_b - X_a) - h_a e_3``: a sphere's centre over its mark, a prism or
+    antenna beside it, a scanner's centre over the occupied mark. With the value zero and held
+    exactly it makes two positions coincide. An offset tilted by the bubble of its pole has the
+    covariance ``(h sigma_bubble)^2`` in plan (method sections 2.6 and 2.13).
     """
 
     kind: ClassVar[str] = "offset"
     units: ClassVar[tuple[str, ...]] = ("m", "m", "m")
     components: ClassVar[tuple[str, ...]] = ("E", "N", "U")
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="offset",
+        computed="vector from one position to another in the local axes of the first",
+        role=Role.READING,
+        category=Category.CENTRING,
+        axes=Axes.SPACE,
+        repeats=Repetition.SETS,
+        start=StartTie.VECTOR,
+        csv=(CsvColumns(("mark", "target"), ("rod",)),),
+        names_target=True,
+    )
 
     def predict(self, state: State) -> Array:
         """Vectors (n, 3)."""
@@ -183,18 +281,40 @@ class Offsets(Sights):
         """Identity by the sight."""
         return self.sight_blocks(state, np.broadcast_to(np.eye(3), (len(self), 3, 3)))
 
+    def start_ties(self, rows: Index, ties: TieCollector) -> None:
+        """Vectors from mark to mark."""
+        value = self.values[rows].copy()
+        value[:, 2] += self.height_instrument[rows] - self.height_target[rows]
+        ties.add(Vectors(self.start[rows], self.end[rows], value))
+
 
 @dataclass(kw_only=True)
 class ScalarPriors(Observations):
-    """Values (n, 1) of ``scalar`` (scalar indices), each in its scalar's own unit."""
+    """Known values of scalars, each in its scalar's own unit: weighted parameters.
 
-    scalar: Index = refers("scalar")
+    An EDM zero, a refraction coefficient, a calibration parameter, a height of instrument (method
+    section 2.13).
+
+    Parameters
+    ----------
+    scalar : array of int (n,)
+        Scalars.
+    """
+
+    scalar: Index = refers("scalar", end=End.AT)
     kind: ClassVar[str] = "scalar_prior"
     units: ClassVar[tuple[str, ...]] = ("1",)
-
-    def ends(self, layout: Layout) -> list[tuple[str, str]]:
-        """The scalar."""
-        return [(layout.names["scalar"][i], "") for i in self.scalar]
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="scalar prior",
+        computed="known value of a scalar: zero constant, refraction, calibration parameter",
+        role=Role.PRIOR,
+        category=Category.OTHER,
+        axes=Axes.NONE,
+        repeats=Repetition.NEVER,
+        start=StartTie.VALUE,
+        csv=(),
+        of_unknown=True,
+    )
 
     def predict(self, state: State) -> Array:
         """Values (n, 1)."""
@@ -208,16 +328,28 @@ class ScalarPriors(Observations):
 
 @dataclass(kw_only=True)
 class VectorPriors(Observations):
-    """Values (n, 3) [m] of ``vector`` (vector indices), in the vector's own frame."""
+    """Known values [m] of vectors in their own frames: lever arms, the common shift of a session.
 
-    vector: Index = refers("vector")
+    Parameters
+    ----------
+    vector : array of int (n,)
+        Vectors (method section 2.13).
+    """
+
+    vector: Index = refers("vector", end=End.AT)
     kind: ClassVar[str] = "vector_prior"
     units: ClassVar[tuple[str, ...]] = ("m", "m", "m")
     components: ClassVar[tuple[str, ...]] = ("x", "y", "z")
-
-    def ends(self, layout: Layout) -> list[tuple[str, str]]:
-        """The vector."""
-        return [(layout.names["vector"][i], "") for i in self.vector]
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="vector prior",
+        computed="known value of a vector: lever arm, common shift of a session",
+        role=Role.PRIOR,
+        category=Category.GNSS,
+        axes=Axes.NONE,
+        repeats=Repetition.NEVER,
+        start=StartTie.VALUE,
+        csv=(),
+    )
 
     def predict(self, state: State) -> Array:
         """Values (n, 3)."""
@@ -231,12 +363,30 @@ class VectorPriors(Observations):
 
 @dataclass(kw_only=True)
 class VectorComponentPriors(Observations):
-    """Values (n, 1) [m] of the component ``axis`` (0, 1, 2) of ``vector`` (vector indices)."""
+    """Known components [m] of vectors, where others are held or unknown.
 
-    vector: Index = refers("vector")
+    Parameters
+    ----------
+    vector : array of int (n,)
+        Vectors (method section 2.13).
+    axis : array (n,)
+        0, 1, 2 for x, y, z.
+    """
+
+    vector: Index = refers("vector", end=End.AT)
     axis: Array = per_item(0.0)
     kind: ClassVar[str] = "vector_component_prior"
     units: ClassVar[tuple[str, ...]] = ("m",)
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="vector component prior",
+        computed="known component of a vector",
+        role=Role.PRIOR,
+        category=Category.GNSS,
+        axes=Axes.NONE,
+        repeats=Repetition.NEVER,
+        start=StartTie.NONE,
+        csv=(),
+    )
 
     def ends(self, layout: Layout) -> list[tuple[str, str]]:
         """The vector and its component."""

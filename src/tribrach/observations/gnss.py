@@ -1,9 +1,4 @@
-"""A point that is mounted on a scanner, ``0 = X - t - R l``: an antenna or a prism of its own.
-
-What is measured to the point (vectors of a GNSS session, sights of a total station) then places the
-scanner through the lever arm ``l``, an unknown vector in the scanner frame (method section 2.8).
-:class:`~tribrach.observations.gnss.Antennas` is the same for positions.
-"""
+"""What satellite positioning gives: positions, vectors, and antennas mounted on a scanner."""
 
 from __future__ import annotations
 
@@ -16,36 +11,59 @@ from tribrach._types import Array, Index
 from tribrach.geodesy.site import FlatSite, Site
 from tribrach.geometry.rotation import exp, right_jacobian_inverse, skew
 from tribrach.observations.base import Block, Observations, per_item, refers
-from tribrach.observations.unknowns import Layout, State
+from tribrach.observations.declaration import (
+    Axes,
+    Category,
+    CsvColumns,
+    End,
+    KindFacts,
+    Planned,
+    Repetition,
+    Role,
+    StartTie,
+)
+from tribrach.observations.ties import Fixes, ScannerShots, TieCollector, Vectors
+from tribrach.observations.unknowns import State
 
 __all__ = ["Antennas", "GnssBaselines", "GnssPositions", "MountedPoints"]
-
-# GNSS position of a mark or antenna in the work frame, with a common part of its session.
-#
-# ``y = X + a g(X) + c``: antenna height ``a`` along the local vertical, and an optional common
-# shift ``c`` (a vector unknown with its own prior) shared by all positions of a session, so that
-# their relative precision is better than their absolute one (method section 2.6).
 
 
 @dataclass(kw_only=True)
 class GnssPositions(Observations):
-    """Positions (n, 3) [m] in W of ``position`` (position indices).
+    """GNSS positions [m] of marks or antennas in the work frame, ``y = X + a g(X) + c``.
 
-    antenna_height : [m] (n,) over the position; common : index (n,) of the session's shift
-    vector, -1 for none.
+    The antenna stands ``a`` above the mark along the local vertical; an optional common shift ``c``
+    (a vector unknown with its own prior) is shared by all positions of a session, so that their
+    relative precision is better than their absolute one (method section 2.6).
+
+    Parameters
+    ----------
+    position : array of int (n,)
+        Positions.
+    antenna_height : array (n,), optional
+        ``a`` [m].
+    common : array of int (n,), optional
+        Vectors ``c``, -1 for none.
     """
 
-    position: Index = refers("position")
+    position: Index = refers("position", end=End.AT)
     antenna_height: Array = per_item(0.0)
-    common: Index = refers("vector", optional=True)
+    common: Index = refers("vector", optional=True, means="common shift")
     site: Site = field(default_factory=FlatSite)
     kind: ClassVar[str] = "gnss_position"
     units: ClassVar[tuple[str, ...]] = ("m", "m", "m")
     components: ClassVar[tuple[str, ...]] = ("E", "N", "U")
-
-    def ends(self, layout: Layout) -> list[tuple[str, str]]:
-        """The position."""
-        return [(layout.position_name(i), "") for i in self.position]
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="gnss position",
+        computed="position of the antenna over a mark, with a shift common to its session",
+        role=Role.READING,
+        category=Category.GNSS,
+        axes=Axes.SPACE,
+        repeats=Repetition.FINER,
+        start=StartTie.FIX,
+        csv=(CsvColumns(("gnss",), ("e", "n", "u"), planned=Planned.BY_NAME),),
+        absolute=True,
+    )
 
     def predict(self, state: State) -> Array:
         """Antenna positions (n, 3)."""
@@ -67,41 +85,61 @@ class GnssPositions(Observations):
             blocks.append(Block(columns, np.broadcast_to(np.eye(3), (len(self), 3, 3))))
         return blocks
 
-
-# GNSS baseline ``X_b - X_a`` as a vector of the work frame, with its full covariance.
-#
-# ``y = (1 + m) exp(w) (X_b - X_a)``. Vectors and covariances measured in ECEF are rotated into W
-# by the reader (method sections 1.1 and 2.7); antenna heights run along the local verticals. The
-# scale ``m`` and the turn ``w`` of the GNSS frame against W are optional unknowns. Several
-# baselines of one session are joined by a joint covariance of the network.
+    def start_ties(self, rows: Index, ties: TieCollector) -> None:
+        """Coordinates under the antenna."""
+        antenna = self.values[rows]
+        up = ties.site.axes(antenna)[:, 2]
+        xyz = antenna - self.antenna_height[rows, None] * up
+        ties.add(Fixes(self.position[rows], xyz))
 
 
 @dataclass(kw_only=True)
 class GnssBaselines(Observations):
-    """Vectors (n, 3) [m] in W from ``start`` to ``end`` (position indices).
+    """GNSS baselines as vectors [m] of the work frame, ``y = (1 + m) exp(w) (X_b - X_a)``.
 
-    height_start, height_end : antenna heights [m] (n,); scale : index (n,) of a scalar that
-    scales the vectors by ``1 + m``; turn_e, turn_n, turn_u : indices (n,) of the components of
-    the rotation vector ``w`` [rad] about the axes of W; -1 for none.
+    Vectors and covariances measured in ECEF are rotated into the work frame by the reader;
+    antenna heights run along the local verticals. The scale ``m`` and the turn ``w`` of the GNSS
+    frame against the work frame are optional unknowns. Several baselines of one session are joined
+    by a joint covariance of the network (method sections 1.1 and 2.7).
+
+    Parameters
+    ----------
+    start, end : array of int (n,)
+        Positions.
+    height_start, height_end : array (n,), optional
+        Antenna heights [m].
+    scale : array of int (n,), optional
+        Scalars ``m``, -1 for none.
+    turn_e, turn_n, turn_u : array of int (n,), optional
+        Scalars: components of the rotation vector ``w`` [rad] about the axes of W, -1 for none.
     """
 
-    start: Index = refers("position")
-    end: Index = refers("position")
+    start: Index = refers("position", end=End.FROM)
+    end: Index = refers("position", end=End.TO)
     height_start: Array = per_item(0.0)
     height_end: Array = per_item(0.0)
-    scale: Index = refers("scalar", optional=True)
-    turn_e: Index = refers("scalar", optional=True)
-    turn_n: Index = refers("scalar", optional=True)
-    turn_u: Index = refers("scalar", optional=True)
+    scale: Index = refers("scalar", optional=True, means="scale", unit="1")
+    turn_e: Index = refers("scalar", optional=True, means="turn of the GNSS frame", unit="rad")
+    turn_n: Index = refers("scalar", optional=True, means="turn of the GNSS frame", unit="rad")
+    turn_u: Index = refers("scalar", optional=True, means="turn of the GNSS frame", unit="rad")
     site: Site = field(default_factory=FlatSite)
     kind: ClassVar[str] = "gnss_baseline"
     units: ClassVar[tuple[str, ...]] = ("m", "m", "m")
     components: ClassVar[tuple[str, ...]] = ("E", "N", "U")
-
-    def ends(self, layout: Layout) -> list[tuple[str, str]]:
-        """From and to."""
-        name = layout.position_name
-        return [(name(i), name(j)) for i, j in zip(self.start, self.end, strict=True)]
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="gnss baseline",
+        computed="`X_b - X_a`, turned and scaled by unknowns if wanted; any number of them in one "
+        "covariance matrix",
+        role=Role.READING,
+        category=Category.GNSS,
+        axes=Axes.SPACE,
+        repeats=Repetition.FINER,
+        start=StartTie.VECTOR,
+        csv=(
+            CsvColumns(("from", "to"), ("de", "dn", "du"), planned=Planned.BY_NAME),
+            CsvColumns(("from", "to"), ("dx", "dy", "dz")),
+        ),
+    )
 
     def _chord(self, state: State) -> Array:
         a, b = state.positions[self.start], state.positions[self.end]
@@ -154,31 +192,49 @@ class GnssBaselines(Observations):
         up = self.site.axes(x)[:, 2]
         return np.eye(3) - height[:, None, None] * (skew(up) @ self.site.turn(x))
 
-
-# Antenna (or prism) on the scanner, ``y = t + R l + c`` with the lever arm ``l`` as an unknown.
-#
-# The lever arm is a vector in the scanner frame with a prior from its calibration; ``c`` is the
-# optional common shift of a GNSS session (method section 2.8).
+    def start_ties(self, rows: Index, ties: TieCollector) -> None:
+        """Vectors from mark to mark."""
+        value = self.values[rows].copy()
+        # antenna heights along the mean vertical are near enough for a start
+        value[:, 2] += self.height_start[rows] - self.height_end[rows]
+        ties.add(Vectors(self.start[rows], self.end[rows], value))
 
 
 @dataclass(kw_only=True)
 class Antennas(Observations):
-    """Positions (n, 3) [m] in W of the antenna on ``station`` (pose indices).
+    """Positions [m] in the work frame of an antenna or prism on a scanner, ``y = t + R l + c``.
 
-    lever_arm : vector indices (n,); common : vector indices (n,) of a session's shift, -1 none.
+    The lever arm ``l`` is an unknown vector in the scanner frame with a prior from its calibration;
+    ``c`` is the optional common shift of a GNSS session (method section 2.8).
+
+    Parameters
+    ----------
+    station : array of int (n,)
+        Poses.
+    lever_arm : array of int (n,)
+        Vectors ``l``.
+    common : array of int (n,), optional
+        Vectors ``c``, -1 for none.
     """
 
-    station: Index = refers("pose")
-    lever_arm: Index = refers("vector")
-    common: Index = refers("vector", optional=True)
+    station: Index = refers("pose", end=End.FROM)
+    lever_arm: Index = refers("vector", end=End.TO, means="lever arm")
+    common: Index = refers("vector", optional=True, means="common shift")
     kind: ClassVar[str] = "antenna"
     units: ClassVar[tuple[str, ...]] = ("m", "m", "m")
     components: ClassVar[tuple[str, ...]] = ("E", "N", "U")
-
-    def ends(self, layout: Layout) -> list[tuple[str, str]]:
-        """The station and its lever arm."""
-        poses, vectors = layout.names["pose"], layout.names["vector"]
-        return [(poses[i], vectors[j]) for i, j in zip(self.station, self.lever_arm, strict=True)]
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="antenna",
+        computed="`t + R l`, with the lever arm `l` of an antenna or prism on the scanner",
+        role=Role.READING,
+        category=Category.GNSS,
+        axes=Axes.SPACE,
+        repeats=Repetition.SETS,
+        start=StartTie.FIX,
+        csv=(CsvColumns(("gnss",), ("e", "n", "u")),),
+        absolute=True,
+        places_station=True,
+    )
 
     def predict(self, state: State) -> Array:
         """Antenna positions (n, 3)."""
@@ -201,28 +257,51 @@ class Antennas(Observations):
             blocks.append(Block(layout.columns("vector", self.common), eye))
         return blocks
 
+    def start_ties(self, rows: Index, ties: TieCollector) -> None:
+        """An antenna is a target of its scanner with known coordinates."""
+        nodes = ties.n_nodes + np.arange(len(rows))
+        ties.n_nodes += len(rows)
+        ties.add(Fixes(nodes, self.values[rows]))
+        ties.add(ScannerShots(self.station[rows], nodes, ties.vectors[self.lever_arm[rows]]))
+
 
 @dataclass(kw_only=True)
 class MountedPoints(Observations):
-    """Zeros (n, 3) [m]; the covariance says how well the mounting repeats, along E, N, U of W.
+    """Points mounted on a scanner, ``0 = X - t - R l`` [m]: an antenna or a prism of its own.
 
-    station : pose indices (n,); point : position indices (n,); lever_arm : vector indices (n,).
+    What is measured to the point (vectors of a GNSS session, sights of a total station) then places
+    the scanner through the lever arm ``l``, an unknown vector in the scanner frame (method section
+    2.8). :class:`Antennas` is the same for positions. Values are zero; the covariance says how well
+    the mounting repeats, along E, N, U of W.
+
+    Parameters
+    ----------
+    station : array of int (n,)
+        Poses.
+    point : array of int (n,)
+        Positions ``X``.
+    lever_arm : array of int (n,)
+        Vectors ``l``.
     """
 
-    station: Index = refers("pose")
-    point: Index = refers("position")
-    lever_arm: Index = refers("vector")
+    station: Index = refers("pose", end=End.FROM)
+    point: Index = refers("position", end=End.TO)
+    lever_arm: Index = refers("vector", means="lever arm")
     kind: ClassVar[str] = "mounted_point"
     units: ClassVar[tuple[str, ...]] = ("m", "m", "m")
     components: ClassVar[tuple[str, ...]] = ("E", "N", "U")
-
-    def ends(self, layout: Layout) -> list[tuple[str, str]]:
-        """The station and the point on it."""
-        poses = layout.names["pose"]
-        return [
-            (poses[i], layout.position_name(j))
-            for i, j in zip(self.station, self.point, strict=True)
-        ]
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="mounted point",
+        computed="`X - t - R l`, observed as zero: a point on the scanner, for what is measured to "
+        "the antenna itself",
+        role=Role.CONDITION,
+        category=Category.OTHER,
+        axes=Axes.SPACE,
+        repeats=Repetition.NEVER,
+        start=StartTie.SHOT,
+        csv=(),
+        places_station=True,
+    )
 
     def _arm(self, state: State) -> Array:
         r, arm = state.pose_r[self.station], state.vectors[self.lever_arm]
@@ -245,3 +324,8 @@ class MountedPoints(Observations):
             Block(layout.columns("pose", self.station), by_pose),
             Block(layout.columns("vector", self.lever_arm), -r),
         ]
+
+    def start_ties(self, rows: Index, ties: TieCollector) -> None:
+        """What is mounted on a scanner is a target of it."""
+        arms = ties.vectors[self.lever_arm[rows]]
+        ties.add(ScannerShots(self.station[rows], self.point[rows], arms))

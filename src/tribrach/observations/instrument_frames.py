@@ -1,17 +1,16 @@
-"""Targets that turn around an axis: circles across the axis, centred on it.
+"""Targets in the frame of a station, value by value, and targets that turn around an axis.
 
-The axis runs through ``origin`` (a position) along ``n = m + s_1 a_1 + s_2 a_2``: ``m`` is the
+Targets in a frame: ``u = R^T (X + ht g(X) - t)`` is the target in the station's own frame, levelled
+or not, with a prism or sphere ``ht`` above the mark along the local vertical ``g``
+(:class:`FrameSights`; method sections 2.0 to 2.2).
+
+An axis runs through ``origin`` (a position) along ``n = m + s_1 a_1 + s_2 a_2``: ``m`` is the
 coordinate axis of W closest to it, ``a_1`` and ``a_2`` the next ones in cyclic order and ``s``
 two unknown slopes (scalars), so that no unknown is superfluous. A target fixed to the turning
-body describes a circle of radius ``r`` about ``C = O + l n`` in all positions of the body:
-
-* :class:`AxisRadii`: ``|P - C| - r = 0``;
-* :class:`AxisPlanes`: ``n . (P - C) / |n| = 0``;
-* :class:`AxisFeet`: ``n . (Q - O) / |n| = 0``: the origin is the foot of ``Q`` on the axis, which
-  fixes it along the axis; used as a hard constraint.
-
-All three are observed as zero. Their misclosures are lengths, whose sigma is the stability of the
-turning body (circle fit of rotation axes, as of telescopes; method section 2.13).
+body describes a circle of radius ``r`` about ``C = O + l n`` in all positions of the body
+(:class:`AxisSights`). Its conditions are observed as zero; their misclosures are lengths, whose
+sigma is the stability of the turning body (circle fit of rotation axes, as of telescopes; method
+section 2.13).
 """
 
 from __future__ import annotations
@@ -25,7 +24,17 @@ from tribrach._types import Array, Index
 from tribrach.geodesy.site import FlatSite, Site
 from tribrach.geometry.rotation import skew
 from tribrach.observations.base import Block, Observations, norm, per_item, refers
-from tribrach.observations.unknowns import Layout, State
+from tribrach.observations.declaration import (
+    Axes,
+    Category,
+    End,
+    KindFacts,
+    Repetition,
+    Role,
+    StartTie,
+)
+from tribrach.observations.ties import TieCollector
+from tribrach.observations.unknowns import State
 
 __all__ = [
     "AxisFeet",
@@ -36,35 +45,25 @@ __all__ = [
     "FrameDistances",
 ]
 
-# Single coordinates, angles and distances of a target in the frame of a station.
-#
-# ``u = R^T (X + ht g(X) - t)`` is the target in the station's own frame, levelled or not, with a
-# prism or sphere ``ht`` above the mark along the local vertical ``g``. From it
-#
-# * :class:`FrameCoordinates`: one of x, y, z, where a whole target centre was not measured;
-# * :class:`FrameAngles`: ``atan2(y, x)`` counterclockwise, or the elevation ``atan2(z, |(x, y)|)``,
-#   as of a laser tracker, or of a target in a photograph with the rays of a calibrated camera;
-# * :class:`FrameDistances`: ``|u|``.
-#
-# Method sections 2.0 to 2.2.
-
 
 @dataclass(kw_only=True)
 class FrameSights(Observations):
-    """Observations of ``target`` (position indices) in the frame of ``station`` (pose indices).
+    """Observations of targets in the frame of a station.
 
-    height_target : height of the target over its mark [m], (n,).
+    Parameters
+    ----------
+    station : array of int (n,)
+        Poses.
+    target : array of int (n,)
+        Positions.
+    height_target : array (n,), optional
+        Height of the target over its mark [m].
     """
 
-    station: Index = refers("pose")
-    target: Index = refers("position")
+    station: Index = refers("pose", end=End.FROM)
+    target: Index = refers("position", end=End.TO)
     height_target: Array = per_item(0.0)
     site: Site = field(default_factory=FlatSite)
-
-    def ends(self, layout: Layout) -> list[tuple[str, str]]:
-        """Station and target."""
-        poses, name = layout.names["pose"], layout.position_name
-        return [(poses[i], name(j)) for i, j in zip(self.station, self.target, strict=True)]
 
     def _chord(self, state: State) -> Array:
         """Target minus station in W, (n, 3)."""
@@ -91,14 +90,38 @@ class FrameSights(Observations):
             Block(layout.columns("pose", self.station), by_pose),
         ]
 
+    def add_in_frame(self, rows: Index, component: Index, ties: TieCollector) -> None:
+        """Values (k,) for start values, component as in :meth:`TieCollector.add_in_frame`."""
+        ends = self.station[rows], self.target[rows]
+        ties.add_in_frame(*ends, component, self.values[rows, 0], self.height_target[rows])
+
 
 @dataclass(kw_only=True)
 class FrameCoordinates(FrameSights):
-    """Coordinates [m]; ``axis`` (n,) is 0 for x, 1 for y, 2 for z of the station's frame."""
+    """Single coordinates [m], where a whole target centre was not measured.
+
+    Parameters
+    ----------
+    axis : array of int (n,)
+        0 for x, 1 for y, 2 for z of the station's frame (method section 2.0).
+    """
 
     axis: Index = field()
     kind: ClassVar[str] = "frame_coordinate"
     units: ClassVar[tuple[str, ...]] = ("m",)
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="frame coordinate",
+        computed="one coordinate of a target in a station's frame",
+        role=Role.READING,
+        category=Category.OTHER,
+        own_category=Category.BACKSIGHT,
+        axes=Axes.SPACE,
+        repeats=Repetition.SETS,
+        start=StartTie.SHOT,
+        csv=(),
+        names_target=True,
+        common_to_stations="frame coordinates",
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -113,15 +136,40 @@ class FrameCoordinates(FrameSights):
         """The observed axis by ``u``."""
         return self.frame_blocks(state, np.eye(3)[self.axis][:, None, :])
 
+    def start_ties(self, rows: Index, ties: TieCollector) -> None:
+        """One of three values that make a shot."""
+        self.add_in_frame(rows, self.axis[rows], ties)
+
 
 @dataclass(kw_only=True)
 class FrameAngles(FrameSights):
-    """Angles [rad]; ``circle`` (n,) is 0 for ``atan2(y, x)``, 1 for the elevation."""
+    """Angles [rad]: ``atan2(y, x)`` counter-clockwise, or the elevation ``atan2(z, |(x, y)|)``.
+
+    As of a laser tracker, or of a target in a photograph with the rays of a calibrated camera.
+
+    Parameters
+    ----------
+    circle : array of int (n,)
+        0 for the angle about the z axis, 1 for the elevation (method section 2.1).
+    """
 
     circle: Index = field()
     kind: ClassVar[str] = "frame_angle"
     units: ClassVar[tuple[str, ...]] = ("rad",)
     angular: ClassVar[tuple[int, ...]] = (0,)
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="frame angle",
+        computed="angle about the z axis, or elevation, of a target in a station's frame",
+        role=Role.READING,
+        category=Category.OTHER,
+        own_category=Category.BACKSIGHT,
+        axes=Axes.SPACE,
+        repeats=Repetition.SETS,
+        start=StartTie.SHOT,
+        csv=(),
+        names_target=True,
+        common_to_stations="frame angles",
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -144,13 +192,30 @@ class FrameAngles(FrameSights):
         by_u = np.where((self.circle == 0)[:, None], around, upward)
         return self.frame_blocks(state, by_u[:, None, :])
 
+    def start_ties(self, rows: Index, ties: TieCollector) -> None:
+        """One of three values that make a shot."""
+        self.add_in_frame(rows, 3 + self.circle[rows], ties)
+
 
 @dataclass(kw_only=True)
 class FrameDistances(FrameSights):
-    """Distances [m] from the station's origin."""
+    """Distances ``|u|`` [m] of targets from a station's origin (method section 2.1)."""
 
     kind: ClassVar[str] = "frame_distance"
     units: ClassVar[tuple[str, ...]] = ("m",)
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="frame distance",
+        computed="distance of a target from a station's origin",
+        role=Role.READING,
+        category=Category.OTHER,
+        own_category=Category.BACKSIGHT,
+        axes=Axes.SPACE,
+        repeats=Repetition.SETS,
+        start=StartTie.SHOT,
+        csv=(),
+        names_target=True,
+        common_to_stations="frame distances",
+    )
 
     def predict(self, state: State) -> Array:
         """Distances (n, 1)."""
@@ -161,28 +226,34 @@ class FrameDistances(FrameSights):
         u = self.in_frame(state)
         return self.frame_blocks(state, (u / norm(u)[:, None])[:, None, :])
 
+    def start_ties(self, rows: Index, ties: TieCollector) -> None:
+        """One of three values that make a shot."""
+        self.add_in_frame(rows, np.full(len(rows), 5), ties)
+
 
 @dataclass(kw_only=True)
 class AxisSights(Observations):
     """Conditions between the axis through ``origin`` and the position ``point``.
 
-    slope_1, slope_2 : scalar indices (n,) of the axis; main (n,) 0, 1, 2 for its main axis.
+    Parameters
+    ----------
+    origin, point : array of int (n,)
+        Positions.
+    slope_1, slope_2 : array of int (n,)
+        Scalars: the slopes of the axis.
+    main : array of int (n,)
+        0, 1, 2 for the axis of W that is closest to it.
     """
 
-    origin: Index = refers("position")
-    point: Index = refers("position")
-    slope_1: Index = refers("scalar")
-    slope_2: Index = refers("scalar")
+    origin: Index = refers("position", end=End.FROM)
+    point: Index = refers("position", end=End.TO)
+    slope_1: Index = refers("scalar", means="axis slope", unit="1")
+    slope_2: Index = refers("scalar", means="axis slope", unit="1")
     main: Index = field()
 
     def __post_init__(self) -> None:
         super().__post_init__()
         self.main = np.asarray(self.main, dtype=np.int64)
-
-    def ends(self, layout: Layout) -> list[tuple[str, str]]:
-        """Origin of the axis and point."""
-        name = layout.position_name
-        return [(name(i), name(j)) for i, j in zip(self.origin, self.point, strict=True)]
 
     def direction(self, state: State) -> Array:
         """Vectors ``n`` (n, 3) along the axis, not of unit length."""
@@ -216,9 +287,15 @@ class AxisSights(Observations):
 
 @dataclass(kw_only=True)
 class _CircleSights(AxisSights):
-    """A point on the circle of a target; along is the scalar index (n,) of ``l``."""
+    """A point on the circle of a target.
 
-    along: Index = refers("scalar")
+    Parameters
+    ----------
+    along : array of int (n,)
+        Scalars ``l``: where the circle's centre is on the axis.
+    """
+
+    along: Index = refers("scalar", means="distance along the axis", unit="m")
 
     def spoke(self, state: State) -> Array:
         """``P - C``, (n, 3)."""
@@ -230,11 +307,27 @@ class _CircleSights(AxisSights):
 
 @dataclass(kw_only=True)
 class AxisRadii(_CircleSights):
-    """Distance from the circle's centre less its radius [m]; ``radius`` is a scalar index (n,)."""
+    """Distances from the circle's centre less its radius [m]: ``|P - C| - r = 0``.
 
-    radius: Index = refers("scalar")
+    Parameters
+    ----------
+    radius : array of int (n,)
+        Scalars ``r``.
+    """
+
+    radius: Index = refers("scalar", means="radius", unit="m")
     kind: ClassVar[str] = "axis_radius"
     units: ClassVar[tuple[str, ...]] = ("m",)
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="axis radius",
+        computed="distance of a target from the centre of its circle less the radius",
+        role=Role.CONDITION,
+        category=Category.OTHER,
+        axes=Axes.SPACE,
+        repeats=Repetition.NEVER,
+        start=StartTie.NONE,
+        csv=(),
+    )
 
     def predict(self, state: State) -> Array:
         """``|P - C| - r``, (n, 1)."""
@@ -256,10 +349,20 @@ class AxisRadii(_CircleSights):
 
 @dataclass(kw_only=True)
 class AxisPlanes(_CircleSights):
-    """Distance along the axis from the plane of the circle [m]."""
+    """Distances along the axis from the plane of the circle [m]: ``n . (P - C) / |n| = 0``."""
 
     kind: ClassVar[str] = "axis_plane"
     units: ClassVar[tuple[str, ...]] = ("m",)
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="axis plane",
+        computed="distance of a target from the plane of its circle",
+        role=Role.CONDITION,
+        category=Category.OTHER,
+        axes=Axes.SPACE,
+        repeats=Repetition.NEVER,
+        start=StartTie.NONE,
+        csv=(),
+    )
 
     def predict(self, state: State) -> Array:
         """``n . (P - C) / |n|``, (n, 1)."""
@@ -278,10 +381,24 @@ class AxisPlanes(_CircleSights):
 
 @dataclass(kw_only=True)
 class AxisFeet(AxisSights):
-    """Distance along the axis from its origin to the foot of a point [m]."""
+    """Distances along the axis from its origin to the foot of a point [m].
+
+    ``n . (Q - O) / |n| = 0``: the origin is the foot of ``Q`` on the axis, which fixes it along the
+    axis; used as a hard constraint.
+    """
 
     kind: ClassVar[str] = "axis_foot"
     units: ClassVar[tuple[str, ...]] = ("m",)
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="axis foot",
+        computed="distance along the axis from its origin to the foot of a point",
+        role=Role.CONDITION,
+        category=Category.OTHER,
+        axes=Axes.SPACE,
+        repeats=Repetition.NEVER,
+        start=StartTie.NONE,
+        csv=(),
+    )
 
     def _arm(self, state: State) -> Array:
         x = state.positions

@@ -1,8 +1,7 @@
 """Planes seen by scanner stations: fitted planes, and single points on planes.
 
 A plane ``n . x = d`` of the work frame appears in a scan as ``n_s = R^T n`` with the offset
-``d_s = d - n . t``. A fitted plane is observed by two tangential components of its normal and by
-its offset anchored at the patch's centroid, which decorrelates them (method section 2.10).
+``d_s = d - n . t`` (method section 2.10).
 """
 
 from __future__ import annotations
@@ -15,43 +14,68 @@ import numpy as np
 from tribrach._types import Array, Index
 from tribrach.geometry.rotation import skew
 from tribrach.observations.base import Block, Observations, refers
-from tribrach.observations.unknowns import Layout, State, plane_basis
+from tribrach.observations.declaration import (
+    Axes,
+    Category,
+    End,
+    KindFacts,
+    Repetition,
+    Role,
+    StartTie,
+)
+from tribrach.observations.ties import Faces, TieCollector
+from tribrach.observations.unknowns import State, plane_basis
 
 __all__ = ["FittedPlanes", "PointsOnPlanes"]
-
-
-def _ends(layout: Layout, station: Index, plane: Index) -> list[tuple[str, str]]:
-    poses, planes = layout.names["pose"], layout.names["plane"]
-    return [(poses[i], planes[j]) for i, j in zip(station, plane, strict=True)]
 
 
 @dataclass(kw_only=True)
 class FittedPlanes(Observations):
     """Planes fitted in a scan.
 
-    normal (n, 3) and centroid (n, 3) [m] of each patch in the scanner frame. Values (n, 3) are
-    the misfits of two normal components [rad] and of the offset at the centroid [m]; they are
-    zero by construction and may be left at zero. The covariance (n, 3, 3) is that of the fit in
-    the tangent basis of the measured normal. The normal's sign must be that of the unknown plane.
+    A fitted plane is observed by two tangential components of its normal and by its offset anchored
+    at the patch's centroid, which decorrelates them (method section 2.10). Values are the misfits
+    of two normal components [rad] and of the offset at the centroid [m]; they are zero by
+    construction and may be left at zero. The covariance is that of the fit in the tangent basis of
+    the measured normal, whose sign must be that of the unknown plane.
+
+    Parameters
+    ----------
+    station : array of int (n,)
+        Poses.
+    plane : array of int (n,)
+        Planes.
+    normal : array (n, 3)
+        Measured normals in the scanner frame.
+    centroid : array (n, 3)
+        Of each patch in the scanner frame [m].
     """
 
-    station: Index = refers("pose")
-    plane: Index = refers("plane")
+    station: Index = refers("pose", end=End.FROM)
+    plane: Index = refers("plane", end=End.TO)
     normal: Array = field()
     centroid: Array = field()
     kind: ClassVar[str] = "plane"
     units: ClassVar[tuple[str, ...]] = ("rad", "rad", "m")
     components: ClassVar[tuple[str, ...]] = ("normal 1", "normal 2", "offset")
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="plane",
+        computed="normal and offset of a plane that several stations see",
+        role=Role.READING,
+        category=Category.OTHER_TARGETS,
+        own_category=Category.OWN_TARGETS,
+        axes=Axes.SPACE,
+        repeats=Repetition.SETS,
+        start=StartTie.FACE,
+        csv=(),
+        common_to_stations="planes",
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
         self.normal = np.asarray(self.normal, dtype=float).reshape(-1, 3)
         self.normal = self.normal / np.linalg.norm(self.normal, axis=1, keepdims=True)
         self.centroid = np.asarray(self.centroid, dtype=float).reshape(-1, 3)
-
-    def ends(self, layout: Layout) -> list[tuple[str, str]]:
-        """Station and plane."""
-        return _ends(layout, self.station, self.plane)
 
     def predict(self, state: State) -> Array:
         """Tangential components of the plane's normal and its distance from the centroid."""
@@ -85,27 +109,48 @@ class FittedPlanes(Observations):
             Block(layout.columns("plane", self.plane), by_plane),
         ]
 
+    def start_ties(self, rows: Index, ties: TieCollector) -> None:
+        """Faces."""
+        normal = self.normal[rows]
+        offset = np.einsum("ni,ni->n", normal, self.centroid[rows])
+        ties.add(Faces(self.station[rows], self.plane[rows], normal, offset))
+
 
 @dataclass(kw_only=True)
 class PointsOnPlanes(Observations):
-    """Single scan points on planes: ``n . (t + R x_s) - d`` (n, 1) [m], observed as zero.
+    """Single scan points on planes: ``n . (t + R x_s) - d`` [m], observed as zero.
 
-    point (n, 3) [m] in the scanner frame.
+    Parameters
+    ----------
+    station : array of int (n,)
+        Poses.
+    plane : array of int (n,)
+        Planes.
+    point : array (n, 3)
+        Points ``x_s`` in the scanner frame [m] (method section 2.10).
     """
 
-    station: Index = refers("pose")
-    plane: Index = refers("plane")
+    station: Index = refers("pose", end=End.FROM)
+    plane: Index = refers("plane", end=End.TO)
     point: Array = field()
     kind: ClassVar[str] = "point_on_plane"
     units: ClassVar[tuple[str, ...]] = ("m",)
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="point on plane",
+        computed="distance of a scan point from a plane",
+        role=Role.READING,
+        category=Category.OTHER_TARGETS,
+        own_category=Category.OWN_TARGETS,
+        axes=Axes.SPACE,
+        repeats=Repetition.SETS,
+        start=StartTie.FACE,
+        csv=(),
+        common_to_stations="points on planes",
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
         self.point = np.asarray(self.point, dtype=float).reshape(-1, 3)
-
-    def ends(self, layout: Layout) -> list[tuple[str, str]]:
-        """Station and plane."""
-        return _ends(layout, self.station, self.plane)
 
     def _arm(self, state: State) -> Array:
         arm: Array = np.einsum("nij,nj->ni", state.pose_r[self.station], self.point)
@@ -130,3 +175,17 @@ class PointsOnPlanes(Observations):
             Block(layout.columns("pose", self.station), by_pose),
             Block(layout.columns("plane", self.plane), by_plane),
         ]
+
+    def start_ties(self, rows: Index, ties: TieCollector) -> None:
+        """The plane through all points that one scanner has on it."""
+        base = ties.n_planes
+        keys, group = np.unique(self.station[rows] * base + self.plane[rows], return_inverse=True)
+        for number, key in enumerate(keys):
+            points = self.point[rows[group == number]]
+            centre = points.mean(axis=0)
+            _, spread, axes = np.linalg.svd(points - centre)
+            if len(points) >= 3 and spread[1] > 1e-3:
+                # away from the scanner, the same sign for all who see it from one side
+                normal = axes[2] * (1.0 if axes[2] @ centre >= 0 else -1.0)
+                station, plane = np.divmod(np.array([key]), base)
+                ties.add(Faces(station, plane, normal[None], np.array([normal @ centre])))

@@ -1,8 +1,4 @@
-"""One component of a station's rotation, fixed or weighted: ``a . log(R R0^T)``.
-
-``a`` is a unit vector of the work frame and ``R0`` the rotation the component is measured from: a
-known heading, a tilt taken as zero, a component fixed as a datum (method section 2.13).
-"""
+"""Poses of scanner stations: relative ones from registration, and single known components."""
 
 from __future__ import annotations
 
@@ -14,40 +10,59 @@ import numpy as np
 from tribrach._types import Array, Index
 from tribrach.geometry.rotation import log, right_jacobian_inverse, skew
 from tribrach.observations.base import Block, Observations, refers
-from tribrach.observations.unknowns import Layout, State
+from tribrach.observations.declaration import (
+    Axes,
+    Category,
+    End,
+    KindFacts,
+    Repetition,
+    Role,
+    StartTie,
+)
+from tribrach.observations.ties import Links, TieCollector
+from tribrach.observations.unknowns import State
 
 __all__ = ["RelativePoses", "RelativeRotations", "RelativeTranslations", "RotationComponents"]
-
-# Relative pose of two stations, from cloud-to-cloud registration, with its 6x6 covariance.
-#
-# Residual ``[R_i^T (t_j - t_i) - t_ij ; log(R_ij^T R_i^T R_j)]``; the covariance is in that order:
-# translation [m] in frame i, then a rotation vector [rad] applied on the right in frame j (method
-# section 2.11).
 
 
 @dataclass(kw_only=True)
 class RelativePoses(Observations):
-    """Poses of station ``end`` in the frame of ``start`` (pose indices).
+    """Relative poses of two stations, from cloud-to-cloud registration, with 6x6 covariances.
 
-    values (n, 6): translation t_ij [m] and zeros; rotation (n, 3, 3): measured R_ij, which the
-    rotational values are relative to.
+    Residual ``[R_i^T (t_j - t_i) - t_ij ; log(R_ij^T R_i^T R_j)]``; the covariance is in that
+    order: translation [m] in frame i, then a rotation vector [rad] applied on the right in frame j
+    (method section 2.11). Values (n, 6) are the translation t_ij [m] and three zeros.
+
+    Parameters
+    ----------
+    start, end : array of int (n,)
+        Poses i and j.
+    rotation : array (n, 3, 3)
+        Measured R_ij, which the rotational values are relative to.
     """
 
-    start: Index = refers("pose")
-    end: Index = refers("pose")
+    start: Index = refers("pose", end=End.FROM)
+    end: Index = refers("pose", end=End.TO)
     rotation: Array = field()
     kind: ClassVar[str] = "relative_pose"
     units: ClassVar[tuple[str, ...]] = ("m", "m", "m", "rad", "rad", "rad")
     components: ClassVar[tuple[str, ...]] = ("x", "y", "z", "about x", "about y", "about z")
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="relative pose",
+        computed="pose of a station in the frame of another, with its 6 by 6 covariance",
+        role=Role.READING,
+        category=Category.OTHER_TARGETS,
+        own_category=Category.OWN_TARGETS,
+        axes=Axes.SPACE,
+        repeats=Repetition.NEVER,
+        start=StartTie.LINK,
+        csv=(),
+        common_to_stations="clouds",
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
         self.rotation = np.asarray(self.rotation, dtype=float).reshape(-1, 3, 3)
-
-    def ends(self, layout: Layout) -> list[tuple[str, str]]:
-        """From and to."""
-        poses = layout.names["pose"]
-        return [(poses[i], poses[j]) for i, j in zip(self.start, self.end, strict=True)]
 
     def _turn(self, state: State) -> Array:
         """Rotation vectors (n, 3) from measured to computed."""
@@ -76,35 +91,46 @@ class RelativePoses(Observations):
             Block(layout.columns("pose", self.end), by_j),
         ]
 
-
-# One component of the orientation of a station relative to another, fixed or weighted.
-#
-# ``a . R_i^T (t_j - t_i)`` and ``a . log(R0^T R_i^T R_j)`` with a unit vector ``a`` of the frame of
-# station i: the elements of relative orientation of photogrammetry, which the base components and
-# the mutual rotations are (method sections 2.11 and 2.13).
+    def start_ties(self, rows: Index, ties: TieCollector) -> None:
+        """Links."""
+        ends = self.start[rows], self.end[rows]
+        ties.add(Links(*ends, self.values[rows, :3], self.rotation[rows]))
 
 
 @dataclass(kw_only=True)
 class RelativeTranslations(Observations):
-    """Components [m] of the base from ``start`` to ``end`` (pose indices) in the frame of start.
+    """Single components ``a . R_i^T (t_j - t_i)`` [m] of the base between two stations.
 
-    axis (n, 3) : unit vectors of that frame.
+    With :class:`RelativeRotations` the elements of relative orientation of photogrammetry, fixed or
+    weighted (method sections 2.11 and 2.13).
+
+    Parameters
+    ----------
+    start, end : array of int (n,)
+        Poses i and j.
+    axis : array (n, 3)
+        Unit vectors ``a`` of the frame of station i.
     """
 
-    start: Index = refers("pose")
-    end: Index = refers("pose")
+    start: Index = refers("pose", end=End.FROM)
+    end: Index = refers("pose", end=End.TO)
     axis: Array = field()
     kind: ClassVar[str] = "relative_translation"
     units: ClassVar[tuple[str, ...]] = ("m",)
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="relative translation",
+        computed="one component of the base between two stations",
+        role=Role.GIVEN,
+        category=Category.OTHER,
+        axes=Axes.SPACE,
+        repeats=Repetition.NEVER,
+        start=StartTie.NONE,
+        csv=(),
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
         self.axis = np.asarray(self.axis, dtype=float).reshape(-1, 3)
-
-    def ends(self, layout: Layout) -> list[tuple[str, str]]:
-        """From and to."""
-        poses = layout.names["pose"]
-        return [(poses[i], poses[j]) for i, j in zip(self.start, self.end, strict=True)]
 
     def predict(self, state: State) -> Array:
         """Components (n, 1)."""
@@ -127,28 +153,42 @@ class RelativeTranslations(Observations):
 
 @dataclass(kw_only=True)
 class RelativeRotations(Observations):
-    """Components [rad] of the turn of ``end`` against ``start`` (pose indices), from a reference.
+    """Single components ``a . log(R_i^T R_j R_0^T)`` [rad] of the turn between two stations.
 
-    axis (n, 3) : unit vectors of the frame of start; reference (n, 3, 3) : rotations that the
-    components are measured from.
+    The turn of station j against station i is taken from a reference ``R_0``; the component is
+    along ``a`` in the frame of station i (method section 2.13).
+
+    Parameters
+    ----------
+    start, end : array of int (n,)
+        Poses i and j.
+    axis : array (n, 3)
+        Unit vectors ``a`` of the frame of station i.
+    reference : array (n, 3, 3)
+        Rotations ``R_0`` of j against i that the components are measured from.
     """
 
-    start: Index = refers("pose")
-    end: Index = refers("pose")
+    start: Index = refers("pose", end=End.FROM)
+    end: Index = refers("pose", end=End.TO)
     axis: Array = field()
     reference: Array = field()
     kind: ClassVar[str] = "relative_rotation"
     units: ClassVar[tuple[str, ...]] = ("rad",)
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="relative rotation",
+        computed="one component of the turn between two stations, from a reference",
+        role=Role.GIVEN,
+        category=Category.OTHER,
+        axes=Axes.SPACE,
+        repeats=Repetition.NEVER,
+        start=StartTie.NONE,
+        csv=(),
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
         self.axis = np.asarray(self.axis, dtype=float).reshape(-1, 3)
         self.reference = np.asarray(self.reference, dtype=float).reshape(-1, 3, 3)
-
-    def ends(self, layout: Layout) -> list[tuple[str, str]]:
-        """From and to."""
-        poses = layout.names["pose"]
-        return [(poses[i], poses[j]) for i, j in zip(self.start, self.end, strict=True)]
 
     def _turn(self, state: State) -> Array:
         between = state.pose_r[self.start].transpose(0, 2, 1) @ state.pose_r[self.end]
@@ -173,25 +213,40 @@ class RelativeRotations(Observations):
 
 @dataclass(kw_only=True)
 class RotationComponents(Observations):
-    """Components [rad] of the turn of ``station`` from a reference, along an axis.
+    """Single components ``a . log(R R_0^T)`` [rad] of a station's rotation, fixed or weighted.
 
-    axis (n, 3) unit vectors of W, reference (n, 3, 3) rotations.
+    A known heading, a tilt taken as zero, a component fixed as a datum (method section 2.13).
+
+    Parameters
+    ----------
+    station : array of int (n,)
+        Poses.
+    axis : array (n, 3)
+        Unit vectors ``a`` of the work frame.
+    reference : array (n, 3, 3)
+        Rotations ``R_0`` that the components are measured from.
     """
 
-    station: Index = refers("pose")
+    station: Index = refers("pose", end=End.AT)
     axis: Array = field()
     reference: Array = field()
     kind: ClassVar[str] = "rotation_component"
     units: ClassVar[tuple[str, ...]] = ("rad",)
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="rotation component",
+        computed="one component of a station's rotation, known or weighted",
+        role=Role.GIVEN,
+        category=Category.OTHER,
+        axes=Axes.SPACE,
+        repeats=Repetition.NEVER,
+        start=StartTie.NONE,
+        csv=(),
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
         self.axis = np.asarray(self.axis, dtype=float).reshape(-1, 3)
         self.reference = np.asarray(self.reference, dtype=float).reshape(-1, 3, 3)
-
-    def ends(self, layout: Layout) -> list[tuple[str, str]]:
-        """The station."""
-        return [(layout.names["pose"][i], "") for i in self.station]
 
     def _turn(self, state: State) -> Array:
         turn: Array = log(state.pose_r[self.station] @ self.reference.transpose(0, 2, 1))

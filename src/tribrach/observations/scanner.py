@@ -1,10 +1,4 @@
-"""Levelled station: what a compensator or inclinometer says about the plumb line.
-
-``q = R^T g`` with the plumb line ``g = (eta, xi, 1)`` in the local axes of the station (deflection
-of the vertical, zero if unknown); observed are ``(q_x/q_z, q_y/q_z)``, zero for a compensated
-instrument, plus an optional constant offset of the inclinometer (method section 2.9). Where the
-deflection itself is known with a sigma only, its error is an unknown that the stations share (7.5).
-"""
+"""What a scanner measures: targets, as vectors or as polar readings, and its own inclination."""
 
 from __future__ import annotations
 
@@ -20,37 +14,61 @@ from tribrach.geometry.polar import NEAREST, POLE, polar_by_xyz, polar_from_xyz,
 from tribrach.geometry.rotation import skew
 from tribrach.instruments.calibration import CalibrationModel
 from tribrach.observations.base import Block, Observations, per_item, refers, shared, wrap
-from tribrach.observations.unknowns import Layout, State
+from tribrach.observations.declaration import (
+    Axes,
+    Category,
+    CsvColumns,
+    End,
+    KindFacts,
+    Repetition,
+    Role,
+    StartTie,
+)
+from tribrach.observations.ties import ScannerShots, TieCollector, xyz_of_polar
+from tribrach.observations.unknowns import State
 
 __all__ = ["NEAREST", "POLE", "Inclinations", "ScannerPolar", "TargetCentres"]
 
-# Target centre in the scanner frame, ``u = (1 + m) R^T (X - t)``, with its full 3x3 covariance.
-#
-# ``m`` is an optional scale unknown of the scan: its EDM's scale, or that of another system in a
-# similarity transformation weighted on both sides. Method sections 2.0 and 2.2.
+#: a scanner with a tilt known worse than this [rad] is not levelled
+_LEVELLED = 0.02
 
 
 @dataclass(kw_only=True)
 class TargetCentres(Observations):
-    """Centres (n, 3) [m] of ``target`` (position indices) seen from ``station`` (pose indices).
+    """Target centres [m] in the scanner frame, ``u = (1 + m) R^T (X - t)``, with full covariance.
 
-    scale : scalar indices (n,), -1 for none.
+    ``m`` is an optional scale unknown of the scan: its EDM's scale, or that of another system in a
+    similarity transformation weighted on both sides (method sections 2.0 and 2.2).
+
+    Parameters
+    ----------
+    station : array of int (n,)
+        Poses.
+    target : array of int (n,)
+        Positions ``X``.
+    scale : array of int (n,), optional
+        Scalars ``m``, -1 for none.
     """
 
-    station: Index = refers("pose")
-    target: Index = refers("position")
-    scale: Index = refers("scalar", optional=True)
+    station: Index = refers("pose", end=End.FROM)
+    target: Index = refers("position", end=End.TO)
+    scale: Index = refers("scalar", optional=True, means="scale", unit="1")
     kind: ClassVar[str] = "target_centre"
     units: ClassVar[tuple[str, ...]] = ("m", "m", "m")
     components: ClassVar[tuple[str, ...]] = ("x", "y", "z")
-
-    def ends(self, layout: Layout) -> list[tuple[str, str]]:
-        """Station and target."""
-        poses = layout.names["pose"]
-        return [
-            (poses[i], layout.position_name(j))
-            for i, j in zip(self.station, self.target, strict=True)
-        ]
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="target centre",
+        computed="`R^T (X - t)`, with its full covariance",
+        role=Role.READING,
+        category=Category.OTHER_TARGETS,
+        own_category=Category.OWN_TARGETS,
+        axes=Axes.SPACE,
+        repeats=Repetition.SETS,
+        start=StartTie.SHOT,
+        csv=(CsvColumns(("station", "target"), ("x", "y", "z")),),
+        names_target=True,
+        common_to_stations="targets",
+    )
 
     def predict(self, state: State) -> Array:
         """Centres (n, 3) in the scanner frame."""
@@ -74,38 +92,63 @@ class TargetCentres(Observations):
             blocks.append(Block(layout.columns("scalar", self.scale), by_scale[:, :, None]))
         return blocks
 
-
-# Scanner polar observation of a point: range, horizontal angle, zenith angle, with calibration.
-#
-# ``h = g - Delta(g; c, k)`` with ``g = (r, H, V)`` of ``u = R^T (X - t)``: true = measured + Delta.
-# H is counter-clockwise from the scanner's x axis, V the zenith angle, k the face. Back-face
-# readings may be given raw, ``(r, H + pi, 2 pi - V)``, or folded to the front (method sections 1.2
-# and 2.1).
+    def start_ties(self, rows: Index, ties: TieCollector) -> None:
+        """Shots."""
+        ties.add(ScannerShots(self.station[rows], self.target[rows], self.values[rows]))
 
 
 @dataclass(kw_only=True)
 class ScannerPolar(Observations):
-    """Values (n, 3) r [m], H, V [rad] of ``target`` (position indices) from ``station`` (poses).
+    """Polar readings of targets: range [m], horizontal and zenith angle [rad], with calibration.
 
-    face : +1 front, -1 back (n,); readings with V above pi are on the back face whatever is said.
-    model : calibration model, or None; parameters : scalar indices (n, k) of its k parameters,
-    -1 where one is not used.
+    ``h = g - Delta(g; c, k)`` with ``g = (r, H, V)`` of ``u = R^T (X - t)``: true = measured +
+    Delta. H is counter-clockwise from the scanner's x axis, V the zenith angle, k the face.
+    Back-face readings may be given raw, ``(r, H + pi, 2 pi - V)``, or folded to the front (method
+    sections 1.2 and 2.1).
+
+    Parameters
+    ----------
+    station : array of int (n,)
+        Poses.
+    target : array of int (n,)
+        Positions ``X``.
+    face : array (n,), optional
+        1 front, -1 back; readings with V above pi are on the back face whatever is said.
+    parameters : array of int (n, k), optional
+        Scalars ``c``, the k parameters of the model; -1 where one is not used.
+    model : CalibrationModel, optional
+        Of all observations of the table.
 
     Raises
     ------
-    InputError : ranges below 0.3 m, zenith angles within 0.5 degrees of a pole, or parameters
-        that are not one for each of the model.
+    InputError
+        Ranges below 0.3 m, zenith angles within 0.5 degrees of a pole, or parameters that are not
+        one for each of the model.
     """
 
-    station: Index = refers("pose")
-    target: Index = refers("position")
+    station: Index = refers("pose", end=End.FROM)
+    target: Index = refers("position", end=End.TO)
     face: Array = per_item(1.0)
-    parameters: Index = refers("scalar", optional=True)
+    parameters: Index = refers("scalar", optional=True, means="calibration")
     model: CalibrationModel | None = shared()
     kind: ClassVar[str] = "scanner_polar"
     units: ClassVar[tuple[str, ...]] = ("m", "rad", "rad")
     components: ClassVar[tuple[str, ...]] = ("range", "horizontal", "zenith")
     angular: ClassVar[tuple[int, ...]] = (1,)
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="scanner polar",
+        computed="range, horizontal angle (counter-clockwise), zenith angle of a target, with a "
+        "calibration model",
+        role=Role.READING,
+        category=Category.OTHER_TARGETS,
+        own_category=Category.OWN_TARGETS,
+        axes=Axes.SPACE,
+        repeats=Repetition.SETS,
+        start=StartTie.SHOT,
+        csv=(CsvColumns(("station", "target"), ("range", "horizontal", "zenith")),),
+        names_target=True,
+        common_to_stations="targets",
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -123,14 +166,6 @@ class ScannerPolar(Observations):
                 cure="name one unknown for each parameter of the model",
             )
         self.parameters = given.astype(np.int64)
-
-    def ends(self, layout: Layout) -> list[tuple[str, str]]:
-        """Station and target."""
-        poses = layout.names["pose"]
-        return [
-            (poses[i], layout.position_name(j))
-            for i, j in zip(self.station, self.target, strict=True)
-        ]
 
     def _geometry(self, state: State) -> tuple[Array, Array, Array]:
         """Chord in W, vector in the scanner frame, polar coordinates; (n, 3) each."""
@@ -186,31 +221,62 @@ class ScannerPolar(Observations):
             *blocks,
         ]
 
+    def start_ties(self, rows: Index, ties: TieCollector) -> None:
+        """Shots."""
+        r, around, zenith = self.values[rows].T
+        u = xyz_of_polar(r, around, np.pi / 2 - zenith)
+        ties.add(ScannerShots(self.station[rows], self.target[rows], u))
+
 
 @dataclass(kw_only=True)
 class Inclinations(Observations):
-    """Inclinations (n, 2) [rad] of the scanner's z axis at ``station`` (pose indices).
+    """Inclinations [rad] of a levelled scanner: what its compensator says of the plumb line.
 
-    xi, eta : deflection of the vertical towards north and east [rad], (n,); offset_x, offset_y :
-    indices (n,) of the inclinometer's constant offsets, -1 for none; xi_error, eta_error : indices
-    (n,) of what has to be added to xi and eta [rad], -1 for none.
+    ``q = R^T g`` with the plumb line ``g = (eta, xi, 1)`` in the local axes of the station
+    (deflection of the vertical, zero if unknown); observed are ``(q_x/q_z, q_y/q_z)``, zero for a
+    compensated instrument, plus an optional constant offset of the inclinometer (method section
+    2.9). Where the deflection itself is known with a sigma only, its error is an unknown that the
+    stations share (method section 7.5).
+
+    Parameters
+    ----------
+    station : array of int (n,)
+        Poses.
+    xi, eta : array (n,), optional
+        Deflection of the vertical towards north and east [rad].
+    offset_x, offset_y : array of int (n,), optional
+        Scalars: constant offsets of the inclinometer, -1 for none.
+    xi_error, eta_error : array of int (n,), optional
+        Scalars to be added to xi and eta [rad], -1 for none.
     """
 
-    station: Index = refers("pose")
+    station: Index = refers("pose", end=End.AT)
     xi: Array = per_item(0.0)
     eta: Array = per_item(0.0)
-    offset_x: Index = refers("scalar", optional=True)
-    offset_y: Index = refers("scalar", optional=True)
-    xi_error: Index = refers("scalar", optional=True)
-    eta_error: Index = refers("scalar", optional=True)
+    offset_x: Index = refers("scalar", optional=True, means="inclination offset", unit="rad")
+    offset_y: Index = refers("scalar", optional=True, means="inclination offset", unit="rad")
+    xi_error: Index = refers(
+        "scalar", optional=True, means="deflection of the vertical", unit="rad"
+    )
+    eta_error: Index = refers(
+        "scalar", optional=True, means="deflection of the vertical", unit="rad"
+    )
     site: Site = field(default_factory=FlatSite)
     kind: ClassVar[str] = "inclination"
     units: ClassVar[tuple[str, ...]] = ("rad", "rad")
     components: ClassVar[tuple[str, ...]] = ("x", "y")
-
-    def ends(self, layout: Layout) -> list[tuple[str, str]]:
-        """The station."""
-        return [(layout.names["pose"][i], "") for i in self.station]
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="inclination",
+        computed="plumb line in the scanner's frame: a levelled scanner observes zero",
+        role=Role.READING,
+        category=Category.OTHER,
+        own_category=Category.LEVELLING,
+        axes=Axes.SPACE,
+        repeats=Repetition.SETS,
+        start=StartTie.LEVELLING,
+        csv=(CsvColumns(("station",), ("tilt_x", "tilt_y")),),
+        levels_station=True,
+    )
 
     def _plumb(self, state: State) -> tuple[Array, Array]:
         """Plumb line in W and in the scanner frame, (n, 3) each."""
@@ -251,3 +317,14 @@ class Inclinations(Observations):
                 part = by_local[:, :, axis, None]
                 blocks.append(Block(layout.columns("scalar", index), part))
         return blocks
+
+    def start_ties(self, rows: Index, ties: TieCollector) -> None:
+        """The shortest turn that brings the plumb line (i_x, i_y, 1) onto the third axis."""
+        rows = rows[self.sigma[rows].max(axis=1) < _LEVELLED]
+        q = np.concatenate([self.values[rows], np.ones((len(rows), 1))], axis=1)
+        q /= np.linalg.norm(q, axis=1, keepdims=True)
+        half = q + np.array([0.0, 0.0, 1.0])
+        half /= np.linalg.norm(half, axis=1, keepdims=True)
+        # a half turn about the bisector, then one about the axis itself
+        turn = 2 * half[:, :, None] * half[:, None, :] - np.eye(3)
+        ties.levelling[self.station[rows]] = np.diag([-1.0, -1.0, 1.0]) @ turn

@@ -1,23 +1,32 @@
-"""Horizontal offset of one position from another along an axis of known azimuth.
-
-``d = f (E' sin A + N' cos A)`` with the line of sight ``u = (E', N', U')`` from instrument to
-target in the local axes at the start and a known factor f that reduces it to another height. With
-azimuths 90 and 0 degrees these are the offsets in east and north; with the value zero both
-together are a centring, one mark plumb over another (method section 2.3 for ``u``).
-"""
+"""What a total station, a gyroscope or a tape measures from one position to another."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from tribrach._types import Array, Index
 from tribrach.geodesy.site import FlatSite, Site
 from tribrach.geometry.rotation import skew
+from tribrach.instruments.precision import Precision
 from tribrach.observations.base import Block, Observations, norm, per_item, refers, wrap
-from tribrach.observations.unknowns import Layout, State
+from tribrach.observations.declaration import (
+    Axes,
+    Category,
+    CsvColumns,
+    End,
+    KindFacts,
+    Planned,
+    Repetition,
+    Role,
+    SightLength,
+    SightLine,
+    StartTie,
+)
+from tribrach.observations.ties import Lengths, Rays, TieCollector, Zeniths
+from tribrach.observations.unknowns import State
 
 __all__ = [
     "Angles",
@@ -31,38 +40,38 @@ __all__ = [
     "ZenithAngles",
 ]
 
-# The line of sight from instrument to target that every total-station kind shares.
-#
-# ``u = L(X_S) (X_T + ht g_T - X_S) - hi e_3`` is the vector from the instrument's axis to the
-# target in the local axes ``L`` (rows east, north, up) at the instrument's position; ``g`` is the
-# local vertical of the site (method section 2.3).
-
 
 @dataclass(kw_only=True)
 class Sights(Observations):
-    """Observations along one line of sight each.
+    """Observations along one line of sight each, from an instrument to a target.
+
+    ``u = L(X_S) (X_T + ht g_T - X_S) - hi e_3`` is the vector from the instrument's axis to the
+    target in the local axes ``L`` (rows east, north, up) at the instrument's position; ``g`` is the
+    local vertical of the site (method section 2.3).
 
     Parameters
     ----------
-    start, end : position indices (n,) of instrument and target.
-    height_instrument, height_target : heights over the positions [m], (n,); 0 if not given.
-    height_instrument_unknown, height_target_unknown : indices (n,) of scalars *added* to those
-        heights (their errors as unknowns), -1 for none.
-    site : verticals of the place.
+    start, end : array of int (n,)
+        Positions of instrument and target.
+    height_instrument, height_target : array (n,), optional
+        Heights over the positions [m].
+    height_instrument_unknown, height_target_unknown : array of int (n,), optional
+        Scalars *added* to those heights (their errors as unknowns), -1 for none.
+    site : Site
+        Verticals of the place.
     """
 
-    start: Index = refers("position")
-    end: Index = refers("position")
+    start: Index = refers("position", end=End.FROM)
+    end: Index = refers("position", end=End.TO)
     height_instrument: Array = per_item(0.0)
     height_target: Array = per_item(0.0)
-    height_instrument_unknown: Index = refers("scalar", optional=True)
-    height_target_unknown: Index = refers("scalar", optional=True)
+    height_instrument_unknown: Index = refers(
+        "scalar", optional=True, means="instrument height correction", unit="m"
+    )
+    height_target_unknown: Index = refers(
+        "scalar", optional=True, means="target height correction", unit="m"
+    )
     site: Site = field(default_factory=FlatSite)
-
-    def ends(self, layout: Layout) -> list[tuple[str, str]]:
-        """Instrument and target of each sight."""
-        name = layout.position_name
-        return [(name(i), name(j)) for i, j in zip(self.start, self.end, strict=True)]
 
     def sight(self, state: State, end: Index | None = None) -> Array:
         """Vectors ``u`` (n, 3) from instrument to target (or to another ``end``), local axes."""
@@ -100,10 +109,10 @@ class Sights(Observations):
             blocks.append(Block(columns, in_w @ up[:, :, None]))
         return blocks
 
-
-# Horizontal direction ``r = atan2(E', N') - o`` with the orientation unknown ``o`` of its set.
-#
-# Clockwise circle reading; ``o`` is the azimuth of the circle's zero (method sections 1.2, 2.3).
+    def lift(self, rows: Index) -> Array:
+        """Height of target less height of instrument (k,) [m]."""
+        lift: Array = self.height_target[rows] - self.height_instrument[rows]
+        return lift
 
 
 def azimuth_by_sight(u: Array) -> Array:
@@ -114,12 +123,39 @@ def azimuth_by_sight(u: Array) -> Array:
 
 @dataclass(kw_only=True)
 class Directions(Sights):
-    """Directions [rad]; ``orientation`` is the scalar index (n,) of each set's unknown."""
+    """Horizontal directions ``r = atan2(E', N') - o`` [rad], clockwise circle readings.
 
-    orientation: Index = refers("scalar")
+    Parameters
+    ----------
+    orientation : array of int (n,)
+        Scalars ``o``, the azimuth of the circle's zero, one for each set (method sections 1.2 and
+        2.3).
+    """
+
+    orientation: Index = refers("scalar", means="orientation", unit="rad", by_set=True)
     kind: ClassVar[str] = "direction"
     units: ClassVar[tuple[str, ...]] = ("rad",)
     angular: ClassVar[tuple[int, ...]] = (0,)
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="direction",
+        computed="`atan2(E', N') - o`, with the orientation unknown `o` of its set",
+        role=Role.READING,
+        category=Category.TOTAL_STATION,
+        own_category=Category.BACKSIGHT,
+        axes=Axes.PLAN,
+        repeats=Repetition.SETS,
+        start=StartTie.RAY,
+        csv=(
+            CsvColumns(
+                ("from", "to"),
+                ("direction",),
+                heights=("height_instrument", "height_target"),
+                planned=Planned.TOTAL_STATION,
+            ),
+        ),
+        names_target=True,
+        full_circle=True,
+    )
 
     def predict(self, state: State) -> Array:
         """Directions (n, 1) in (-pi, pi]."""
@@ -132,29 +168,60 @@ class Directions(Sights):
         columns = state.layout.columns("scalar", self.orientation)
         return [*blocks, Block(columns, np.full((len(self), 1, 1), -1.0))]
 
+    def start_ties(self, rows: Index, ties: TieCollector) -> None:
+        """Rays of the set."""
+        ends = self.start[rows], self.end[rows]
+        ties.add(Rays(self.orientation[rows], *ends, self.values[rows, 0]))
 
-# Horizontal angle at an instrument, clockwise from a backsight to a foresight.
-#
-# ``A(foresight) - A(backsight)`` with A the azimuth in the instrument's local axes (method 2.3).
+    @classmethod
+    def instrument_sigma(cls, precision: Precision, line: SightLine) -> Array | None:
+        """Of a reading, and of centring by the length of the sight."""
+        return precision.of_directions(line.sight, line.repetitions)
+
+    @classmethod
+    def sigma_by_length(cls, precision: Precision) -> bool:
+        """By errors of centring."""
+        return precision.centring > 0
 
 
 @dataclass(kw_only=True)
 class Angles(Sights):
-    """Angles [rad] in [0, 2 pi) at ``start`` from ``end`` (backsight) to ``foresight``.
+    """Horizontal angles [rad] in [0, 2 pi) at an instrument, clockwise from a backsight.
 
-    foresight : position indices (n,).
+    ``A(foresight) - A(backsight)`` with A the azimuth in the instrument's local axes (method
+    section 2.3).
+
+    Parameters
+    ----------
+    start, end : array of int (n,)
+        Positions of instrument and backsight.
+    foresight : array of int (n,)
+        Positions.
     """
 
-    foresight: Index = refers("position")
+    foresight: Index = refers("position", end=End.TO)
     kind: ClassVar[str] = "angle"
     units: ClassVar[tuple[str, ...]] = ("rad",)
     angular: ClassVar[tuple[int, ...]] = (0,)
-
-    def ends(self, layout: Layout) -> list[tuple[str, str]]:
-        """Instrument, and backsight with foresight."""
-        name = layout.position_name
-        rows = zip(self.start, self.end, self.foresight, strict=True)
-        return [(name(i), f"{name(j)} to {name(k)}") for i, j, k in rows]
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="angle",
+        computed="azimuth of the foresight less that of the backsight",
+        role=Role.READING,
+        category=Category.TOTAL_STATION,
+        own_category=Category.BACKSIGHT,
+        axes=Axes.PLAN,
+        repeats=Repetition.SETS,
+        start=StartTie.RAY,
+        csv=(
+            CsvColumns(
+                ("at", "from", "to"),
+                ("angle",),
+                heights=("height_instrument", "height_target"),
+            ),
+        ),
+        names_target=True,
+        full_circle=True,
+    )
 
     def predict(self, state: State) -> Array:
         """Angles (n, 1) in [0, 2 pi)."""
@@ -172,23 +239,78 @@ class Angles(Sights):
             *self.sight_blocks(state, -back),
         ]
 
+    def start_ties(self, rows: Index, ties: TieCollector) -> None:
+        """Rays: angles at one instrument that share targets form a set of readings.
 
-# Azimuth or grid bearing from one position to another, clockwise from north.
-#
-# ``A = atan2(E', N') - c - o`` with a known meridian convergence ``c`` (a grid bearing t gives
-# ``A = t + c``) and an optional unknown offset ``o`` of the instrument, such as a gyroscope's
-# (method section 2.5).
+        Readings run from one target to the next.
+        """
+        start, value = self.start[rows], self.values[rows, 0]
+        targets = np.concatenate([self.end[rows], self.foresight[rows]])
+        node, inverse = np.unique(np.tile(start, 2) * ties.n_nodes + targets, return_inverse=True)
+        back, fore = inverse[: len(rows)], inverse[len(rows) :]
+        reading = np.full(len(node), np.nan)
+        label = np.full(len(node), -1)
+        while np.isnan(reading).any():
+            first = int(np.argmax(np.isnan(reading)))
+            reading[first], label[first] = 0.0, ties.n_sets
+            spread = True
+            while spread:
+                ahead = np.isfinite(reading[back]) & np.isnan(reading[fore])
+                reading[fore[ahead]] = reading[back[ahead]] + value[ahead]
+                behind = np.isfinite(reading[fore]) & np.isnan(reading[back])
+                reading[back[behind]] = reading[fore[behind]] - value[behind]
+                label[np.isfinite(reading) & (label < 0)] = ties.n_sets
+                spread = bool(ahead.any() or behind.any())
+            ties.n_sets += 1
+        ties.add(Rays(label, node // ties.n_nodes, node % ties.n_nodes, reading))
+
+    @classmethod
+    def instrument_sigma(cls, precision: Precision, line: SightLine) -> Array | None:
+        """Of two directions, without centring."""
+        return precision.of_angles(line.repetitions)
 
 
 @dataclass(kw_only=True)
 class Azimuths(Sights):
-    """Azimuths [rad]; convergence [rad] (n,) and the index of an offset scalar (n,)."""
+    """Azimuths or grid bearings [rad] from one position to another, clockwise from north.
+
+    ``A = atan2(E', N') - c - o`` with a known meridian convergence ``c`` (a grid bearing t gives
+    ``A = t + c``) and an optional unknown offset ``o`` of the instrument, such as a gyroscope's
+    (method section 2.5).
+
+    Parameters
+    ----------
+    convergence : array (n,), optional
+        Known ``c`` [rad].
+    offset : array of int (n,), optional
+        Scalars ``o``, -1 for none.
+    """
 
     convergence: Array = per_item(0.0)
-    offset: Index = refers("scalar", optional=True)
+    offset: Index = refers("scalar", optional=True, means="azimuth offset", unit="rad")
     kind: ClassVar[str] = "azimuth"
     units: ClassVar[tuple[str, ...]] = ("rad",)
     angular: ClassVar[tuple[int, ...]] = (0,)
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="azimuth",
+        computed="`atan2(E', N')` less known convergence and unknown offset",
+        role=Role.READING,
+        category=Category.TOTAL_STATION,
+        own_category=Category.BACKSIGHT,
+        axes=Axes.PLAN,
+        repeats=Repetition.SETS,
+        start=StartTie.RAY,
+        csv=(
+            CsvColumns(
+                ("from", "to"),
+                ("azimuth",),
+                heights=("height_instrument", "height_target"),
+                planned=Planned.BY_NAME,
+            ),
+        ),
+        names_target=True,
+        full_circle=True,
+    )
 
     def predict(self, state: State) -> Array:
         """Azimuths (n, 1) in (-pi, pi]."""
@@ -204,12 +326,13 @@ class Azimuths(Sights):
             blocks.append(Block(columns, np.full((len(self), 1, 1), -1.0)))
         return blocks
 
-
-# Zenith angle with refraction and Earth curvature.
-#
-# On a site with verticals of its own: ``z = atan2(h', U') - k s / (2 R)``. On a flat site with a
-# curvature radius R: ``z = atan2(h', U' - (1 - k) h'^2 / (2 R))``; without a radius both
-# corrections are zero. ``k`` is the refraction coefficient (method section 2.3).
+    def start_ties(self, rows: Index, ties: TieCollector) -> None:
+        """Azimuths, with the offset where a value of it is given."""
+        offset = np.zeros(len(rows))
+        has = self.offset[rows] >= 0
+        offset[has] = np.nan_to_num(ties.start.scalars[self.offset[rows][has]])
+        value = self.values[rows, 0] + self.convergence[rows] + offset
+        ties.add_azimuths(self.start[rows], self.end[rows], value)
 
 
 #: radius [m] of the refracted ray's correction where the site gives none
@@ -218,16 +341,43 @@ MEAN_RADIUS = 6371000.0
 
 @dataclass(kw_only=True)
 class ZenithAngles(Sights):
-    """Zenith angles [rad] in (0, pi).
+    """Zenith angles [rad] in (0, pi), with refraction and Earth curvature.
 
-    refraction : coefficient k of each sight (n,); refraction_unknown : index (n,) of a scalar
-    added to it, -1 for none.
+    On a site with verticals of its own: ``z = atan2(h', U') - k s / (2 R)``. On a flat site with a
+    curvature radius R: ``z = atan2(h', U' - (1 - k) h'^2 / (2 R))``; without a radius both
+    corrections are zero. ``k`` is the refraction coefficient (method section 2.3).
+
+    Parameters
+    ----------
+    refraction : array (n,), optional
+        Coefficient k of each sight.
+    refraction_unknown : array of int (n,), optional
+        Scalars added to it, -1 for none.
     """
 
     refraction: Array = per_item(0.0)
-    refraction_unknown: Index = refers("scalar", optional=True)
+    refraction_unknown: Index = refers("scalar", optional=True, means="refraction", unit="1")
     kind: ClassVar[str] = "zenith"
     units: ClassVar[tuple[str, ...]] = ("rad",)
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="zenith",
+        computed="`atan2(h', U')` with refraction and Earth curvature",
+        role=Role.READING,
+        category=Category.TOTAL_STATION,
+        own_category=Category.BACKSIGHT,
+        axes=Axes.SPACE,
+        repeats=Repetition.SETS,
+        start=StartTie.ZENITH,
+        csv=(
+            CsvColumns(
+                ("from", "to"),
+                ("zenith",),
+                heights=("height_instrument", "height_target"),
+                planned=Planned.TOTAL_STATION,
+            ),
+        ),
+        names_target=True,
+    )
 
     def _bend(self, state: State) -> tuple[Array, Array]:
         """Factors (n,): of h'^2 lowering U' (flat site), of s lowering z (other sites)."""
@@ -273,20 +423,65 @@ class ZenithAngles(Sights):
         columns = state.layout.columns("scalar", self.refraction_unknown)
         return Block(columns, by_k[:, None, None])
 
+    def start_ties(self, rows: Index, ties: TieCollector) -> None:
+        """Slopes of sights that are not vertical."""
+        z = self.values[rows, 0]
+        good = np.abs(np.sin(z)) > 1e-6
+        rows, z = rows[good], z[good]
+        slope = np.cos(z) / np.abs(np.sin(z))
+        ties.add(Zeniths(self.start[rows], self.end[rows], slope, self.lift(rows)))
 
-# Slope distance ``s = a + (1 + m) |u|`` with optional zero ``a`` [m] and scale ``m`` unknowns.
-#
-# Method section 2.3.
+    @classmethod
+    def instrument_sigma(cls, precision: Precision, line: SightLine) -> Array | None:
+        """Of a reading, and of heights by the length of the sight."""
+        return precision.of_zeniths(line.sight, line.repetitions)
+
+    @classmethod
+    def sigma_by_length(cls, precision: Precision) -> bool:
+        """By errors of heights."""
+        return precision.height > 0
+
+    @classmethod
+    def instrument_columns(cls, precision: Precision) -> dict[str, Any]:
+        """The refraction coefficient of the place."""
+        return {"refraction": precision.refraction}
 
 
 @dataclass(kw_only=True)
 class SlopeDistances(Sights):
-    """Slope distances [m]; ``zero`` and ``scale`` are scalar indices (n,), -1 for none."""
+    """Slope distances ``s = a + (1 + m) |u|`` [m] (method section 2.3).
 
-    zero: Index = refers("scalar", optional=True)
-    scale: Index = refers("scalar", optional=True)
+    Parameters
+    ----------
+    zero, scale : array of int (n,), optional
+        Scalars ``a`` [m] and ``m``, -1 for none.
+    """
+
+    zero: Index = refers("scalar", optional=True, means="distance zero", unit="m")
+    scale: Index = refers("scalar", optional=True, means="scale", unit="1")
     kind: ClassVar[str] = "slope_distance"
     units: ClassVar[tuple[str, ...]] = ("m",)
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="slope distance",
+        computed="`a + (1 + m) abs(u)`, with zero and scale as unknowns if wanted",
+        role=Role.READING,
+        category=Category.TOTAL_STATION,
+        own_category=Category.BACKSIGHT,
+        axes=Axes.SPACE,
+        repeats=Repetition.SETS,
+        start=StartTie.LENGTH,
+        csv=(
+            CsvColumns(
+                ("from", "to"),
+                ("slope_distance",),
+                length=SightLength.SLOPE,
+                sigmas=("sigma_distance",),
+                heights=("height_instrument", "height_target"),
+                planned=Planned.TOTAL_STATION,
+            ),
+        ),
+        names_target=True,
+    )
 
     def predict(self, state: State) -> Array:
         """Distances (n, 1)."""
@@ -306,25 +501,59 @@ class SlopeDistances(Sights):
             blocks.append(Block(columns("scalar", self.scale), length[:, None, None]))
         return blocks
 
+    def start_ties(self, rows: Index, ties: TieCollector) -> None:
+        """Lengths with the lift from instrument to target."""
+        value, unknown = self.values[rows, 0], np.full(len(rows), np.nan)
+        ends = self.start[rows], self.end[rows]
+        ties.add(Lengths(*ends, value, unknown, self.lift(rows)))
 
-# Horizontal distance ``d = a + (1 + m) f h'`` in the instrument's local horizon.
-#
-# ``f`` reduces it to another surface (a reference height, a projection), known for each distance;
-# ``a`` and ``m`` are optional zero and scale unknowns (method section 2.3).
+    @classmethod
+    def instrument_sigma(cls, precision: Precision, line: SightLine) -> Array | None:
+        """Of the distance and of centring."""
+        return precision.of_distances(line.value, line.repetitions)
 
 
 @dataclass(kw_only=True)
 class HorizontalDistances(Sights):
-    """Horizontal distances [m]; zero [m] and scale are scalar indices (n,), -1 for none.
+    """Horizontal distances ``d = a + (1 + m) f h'`` [m] in the instrument's local horizon.
 
-    reduction : known factor f (n,) from horizontal to reduced distance, 1 if not given.
+    ``f`` reduces them to another surface (a reference height, a projection); ``a`` and ``m`` are
+    optional zero and scale unknowns (method section 2.3).
+
+    Parameters
+    ----------
+    zero, scale : array of int (n,), optional
+        Scalars ``a`` [m] and ``m``, -1 for none.
+    reduction : array (n,), optional
+        Known factor ``f`` from horizontal to reduced distance, 1 if not given.
     """
 
-    zero: Index = refers("scalar", optional=True)
-    scale: Index = refers("scalar", optional=True)
+    zero: Index = refers("scalar", optional=True, means="distance zero", unit="m")
+    scale: Index = refers("scalar", optional=True, means="scale", unit="1")
     reduction: Array = per_item(1.0)
     kind: ClassVar[str] = "horizontal_distance"
     units: ClassVar[tuple[str, ...]] = ("m",)
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="horizontal distance",
+        computed="the same of the horizontal part, reduced by a known factor",
+        role=Role.READING,
+        category=Category.TOTAL_STATION,
+        own_category=Category.BACKSIGHT,
+        axes=Axes.PLAN,
+        repeats=Repetition.SETS,
+        start=StartTie.LENGTH,
+        csv=(
+            CsvColumns(
+                ("from", "to"),
+                ("horizontal_distance",),
+                length=SightLength.LEVEL,
+                sigmas=("sigma_distance",),
+                heights=("height_instrument", "height_target"),
+                planned=Planned.BY_NAME,
+            ),
+        ),
+        names_target=True,
+    )
 
     def predict(self, state: State) -> Array:
         """Distances (n, 1)."""
@@ -347,31 +576,81 @@ class HorizontalDistances(Sights):
             blocks.append(Block(columns("scalar", self.scale), by_scale))
         return blocks
 
+    def start_ties(self, rows: Index, ties: TieCollector) -> None:
+        """Horizontal lengths."""
+        value = self.values[rows, 0] / self.reduction[rows]
+        ties.add(Lengths(self.start[rows], self.end[rows], value, value, np.zeros(len(rows))))
 
-# Spatial distance between two positions: scale bar, sphere to sphere, base length of stations.
-#
-# A slope distance without instrument or target heights, under a name of its own because it is a
-# length standard and not a sight (method section 2.12).
+    @classmethod
+    def instrument_sigma(cls, precision: Precision, line: SightLine) -> Array | None:
+        """Of the distance and of centring."""
+        return precision.of_distances(line.value, line.repetitions)
 
 
 @dataclass(kw_only=True)
 class Distances(SlopeDistances):
-    """Distances [m] from ``start`` to ``end`` (position indices)."""
+    """Spatial distances [m]: scale bar, sphere to sphere, base length of stations.
+
+    Slope distances without heights over the ends, under a name of their own because they are
+    length standards and not sights (method section 2.12).
+    """
 
     kind: ClassVar[str] = "distance"
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="distance",
+        computed="length between two positions without heights: scale bar, base length",
+        role=Role.READING,
+        category=Category.TOTAL_STATION,
+        own_category=Category.BACKSIGHT,
+        axes=Axes.SPACE,
+        repeats=Repetition.SETS,
+        start=StartTie.LENGTH,
+        csv=(
+            CsvColumns(
+                ("from", "to"), ("distance",), length=SightLength.SLOPE, planned=Planned.BY_NAME
+            ),
+        ),
+        names_target=True,
+    )
+
+    @classmethod
+    def instrument_sigma(cls, precision: Precision, line: SightLine) -> Array | None:
+        """Of a planned distance; the sigma of a measured one is that of its standard."""
+        return precision.of_distances(line.value, line.repetitions) if line.planned else None
 
 
 @dataclass(kw_only=True)
 class LocalOffsets(Sights):
-    """Offsets [m] along ``azimuth`` (n,) [rad], clockwise from the local north at the start.
+    """Horizontal offsets [m] of one position from another along an axis of known azimuth.
 
-    reduction : known factor f (n,), 1 if not given.
+    ``d = f (E' sin A + N' cos A)`` with the line of sight ``u = (E', N', U')`` from instrument to
+    target in the local axes at the start and a known factor f that reduces it to another height.
+    With azimuths 90 and 0 degrees these are the offsets in east and north; with the value zero both
+    together are a centring, one mark plumb over another (method section 2.3 for ``u``).
+
+    Parameters
+    ----------
+    azimuth : array (n,)
+        ``A`` [rad], clockwise from the local north at the start.
+    reduction : array (n,), optional
+        Known factor ``f``, 1 if not given.
     """
 
     azimuth: Array = per_item(0.0)
     reduction: Array = per_item(1.0)
     kind: ClassVar[str] = "local_offset"
     units: ClassVar[tuple[str, ...]] = ("m",)
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="local offset",
+        computed="horizontal offset along a known azimuth; centrings",
+        role=Role.READING,
+        category=Category.OTHER,
+        axes=Axes.PLAN,
+        repeats=Repetition.SETS,
+        start=StartTie.LENGTH,
+        csv=(),
+        names_target=True,
+    )
 
     def _axis(self) -> Array:
         zero = np.zeros(len(self))
@@ -387,3 +666,18 @@ class LocalOffsets(Sights):
     def jacobian(self, state: State) -> list[Block]:
         """The axis by the sight."""
         return self.sight_blocks(state, self._axis()[:, None, :])
+
+    def start_ties(self, rows: Index, ties: TieCollector) -> None:
+        """Two offsets of one pair are an azimuth and a length, which may be zero (a centring)."""
+        key = self.start[rows] * ties.n_nodes + self.end[rows]
+        pairs, group = np.unique(key, return_inverse=True)
+        a = np.stack([np.sin(self.azimuth[rows]), np.cos(self.azimuth[rows])], axis=1)
+        normal, right = np.zeros((len(pairs), 2, 2)), np.zeros((len(pairs), 2))
+        np.add.at(normal, group, a[:, :, None] * a[:, None, :])
+        np.add.at(right, group, a * (self.values[rows, :1] / self.reduction[rows, None]))
+        good = np.linalg.det(normal) > 0.01
+        e, n = np.linalg.solve(normal[good], right[good][..., None])[..., 0].T
+        start, end = pairs[good] // ties.n_nodes, pairs[good] % ties.n_nodes
+        length = np.hypot(e, n)
+        ties.add_azimuths(start, end, np.arctan2(e, n))
+        ties.add(Lengths(start, end, length, length, np.zeros(len(length))))

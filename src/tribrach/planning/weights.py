@@ -18,6 +18,7 @@ from tribrach._types import Array, Index
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.network import Network
 from tribrach.observations.base import Observations, Use
+from tribrach.observations.declaration import Repetition
 from tribrach.planning.blocks import Blocks
 from tribrach.planning.prediction import Criterion, criterion_value, predict
 from tribrach.planning.prospect import prospect
@@ -34,10 +35,6 @@ __all__ = [
 
 #: by station: tables and masks of what is read there
 _Readers = dict[str, list[tuple[int, NDArray[np.bool_]]]]
-
-
-#: kinds that are not read from an instrument that could read again
-_GIVEN = ("coordinates", "coordinate", "height", "vector_prior", "parameter", "relative_pose")
 
 
 #: sets of one station at most
@@ -100,11 +97,11 @@ def scaled(network: Network, factor: Callable[[Observations], Array]) -> Network
 
 
 def _readers(network: Network) -> _Readers:
-    """By station or instrument point: tables and masks of what is read there."""
+    """Tables and masks (n,) of what can be read again, by station or instrument point."""
     layout = network.start.layout
     out: _Readers = {}
     for number, o in enumerate(network.observations):
-        if o.kind in _GIVEN or o.kind.startswith("gnss"):
+        if o.facts.repeats is not Repetition.SETS:
             continue
         starts = np.array([start for start, _ in o.ends(layout)], dtype=object)
         for name in dict.fromkeys(starts):
@@ -249,7 +246,7 @@ def reading_groups(network: Network) -> list[tuple[str, str, list[int], str]]:
     """Groups of readings: words, unit, rows of the kind, kind; ranges and angles apart."""
     out: list[tuple[str, str, list[int], str]] = []
     for o in network.observations:
-        if o.kind in _GIVEN or not (o.use == Use.ACTIVE).any():
+        if o.facts.repeats is Repetition.NEVER or not (o.use == Use.ACTIVE).any():
             continue
         for unit in dict.fromkeys(o.units):
             rows = [k for k, u in enumerate(o.units) if u == unit]

@@ -23,6 +23,7 @@ from tribrach._types import Array, Index
 from tribrach.comparison.station_pair import StationPair
 from tribrach.network.adjustment import Adjustment
 from tribrach.observations.base import Observations, Use
+from tribrach.observations.declaration import End
 from tribrach.statistics import chi2
 
 __all__ = ["ALPHA", "MOST", "Edge", "edges"]
@@ -97,24 +98,23 @@ def _pairs(
     adjustment: Adjustment, number: int, observations: Observations
 ) -> Iterator[tuple[int, int, Index, int]]:
     """Pose indices, rows of the design and what they have in common, for one table."""
-    names = [name for name in ("plane", "target") if hasattr(observations, name)]
-    start, end = (getattr(observations, name, None) for name in ("start", "end"))
-    mine = np.flatnonzero(adjustment.rows.table == number)
-    item = adjustment.rows.item[mine]
-    if observations.kind == "relative_pose" and start is not None and end is not None:
+    first, second = observations.end_field(End.FROM), observations.end_field(End.TO)
+    if not observations.facts.common_to_stations or first is None or second is None:
+        return
+    rows = np.flatnonzero(adjustment.rows.table == number)
+    item = adjustment.rows.item[rows]
+    start = np.asarray(getattr(observations, first.name))
+    end = np.asarray(getattr(observations, second.name))
+    if second.family == "pose":
         for k in np.flatnonzero(observations.use == Use.ACTIVE):
-            yield int(start[k]), int(end[k]), mine[item == k], 1
+            yield int(start[k]), int(end[k]), rows[item == k], 1
         return
-    station = getattr(observations, "station", None)
-    if station is None or not names:
-        return
-    shared = np.asarray(getattr(observations, names[0]))[item]
-    poses = np.asarray(station)[item]
+    poses, shared = start[item], end[item]
     for a, b in combinations(np.unique(poses).tolist(), 2):
         common = np.intersect1d(shared[poses == a], shared[poses == b])
         if len(common):
             chosen = np.isin(shared, common) & ((poses == a) | (poses == b))
-            yield a, b, mine[chosen], len(common)
+            yield a, b, rows[chosen], len(common)
 
 
 def _edge(

@@ -16,6 +16,7 @@ from scipy.spatial import ConvexHull, QhullError
 from tribrach._types import Array
 from tribrach.network.adjustment import Adjustment
 from tribrach.observations.base import Use
+from tribrach.observations.declaration import End, Role
 
 __all__ = ["TargetsAround", "extrapolation_factor", "geometry_sentences", "targets_around"]
 
@@ -110,23 +111,29 @@ def targets_around(adjustment: Adjustment) -> list[TargetsAround]:
     layout, positions = adjustment.layout, adjustment.state.positions
     points = layout.count("point")
     seen: list[set[int]] = [set() for _ in layout.names["pose"]]
-    levelled, otherwise = set(), set()
+    levelled: set[int] = set()
+    otherwise: set[int] = set()
     for o in adjustment.network.observations:
         active = np.flatnonzero(o.use == Use.ACTIVE)
-        if hasattr(o, "station") and hasattr(o, "target"):
-            for k in active:
-                seen[int(o.station[k])].add(int(o.target[k]))
-        elif o.kind == "inclination" and hasattr(o, "station"):
-            levelled |= {int(o.station[k]) for k in active}
-        elif hasattr(o, "station"):
-            otherwise |= {int(o.station[k]) for k in active}
-        elif o.kind == "relative_pose" and hasattr(o, "start") and hasattr(o, "end"):
-            ends = np.concatenate([np.asarray(o.start)[active], np.asarray(o.end)[active]])
-            otherwise |= set(ends.tolist())
-        elif hasattr(o, "start") and hasattr(o, "end"):
-            for k in active:
-                if o.start[k] >= points:
-                    seen[int(o.start[k]) - points].add(int(o.end[k]))
+        first, second = o.end_field(End.FROM) or o.end_field(End.AT), o.end_field(End.TO)
+        if first is None or first.family not in ("pose", "position"):
+            continue
+        start = np.asarray(getattr(o, first.name))[active]
+        end = None if second is None else np.asarray(getattr(o, second.name))[active]
+        if second is not None and end is not None and second.family == "position":
+            stands = start if first.family == "pose" else start - points
+            if o.facts.places_station:
+                otherwise |= set(stands.tolist())
+            elif o.facts.role is not Role.CONDITION:
+                for station, target in zip(stands.tolist(), end.tolist(), strict=True):
+                    if station >= 0:
+                        seen[station].add(target)
+        elif first.family == "pose" and o.facts.levels_station:
+            levelled |= set(start.tolist())
+        elif first.family == "pose":
+            otherwise |= set(start.tolist())
+            if second is not None and end is not None and second.family == "pose":
+                otherwise |= set(end.tolist())
     names = [*layout.names["point"], *layout.names["pose"]]
     return [
         TargetsAround(

@@ -85,7 +85,7 @@ def rigid_model(survey: Survey, arms: Mapping[str, Array] | None = None) -> Rigi
         to each other, or places on one line; NotConverged.
     """
     inner = survey.of_stations()
-    levelled = any(table.kind.kind == "inclination" for table in inner.tables())
+    levelled = any(table.kind.facts.levels_station for table in inner.tables())
     model = adjust(inner.network())
     points = set(model.layout.names["point"])
     held, covariance = places_to_hold(survey, points)

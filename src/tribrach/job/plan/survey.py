@@ -24,6 +24,7 @@ from tribrach.job.plan.scans import PlannedScans, ScannerPlace
 from tribrach.network.adjustment import adjust
 from tribrach.network.network import Network
 from tribrach.network.survey import Survey
+from tribrach.observations.declaration import Role
 from tribrach.observations.gnss import GnssPositions
 from tribrach.observations.scanner import Inclinations
 from tribrach.project.plan import PlanSection
@@ -119,7 +120,7 @@ class PlanSurvey:
     def _adjusted(self, survey: Survey) -> dict[str, Any]:
         """Adjusted scalars of what was measured; its points and stations get their places."""
         active_only(survey)
-        if {table.kind.kind for table in survey.tables()} <= {"coordinates", "coordinate"}:
+        if all(table.kind.facts.role is Role.GIVEN for table in survey.tables()):
             return {}
         try:
             found = adjust(survey.network())

@@ -18,6 +18,7 @@ from tribrach.job.plan.survey import PlanSurvey, named, read_places
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.assembly import Assembly
 from tribrach.network.network import Network
+from tribrach.observations.declaration import Category
 from tribrach.planning.blocks import join
 from tribrach.planning.groups import coming, going, prospect_for
 from tribrach.planning.prediction import Criterion, fixed_datum, predict, with_parameters
@@ -242,7 +243,8 @@ class PlanWork:
         layout = network.start.layout
         tied: set[str] = set(self.plan.keep) | set(self.named)
         for o in network.observations:
-            if o.kind not in ("scanner_polar", "target_centre") and o.group != PLANNED:
+            of_scans = o.facts.own_category is Category.OWN_TARGETS
+            if not of_scans and o.group != PLANNED:
                 tied |= {name for ends in o.ends(layout) for name in ends}
         return [n for n in layout.names["point"] if n in scanned and n not in tied]
 

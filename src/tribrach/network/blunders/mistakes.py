@@ -31,6 +31,7 @@ from tribrach.network.network import Network
 from tribrach.network.reliability import weigh
 from tribrach.network.significance import log_significance
 from tribrach.observations.base import Observations, Use, wrap
+from tribrach.observations.declaration import End
 from tribrach.observations.sights import Sights
 
 __all__ = ["common_causes", "first_adjustment", "mistakes", "swapped_names"]
@@ -265,8 +266,8 @@ class _Candidates:
             if isinstance(o, Sights):
                 for end in np.unique(o.end):
                     by_sights.setdefault(int(end), {})[table] = np.flatnonzero(o.end == end)
-            elif hasattr(o, "station") and hasattr(o, "target"):
-                by_scans |= set(np.asarray(o.target).tolist())
+            elif o.facts.names_target and (target := o.end_field(End.TO)) is not None:
+                by_scans |= set(np.asarray(getattr(o, target.name)).tolist())
         layout = self.adjustment.layout
         for place in sorted(by_sights.keys() & by_scans):
             mine = self._rows_of(by_sights[place])
@@ -377,12 +378,11 @@ def _one_alone(adjustment: Adjustment, run: Callable[[Network], Adjustment]) -> 
 
 def _ends(o: Observations, points: int) -> tuple[Index, Index, str] | None:
     """Positions (n,) of set-up and target, and the field of the target."""
-    some: Any = o
-    if hasattr(o, "station") and hasattr(o, "target"):
-        return np.asarray(some.station) + points, np.asarray(some.target), "target"
-    if hasattr(o, "start") and hasattr(o, "end") and hasattr(o, "height_instrument"):
-        return np.asarray(some.start), np.asarray(some.end), "end"
-    return None
+    start, end = o.end_field(End.FROM), o.end_field(End.TO)
+    if not o.facts.names_target or start is None or end is None:
+        return None
+    setup = np.asarray(getattr(o, start.name)) + (points if start.family == "pose" else 0)
+    return setup, np.asarray(getattr(o, end.name)), end.name
 
 
 def _pairs(network: Network, adjustment: Adjustment | None) -> Iterator[tuple[int, int, int]]:

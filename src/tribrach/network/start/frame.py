@@ -15,7 +15,8 @@ import numpy as np
 from tribrach._types import Array, Index, Mask
 from tribrach.geodesy.site import FlatSite, Site
 from tribrach.network.start.grouping import grouped_median, pair_key, wrap
-from tribrach.network.start.ties import Lengths, Rays, Ties
+from tribrach.network.start.ties import Ties
+from tribrach.observations.ties import Lengths, Rays
 
 __all__ = ["Frame", "Kind"]
 

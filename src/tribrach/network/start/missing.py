@@ -14,7 +14,7 @@ from tribrach.errors import InputError
 from tribrach.geometry.alignment import kabsch
 from tribrach.network.start.frame import Frame
 from tribrach.network.start.space import placed_poses
-from tribrach.network.start.ties import TieTable
+from tribrach.observations.ties import TieTable
 from tribrach.observations.unknowns import Layout, State
 
 __all__ = ["missing_ties"]

@@ -13,6 +13,7 @@ from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.site_accuracy import CommonShift, SiteAccuracy, sessions, site_accuracy
 from tribrach.observations.base import Use
+from tribrach.observations.declaration import Category, Role
 from tribrach.report.chapter import Chapter
 from tribrach.report.columns import component
 from tribrach.report.content import Head
@@ -115,8 +116,8 @@ def _rests_on(
     head: Head, project: Project, adjustment: Adjustment, common: list[CommonShift]
 ) -> list[str]:
     """What fixes the site, and in which system."""
-    gnss = _active(adjustment, "gnss_position", "antenna")
-    vectors = _active(adjustment, "gnss_baseline")
+    gnss = _active(adjustment, absolute=True)
+    vectors = _active(adjustment, absolute=False)
     held = sum(c.use == "held" for c in head.control)
     weighted = sum(c.use == "weighted" for c in head.control)
     parts = [
@@ -138,10 +139,15 @@ def _rests_on(
     return out
 
 
-def _active(adjustment: Adjustment, *kinds: str) -> int:
-    """How many observations of some kinds take part."""
-    tables = (o for o in adjustment.network.observations if o.kind in kinds)
-    return sum(int((o.use == Use.ACTIVE).sum()) for o in tables)
+def _active(adjustment: Adjustment, *, absolute: bool) -> int:
+    """How many readings of satellites take part: positions, or vectors between them."""
+    return sum(
+        int((o.use == Use.ACTIVE).sum())
+        for o in adjustment.network.observations
+        if o.facts.category is Category.GNSS
+        and o.facts.role is Role.READING
+        and o.facts.absolute == absolute
+    )
 
 
 def _system(project: Project) -> str:

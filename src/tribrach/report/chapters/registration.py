@@ -13,6 +13,7 @@ from tribrach.geometry.pose import Pose
 from tribrach.job.results import JobResults
 from tribrach.job.tie import Registered
 from tribrach.network.adjustment import Adjustment
+from tribrach.observations.registry import kind_named
 from tribrach.registration.edges import ALPHA, MOST, Edge, edges
 from tribrach.registration.views import Agreement, seen
 from tribrach.report.chapter import Chapter
@@ -43,14 +44,6 @@ _CONFLICT = 0.12
 
 #: largest ratio of test to limit in the colours of the graph
 _WORST = 2.0
-
-
-_KINDS = {
-    "plane": "planes",
-    "target_centre": "targets",
-    "scanner_polar": "targets",
-    "relative_pose": "clouds",
-}
 
 
 class EdgePart(DocumentPart):
@@ -92,7 +85,7 @@ class _Pair:
     @property
     def kind(self) -> str:
         """What ties them, in words."""
-        return _KINDS.get(self.edge.kind, self.edge.kind.replace("_", " "))
+        return kind_named(self.edge.kind).facts.common_to_stations
 
     @property
     def stations(self) -> str:
@@ -155,8 +148,8 @@ def _outliers(found: Sequence[Edge]) -> list[str]:
     """Pairs that the network contradicts, the worst first, and a station that all of them share."""
     bad = sorted((e for e in found if e.outlying), key=lambda e: -(e.ratio or 0.0))
     said = [
-        f"{e.first} and {e.second} by {_KINDS.get(e.kind, e.kind)}: their own relative pose "
-        f"differs from the network by {_size(e.shift, e.turn)}, expected "
+        f"{e.first} and {e.second} by {kind_named(e.kind).facts.common_to_stations}: their own "
+        f"relative pose differs from the network by {_size(e.shift, e.turn)}, expected "
         f"{_size(e.shift_sigma, e.turn_sigma)} (test {e.statistic:.1f} against {e.limit:.1f})"
         for e in bad[:10]
     ]
