@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import fields
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from tribrach.instruments.calibration import unit_of
 from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.observations.base import Observations
+from tribrach.observations.declaration import Reference
 from tribrach.report.chapter import Chapter
 from tribrach.report.content import CorrelationRow, Head, ReportSettings, Unknown
 from tribrach.report.numbers import Style, matrix, numbers, sigmas
@@ -22,27 +22,6 @@ __all__ = ["SUBJECT", "correlations", "other_unknowns"]
 #: at most this many unknowns are compared, and this many pairs of correlated ones listed
 MOST_UNKNOWNS = 1500
 MOST_PAIRS = 300
-
-
-#: unit and name of what a scalar is, by the field of the observation kind that refers to it
-_ROLES = {
-    "orientation": ("rad", "orientation"),
-    "offset": ("rad", "azimuth offset"),
-    "zero": ("m", "distance zero"),
-    "scale": ("1", "scale"),
-    "refraction_unknown": ("1", "refraction"),
-    "height_instrument_unknown": ("m", "instrument height correction"),
-    "height_target_unknown": ("m", "target height correction"),
-    "slope_1": ("1", "axis slope"),
-    "slope_2": ("1", "axis slope"),
-    "along": ("m", "distance along the axis"),
-    "radius": ("m", "radius"),
-    "offset_x": ("rad", "inclination offset"),
-    "offset_y": ("rad", "inclination offset"),
-    "xi_error": ("rad", "deflection of the vertical"),
-    "eta_error": ("rad", "deflection of the vertical"),
-}
-_VECTORS = {"lever_arm": "lever arm", "common": "common shift"}
 
 
 def other_unknowns(adjustment: Adjustment, settings: ReportSettings) -> tuple[Unknown, ...]:
@@ -57,33 +36,30 @@ def other_unknowns(adjustment: Adjustment, settings: ReportSettings) -> tuple[Un
 
 def _references(
     adjustment: Adjustment, family: str
-) -> Iterator[tuple[Observations, str, int, int]]:
+) -> Iterator[tuple[Observations, Reference, int, int]]:
     """Table, field, unknown and first observation wherever a table refers to a family."""
     for o in adjustment.network.observations:
-        for item in fields(o):
-            if item.metadata.get("refers") == family and len(o):
-                index = getattr(o, item.name).reshape(len(o), -1)
+        for reference in o.references():
+            if reference.family == family and len(o):
+                index = getattr(o, reference.name).reshape(len(o), -1)
                 used, first = np.unique(index, return_index=True)
                 for i, flat in zip(used.tolist(), first.tolist(), strict=True):
                     if i >= 0:
-                        yield o, item.name, i, flat // index.shape[1]
+                        yield o, reference, i, flat // index.shape[1]
 
 
 def _scalar_roles(adjustment: Adjustment) -> dict[int, tuple[str, str, str]]:
     """Unit, role and place of each scalar index, from the first observation that refers to it."""
     out: dict[int, tuple[str, str, str]] = {}
     ends: dict[int, list[tuple[str, str]]] = {}
-    for o, name, i, item in _references(adjustment, "scalar"):
-        unit, role = _ROLES.get(name, ("1", "parameter"))
-        if name == "common":
-            unit, role = o.units[0], "common value"
-        if name == "parameters":
-            parameter = adjustment.layout.names["scalar"][i].split("(")[0]
-            unit, role = unit_of(parameter), "calibration"
-        if role != "parameter" and i not in out:
-            if role == "orientation" and id(o) not in ends:
-                ends[id(o)] = o.ends(adjustment.layout)
-            out[i] = unit, role, ends[id(o)][item][0] if role == "orientation" else ""
+    for o, reference, i, item in _references(adjustment, "scalar"):
+        if not reference.means or i in out:
+            continue
+        if reference.by_set and id(o) not in ends:
+            ends[id(o)] = o.ends(adjustment.layout)
+        # the name of a calibration parameter says its unit
+        unit = reference.unit or unit_of(adjustment.layout.names["scalar"][i].split("(")[0])
+        out[i] = unit, reference.means, ends[id(o)][item][0] if reference.by_set else ""
     return out
 
 
@@ -106,7 +82,7 @@ def _scalars(adjustment: Adjustment, factor: float) -> list[Unknown]:
 
 def _vectors(adjustment: Adjustment, factor: float) -> list[Unknown]:
     covariance = adjustment.family_covariances("vector") * factor
-    roles = {i: _VECTORS[f] for _, f, i, _ in _references(adjustment, "vector") if f in _VECTORS}
+    roles = {i: r.means for _, r, i, _ in _references(adjustment, "vector") if r.means}
     return [
         Unknown(
             name,
