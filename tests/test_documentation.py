@@ -13,10 +13,12 @@ from tests.demo_twin import few_boards
 from tests.observations.test_contract import kinds
 from tribrach import demo
 from tribrach.cli import app
-from tribrach.io.survey.csv.columns import KINDS, QUANTITIES
+from tribrach.io.survey.csv.columns import LAYOUTS, QUANTITIES, TableLayout
 from tribrach.io.survey.csv.file import read_table
 from tribrach.io.survey.formats import SUFFIXES
 from tribrach.job.opened import open_job
+from tribrach.observations.base import Observations
+from tribrach.observations.declaration import End
 from tribrach.project import Project
 from tribrach.project.sections import Section
 from tribrach.report import json_result
@@ -122,32 +124,48 @@ def test_run_and_demo_as_shown(folder: Path, monkeypatch: pytest.MonkeyPatch) ->
         assert (folder / "demo" / "out" / name).is_file()
 
 
-def test_every_observation_kind_is_explained() -> None:
-    named = [re.findall(r"`(\w+)`", row[0]) for row in _all_rows(DOCS["observations"])]
-    flat = sorted(name for cell in named for name in cell)
-    assert flat == sorted(kind.kind for kind in kinds())
+@pytest.mark.parametrize("kind", kinds(), ids=lambda k: k.kind)
+def test_every_observation_kind_is_explained(kind: type[Observations]) -> None:
+    """The row of a kind is what the kind says of itself; put it into the table where it belongs."""
+    row = kind_row(kind)
+    assert DOCS["observations"].count(f"\n{row}\n") == 1, row
 
 
-def _all_rows(text: str) -> list[list[str]]:
-    found = [line.strip("|").split("|") for line in text.splitlines() if line.startswith("| `")]
-    return [[cell.strip() for cell in row] for row in found]
+def test_no_other_kind_is_explained() -> None:
+    named = [line.split("`")[1] for line in DOCS["observations"].splitlines() if line[:3] == "| `"]
+    assert sorted(named) == sorted(kind.kind for kind in kinds())
 
 
-@pytest.mark.parametrize("row", rows("formats", "follows from its\ncolumns:"), ids=lambda r: r[0])
-def test_csv_columns_are_known(row: list[str], tmp_path: Path) -> None:
-    """Each table is what the page says with the columns it must have and with all of them."""
-    name, has, may = row
+def kind_row(kind: type[Observations]) -> str:
+    """The row of a kind in the tables of the page on observations."""
+    facts = kind.facts
+    units = "of the unknown" if facts.of_unknown else ", ".join(dict.fromkeys(kind.units))
+    ends = "; ".join(
+        f"{'' if r.end is End.AT else f'{r.end.value} '}{r.name}: {r.family}"
+        for r in kind.references()
+        if r.end is not None
+    )
+    cells = (f"`{kind.kind}`", facts.computed, units, ends, facts.role.value, facts.category)
+    return f"| {' | '.join(cells)} |"
+
+
+@pytest.mark.parametrize("layout", LAYOUTS, ids=lambda layout: layout.name)
+def test_csv_columns_are_known(layout: TableLayout, tmp_path: Path) -> None:
+    """Each table is listed, and is one with the columns it must have and with all of them."""
+    name, has, may = layout.documented()
+    row = f"| {name} | {has} | {may} |"
+    assert f"\n{row}\n" in DOCS["formats"], row
     must = re.findall(r"`(\w+)`", has)
-    further = [word for word in re.findall(r"`(\w+)`", may) if word != "sigma_"]
-    for columns in (must, [*must, *(c for c in further if c not in must)]):
+    further = re.findall(r"`(\w+)`", may)
+    for columns in (must, [*must, *further]):
         path = tmp_path / "table.csv"
         path.write_text(",".join(columns) + "\n" + ",".join([""] * len(columns)) + "\n")
-        assert read_table(path).kind.name == name
+        assert read_table(path).layout is layout
 
 
 def test_csv_tables_are_complete() -> None:
     assert {row[0] for row in rows("formats", "follows from its\ncolumns:")} == {
-        kind.name for kind in KINDS
+        layout.name for layout in LAYOUTS
     }
     units = {unit for quantity in QUANTITIES.values() for unit in quantity}
     assert units <= words(DOCS["formats"]) | {"m2", "mm2"}

@@ -35,6 +35,7 @@ UNITS: dict[str, float] = {
     "arcmin": SEC * 60,
     "arcsec": SEC,
     "ppm": 1e-6,
+    "percent": 1e-2,
     "m2": 1.0,
     "mm2": 1e-6,
 }

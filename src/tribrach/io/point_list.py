@@ -16,6 +16,7 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.errors import InputError
+from tribrach.io.survey.csv.columns import COORDINATES
 from tribrach.io.survey.csv.file import CsvTable, read_table
 
 __all__ = ["PointList", "point_list_text", "read_point_list"]
@@ -70,8 +71,8 @@ def read_point_list(path: Path) -> PointList:
         Errors of the table, latitudes in place of metres, or a name that occurs twice.
     """
     table = read_table(path)
-    if table.kind.name != "coordinates":
-        raise table.error(None, f"this is a table of {table.kind.name}", "give point,x_m,y_m,z_m")
+    if table.layout is not COORDINATES:
+        raise table.error(None, f"this is a table of {table.layout.name}", "give point,x_m,y_m,z_m")
     if table.has("latitude") or table.has("longitude"):
         raise table.error(
             None, "latitude and longitude are no metres", "give ecef_x_m, ecef_y_m, ecef_z_m"

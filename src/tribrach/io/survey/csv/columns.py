@@ -2,7 +2,11 @@
 
 A measured column is a quantity and its unit, ``slope_distance_m``; the unit must be there. Key
 columns hold names. Which keys and quantities a file has decides what kind of table it is; a column
-that its kind does not know is refused, so that nothing typed is silently left out.
+that its table does not know is refused, so that nothing typed is silently left out.
+
+The quantities that are observed come from the observation kinds
+(:class:`~tribrach.observations.declaration.CsvColumns`): a kind of sights between two positions is
+a column of the table of sights as soon as it says so.
 """
 
 from __future__ import annotations
@@ -10,14 +14,23 @@ from __future__ import annotations
 import difflib
 from dataclasses import dataclass, field
 
+from tribrach.observations.base import Observations
+from tribrach.observations.control import Coordinates, Offsets
+from tribrach.observations.declaration import CsvColumns, Planned
+from tribrach.observations.gnss import GnssBaselines, GnssPositions
+from tribrach.observations.registry import kinds
+from tribrach.observations.scanner import Inclinations, ScannerPolar, TargetCentres
+from tribrach.observations.sights import Angles
+
 __all__ = [
     "COVARIANCE",
-    "KINDS",
+    "LAYOUTS",
     "LOCAL",
     "NUMBERS",
     "QUANTITIES",
+    "SIGHT_KINDS",
     "WORDS",
-    "Kind",
+    "TableLayout",
     "nearest",
     "units_of",
 ]
@@ -31,18 +44,21 @@ ANGLE = ("gon", "deg", "dms", "rad", "mrad", "mgon", "cc", "arcmin", "arcsec")
 VARIANCE = ("m2", "mm2")
 
 
+_MILLIMETRES = tuple(dict.fromkeys(("mm", *LENGTH)))
+
+
+#: units of a column by the unit of the row of a kind that it holds
+_BY_ROW = {"m": LENGTH, "rad": ANGLE, "1": ("ppm", "percent")}
+
+
+#: lengths and angles that no kind observes, or that are other names of what it observes
 _LENGTHS = (
-    "slope_distance", "horizontal_distance", "height_difference", "distance", "height_instrument",
-    "height_target", "antenna_height", "rod", "eccentricity", "length", "range", "e", "n", "u",
-    "easting", "northing", "height", "x", "y", "z", "de", "dn", "du", "dx", "dy", "dz", "ecef_x",
-    "ecef_y", "ecef_z",
+    "height_instrument", "height_target", "antenna_height", "eccentricity", "length", "easting",
+    "northing", "height", "ecef_x", "ecef_y", "ecef_z",
 )  # fmt: skip
 
 
-_ANGLES = (
-    "direction", "angle", "azimuth", "zenith", "horizontal", "latitude", "longitude", "tilt_x",
-    "tilt_y", "tilt", "bubble",
-)  # fmt: skip
+_ANGLES = ("latitude", "longitude", "tilt", "bubble")
 
 
 COVARIANCE = ("cxx", "cxy", "cxz", "cyy", "cyz", "czz")
@@ -51,22 +67,40 @@ COVARIANCE = ("cxx", "cxy", "cxz", "cyy", "cyz", "czz")
 LOCAL = ("cee", "cen", "ceu", "cnn", "cnu", "cuu")
 
 
+#: units that people write these in
+_USUAL = {
+    "horizontal": "deg", "latitude": "deg", "longitude": "deg", "tilt_x": "arcsec",
+    "tilt_y": "arcsec", "tilt": "arcsec", "bubble": "arcmin", "eccentricity": "mm",
+}  # fmt: skip
+
+
+def _quantities() -> dict[str, tuple[str, ...]]:
+    """Quantities and their sigmas with the units that each may have, the usual one first."""
+    observed = {
+        name: _BY_ROW[kind.units[min(row, len(kind.units) - 1)]]
+        for kind in kinds()
+        for columns in kind.facts.csv
+        for row, name in enumerate(columns.values)
+    }
+    measured = observed | dict.fromkeys(_LENGTHS, LENGTH) | dict.fromkeys(_ANGLES, ANGLE)
+    out: dict[str, tuple[str, ...]] = {
+        **measured,
+        **dict.fromkeys((*COVARIANCE, *LOCAL), VARIANCE),
+        "sigma": tuple(dict.fromkeys(("mm", "arcsec", *LENGTH, *ANGLE))),
+        "sigma_across": _MILLIMETRES,
+        "prism_constant": _MILLIMETRES,
+    }
+    for name, unit in _USUAL.items():
+        out[name] = tuple(dict.fromkeys((unit, *out[name])))
+    for name, units in measured.items():
+        # nobody writes a sigma in degrees, minutes and seconds
+        usual = dict.fromkeys(("arcsec", "mgon", "mm", *units))
+        out[f"sigma_{name}"] = tuple(u for u in usual if u in units and u != "dms")
+    return out
+
+
 #: quantities and the units each may have, the usual ones first
-QUANTITIES: dict[str, tuple[str, ...]] = {
-    **dict.fromkeys(_LENGTHS, LENGTH),
-    **dict.fromkeys(_ANGLES, ANGLE),
-    **dict.fromkeys((*COVARIANCE, *LOCAL), VARIANCE),
-    "sigma": LENGTH + ANGLE,
-    "sigma_across": LENGTH,
-    "prism_constant": LENGTH,
-}
-
-
-for _name in (*_LENGTHS, *_ANGLES):
-    _units = QUANTITIES[_name]
-    # nobody writes a sigma in degrees, minutes and seconds
-    _usual = dict.fromkeys(("arcsec", "mgon", "mm", *_units))
-    QUANTITIES[f"sigma_{_name}"] = tuple(u for u in _usual if u in _units and u != "dms")
+QUANTITIES = _quantities()
 
 
 #: columns of plain numbers
@@ -86,22 +120,62 @@ _COMMON = ("use", "reason", "group", "comment")
 
 
 @dataclass(frozen=True)
-class Kind:
-    """A kind of table: what it must have, what it may have, and other names of its columns."""
+class TableLayout:
+    """A kind of table.
+
+    Parameters
+    ----------
+    name : str
+        In words.
+    needs : tuple of str
+        Columns that it must have; they tell it from other tables.
+    words, numbers : tuple of str
+        Columns that it may have.
+    aliases : dict
+        Other names of its columns.
+    """
 
     name: str
     needs: tuple[str, ...]
     words: tuple[str, ...] = ()
     numbers: tuple[str, ...] = ()
-    aliases: dict[str, str] = field(default_factory=dict)
+    aliases: dict[str, str] = field(default_factory=dict, hash=False)
 
     def knows(self, column: str) -> bool:
         """True if tables of this kind may have the column (by its quantity)."""
         return column in (*self.words, *self.numbers, *_COMMON) or column in self.aliases
 
+    def documented(self) -> tuple[str, str, str]:
+        """Name, columns it must have and columns it may have, as in the documentation."""
+        further = [name for name in (*self.numbers, *self.words) if name not in self.needs]
+        has, may = (
+            ", ".join(f"`{titled(name)}`" for name in part) for part in (self.needs, further)
+        )
+        return self.name, has, may
+
+
+def titled(quantity: str) -> str:
+    """A column name of a quantity with its usual unit."""
+    return f"{quantity}_{QUANTITIES[quantity][0]}" if quantity in QUANTITIES else quantity
+
 
 def _with_sigma(*names: str) -> tuple[str, ...]:
     return (*names, *(f"sigma_{name}" for name in names))
+
+
+def _needs(kind: type[Observations], number: int = 0) -> tuple[str, ...]:
+    """All columns of a kind in its first or another table."""
+    columns = kind.facts.csv[number]
+    return (*columns.keys, *columns.values)
+
+
+#: kinds that are columns of the table of sights, by quantity
+SIGHT_KINDS: dict[str, tuple[type[Observations], CsvColumns]] = {
+    columns.values[0]: (kind, columns)
+    for kind in kinds()
+    for columns in kind.facts.csv
+    if columns.is_sight
+}
 
 
 #: x, y, z and easting, northing, height are other names of e, n, u; likewise their sigmas
@@ -125,100 +199,134 @@ _CORRECTIONS = (
 )  # fmt: skip
 
 
-_SIGHTS = _with_sigma(
-    "direction", "zenith", "slope_distance", "horizontal_distance", "distance", "azimuth",
-    "height_difference",
-)  # fmt: skip
+SCANNER_POLAR = TableLayout(
+    "scanner polar observations",
+    _needs(ScannerPolar),
+    ("station", "target", "set"),
+    (*_with_sigma(*ScannerPolar.facts.csv[0].values), "face"),
+)
 
 
-#: what planned observations have sigmas of
-_PLANNED = (
-    "direction", "zenith", "slope_distance", "horizontal_distance", "distance", "azimuth",
-    "height_difference", "e", "n", "u",
-)  # fmt: skip
+SCANNER_TARGETS = TableLayout(
+    "scanner targets",
+    _needs(TargetCentres),
+    ("station", "target", "set"),
+    (
+        *_with_sigma(*TargetCentres.facts.csv[0].values),
+        *COVARIANCE,
+        "sigma_range",
+        "sigma_across",
+        "face",
+    ),
+)
+
+
+READINGS = TableLayout(
+    "readings of a total station",
+    ("station", "target", "direction"),
+    ("station", "target", "setup", "set", "code"),
+    ("direction", "zenith", "slope_distance", "face", *_HEIGHTS, *_CORRECTIONS),
+)
+
+
+RODS = TableLayout(
+    "targets on rods",
+    _needs(Offsets),
+    ("mark", "target"),
+    (*_with_sigma(*Offsets.facts.csv[0].values), "bubble", "eccentricity"),
+)
+
+
+INCLINATIONS = TableLayout(
+    "inclinations",
+    _needs(Inclinations),
+    ("station",),
+    (*Inclinations.facts.csv[0].values, "sigma_tilt"),
+)
+
+
+POSITIONS = TableLayout(
+    "GNSS positions",
+    GnssPositions.facts.csv[0].keys,
+    ("gnss", "set"),
+    (*_with_sigma(*GnssPositions.facts.csv[0].values), *LOCAL, *_GEODETIC, "antenna_height"),
+    _PLACES,
+)
+
+
+COORDINATES = TableLayout(
+    "coordinates",
+    Coordinates.facts.csv[0].keys,
+    ("point", "role"),
+    (*_with_sigma(*Coordinates.facts.csv[0].values), *LOCAL, *_GEODETIC),
+    _PLACES,
+)
+
+
+ANGLES = TableLayout(
+    "angles",
+    _needs(Angles),
+    Angles.facts.csv[0].keys,
+    (*_with_sigma(*Angles.facts.csv[0].values), "sigma", "repetitions", *_HEIGHTS),
+)
+
+
+VECTORS = TableLayout(
+    "vectors in the work frame",
+    _needs(GnssBaselines),
+    ("from", "to"),
+    (*_with_sigma(*GnssBaselines.facts.csv[0].values), *LOCAL),
+)
+
+
+GEOCENTRIC_VECTORS = TableLayout(
+    "geocentric vectors",
+    _needs(GnssBaselines, 1),
+    ("from", "to"),
+    (*_with_sigma(*GnssBaselines.facts.csv[1].values), *COVARIANCE),
+)
+
+
+PLANNED = TableLayout(
+    "planned observations",
+    ("from", "to", "kind"),
+    ("from", "to", "kind", "set"),
+    (
+        *(
+            f"sigma_{name}"
+            for name, (_, columns) in SIGHT_KINDS.items()
+            if columns.planned is not Planned.NO
+        ),
+        *(f"sigma_{name}" for name in GnssPositions.facts.csv[0].values),
+        "length",
+        "repetitions",
+        *_HEIGHTS,
+    ),
+)
+
+
+SIGHTS = TableLayout(
+    "sights",
+    ("from", "to"),
+    ("from", "to", "set"),
+    (*_with_sigma(*SIGHT_KINDS), "sigma", "length", "repetitions", *_HEIGHTS),
+)
 
 
 #: the kinds of table; the first whose needs are all there is taken
-KINDS: tuple[Kind, ...] = (
-    Kind(
-        "scanner polar observations",
-        ("station", "target", "range", "horizontal", "zenith"),
-        ("station", "target", "set"),
-        (*_with_sigma("range", "horizontal", "zenith"), "face"),
-    ),
-    Kind(
-        "scanner targets",
-        ("station", "target", "x", "y", "z"),
-        ("station", "target", "set"),
-        (*_with_sigma("x", "y", "z"), *COVARIANCE, "sigma_range", "sigma_across", "face"),
-    ),
-    Kind(
-        "readings of a total station",
-        ("station", "target", "direction"),
-        ("station", "target", "setup", "set", "code"),
-        ("direction", "zenith", "slope_distance", "face", *_HEIGHTS, *_CORRECTIONS),
-    ),
-    Kind(
-        "targets on rods",
-        ("mark", "target", "rod"),
-        ("mark", "target"),
-        ("rod", "sigma_rod", "bubble", "eccentricity"),
-    ),
-    Kind(
-        "inclinations",
-        ("station", "tilt_x", "tilt_y"),
-        ("station",),
-        ("tilt_x", "tilt_y", "sigma_tilt"),
-    ),
-    Kind(
-        "GNSS positions",
-        ("gnss",),
-        ("gnss", "set"),
-        (*_with_sigma("e", "n", "u"), *LOCAL, *_GEODETIC, "antenna_height"),
-        _PLACES,
-    ),
-    Kind(
-        "coordinates",
-        ("point",),
-        ("point", "role"),
-        (*_with_sigma("e", "n", "u"), *LOCAL, *_GEODETIC),
-        _PLACES,
-    ),
-    Kind(
-        "angles",
-        ("at", "from", "to", "angle"),
-        ("at", "from", "to"),
-        (*_with_sigma("angle"), "sigma", "repetitions", *_HEIGHTS),
-    ),
-    Kind(
-        "vectors in the work frame",
-        ("from", "to", "de", "dn", "du"),
-        ("from", "to"),
-        (*_with_sigma("de", "dn", "du"), *LOCAL),
-    ),
-    Kind(
-        "geocentric vectors",
-        ("from", "to", "dx", "dy", "dz"),
-        ("from", "to"),
-        (*_with_sigma("dx", "dy", "dz"), *COVARIANCE),
-    ),
-    Kind(
-        "planned observations",
-        ("from", "to", "kind"),
-        ("from", "to", "kind", "set"),
-        (
-            *(f"sigma_{name}" for name in _PLANNED),
-            "length",
-            "repetitions",
-            *_HEIGHTS,
-        ),
-    ),
-    Kind(
-        "sights",
-        ("from", "to"),
-        ("from", "to", "set"),
-        (*_SIGHTS, "sigma", "length", "repetitions", *_HEIGHTS),
-    ),
+LAYOUTS: tuple[TableLayout, ...] = (
+    SCANNER_POLAR,
+    SCANNER_TARGETS,
+    READINGS,
+    RODS,
+    INCLINATIONS,
+    POSITIONS,
+    COORDINATES,
+    ANGLES,
+    VECTORS,
+    GEOCENTRIC_VECTORS,
+    PLANNED,
+    SIGHTS,
 )
 
 
@@ -230,5 +338,5 @@ def units_of(quantity: str) -> str:
 def nearest(name: str) -> str | None:
     """The known column name that is written most like this one."""
     names = [f"{quantity}_{unit}" for quantity, units in QUANTITIES.items() for unit in units]
-    found = difflib.get_close_matches(name, [*WORDS, *NUMBERS, *names], 1)
-    return found[0] if found else None
+    close = difflib.get_close_matches(name, [*WORDS, *NUMBERS, *names], 1)
+    return close[0] if close else None

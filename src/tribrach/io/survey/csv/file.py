@@ -18,12 +18,13 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.io.csv_rows import read_rows
 from tribrach.io.survey.csv.columns import (
-    KINDS,
+    LAYOUTS,
     NUMBERS,
     QUANTITIES,
     WORDS,
-    Kind,
+    TableLayout,
     nearest,
+    titled,
     units_of,
 )
 from tribrach.network.survey import LARGEST
@@ -43,7 +44,7 @@ class CsvTable:
     """
 
     path: Path
-    kind: Kind
+    layout: TableLayout
     words: dict[str, list[str]]
     numbers: dict[str, Array]
     lines: list[int]
@@ -86,7 +87,7 @@ class CsvTable:
         """
         for name in names:
             if name not in self.numbers:
-                raise self.error(None, f"there is no column for {name}", f"add {_example(name)}")
+                raise self.error(None, f"there is no column for {name}", f"add {titled(name)}")
         values = np.stack([self.numbers[name] for name in names], axis=1)
         empty = np.argwhere(np.isnan(values))
         if len(empty):
@@ -119,21 +120,21 @@ def read_table(path: Path) -> CsvTable:
     rows, lines = read_rows(path)
     header = [" ".join(name.split()).lower() for name in rows[0]]
     plan = _scanned([_column(path, lines[0], name) for name in header])
-    kind = _kind(path, lines[0], [quantity for quantity, _ in plan])
+    layout = _layout(path, lines[0], [quantity for quantity, _ in plan])
     words: dict[str, list[str]] = {}
     numbers: dict[str, Array] = {}
     titles: dict[str, str] = {}
     width = len(header)
     cells = [[cell.strip() for cell in column] for column in zip(*rows[1:], strict=True)]
     for title, (quantity, unit), column in zip(header, plan, cells or [[]] * width, strict=True):
-        name = kind.aliases.get(quantity, quantity)
-        _check_place(path, lines[0], kind, title, name, titles)
+        name = layout.aliases.get(quantity, quantity)
+        _check_place(path, lines[0], layout, title, name, titles)
         titles[name] = title
         if unit is None:
             words[name] = column
         else:
             numbers[name] = _numbers(path, lines[1:], title, column, unit)
-    return CsvTable(path, kind, words, numbers, lines[1:], lines[0], titles)
+    return CsvTable(path, layout, words, numbers, lines[1:], lines[0], titles)
 
 
 def _column(path: Path, line: int, name: str) -> tuple[str, str | None]:
@@ -146,7 +147,7 @@ def _column(path: Path, line: int, name: str) -> tuple[str, str | None]:
     if quantity in QUANTITIES and unit in QUANTITIES[quantity]:
         return quantity, unit
     if name in QUANTITIES:
-        what, cure = f"column {name} has no unit", f"name it {_example(name)}"
+        what, cure = f"column {name} has no unit", f"name it {titled(name)}"
     elif quantity in QUANTITIES:
         what, cure = f"{unit} in column {name} is no unit of it", f"use {units_of(quantity)}"
     else:
@@ -164,16 +165,11 @@ def _scanned(plan: list[tuple[str, str | None]]) -> list[tuple[str, str | None]]
     return [("target" if name == "point" else name, unit) for name, unit in plan]
 
 
-def _example(quantity: str) -> str:
-    """A column name of a quantity with its usual unit."""
-    return f"{quantity}_{QUANTITIES[quantity][0]}" if quantity in QUANTITIES else quantity
-
-
-def _kind(path: Path, line: int, quantities: list[str]) -> Kind:
+def _layout(path: Path, line: int, quantities: list[str]) -> TableLayout:
     """What kind of table has these columns."""
-    for kind in KINDS:
-        if all(need in quantities for need in kind.needs):
-            return kind
+    for layout in LAYOUTS:
+        if all(need in quantities for need in layout.needs):
+            return layout
     raise InputError(
         "the columns do not say what kind of table this is",
         file=path,
@@ -183,11 +179,11 @@ def _kind(path: Path, line: int, quantities: list[str]) -> Kind:
 
 
 def _check_place(
-    path: Path, line: int, kind: Kind, title: str, name: str, titles: dict[str, str]
+    path: Path, line: int, layout: TableLayout, title: str, name: str, titles: dict[str, str]
 ) -> None:
     """Refuse a column that means nothing in this kind of table or is there already."""
-    if not kind.knows(name):
-        what, cure = f"column {title} has no meaning in a table of {kind.name}", "remove it"
+    if not layout.knows(name):
+        what, cure = f"column {title} has no meaning in a table of {layout.name}", "remove it"
     elif name in titles:
         what, cure = f"columns {titles[name]} and {title} say the same thing", "keep one of them"
     else:

@@ -8,24 +8,27 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from tribrach._types import Array, Index
+from tribrach.io.survey.csv import columns
+from tribrach.io.survey.csv.columns import SIGHT_KINDS
 from tribrach.io.survey.csv.file import CsvTable, read_table
 from tribrach.io.survey.csv.reader import Context
-from tribrach.io.survey.csv.sights import KINDS, SightReader
+from tribrach.io.survey.csv.sights import SightReader
 from tribrach.network.survey import Survey
+from tribrach.observations.declaration import Planned, SightLength, SightLine
 from tribrach.observations.gnss import GnssBaselines, GnssPositions
 
 __all__ = ["PLANNED", "read_planned"]
 
-_TOTAL_STATION = ("direction", "zenith", "slope_distance")
+#: sights that a table may plan
+_SIGHTS = {name: entry for name, entry in SIGHT_KINDS.items() if entry[1].planned is not Planned.NO}
 
 
 #: kinds that a table may plan
-PLANNED = ("total_station", *KINDS, "gnss_position", "gnss_baseline", "scan")
+PLANNED = ("total_station", *_SIGHTS, GnssPositions.kind, GnssBaselines.kind, "scan")
 
 
 def read_planned(
@@ -41,10 +44,10 @@ def read_planned(
     InputError : a kind that there is not, a point without coordinates, no sigma.
     """
     table = read_table(Path(path))
-    if table.kind.name != "planned observations":
+    if table.layout is not columns.PLANNED:
         raise table.error(
             None,
-            f"this is a table of {table.kind.name}, not of planned observations",
+            f"this is a table of {table.layout.name}, not of planned observations",
             "give it the columns from, to and kind",
         )
     reader = _PlannedReader(table, context, places)
@@ -69,13 +72,14 @@ class _PlannedReader(SightReader):
                     row, f"kind is {kind!r}", f"write one of {', '.join(PLANNED)}"
                 )
         self._check_repetitions()
-        for name in KINDS:
-            both = (kinds == name) | ((kinds == "total_station") & (name in _TOTAL_STATION))
+        for name, (_, sight) in _SIGHTS.items():
+            whole = sight.planned is Planned.TOTAL_STATION
+            both = (kinds == name) | ((kinds == "total_station") & whole)
             rows = np.flatnonzero(both)
             if len(rows):
                 self._plan(name, rows)
-        self._gnss(np.flatnonzero(kinds == "gnss_position"), baseline=False)
-        self._gnss(np.flatnonzero(kinds == "gnss_baseline"), baseline=True)
+        self._gnss(np.flatnonzero(kinds == GnssPositions.kind), baseline=False)
+        self._gnss(np.flatnonzero(kinds == GnssBaselines.kind), baseline=True)
         scans = np.flatnonzero(kinds == "scan")
         ends = [self.table.names(side, scans) for side in ("from", "to")]
         self.scans = list(zip(*ends, strict=True))
@@ -103,30 +107,29 @@ class _PlannedReader(SightReader):
         start, end, chord = self._ends(rows)
         length = np.linalg.norm(chord, axis=1)
         level = np.linalg.norm(chord[:, :2], axis=1)
-        precision, repetitions = self.precision, self.repetitions(rows)
         given = self.table.number("length")[rows]
-        defaults: dict[str, Any] = {
-            "direction": lambda: precision.of_directions(level, repetitions),
-            "zenith": lambda: precision.of_zeniths(level, repetitions),
-            "slope_distance": lambda: precision.of_distances(length, repetitions),
-            "horizontal_distance": lambda: precision.of_distances(level, repetitions),
-            "distance": lambda: precision.of_distances(length, repetitions),
-            "height_difference": lambda: precision.of_lines(
-                np.where(np.isnan(given), level, given)
-            ),
-        }
-        columns: tuple[str, ...] = (f"sigma_{name}",)
-        if name in ("slope_distance", "horizontal_distance"):
-            columns = (f"sigma_{name}", "sigma_distance")
-        values = level if name == "horizontal_distance" else np.maximum(length, 1e-3)
+        kind, sight = _SIGHTS[name]
+        values = {
+            SightLength.NO: np.ones(len(rows)),
+            SightLength.SLOPE: np.maximum(length, 1e-3),
+            SightLength.LEVEL: level,
+        }[sight.length]
+        line = SightLine(
+            values,
+            level,
+            np.where(np.isnan(given), level, given),
+            self.repetitions(rows),
+            planned=True,
+        )
+        titles = (f"sigma_{name}", *sight.sigmas)
         self.add(
-            KINDS[name],
+            kind,
             rows,
-            values=values if "distance" in name else np.ones(len(rows)),
-            sigma=self.sigma(columns, rows, defaults.get(name, lambda: None)),
+            values=values,
+            sigma=self.sigma(titles, rows, lambda: kind.instrument_sigma(self.precision, line)),
             start=start,
             end=end,
-            **self._further(name, rows),
+            **self.further(name, rows),
         )
 
     def _gnss(self, rows: Index, *, baseline: bool) -> None:

@@ -3,49 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from tribrach._types import Array, Index
+from tribrach.io.survey.csv.columns import SIGHT_KINDS
 from tribrach.io.survey.csv.reader import Reader
 from tribrach.observations.base import Observations
-from tribrach.observations.levelling import HeightDifferences
-from tribrach.observations.sights import (
-    Angles,
-    Azimuths,
-    Directions,
-    Distances,
-    HorizontalDistances,
-    SlopeDistances,
-    ZenithAngles,
-)
+from tribrach.observations.declaration import CsvColumns, SightLength, SightLine
+from tribrach.observations.sights import Angles
 
 __all__ = ["AngleReader", "SightReader"]
-
-KINDS: dict[str, type[Observations]] = {
-    "direction": Directions,
-    "zenith": ZenithAngles,
-    "slope_distance": SlopeDistances,
-    "horizontal_distance": HorizontalDistances,
-    "distance": Distances,
-    "azimuth": Azimuths,
-    "height_difference": HeightDifferences,
-}
-
-
-#: quantities that are lengths of the sight
-LENGTHS = ("slope_distance", "horizontal_distance", "distance")
 
 
 class _Sighted(Reader):
     """What sights and angles share: heights of both ends and repetitions."""
 
-    def heights(self, rows: Index) -> dict[str, Any]:
-        """Heights of instrument and target [m], zero where not given."""
-        names = ("height_instrument", "height_target")
-        return {name: np.nan_to_num(self.table.number(name)[rows]) for name in names}
+    def heights(self, columns: CsvColumns, rows: Index) -> dict[str, Any]:
+        """Heights of instrument and target [m] for a kind's fields, zero where not given."""
+        given = zip(columns.heights, ("height_instrument", "height_target"), strict=False)
+        return {name: np.nan_to_num(self.table.number(title)[rows]) for name, title in given}
 
     def repetitions(self, rows: Index) -> Array:
         """How often each value was measured; 1 where not given."""
@@ -62,20 +41,21 @@ class AngleReader(_Sighted):
 
     def read(self) -> None:
         """All angles of the file."""
-        rows = self.all
-        precision = self.precision
+        rows, columns = self.all, Angles.facts.csv[0]
+        unknown = np.full(len(rows), np.nan)
+        line = SightLine(unknown, unknown, unknown, self.repetitions(rows))
         sigma = self.sigma(
-            ("sigma_angle", "sigma"), rows, lambda: precision.of_angles(self.repetitions(rows))
+            ("sigma_angle", "sigma"), rows, lambda: Angles.instrument_sigma(self.precision, line)
         )
         self.add(
             Angles,
             rows,
-            values=self.table.columns("angle")[:, 0],
+            values=self.table.columns(*columns.values)[:, 0],
             sigma=sigma,
             start=self.table.names("at", rows),
             end=self.table.names("from", rows),
             foresight=self.table.names("to", rows),
-            **self.heights(rows),
+            **self.heights(columns, rows),
         )
 
 
@@ -84,7 +64,7 @@ class SightReader(_Sighted):
 
     def read(self) -> None:
         """All values of the file; a cell that is empty was not measured."""
-        measured = [name for name in KINDS if name in self.table.numbers]
+        measured = [name for name in SIGHT_KINDS if name in self.table.numbers]
         rows = {name: np.flatnonzero(~np.isnan(self.table.numbers[name])) for name in measured}
         if not any(len(found) for found in rows.values()):
             raise self.table.error(
@@ -101,76 +81,79 @@ class SightReader(_Sighted):
                 self._add(name, rows[name])
 
     def _add(self, name: str, rows: Index) -> None:
+        kind, columns = SIGHT_KINDS[name]
         values = self.table.numbers[name][rows]
-        if name in LENGTHS and not (values > 0).all():
+        if columns.length is not SightLength.NO and not (values > 0).all():
             row = int(rows[np.flatnonzero(~(values > 0))[0]])
             raise self.table.error(row, f"{name} is not above zero", "give a length above zero")
-        general = ("sigma_distance", "sigma") if name in LENGTHS else ("sigma",)
-        columns = tuple(dict.fromkeys((f"sigma_{name}", *general)))
+        titles = (f"sigma_{name}", *self._other_sigmas(columns))
         self.add(
-            KINDS[name],
+            kind,
             rows,
             values=values,
-            sigma=self.sigma(columns, rows, self._default(name, rows)),
+            sigma=self.sigma(tuple(dict.fromkeys(titles)), rows, self._default(name, rows)),
             start=self.table.names("from", rows),
             end=self.table.names("to", rows),
-            **self._further(name, rows),
+            **self.further(name, rows),
         )
 
-    def _further(self, name: str, rows: Index) -> dict[str, Any]:
-        """What a kind wants besides its value and its ends."""
-        if name == "height_difference":
-            heights = self.heights(rows)
-            # measured from the instrument's axis to the target, if heights are given
-            return {
-                "height_start": heights["height_instrument"],
-                "height_end": heights["height_target"],
-            }
-        further: dict[str, Any] = {} if name == "distance" else self.heights(rows)
-        if name == "direction":
-            further["orientation"] = self._orientations(rows)
-        if name == "zenith":
-            further["refraction"] = self.precision.refraction
-        return further
+    @staticmethod
+    def _other_sigmas(columns: CsvColumns) -> tuple[str, ...]:
+        """Columns that hold a kind's sigma where its own does not."""
+        return (*columns.sigmas, "sigma")
 
-    def _orientations(self, rows: Index) -> list[str]:
-        """One orientation unknown for each instrument and set of the file."""
+    def further(self, name: str, rows: Index) -> dict[str, Any]:
+        """What a kind wants besides its value and its ends."""
+        kind, columns = SIGHT_KINDS[name]
+        of_sets = {
+            reference.name: self._names_by_set(reference.means, rows)
+            for reference in kind.references()
+            if reference.by_set
+        }
+        return self.heights(columns, rows) | of_sets | kind.instrument_columns(self.precision)
+
+    def _names_by_set(self, means: str, rows: Index) -> list[str]:
+        """One unknown for each instrument and set of the file."""
         sets = self.table.words.get("set", [""] * len(self.table))
-        file = self.table.name
+        file = self.table.path.name
         return [
-            f"orientation of {start}{f', set {sets[row]}' if sets[row] else ''} ({file})"
+            f"{means} of {start}{f', set {sets[row]}' if sets[row] else ''} ({file})"
             for start, row in zip(self.table.names("from", rows), rows, strict=True)
         ]
 
     def _default(self, name: str, rows: Index) -> Callable[[], Array | None]:
         """The instrument's sigma for a quantity."""
-        precision, repetitions = self.precision, self.repetitions(rows)
-        if name in ("slope_distance", "horizontal_distance"):
-            return partial(precision.of_distances, self.table.numbers[name][rows], repetitions)
-        if name == "height_difference":
-            return partial(precision.of_lines, self.table.number("length")[rows])
-        if name not in ("direction", "zenith"):
-            return lambda: None
-        by_reading = precision.of_directions if name == "direction" else precision.of_zeniths
-        end = precision.centring if name == "direction" else precision.height
+        kind, _ = SIGHT_KINDS[name]
+        line = SightLine(
+            self.table.numbers[name][rows],
+            self._lengths[rows],
+            self.table.number("length")[rows],
+            self.repetitions(rows),
+        )
 
-        def angle() -> Array | None:
-            lengths = self._lengths[rows]
-            unknown = int(np.isnan(lengths).sum())
-            if unknown and end:
-                self.survey.warnings.append(
-                    f"{self.table.path.name}: {unknown} of {len(rows)} {name}s have no measured "
-                    "length, so that errors of centring and heights are not counted in them"
-                )
-            return by_reading(lengths, repetitions)
+        def sigma() -> Array | None:
+            self._warn_of_lengths(kind, line)
+            return kind.instrument_sigma(self.precision, line)
 
-        return angle
+        return sigma
+
+    def _warn_of_lengths(self, kind: type[Observations], line: SightLine) -> None:
+        """Say where the errors of the ends of a sight cannot be counted."""
+        unknown = int(np.isnan(line.sight).sum())
+        if unknown and kind.sigma_by_length(self.precision):
+            self.survey.warnings.append(
+                f"{self.table.path.name}: {unknown} of {len(line.sight)} {kind.facts.title}s have "
+                "no measured length, so that errors of centring and heights are not counted in "
+                "them"
+            )
 
     @cached_property
     def _lengths(self) -> Array:
         """Length [m] of each row's sight: its own, or the same line's elsewhere."""
         own = self.all * np.nan
-        for name in LENGTHS:
+        for name, (_, columns) in SIGHT_KINDS.items():
+            if columns.length is SightLength.NO:
+                continue
             own = np.where(np.isnan(own), self.table.number(name), own)
         ends = zip(self.table.words["from"], self.table.words["to"], strict=True)
         lines = [frozenset(pair) for pair in ends]

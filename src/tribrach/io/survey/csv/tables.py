@@ -15,6 +15,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from tribrach.io.survey.csv import columns
+from tribrach.io.survey.csv.columns import TableLayout
 from tribrach.io.survey.csv.file import CsvTable, read_table
 from tribrach.io.survey.csv.places import CoordinateReader, PositionReader, RodReader, VectorReader
 from tribrach.io.survey.csv.reader import Context, Reader
@@ -25,18 +27,19 @@ from tribrach.network.survey import Survey
 
 __all__ = ["Context", "read", "survey_of"]
 
-_READERS: dict[str, Callable[[CsvTable, Context], Reader]] = {
-    "scanner polar observations": PolarReader,
-    "scanner targets": TargetReader,
-    "readings of a total station": ReadingsReader,
-    "targets on rods": RodReader,
-    "inclinations": InclinationReader,
-    "GNSS positions": PositionReader,
-    "coordinates": CoordinateReader,
-    "angles": AngleReader,
-    "vectors in the work frame": VectorReader,
-    "geocentric vectors": VectorReader,
-    "sights": SightReader,
+#: who reads a table; planned observations are read by themselves
+_READERS: dict[TableLayout, Callable[[CsvTable, Context], Reader]] = {
+    columns.SCANNER_POLAR: PolarReader,
+    columns.SCANNER_TARGETS: TargetReader,
+    columns.READINGS: ReadingsReader,
+    columns.RODS: RodReader,
+    columns.INCLINATIONS: InclinationReader,
+    columns.POSITIONS: PositionReader,
+    columns.COORDINATES: CoordinateReader,
+    columns.ANGLES: AngleReader,
+    columns.VECTORS: VectorReader,
+    columns.GEOCENTRIC_VECTORS: VectorReader,
+    columns.SIGHTS: SightReader,
 }
 
 
@@ -70,12 +73,12 @@ def survey_of(table: CsvTable, context: Context) -> Survey:
         The line, what is wrong there and what to do about it.
     """
     table = replace(table, label=context.label)
-    if table.kind.name not in _READERS:
+    if table.layout not in _READERS:
         raise table.error(
             None,
-            f"this is a table of {table.kind.name}, which nobody measured",
+            f"this is a table of {table.layout.name}, which nobody measured",
             "name the file under observations of [plan]",
         )
-    reader = _READERS[table.kind.name](table, context)
+    reader = _READERS[table.layout](table, context)
     reader.read()
     return reader.survey
