@@ -465,8 +465,7 @@ def _row_words(adjustment: Adjustment, row: int) -> str:
     o = adjustment.network.observations[rows.table[row]]
     start, end = o.ends(adjustment.layout)[int(rows.item[row])]
     component = o.components[int(rows.row[row])]
-    kind = o.kind.replace("_", " ")
-    kind = f"{component} of {kind}" if component else kind
+    kind = f"{component} of {o.facts.title}" if component else o.facts.title
     return f"{kind} {start} -> {end}" if end else f"{kind} {start}"
 
 

@@ -68,13 +68,13 @@ class ColumnSet:
         self,
         head: str,
         get: Callable[[Any], float | None],
-        kind: str = "",
         *,
+        full_circle: bool = False,
         wide: bool = False,
     ) -> Spec:
         """Angles, given in radians and written in the chosen unit."""
         return ColumnHead(head, self.style.value_unit("rad"), wide=wide), lambda item: number_cell(
-            get(item), self.style.value(get(item), "rad", kind)
+            get(item), self.style.value(get(item), "rad", full_circle=full_circle)
         )
 
     def small_angle(

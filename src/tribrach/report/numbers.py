@@ -33,9 +33,6 @@ __all__ = [
     "triple",
 ]
 
-#: kinds whose values are read on a full circle
-_CIRCLE = {"direction", "azimuth", "angle", "orientation", "heading"}
-
 
 def number(value: float) -> float | None:
     """A float, None for NaN and infinities; minus zero loses its sign."""
@@ -76,12 +73,12 @@ class Style:
 
     angle: Literal["gon", "deg"] = "gon"
 
-    def value(self, value: float | None, unit: str, kind: str = "") -> str:
+    def value(self, value: float | None, unit: str, *, full_circle: bool = False) -> str:
         """A measured or estimated value: metres, the angle unit, or a plain number."""
         if value is None:
             return ""
         if unit == "rad":
-            turned = value % (2 * math.pi) if kind in _CIRCLE else value
+            turned = value % (2 * math.pi) if full_circle else value
             return self._angle(turned)
         return f"{value:.4f}" if unit == "m" else f"{value:.8g}"
 
@@ -89,6 +86,11 @@ class Style:
         if self.angle == "gon":
             return format_angle(value, "gon", 5)
         return format_angle(value, "dms", 1)
+
+    @staticmethod
+    def ratio(value: float) -> str:
+        """A measured ratio in percent, to the ppm in which its sigma stands."""
+        return f"{_fixed(100 * value, 4)} %"
 
     def value_unit(self, unit: str) -> str:
         """Unit of :meth:`value`."""

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.quality import Quality
 from tribrach.observations.base import Observations, Use
-from tribrach.observations.control import Coordinate, Coordinates, Heights
 from tribrach.report.content import (
     DatumStatement,
     GlobalVerdict,
@@ -62,9 +61,8 @@ def used_axes(adjustment: Adjustment) -> NDArray[np.bool_]:
 
 def given_coordinates(adjustment: Adjustment) -> list[Observations]:
     """Tables of given coordinates: control and check points with a covariance."""
-    kinds = (Coordinates, Coordinate, Heights)
     tables = adjustment.network.observations
-    return [o for o in tables if o.group == "control" or isinstance(o, kinds)]
+    return [o for o in tables if o.group == "control" or o.facts.listed_as_control]
 
 
 def _weighted_names(adjustment: Adjustment) -> tuple[str, ...]:

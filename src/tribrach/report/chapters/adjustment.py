@@ -9,8 +9,8 @@ import numpy as np
 from tribrach.job.results import JobResults
 from tribrach.network.quality import Quality
 from tribrach.network.reactions import constraint_reactions
+from tribrach.observations.registry import kind_named
 from tribrach.report.chapter import Chapter
-from tribrach.report.chapters.observations import kind_name
 from tribrach.report.content import Control, Head, KindCount, Observation
 from tribrach.report.subject import Subject
 from tribrach.report.tables import (
@@ -25,8 +25,6 @@ from tribrach.report.warnings import ReportWarning, Severity, warned
 
 __all__ = ["SUBJECT", "adjustment_warnings"]
 
-#: kinds of given coordinates, which are judged as control and not as observations
-GIVEN = ("coordinates", "coordinate", "height")
 #: redundancy numbers below this are worth a sentence
 POOR = 0.1
 
@@ -45,7 +43,7 @@ def _kinds(head: Head) -> ReportTable:
         "should be."
     )
     columns: list[Spec] = [
-        (ColumnHead("Kind", numeric=False), lambda k: text_cell(kind_name(k.kind))),
+        (ColumnHead("Kind", numeric=False), lambda k: text_cell(kind_named(k.kind).facts.title)),
         (ColumnHead("Group", numeric=False), lambda k: text_cell(_group(k))),
         *(head.columns.plain(state, state, 0) for state in ("active", "check", "off")),
         head.columns.plain("redundancy", "redundancy"),
@@ -136,7 +134,7 @@ def _suspects(observations: Sequence[Observation], quality: Quality) -> list[str
         names = dict.fromkeys(
             _words(o)
             for o in sorted(observations, key=lambda o: -abs(o.w or 0.0))
-            if o.suspicious and o.state == state and o.kind not in GIVEN
+            if o.suspicious and o.state == state and not kind_named(o.kind).facts.listed_as_control
         )
         if names:
             more = f"; and {len(names) - 3} more" if len(names) > 3 else ""

@@ -7,11 +7,10 @@ from typing import Literal
 
 import numpy as np
 
-from tribrach._types import Array, Index
+from tribrach._types import Array
 from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.observations.base import Observations, Use
-from tribrach.observations.control import Coordinate, Coordinates, Heights
 from tribrach.report.chapter import Chapter
 from tribrach.report.content import CheckVerdict, Control, Head, ReportSettings
 from tribrach.report.numbers import sigmas, triple
@@ -55,15 +54,6 @@ def _held(adjustment: Adjustment, name: str) -> Control:
     return Control(name, "held", triple(given), nothing, nothing, nothing, None)
 
 
-def _axes_of(o: Observations) -> Index | None:
-    """Axis (n, rows) of each value, 0 to 2; None for kinds that observe no coordinate."""
-    if isinstance(o, Coordinates):
-        return np.tile(np.arange(3), (len(o), 1))
-    if isinstance(o, Coordinate):
-        return np.asarray(o.axis, dtype=np.int64)[:, None]
-    return np.full((len(o), 1), 2) if isinstance(o, Heights) else None
-
-
 def _coordinates(
     adjustment: Adjustment, o: Observations, settings: ReportSettings
 ) -> list[Control]:
@@ -72,7 +62,7 @@ def _coordinates(
     The covariance of adjusted - given is ``C - Q`` for coordinates that took part and ``C + Q``
     for those held out; those switched off by the datum are only listed.
     """
-    axis = _axes_of(o)
+    axis = o.coordinate_axes()
     if axis is None or len(o) == 0:
         return []
     names = [name for name, _ in o.ends(adjustment.layout)]

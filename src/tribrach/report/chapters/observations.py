@@ -14,7 +14,10 @@ from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.quality import Quality, check_covariances
 from tribrach.observations.base import Observations, Use
+from tribrach.observations.declaration import End
+from tribrach.observations.registry import kind_named
 from tribrach.report.chapter import Chapter
+from tribrach.report.chapters.unknowns import scalar_roles
 from tribrach.report.columns import ColumnSet
 from tribrach.report.content import Head, Observation
 from tribrach.report.numbers import number
@@ -29,7 +32,7 @@ from tribrach.report.tables import (
     text_cell,
 )
 
-__all__ = ["SUBJECT", "kind_name", "observations", "sights", "worst_first"]
+__all__ = ["SUBJECT", "observations", "sights", "worst_first"]
 
 _STATES: dict[int, Literal["active", "check", "off"]] = {
     Use.ACTIVE: "active",
@@ -66,6 +69,7 @@ def _rows(
     spread = np.sqrt(np.einsum("nii->ni", check_covariances(adjustment, o, checks)))
     figures["w"][checks] = residual[checks] / spread
     ends, sigma = o.ends(adjustment.layout), o.sigma
+    units = _units(adjustment, o)
     position = adjustment.layout.position_name
     suspicious = np.abs(np.nan_to_num(figures["w"])) > quality.w_critical
     suspicious |= (np.nan_to_num(block) > limit)[:, None]
@@ -77,7 +81,7 @@ def _rows(
             component=o.components[row],
             start=ends[i][0],
             end=ends[i][1],
-            unit=o.units[row],
+            unit=units[i][row],
             value=float(o.values[i, row]),
             sigma=float(sigma[i, row]),
             residual=number(residual[i, row]),
@@ -94,6 +98,15 @@ def _rows(
         for i in range(len(o))
         for row in range(o.rows)
     ]
+
+
+def _units(adjustment: Adjustment, o: Observations) -> list[tuple[str, ...]]:
+    """Units of the values of each observation; a prior of a scalar has that of its scalar."""
+    reference = o.end_field(End.AT)
+    if not o.facts.of_unknown or reference is None:
+        return [o.units] * len(o)
+    roles = scalar_roles(adjustment)
+    return [(roles[i][0],) if i in roles else o.units for i in getattr(o, reference.name).tolist()]
 
 
 def _figures(
@@ -180,17 +193,15 @@ def _observation_table(head: Head) -> ReportTable:
     return build_table("observations", title, note, rows, specs, _row_state)
 
 
-def kind_name(kind: str) -> str:
-    """A kind in words."""
-    return kind.replace("_", " ")
-
-
 def _kind(o: Observation) -> str:
-    return f"{kind_name(o.kind)} {o.component}".strip()
+    return f"{kind_named(o.kind).facts.title} {o.component}".strip()
 
 
 def _with_unit(o: Observation, columns: ColumnSet) -> str:
-    text = columns.style.value(o.value, o.unit, o.kind)
+    facts = kind_named(o.kind).facts
+    if o.unit == "1" and not facts.of_unknown:
+        return columns.style.ratio(o.value)
+    text = columns.style.value(o.value, o.unit, full_circle=facts.full_circle)
     unit = columns.style.value_unit(o.unit)
     return f"{text} {unit}" if unit in ("m", "gon") else text
 

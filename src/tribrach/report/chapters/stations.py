@@ -135,7 +135,7 @@ def _table(head: Head) -> ReportTable:
         head.columns.word("Station", "name"),
         *head.columns.axes("", "xyz", head.columns.metres),
         *head.columns.axes("σ ", "sigma", head.columns.mm),
-        head.columns.angle("heading", attrgetter("heading"), "heading"),
+        head.columns.angle("heading", attrgetter("heading"), full_circle=True),
         head.columns.small_angle("σ heading", attrgetter("heading_sigma")),
         head.columns.angle("tilt about E", attrgetter("tilt_e"), wide=True),
         head.columns.small_angle("σ", attrgetter("tilt_e_sigma"), wide=True),

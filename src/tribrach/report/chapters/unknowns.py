@@ -48,7 +48,7 @@ def _references(
                         yield o, reference, i, flat // index.shape[1]
 
 
-def _scalar_roles(adjustment: Adjustment) -> dict[int, tuple[str, str, str]]:
+def scalar_roles(adjustment: Adjustment) -> dict[int, tuple[str, str, str]]:
     """Unit, role and place of each scalar index, from the first observation that refers to it."""
     out: dict[int, tuple[str, str, str]] = {}
     ends: dict[int, list[tuple[str, str]]] = {}
@@ -66,7 +66,7 @@ def _scalar_roles(adjustment: Adjustment) -> dict[int, tuple[str, str, str]]:
 def _scalars(adjustment: Adjustment, factor: float) -> list[Unknown]:
     names = adjustment.layout.names["scalar"]
     covariance = adjustment.family_covariances("scalar") * factor
-    roles = _scalar_roles(adjustment)
+    roles = scalar_roles(adjustment)
     out = []
     for i, name in enumerate(names):
         unit, role, at = roles.get(i, ("1", "parameter", ""))
@@ -170,7 +170,7 @@ def _values(style: Style) -> Callable[[Unknown], Cell]:
 
     def cell(unknown: Unknown) -> Cell:
         parts = [
-            f"{style.value(v, unit, unknown.role)} {style.value_unit(unit)}".strip()
+            f"{style.value(v, unit)} {style.value_unit(unit)}".strip()
             for v, unit in zip(unknown.values, unknown.units, strict=True)
         ]
         return Cell("; ".join(parts), unknown.values[0])

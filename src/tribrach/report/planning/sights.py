@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tribrach.network.adjustment import Adjustment
+from tribrach.observations.registry import kind_named
 from tribrach.report.content import Content, Observation
 
 __all__ = ["PlannedSight", "sights_of"]
@@ -50,7 +51,7 @@ def sights_of(content: Content, adjustment: Adjustment) -> tuple[PlannedSight, .
             PlannedSight(
                 start,
                 end,
-                ", ".join(dict.fromkeys(row.kind.replace("_", " ") for row in rows)),
+                ", ".join(dict.fromkeys(kind_named(row.kind).facts.title for row in rows)),
                 float(np.hypot(level, u)),
                 float(np.arctan2(e, n) % (2 * np.pi)),
                 float(np.arctan2(level, u)),

@@ -48,7 +48,7 @@ _MILLIMETRES = tuple(dict.fromkeys(("mm", *LENGTH)))
 
 
 #: units of a column by the unit of the row of a kind that it holds
-_BY_ROW = {"m": LENGTH, "rad": ANGLE, "1": ("ppm", "percent")}
+_BY_ROW = {"m": LENGTH, "rad": ANGLE, "1": ("percent", "ppm")}
 
 
 #: lengths and angles that no kind observes, or that are other names of what it observes
@@ -94,7 +94,7 @@ def _quantities() -> dict[str, tuple[str, ...]]:
         out[name] = tuple(dict.fromkeys((unit, *out[name])))
     for name, units in measured.items():
         # nobody writes a sigma in degrees, minutes and seconds
-        usual = dict.fromkeys(("arcsec", "mgon", "mm", *units))
+        usual = dict.fromkeys(("arcsec", "mgon", "mm", "ppm", *units))
         out[f"sigma_{name}"] = tuple(u for u in usual if u in units and u != "dms")
     return out
 
