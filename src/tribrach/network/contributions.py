@@ -53,8 +53,18 @@ class Contribution:
 def contributions(adjustment: Adjustment, station: str) -> list[Contribution]:
     """Shares (6, 6) of every group in the a-priori covariance of a scanner station.
 
-    Translation E, N, U [m] and left rotation increments [rad], as in ``adjustment.covariance``,
-    which is their sum. KeyError if there is no such station.
+    Parameters
+    ----------
+    adjustment : Adjustment
+        The adjusted network.
+    station : str
+        Name of a scanner station; KeyError if there is none.
+
+    Returns
+    -------
+    list of Contribution
+        Of translation E, N, U [m] and left rotation increments [rad], as in
+        ``adjustment.covariance``, which is their sum.
     """
     influence = _influence(adjustment, adjustment.columns(station))
     layout, network = adjustment.layout, adjustment.network

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from tribrach.network.solved import SolvedSystem
 from tribrach.observations.base import Observations, Use
-from tribrach.observations.control import Coordinate, Coordinates, Heights
 
 __all__ = [
     "Role",
@@ -46,9 +45,8 @@ def held_names(adjustment: SolvedSystem) -> tuple[str, ...]:
 
 def given_coordinates(adjustment: SolvedSystem) -> list[Observations]:
     """Tables of given coordinates: control and check points with a covariance."""
-    kinds = (Coordinates, Coordinate, Heights)
     tables = adjustment.network.observations
-    return [o for o in tables if o.group == "control" or isinstance(o, kinds)]
+    return [o for o in tables if o.group == "control" or o.facts.listed_as_control]
 
 
 def weighted_names(adjustment: SolvedSystem) -> tuple[str, ...]:

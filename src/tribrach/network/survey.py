@@ -27,9 +27,6 @@ from tribrach.observations.unknowns import FAMILIES, Layout, State
 
 __all__ = ["GivenPoint", "ObservationTable", "Survey", "as_column"]
 
-# One call of observations as a survey keeps it: columns by name, names not yet indices.
-
-
 #: coordinates and measurements from here on are none [m]; nor are sigmas below
 LARGEST, SMALLEST_SIGMA = 1e12, 1e-15
 
@@ -44,9 +41,20 @@ _NO_COLUMNS = frozenset({"values", "covariance", "source", "group", "site"})
 
 @dataclass
 class ObservationTable:
-    """n observations of a kind; columns (n, ...) by field, with names where they refer.
+    """Observations of a kind as one call of :meth:`Survey.add` gave them.
 
-    hard : the values hold exactly, as constraints.
+    Parameters
+    ----------
+    kind : type[Observations]
+        The observation class.
+    group : str
+        Name of the variance component.
+    columns : dict
+        Columns (n, ...) by field, with names where the kind has indices of unknowns.
+    n : int
+        How many observations.
+    hard : bool
+        The values hold exactly, as constraints.
     """
 
     kind: type[Observations]
@@ -92,7 +100,8 @@ def check_covariance(matrices: Array, source: Sequence[str], what: str) -> None:
 
     Raises
     ------
-    InputError : names the source of the first bad matrix.
+    InputError
+        Names the source of the first bad matrix.
     """
     scale = np.sqrt(np.abs(np.einsum("nii->ni", matrices)))
     check_sigmas(np.where(scale > 0, scale, 1.0), source, what)
@@ -113,7 +122,8 @@ def check_values(values: Array, source: Sequence[str], kind: str) -> None:
 
     Raises
     ------
-    InputError : names the source of the first of them.
+    InputError
+        Names the source of the first of them.
     """
     good = (np.abs(values) < LARGEST).all(axis=1)
     if good.all():
@@ -133,7 +143,8 @@ def check_sigmas(sigmas: Array, source: Sequence[str], kind: str) -> None:
 
     Raises
     ------
-    InputError : names the source of the first of them.
+    InputError
+        Names the source of the first of them.
     """
     fair = (sigmas > SMALLEST_SIGMA) & (sigmas < LARGEST)
     if fair.all():
@@ -154,7 +165,8 @@ def check_heights(columns: Mapping[str, Any], source: Sequence[str], kind: str) 
 
     Raises
     ------
-    InputError : names the source of the first of them.
+    InputError
+        Names the source of the first of them.
     """
     for name, column in columns.items():
         if "height" not in name:
@@ -231,15 +243,13 @@ def as_column(part: Any, n: int) -> NDArray[Any]:
     return array.astype(object) if array.dtype.kind in "US" else array
 
 
-# The names in the tables of a survey become indices of unknowns.
-
-
 def layout_of(given: Mapping[str, Iterable[str]], tables: Sequence[ObservationTable]) -> Layout:
     """All names that are given, by family, or referred to by the tables.
 
     Raises
     ------
-    InputError : a name is used both as a point and as a scanner station.
+    InputError
+        A name is used both as a point and as a scanner station.
     """
     names: dict[str, dict[str, None]] = {family: {} for family in FAMILIES}
     for family, known in given.items():
@@ -322,16 +332,24 @@ def _indices(layout: Layout, family: Family, names: NDArray[Any]) -> NDArray[np.
     return np.array(index, dtype=np.int64).reshape(names.shape)
 
 
-# Points and scanner stations as they are given beforehand, by name.
-
-
 @dataclass
 class GivenPoint:
     """A point with what is known of it beforehand.
 
-    xyz (3,) E, N, U [m], NaN where unknown; free (3,) False for fixed or unused components;
-    covariance (3, 3) [m^2] if the coordinates are weighted control; datum (3,) components that
-    carry inner constraints when the reader's format marks them; source ``file:line``.
+    Parameters
+    ----------
+    xyz : array (3,)
+        E, N, U [m], NaN where unknown.
+    free : array of bool (3,)
+        False for fixed or unused components.
+    role : str
+        control, check or free.
+    covariance : array (3, 3), optional
+        Of weighted control [m^2].
+    datum : array of bool (3,), optional
+        Components that carry inner constraints, where the reader's format marks them.
+    source : str
+        ``file:line``.
     """
 
     xyz: Array
@@ -344,7 +362,19 @@ class GivenPoint:
 
 @dataclass
 class GivenStation:
-    """A scanner station with six unknowns: approximate pose (NaN if unknown) and fixed parts."""
+    """A scanner station with six unknowns.
+
+    Parameters
+    ----------
+    translation : array (3,)
+        Approximate place in the work frame [m], NaN if unknown.
+    rotation : array (3, 3)
+        Approximate rotation, world from scanner, NaN if unknown.
+    free : array of bool (6,)
+        False for fixed parts: translation, then left rotation increments.
+    source : str
+        ``file:line``.
+    """
 
     translation: Array
     rotation: Array
@@ -419,7 +449,8 @@ class Survey:
 
         Raises
         ------
-        InputError : duplicate name, impossible coordinates, covariance not positive definite.
+        InputError
+            Duplicate name, impossible coordinates, covariance not positive definite.
         """
         if name in self.points or name in self.stations:
             other = (self.points.get(name) or self.stations[name]).source
@@ -456,7 +487,8 @@ class Survey:
 
         Raises
         ------
-        InputError : a second definition of the same name.
+        InputError
+            A second definition of the same name.
         """
         if name in self.points or name in self.stations:
             raise InputError(
@@ -556,7 +588,8 @@ class Survey:
 
         Raises
         ------
-        InputError : the matrix is not symmetric positive definite.
+        InputError
+            The matrix is not symmetric positive definite.
         """
         matrix = np.asarray(covariance, dtype=float)
         check_covariance(matrix[None], [source], "covariance matrix")
@@ -594,7 +627,8 @@ class Survey:
 
         Raises
         ------
-        InputError : the same point defined with different coordinates in both.
+        InputError
+            The same point defined with different coordinates in both.
         """
         for name, given in other.points.items():
             mine = self.points.get(name)
@@ -693,7 +727,8 @@ class Survey:
 
         Raises
         ------
-        InputError : nothing observed, or a name refers to an unknown of another family.
+        InputError
+            Nothing observed, or a name refers to an unknown of another family.
         """
         if not self._tables:
             raise InputError("there are no observations", cure="give a file with observations")

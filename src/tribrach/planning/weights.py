@@ -47,11 +47,18 @@ _FINEST, _COARSEST = 1e-3, 1e3
 
 @dataclass(frozen=True)
 class SetsByStation:
-    """Sets by station.
+    """Sets by station that reach a requirement.
 
-    sets : how many, in the order of the stations; start and value : the criterion with one set
-    each and with these; reached : is it what is required? steps : station and criterion of every
-    set that was added.
+    Parameters
+    ----------
+    sets : Mapping[str, int]
+        How many, in the order of the stations.
+    start, value : float
+        The criterion with one set each, and with these.
+    reached : bool
+        Is it what is required?
+    steps : tuple of (str, float)
+        Station and criterion of every set that was added.
     """
 
     sets: Mapping[str, int]
@@ -63,11 +70,21 @@ class SetsByStation:
 
 @dataclass(frozen=True)
 class RequiredPrecision:
-    """What one group of readings must be to reach a requirement, the others as they are.
+    """How precise one group of readings must be to reach a requirement, the others as they are.
 
-    group : kind and component; sigma : of the first reading now [m, rad]; factor : what all its
-    sigmas may be multiplied with, NaN where no precision of this group reaches the requirement;
-    limit : the criterion with a perfect group.
+    Parameters
+    ----------
+    group : str
+        Kind and component.
+    unit : str
+        Of the readings.
+    sigma : float
+        Of the first reading now [m, rad].
+    factor : float
+        What all its sigmas may be multiplied with, NaN where no precision of this group reaches the
+        requirement.
+    limit : float
+        The criterion with a perfect group.
     """
 
     group: str

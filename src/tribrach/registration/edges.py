@@ -45,11 +45,26 @@ MOST = 3000
 class Edge:
     """A pair of stations by one kind of observations.
 
-    count : surfaces, targets or registrations in common; rms : of the adjusted residuals of their
-    lengths [m]; held : directions of six that they hold;
-    shift, turn : of the pair's own relative pose against the adjusted one, along what it holds
-    [m], [rad]; shift_sigma, turn_sigma : predicted for them; statistic, limit, freedom : of the
-    test, None and 0 where nothing controls the pair.
+    Parameters
+    ----------
+    first, second : str
+        Names of the stations.
+    kind : str
+        Name of the observation kind.
+    count : int
+        Surfaces, targets or registrations in common.
+    rms : float
+        Root mean square of the adjusted residuals of their lengths [m].
+    held : int
+        Directions of six that they hold.
+    shift, turn : float
+        Of the pair's own relative pose against the adjusted one, along what it holds [m], [rad].
+    shift_sigma, turn_sigma : float
+        Predicted for them.
+    statistic, limit : float or None
+        Of the test, None where nothing controls the pair.
+    freedom : int
+        Degrees of freedom of the test, 0 where nothing controls the pair.
     """
 
     first: str
@@ -86,8 +101,8 @@ def edges(adjustment: Adjustment, alpha: float = ALPHA, most: int = MOST) -> lis
     """
     out = []
     for number, observations in enumerate(adjustment.network.observations):
-        found = _pairs(adjustment, number, observations)
-        for first, second, rows, count in nlargest(most, found, key=lambda pair: pair[3]):
+        pairs = _pairs(adjustment, number, observations)
+        for first, second, rows, count in nlargest(most, pairs, key=lambda pair: pair[3]):
             edge = _edge(adjustment, first, second, rows, count, observations.kind, alpha)
             if edge is not None:
                 out.append(edge)

@@ -32,9 +32,20 @@ _BREADTH = 0.5
 
 @dataclass(frozen=True)
 class TargetsAround:
-    """A scanner station at a place (3,), the names and places (k, 3) of what it was tied to.
+    """A scanner station and the targets it was tied to.
 
-    levelled : does an observed inclination hold its axis?
+    Parameters
+    ----------
+    station : str
+        Its name.
+    place : array (3,)
+        In the work frame [m].
+    names : tuple of str (k,)
+        Of the targets.
+    targets : array (k, 3)
+        Their places in the work frame [m].
+    levelled : bool
+        Does an observed inclination hold its axis?
     """
 
     station: str
@@ -104,9 +115,10 @@ def geometry_sentences(adjustment: Adjustment) -> list[str]:
 
 
 def targets_around(adjustment: Adjustment) -> list[TargetsAround]:
-    """Every scanner station with its targets.
+    """Every scanner station that is tied to targets only, with its targets.
 
-    Stations that planes, other stations or antennas hold as well are left out.
+    Stations that planes, other stations or antennas hold as well are left out. What a station is
+    tied to follows from the declared ends of the observation kinds.
     """
     layout, positions = adjustment.layout, adjustment.state.positions
     points = layout.count("point")

@@ -24,8 +24,7 @@ from tribrach.network.start.parts import join_parts
 from tribrach.network.start.settle import SWEEPS, disagreement, settle
 from tribrach.network.start.space import placed_poses
 from tribrach.network.start.ties import Ties
-from tribrach.observations.control import ScalarPriors, VectorPriors
-from tribrach.observations.sights import Directions
+from tribrach.observations.declaration import End, StartTie
 from tribrach.observations.unknowns import State
 
 __all__ = ["find_start"]
@@ -90,14 +89,17 @@ def _given(network: Network) -> State:
     scalars, vectors = start.scalars.copy(), np.nan_to_num(start.vectors)
     sought = np.zeros(len(scalars), dtype=bool)
     for observations in network.observations:
-        if isinstance(observations, Directions):
-            sought[observations.orientation] = True
-        elif isinstance(observations, ScalarPriors):
-            index = observations.scalar
-            known = np.where(np.isnan(scalars[index]), observations.values[:, 0], scalars[index])
-            scalars[index] = known
-        elif isinstance(observations, VectorPriors):
-            index = observations.vector
+        for reference in observations.references():
+            if reference.by_set:
+                sought[getattr(observations, reference.name)] = True
+        known = observations.end_field(End.AT)
+        if observations.facts.start is not StartTie.VALUE or known is None:
+            continue
+        index = getattr(observations, known.name)
+        if known.family == "scalar":
+            blank = np.isnan(scalars[index])
+            scalars[index] = np.where(blank, observations.values[:, 0], scalars[index])
+        elif known.family == "vector":
             blank = ~vectors[index].any(axis=1, keepdims=True)
             vectors[index] = np.where(blank, observations.values, vectors[index])
     scalars[~sought] = np.nan_to_num(scalars[~sought])
