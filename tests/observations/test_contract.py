@@ -21,11 +21,11 @@ from tribrach.geometry import rotation
 from tribrach.network.assembly import inverse_cholesky
 from tribrach.observations.base import Observations, norm
 from tribrach.observations.declaration import (
-    Axes,
     Category,
     CsvColumns,
     End,
     KindFacts,
+    ObservedAxes,
     Repetition,
     Role,
     StartTie,
@@ -173,7 +173,7 @@ def test_every_kind_answers_every_question(kind: type[Observations]) -> None:
     assert isinstance(facts.role, Role)
     assert isinstance(facts.category, Category)
     assert isinstance(facts.budget(True), Category)
-    assert isinstance(facts.axes, Axes)
+    assert isinstance(facts.axes, ObservedAxes)
     assert isinstance(facts.repeats, Repetition)
     assert isinstance(facts.start, StartTie)
     assert all(isinstance(columns, CsvColumns) for columns in facts.csv)

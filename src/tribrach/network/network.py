@@ -16,7 +16,7 @@ from tribrach.geodesy.site import FlatSite, Site
 from tribrach.network.facts import Fact, Reference
 from tribrach.network.identity import observation_ids
 from tribrach.observations.base import Observations, Use
-from tribrach.observations.declaration import Axes
+from tribrach.observations.declaration import ObservedAxes
 from tribrach.observations.unknowns import State
 
 __all__ = [
@@ -38,15 +38,15 @@ __all__ = [
 # an observation are another matter and refused as such.
 
 
-def axes_in_use(axes: Iterable[Axes], site: Site) -> NDArray[np.bool_]:
+def axes_in_use(axes: Iterable[ObservedAxes], site: Site) -> NDArray[np.bool_]:
     """Axes E, N, U (3,) that observations depend on, each of which says which are its own."""
-    observed = set(axes) - {Axes.NONE}
+    observed = set(axes) - {ObservedAxes.NONE}
     used = np.ones(3, dtype=bool)
     if not isinstance(site, FlatSite):
         return used
-    if observed == {Axes.PLAN}:
+    if observed == {ObservedAxes.PLAN}:
         used[2] = False
-    elif observed == {Axes.HEIGHTS}:
+    elif observed == {ObservedAxes.HEIGHTS}:
         used[:2] = False
     return used
 

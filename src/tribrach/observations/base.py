@@ -26,10 +26,10 @@ from tribrach._types import Array, Index
 from tribrach.errors import InputError
 from tribrach.instruments.precision import Precision
 from tribrach.observations.declaration import (
-    Axes,
     End,
+    IndexField,
     KindFacts,
-    Reference,
+    ObservedAxes,
     SightLine,
     per_item,
     refers,
@@ -91,7 +91,7 @@ def covariance_from_sigma(sigma: ArrayLike) -> Array:
 
 
 @cache
-def _references(kind: type[Observations]) -> tuple[Reference, ...]:
+def _references(kind: type[Observations]) -> tuple[IndexField, ...]:
     """Index fields of a kind with their names."""
     items = fields(kind)
     return tuple(
@@ -209,12 +209,12 @@ class Observations(ABC):
         return difference
 
     @classmethod
-    def references(cls) -> tuple[Reference, ...]:
+    def references(cls) -> tuple[IndexField, ...]:
         """Fields of indices of unknowns, in the order of the class."""
         return _references(cls)
 
     @classmethod
-    def end_field(cls, *ends: End) -> Reference | None:
+    def end_field(cls, *ends: End) -> IndexField | None:
         """The first field that names one of these ends; None if there is none."""
         return next((r for r in cls.references() if r.end in ends), None)
 
@@ -241,7 +241,7 @@ class Observations(ABC):
         return out
 
     @classmethod
-    def observed_axes(cls, columns: Mapping[str, Any]) -> Axes:
+    def observed_axes(cls, columns: Mapping[str, Any]) -> ObservedAxes:
         """Axes that observations with these columns depend on, on a flat site."""
         return cls.facts.axes
 

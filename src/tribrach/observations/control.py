@@ -12,11 +12,11 @@ from tribrach._types import Array, Index
 from tribrach.geodesy.site import FlatSite, Site
 from tribrach.observations.base import Block, Observations, per_item, refers
 from tribrach.observations.declaration import (
-    Axes,
     Category,
     CsvColumns,
     End,
     KindFacts,
+    ObservedAxes,
     Repetition,
     Role,
     StartTie,
@@ -56,7 +56,7 @@ class Coordinates(Observations):
         computed="given coordinates E, N, U",
         role=Role.GIVEN,
         category=Category.CONTROL,
-        axes=Axes.SPACE,
+        axes=ObservedAxes.SPACE,
         repeats=Repetition.NEVER,
         start=StartTie.FIX,
         csv=(CsvColumns(("point",), ("e", "n", "u")),),
@@ -103,7 +103,7 @@ class Coordinate(Observations):
         computed="one given coordinate",
         role=Role.GIVEN,
         category=Category.CONTROL,
-        axes=Axes.SPACE,
+        axes=ObservedAxes.SPACE,
         repeats=Repetition.NEVER,
         start=StartTie.FIX,
         csv=(CsvColumns(("point",), ("e", "n", "u")),),
@@ -133,10 +133,16 @@ class Coordinate(Observations):
         return [Block(columns[:, None], np.ones((len(self), 1, 1)))]
 
     @classmethod
-    def observed_axes(cls, columns: Mapping[str, Any]) -> Axes:
+    def observed_axes(cls, columns: Mapping[str, Any]) -> ObservedAxes:
         """Those of the coordinates."""
         up = np.asarray(columns["axis"]).astype(int) == 2
-        return Axes.HEIGHTS if up.all() else Axes.SPACE if up.any() else Axes.PLAN
+        return (
+            ObservedAxes.HEIGHTS
+            if up.all()
+            else ObservedAxes.SPACE
+            if up.any()
+            else ObservedAxes.PLAN
+        )
 
     def coordinate_axes(self) -> Index | None:
         """The one of each."""
@@ -173,7 +179,7 @@ class DirectedComponents(Observations):
         computed="coordinate along a given direction, `a . X`",
         role=Role.GIVEN,
         category=Category.CONTROL,
-        axes=Axes.SPACE,
+        axes=ObservedAxes.SPACE,
         repeats=Repetition.NEVER,
         start=StartTie.NONE,
         csv=(),
@@ -219,7 +225,7 @@ class Heights(Observations):
         computed="given height",
         role=Role.GIVEN,
         category=Category.CONTROL,
-        axes=Axes.HEIGHTS,
+        axes=ObservedAxes.HEIGHTS,
         repeats=Repetition.NEVER,
         start=StartTie.FIX,
         csv=(),
@@ -266,7 +272,7 @@ class Offsets(Sights):
         computed="vector from one position to another in the local axes of the first",
         role=Role.READING,
         category=Category.CENTRING,
-        axes=Axes.SPACE,
+        axes=ObservedAxes.SPACE,
         repeats=Repetition.SETS,
         start=StartTie.VECTOR,
         csv=(CsvColumns(("mark", "target"), ("rod",)),),
@@ -309,7 +315,7 @@ class ScalarPriors(Observations):
         computed="known value of a scalar: zero constant, refraction, calibration parameter",
         role=Role.PRIOR,
         category=Category.OTHER,
-        axes=Axes.NONE,
+        axes=ObservedAxes.NONE,
         repeats=Repetition.NEVER,
         start=StartTie.VALUE,
         csv=(),
@@ -345,7 +351,7 @@ class VectorPriors(Observations):
         computed="known value of a vector: lever arm, common shift of a session",
         role=Role.PRIOR,
         category=Category.GNSS,
-        axes=Axes.NONE,
+        axes=ObservedAxes.NONE,
         repeats=Repetition.NEVER,
         start=StartTie.VALUE,
         csv=(),
@@ -382,7 +388,7 @@ class VectorComponentPriors(Observations):
         computed="known component of a vector",
         role=Role.PRIOR,
         category=Category.GNSS,
-        axes=Axes.NONE,
+        axes=ObservedAxes.NONE,
         repeats=Repetition.NEVER,
         start=StartTie.NONE,
         csv=(),

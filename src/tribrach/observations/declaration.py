@@ -17,14 +17,14 @@ import numpy as np
 from tribrach._types import Array
 
 __all__ = [
-    "Axes",
     "Category",
     "CsvColumns",
     "End",
     "Family",
+    "IndexField",
     "KindFacts",
+    "ObservedAxes",
     "Planned",
-    "Reference",
     "Repetition",
     "Role",
     "SightLength",
@@ -71,7 +71,7 @@ class Category(StrEnum):
     OTHER = "other"
 
 
-class Axes(Enum):
+class ObservedAxes(Enum):
     """Which axes of a flat site a kind depends on."""
 
     PLAN = "plan"
@@ -122,7 +122,7 @@ class Planned(Enum):
 
 
 @dataclass(frozen=True)
-class Reference:
+class IndexField:
     """An index field of a kind.
 
     Parameters
@@ -204,7 +204,7 @@ class KindFacts:
     category, own_category : Category
         Its part of a station's error budget, and that of what was observed from the station
         itself (the same if not given).
-    axes : Axes
+    axes : ObservedAxes
         What it depends on, on a flat site.
     repeats : Repetition
         What a design may ask for more of.
@@ -235,7 +235,7 @@ class KindFacts:
     role: Role
     category: Category
     own_category: Category | None = None
-    axes: Axes
+    axes: ObservedAxes
     repeats: Repetition
     start: StartTie
     csv: tuple[CsvColumns, ...]
@@ -287,13 +287,13 @@ def refers(
     unit: str = "",
     by_set: bool = False,
 ) -> Any:
-    """A dataclass field of indices (n,) of unknowns, described as in :class:`Reference`.
+    """A dataclass field of indices (n,) of unknowns, described as in :class:`IndexField`.
 
     In a survey the same field holds names. An optional field may be left out, or hold -1 (no
     name) for observations that have no such unknown.
     """
     # the name of the field is not known here: Observations.references fills it in
-    metadata = {"refers": Reference("", family, optional, end, means, unit, by_set)}
+    metadata = {"refers": IndexField("", family, optional, end, means, unit, by_set)}
     if optional:
         return field(default_factory=lambda: np.empty(0, dtype=np.int64), metadata=metadata)
     return field(metadata=metadata)

@@ -12,11 +12,11 @@ from tribrach.geodesy.site import FlatSite, Site
 from tribrach.geometry.rotation import exp, right_jacobian_inverse, skew
 from tribrach.observations.base import Block, Observations, per_item, refers
 from tribrach.observations.declaration import (
-    Axes,
     Category,
     CsvColumns,
     End,
     KindFacts,
+    ObservedAxes,
     Planned,
     Repetition,
     Role,
@@ -58,7 +58,7 @@ class GnssPositions(Observations):
         computed="position of the antenna over a mark, with a shift common to its session",
         role=Role.READING,
         category=Category.GNSS,
-        axes=Axes.SPACE,
+        axes=ObservedAxes.SPACE,
         repeats=Repetition.FINER,
         start=StartTie.FIX,
         csv=(CsvColumns(("gnss",), ("e", "n", "u"), planned=Planned.BY_NAME),),
@@ -132,7 +132,7 @@ class GnssBaselines(Observations):
         "covariance matrix",
         role=Role.READING,
         category=Category.GNSS,
-        axes=Axes.SPACE,
+        axes=ObservedAxes.SPACE,
         repeats=Repetition.FINER,
         start=StartTie.VECTOR,
         csv=(
@@ -228,7 +228,7 @@ class Antennas(Observations):
         computed="`t + R l`, with the lever arm `l` of an antenna or prism on the scanner",
         role=Role.READING,
         category=Category.GNSS,
-        axes=Axes.SPACE,
+        axes=ObservedAxes.SPACE,
         repeats=Repetition.SETS,
         start=StartTie.FIX,
         csv=(CsvColumns(("gnss",), ("e", "n", "u")),),
@@ -296,7 +296,7 @@ class MountedPoints(Observations):
         "the antenna itself",
         role=Role.CONDITION,
         category=Category.OTHER,
-        axes=Axes.SPACE,
+        axes=ObservedAxes.SPACE,
         repeats=Repetition.NEVER,
         start=StartTie.SHOT,
         csv=(),

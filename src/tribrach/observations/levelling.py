@@ -12,11 +12,11 @@ from tribrach.geodesy.site import FlatSite, Site
 from tribrach.instruments.precision import Precision
 from tribrach.observations.base import Block, Observations, per_item, refers
 from tribrach.observations.declaration import (
-    Axes,
     Category,
     CsvColumns,
     End,
     KindFacts,
+    ObservedAxes,
     Planned,
     Repetition,
     Role,
@@ -61,7 +61,7 @@ class HeightDifferences(Observations):
         computed="`H_b - H_a`, with heights above the marks and geoid heights",
         role=Role.READING,
         category=Category.LINES,
-        axes=Axes.HEIGHTS,
+        axes=ObservedAxes.HEIGHTS,
         repeats=Repetition.SETS,
         start=StartTie.RISE,
         csv=(
@@ -119,7 +119,7 @@ class EqualDistances(SlopeDistances):
         computed="length between two positions less the unknown value that a set of pairs shares",
         role=Role.CONDITION,
         category=Category.OTHER,
-        axes=Axes.SPACE,
+        axes=ObservedAxes.SPACE,
         repeats=Repetition.NEVER,
         start=StartTie.NONE,
         csv=(),
@@ -156,7 +156,7 @@ class EqualHeightDifferences(HeightDifferences):
         computed="height difference less the unknown value that a set of pairs shares",
         role=Role.CONDITION,
         category=Category.OTHER,
-        axes=Axes.HEIGHTS,
+        axes=ObservedAxes.HEIGHTS,
         repeats=Repetition.NEVER,
         start=StartTie.NONE,
         csv=(),

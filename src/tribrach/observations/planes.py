@@ -15,10 +15,10 @@ from tribrach._types import Array, Index
 from tribrach.geometry.rotation import skew
 from tribrach.observations.base import Block, Observations, refers
 from tribrach.observations.declaration import (
-    Axes,
     Category,
     End,
     KindFacts,
+    ObservedAxes,
     Repetition,
     Role,
     StartTie,
@@ -64,7 +64,7 @@ class FittedPlanes(Observations):
         role=Role.READING,
         category=Category.OTHER_TARGETS,
         own_category=Category.OWN_TARGETS,
-        axes=Axes.SPACE,
+        axes=ObservedAxes.SPACE,
         repeats=Repetition.SETS,
         start=StartTie.FACE,
         csv=(),
@@ -141,7 +141,7 @@ class PointsOnPlanes(Observations):
         role=Role.READING,
         category=Category.OTHER_TARGETS,
         own_category=Category.OWN_TARGETS,
-        axes=Axes.SPACE,
+        axes=ObservedAxes.SPACE,
         repeats=Repetition.SETS,
         start=StartTie.FACE,
         csv=(),

@@ -13,11 +13,11 @@ from tribrach.geometry.rotation import skew
 from tribrach.instruments.precision import Precision
 from tribrach.observations.base import Block, Observations, norm, per_item, refers, wrap
 from tribrach.observations.declaration import (
-    Axes,
     Category,
     CsvColumns,
     End,
     KindFacts,
+    ObservedAxes,
     Planned,
     Repetition,
     Role,
@@ -142,7 +142,7 @@ class Directions(Sights):
         role=Role.READING,
         category=Category.TOTAL_STATION,
         own_category=Category.BACKSIGHT,
-        axes=Axes.PLAN,
+        axes=ObservedAxes.PLAN,
         repeats=Repetition.SETS,
         start=StartTie.RAY,
         csv=(
@@ -209,7 +209,7 @@ class Angles(Sights):
         role=Role.READING,
         category=Category.TOTAL_STATION,
         own_category=Category.BACKSIGHT,
-        axes=Axes.PLAN,
+        axes=ObservedAxes.PLAN,
         repeats=Repetition.SETS,
         start=StartTie.RAY,
         csv=(
@@ -297,7 +297,7 @@ class Azimuths(Sights):
         role=Role.READING,
         category=Category.TOTAL_STATION,
         own_category=Category.BACKSIGHT,
-        axes=Axes.PLAN,
+        axes=ObservedAxes.PLAN,
         repeats=Repetition.SETS,
         start=StartTie.RAY,
         csv=(
@@ -365,7 +365,7 @@ class ZenithAngles(Sights):
         role=Role.READING,
         category=Category.TOTAL_STATION,
         own_category=Category.BACKSIGHT,
-        axes=Axes.SPACE,
+        axes=ObservedAxes.SPACE,
         repeats=Repetition.SETS,
         start=StartTie.ZENITH,
         csv=(
@@ -467,7 +467,7 @@ class SlopeDistances(Sights):
         role=Role.READING,
         category=Category.TOTAL_STATION,
         own_category=Category.BACKSIGHT,
-        axes=Axes.SPACE,
+        axes=ObservedAxes.SPACE,
         repeats=Repetition.SETS,
         start=StartTie.LENGTH,
         csv=(
@@ -539,7 +539,7 @@ class HorizontalDistances(Sights):
         role=Role.READING,
         category=Category.TOTAL_STATION,
         own_category=Category.BACKSIGHT,
-        axes=Axes.PLAN,
+        axes=ObservedAxes.PLAN,
         repeats=Repetition.SETS,
         start=StartTie.LENGTH,
         csv=(
@@ -602,7 +602,7 @@ class Distances(SlopeDistances):
         role=Role.READING,
         category=Category.TOTAL_STATION,
         own_category=Category.BACKSIGHT,
-        axes=Axes.SPACE,
+        axes=ObservedAxes.SPACE,
         repeats=Repetition.SETS,
         start=StartTie.LENGTH,
         csv=(
@@ -645,7 +645,7 @@ class LocalOffsets(Sights):
         computed="horizontal offset along a known azimuth; centrings",
         role=Role.READING,
         category=Category.OTHER,
-        axes=Axes.PLAN,
+        axes=ObservedAxes.PLAN,
         repeats=Repetition.SETS,
         start=StartTie.LENGTH,
         csv=(),

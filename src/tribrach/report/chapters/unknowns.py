@@ -10,7 +10,7 @@ from tribrach.instruments.calibration import unit_of
 from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.observations.base import Observations
-from tribrach.observations.declaration import Reference
+from tribrach.observations.declaration import IndexField
 from tribrach.report.chapter import Chapter
 from tribrach.report.content import CorrelationRow, Head, ReportSettings, Unknown
 from tribrach.report.numbers import Style, matrix, numbers, sigmas
@@ -36,7 +36,7 @@ def other_unknowns(adjustment: Adjustment, settings: ReportSettings) -> tuple[Un
 
 def _references(
     adjustment: Adjustment, family: str
-) -> Iterator[tuple[Observations, Reference, int, int]]:
+) -> Iterator[tuple[Observations, IndexField, int, int]]:
     """Table, field, unknown and first observation wherever a table refers to a family."""
     for o in adjustment.network.observations:
         for reference in o.references():
