@@ -8,7 +8,7 @@ is needed for that.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -275,10 +275,10 @@ def _joined(old: Array, new: Array | None) -> Array:
 def _moved(o: Observations, count: int, by: int) -> Observations:
     """Observations whose positions of stations come after more points."""
     changes = {}
-    for item in fields(o):
-        if item.metadata.get("refers") == "position":
-            index = getattr(o, item.name)
-            changes[item.name] = np.where(index >= count, index + by, index)
+    for reference in o.references():
+        if reference.family == "position":
+            index = getattr(o, reference.name)
+            changes[reference.name] = np.where(index >= count, index + by, index)
     return replace(o, **changes) if changes and by else o
 
 
