@@ -29,12 +29,17 @@ if TYPE_CHECKING:
 __all__ = ["Named", "name_targets"]
 
 
-#: a target that the user names lies within this distance of the place given [m]
-_NEAR = 0.5
+@dataclass(frozen=True)
+class NamingGates:
+    """What names and coordinates that the user gives are taken for; chosen by hand, no source."""
+
+    #: a target that the user names lies within this distance of the place given [m]
+    named_within_m: float = 0.5
+    #: sigma of given coordinates that come without one [m]
+    unknown_sigma_m: float = 0.05
 
 
-#: sigma of given coordinates that come without one [m]
-_UNKNOWN_SIGMA = 0.05
+GATES = NamingGates()
 
 
 @dataclass(frozen=True)
@@ -76,16 +81,16 @@ def name_targets(
     first = {scan.station: scan for scan in reversed(scans)}
     sightings = [
         Sighting(
-            station,
-            np.array([d.center for d in found]).reshape(-1, 3),
-            np.array([np.sqrt(np.trace(d.covariance) / 3) for d in found]),
-            [d.kind for d in found],
-            first[station].levelled,
-            _given_names(station, found, scans),
-            mounted.get(station, ()),
+            station=station,
+            centers=np.array([d.center for d in detections]).reshape(-1, 3),
+            sigmas=np.array([np.sqrt(np.trace(d.covariance) / 3) for d in detections]),
+            kinds=[d.kind for d in detections],
+            levelled=first[station].levelled,
+            known=_given_names(station, detections, scans),
+            mounted=mounted.get(station, ()),
         )
-        for station, found in targets.items()
-        if found
+        for station, detections in targets.items()
+        if detections
     ]
     antennas = any(section.lever_arm for section in stations.values())
     identification = identify(sightings, points, free=antennas, groups=groups, partial=partial)
@@ -94,8 +99,8 @@ def name_targets(
         survey.station(station, source=f"scan {station}")
     for station, names in identification.names.items():
         if job.calibrations.has(station):
-            found = zip(names, targets[station], strict=True)
-            own = {name: d for name, d in found if name}
+            detections = zip(names, targets[station], strict=True)
+            own = {name: d for name, d in detections if name}
             observe_readings(survey, station, own, scans, findings)
             continue
         _observe(survey, station, names, targets[station])
@@ -103,10 +108,10 @@ def name_targets(
 
 
 def _observe(
-    survey: Survey, station: str, names: Sequence[str], found: Sequence[Detection]
+    survey: Survey, station: str, names: Sequence[str], detections: Sequence[Detection]
 ) -> None:
     """Target centres of one station; targets without a name tie nothing."""
-    named = [(name, d) for name, d in zip(names, found, strict=True) if name]
+    named = [(name, d) for name, d in zip(names, detections, strict=True) if name]
     if not named:
         return
     survey.add(
@@ -154,13 +159,13 @@ def _given(survey: Survey) -> dict[str, tuple[Array, float]]:
     for name, point in survey.points.items():
         if np.isfinite(point.xyz).all():
             c = point.covariance
-            sigma = _UNKNOWN_SIGMA if c is None else float(np.sqrt(np.trace(c) / 3))
+            sigma = GATES.unknown_sigma_m if c is None else float(np.sqrt(np.trace(c) / 3))
             out[name] = (point.xyz, sigma)
     return out
 
 
 def _given_names(
-    station: str, found: Sequence[Detection], scans: Sequence[StationScan]
+    station: str, detections: Sequence[Detection], scans: Sequence[StationScan]
 ) -> dict[int, str]:
     """Detection numbers of the targets that the user named."""
     out: dict[int, str] = {}
@@ -168,11 +173,12 @@ def _given_names(
         if scan.station != station:
             continue
         for name, near in scan.names.items():
-            distance = [float(np.linalg.norm(d.center - np.array(near))) for d in found]
+            distance = [float(np.linalg.norm(d.center - np.array(near))) for d in detections]
             i = int(np.argmin(distance))
-            if distance[i] > _NEAR:
+            if distance[i] > GATES.named_within_m:
                 raise InputError(
-                    f"no target was found within {_NEAR} m of the place given for {name}",
+                    f"no target was found within {GATES.named_within_m} m of the place given for "
+                    f"{name}",
                     file=scan.scan.path,
                     cure="see the detections of the station in the report",
                 )

@@ -40,11 +40,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Registered", "Tying", "register"]
 
-# Planes and clouds as observations of the network, once the stations have approximate poses.
-
-
-#: adjusted poses may be wrong by this where planes are tied between groups [m]
-_SLACK = 0.004
+#: adjusted poses may be wrong by this where planes are tied between groups [m]; chosen by hand on
+#: the simulated yards, no source
+_ADJUSTED_POSE_M = 0.004
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +82,7 @@ class Tying:
         state, layout = first.state, first.layout
         at = {name: layout.index("pose", name) for name in poses}
         poses = {name: Pose(state.pose_r[k], state.pose_t[k]) for name, k in at.items()}
-        ties = tie_planes(self.stations, poses, _SLACK)
+        ties = tie_planes(self.stations, poses, _ADJUSTED_POSE_M)
         return self._survey(ties, poses, framed=True), ties, poses
 
     def _survey(self, ties: PlaneTies, poses: Mapping[str, Pose], *, framed: bool) -> Survey:
@@ -184,26 +182,26 @@ def register(
     """
     project = job.project
     by = project.registration.by
-    wanted = "targets" in by and project.targets.wanted
+    with_targets = "targets" in by and project.targets.wanted
     if by == ("targets",):
-        named = name_targets(job, scans, findings) if wanted else None
+        named = name_targets(job, scans, findings) if with_targets else None
         return Registered(None if named is None else named.survey, named)
     around = _stations(project, scans, state, progress)
-    wish = project.registration
-    floor = wish.cloud_floor_mm * MM, wish.cloud_floor_arcsec * SEC
+    settings = project.registration
+    floor = settings.cloud_floor_mm * MM, settings.cloud_floor_arcsec * SEC
     clouds = cloud_pairs(scans, floor, state, progress) if "clouds" in by else None
-    found = register_by_planes(
+    joined = register_by_planes(
         around,
         lambda k, n: progress("pairs of stations by planes", k, n),
         () if clouds is None else clouds.joints,
-        _by_targets(job, scans, findings) if wanted else None,
+        _by_targets(job, scans, findings) if with_targets else None,
     )
-    groups = [group for group in found.groups if len(group) > 1]
-    named = name_targets(job, scans, findings, groups, partial=True) if wanted else None
-    poses, adrift = _poses(named, found)
+    groups = [group for group in joined.groups if len(group) > 1]
+    named = name_targets(job, scans, findings, groups, partial=True) if with_targets else None
+    poses, adrift = _poses(named, joined)
     surveyed = job.survey
-    obstacles = _obstacles(by, found, clouds)
-    _refuse_lost(surveyed, scans, poses, found, obstacles, named)
+    obstacles = _obstacles(by, joined, clouds)
+    _refuse_lost(surveyed, scans, poses, joined, obstacles, named)
     framed = not adrift or (project.datum.kind == "free" and not surveyed.points)
     edges, wrong = _believed(clouds, poses)
     tying = Tying(
@@ -217,8 +215,8 @@ def register(
     survey, ties, poses = tying.tied(poses, framed=framed)
     if named is not None:
         named = replace(named, survey=survey)
-    said = (*_sentences(found, obstacles, ties, clouds, poses), *wrong)
-    return Registered(survey, named, around, ties if "planes" in by else None, poses, said)
+    sentences = (*_sentences(joined, obstacles, ties, clouds, poses), *wrong)
+    return Registered(survey, named, around, ties if "planes" in by else None, poses, sentences)
 
 
 def _by_targets(
@@ -235,12 +233,12 @@ def _believed(
     if clouds is None:
         return [], []
     wrong = contradicted(clouds.edges, poses)
-    said = [
+    sentences = [
         f"the clouds of {e.first} and {e.second} fit at a place that contradicts the other ties by "
         f"{gap:.2f} m: not used"
         for e, gap in wrong
     ]
-    return [e for e in clouds.edges if all(e is not bad for bad, _ in wrong)], said
+    return [e for e in clouds.edges if all(e is not bad for bad, _ in wrong)], sentences
 
 
 def _stations(
@@ -250,12 +248,12 @@ def _stations(
     progress: Callable[[str, int, int | None], None],
 ) -> list[Surroundings]:
     """Planes and views of all stations; both empty where planes are not wanted."""
-    wish = project.registration
-    if "planes" in wish.by:
+    settings = project.registration
+    if "planes" in settings.by:
         return surroundings(
             scans,
-            wish.plane_area_m2,
-            wish.plane_floor_mm * MM,
+            settings.plane_area_m2,
+            settings.plane_floor_mm * MM,
             state,
             lambda what: progress(what, 0, None),
         )
@@ -264,23 +262,23 @@ def _stations(
     return [Surroundings.of(name, blank, blind, flat) for name, flat in levelled.items()]
 
 
-def _poses(named: Named | None, found: PlaneRegistration) -> tuple[Mapping[str, Pose], bool]:
+def _poses(named: Named | None, joined: PlaneRegistration) -> tuple[Mapping[str, Pose], bool]:
     """Approximate poses of all stations that were placed; are they in a frame of their own?"""
     if named is not None and named.identification.poses:
         return named.identification.poses, named.identification.adrift
-    return found.groups[0], True
+    return joined.groups[0], True
 
 
 def _obstacles(
-    by: Sequence[str], found: PlaneRegistration, clouds: CloudPairs | None
+    by: Sequence[str], joined: PlaneRegistration, clouds: CloudPairs | None
 ) -> dict[str, str]:
     """Why stations are alone, by planes and by clouds."""
     out = {}
-    for name, reason in found.obstacles.items():
+    for name, reason in joined.obstacles.items():
         words = [f"by planes {reason}"] if "planes" in by else []
         if clouds is not None:
-            mine = [why for pair, why in clouds.obstacles.items() if name in pair]
-            words.append(f"by clouds {mine[0]}" if mine else "no pair of clouds holds it")
+            reasons = [why for pair, why in clouds.obstacles.items() if name in pair]
+            words.append(f"by clouds {reasons[0]}" if reasons else "no pair of clouds holds it")
         out[name] = "; ".join(words)
     return out
 
@@ -289,7 +287,7 @@ def _refuse_lost(
     surveyed: Survey,
     scans: Sequence[StationScan],
     poses: Mapping[str, Pose],
-    found: PlaneRegistration,
+    joined: PlaneRegistration,
     obstacles: Mapping[str, str],
     named: Named | None,
 ) -> None:
@@ -301,7 +299,7 @@ def _refuse_lost(
     name = lost[0]
     reason = obstacles.get(name)
     if reason is None:
-        group = next(group for group in found.groups if name in group)
+        group = next(group for group in joined.groups if name in group)
         reason = (
             f"it hangs together with {', '.join(n for n in group if n != name)}, and nothing joins "
             "these to the rest"
@@ -321,26 +319,26 @@ def _refuse_lost(
 
 
 def _sentences(
-    found: PlaneRegistration,
+    joined: PlaneRegistration,
     obstacles: Mapping[str, str],
     ties: PlaneTies,
     clouds: CloudPairs | None,
     poses: Mapping[str, Pose],
 ) -> tuple[str, ...]:
     """What joined the stations, what was left to others and what was not used."""
-    said = []
+    sentences = []
     by = "planes and clouds" if clouds is not None and len(ties.normal) else "clouds"
     by = "planes" if clouds is None else by
-    for group in found.groups:
+    for group in joined.groups:
         if len(group) > 1:
             names = list(group)
-            said.append(f"{by} join {', '.join(names[:-1])} and {names[-1]}")
+            sentences.append(f"{by} join {', '.join(names[:-1])} and {names[-1]}")
     for name, reason in obstacles.items():
         how = "its targets place it" if name in poses else "other observations have to place it"
-        said.append(f"{name} is not joined to the others: {reason}; {how}")
-    said += found.sentences
+        sentences.append(f"{name} is not joined to the others: {reason}; {how}")
+    sentences += joined.sentences
     if clouds is not None:
-        said += clouds.sentences
+        sentences += clouds.sentences
     if len(ties.normal):
-        said.append(f"{len(ties.normal)} surfaces are seen by two or more stations")
-    return tuple(said)
+        sentences.append(f"{len(ties.normal)} surfaces are seen by two or more stations")
+    return tuple(sentences)

@@ -1,4 +1,4 @@
-"""Which detected target of which scan is which point, without names and approximate poses?
+"""Names the targets of all scans, without names and approximate poses.
 
 Each scan is matched by the distances between its targets to the points that are known; a placed
 scan adds its other targets to the known points, so that scans which see no control at all follow

@@ -1,4 +1,4 @@
-"""Which target of a scan is which point of a list, when neither pose nor names are known?
+"""Matches targets of a scan to a list of points by distances, without pose and names.
 
 Pairs (i, j) that could be the same are the nodes of an association graph; two nodes are joined
 if the distance between the targets equals that between the points (for levelled scans also the
@@ -116,8 +116,8 @@ def match(
     graph = _associations(targets, points, s2, levelled, nodes)
     needed = 2 if levelled else 3
     solutions = []
-    for found in _largest_cliques(graph, needed):
-        clique = nodes[found]
+    for members in _largest_cliques(graph, needed):
+        clique = nodes[members]
         pairs = np.stack(np.divmod(clique, m), axis=1)
         fitted = _fit(targets, points, pairs, s2, levelled)
         if fitted is not None:
@@ -174,7 +174,7 @@ def _bits(mask: int) -> Iterator[int]:
 
 def _largest_cliques(graph: list[int], smallest: int) -> list[list[int]]:
     """Maximal cliques of the largest size and of one less (Bron and Kerbosch 1973 with pivot)."""
-    found: list[list[int]] = []
+    cliques: list[list[int]] = []
     largest = smallest
     stack: list[tuple[list[int], int, int]] = [([], (1 << len(graph)) - 1, 0)]
     while stack:
@@ -183,7 +183,7 @@ def _largest_cliques(graph: list[int], smallest: int) -> list[list[int]]:
             continue
         if not candidates:
             if not excluded and len(clique) >= smallest:
-                found.append(clique)
+                cliques.append(clique)
                 largest = max(largest, len(clique))
             continue
         pivot = max(_bits(candidates | excluded), key=lambda v: (graph[v] & candidates).bit_count())
@@ -191,7 +191,7 @@ def _largest_cliques(graph: list[int], smallest: int) -> list[list[int]]:
             stack.append(([*clique, v], candidates & graph[v], excluded & graph[v]))
             candidates &= ~(1 << v)
             excluded |= 1 << v
-    return [c for c in found if len(c) >= max(largest - 1, smallest)]
+    return [c for c in cliques if len(c) >= max(largest - 1, smallest)]
 
 
 def _fit(targets: Array, points: Array, pairs: Index, s2: Array, levelled: bool) -> Matching | None:

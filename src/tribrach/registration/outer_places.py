@@ -49,12 +49,12 @@ def places_to_hold(survey: Survey, points: set[str]) -> tuple[list[OuterPlace], 
     RankDefect : that network has no datum or leaves points open; NotConverged.
     """
     outer, ends = _outer(survey)
-    wanted = points | set(ends)
-    _control(outer, survey, wanted)
+    names_to_hold = points | set(ends)
+    _control(outer, survey, names_to_hold)
     if not outer.tables():
         return [], np.zeros((0, 0))
     adjustment = adjust(outer.network())
-    names = [name for name in adjustment.layout.names["point"] if name in wanted]
+    names = [name for name in adjustment.layout.names["point"] if name in names_to_hold]
     columns = np.concatenate([adjustment.columns(name) for name in names] or [np.zeros(0, int)])
     covariance = adjustment.covariance_columns(columns, columns)
     return [_place(adjustment, name, ends) for name in names], covariance
@@ -81,10 +81,10 @@ def _outer(survey: Survey) -> tuple[Survey, dict[str, tuple[str, str]]]:
     return outer, ends
 
 
-def _control(outer: Survey, survey: Survey, wanted: set[str]) -> None:
+def _control(outer: Survey, survey: Survey, names: set[str]) -> None:
     """Weighted control points among those that are wanted, as observations."""
     for name, given in survey.points.items():
-        if given.covariance is None or name not in wanted | set(outer.points):
+        if given.covariance is None or name not in names | set(outer.points):
             continue
         outer.points[name] = replace(given, covariance=None)
         outer.add(
@@ -105,12 +105,12 @@ def _place(adjustment: Adjustment, name: str, ends: dict[str, tuple[str, str]]) 
 
 def places_to_check(survey: Survey, points: set[str]) -> list[OuterPlace]:
     """Antennas and points that are held out: compared with the model, not used to place it."""
-    found: list[OuterPlace] = []
+    places: list[OuterPlace] = []
     for table in survey.tables():
         use = as_column(table.columns.get("use", 0), table.n).astype(int)
         if (use == Use.CHECK).any():
-            found += _held_out(table.part(use == Use.CHECK))
-    return [place for place in found if place.station or place.name in points]
+            places += _held_out(table.part(use == Use.CHECK))
+    return [place for place in places if place.station or place.name in points]
 
 
 def _held_out(table: ObservationTable) -> Iterator[OuterPlace]:

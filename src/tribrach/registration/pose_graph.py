@@ -1,10 +1,9 @@
-"""Stations joined by relative poses: which joints hold, what hangs together, what stays alone.
+"""Joins stations by relative poses, as far as loops do not speak against them.
 
 Joints that several loops confirm are believed; loops that do not close cost the joint that nothing
-else confirms: of several the ones that cannot stand alone, or all, since none is better than the
-other.
-A joint in no loop at all stands on the agreement of its own two views. Poses are in the frame of
-the first station of their group until something ties the group to the world.
+else confirms: of several the ones that cannot stand alone, or all, since none is better than
+another. A joint in no loop at all stands on the agreement of its own two views. Poses are in the
+frame of the first station of their group until something ties the group to the world.
 """
 
 from __future__ import annotations
@@ -89,11 +88,11 @@ def join(stations: Sequence[str], joints: Sequence[Joint]) -> PoseGraph:
 
     stations : all names; joints : at most one for every pair.
     """
-    kept, said = _consistent(list(joints))
+    kept, sentences = _consistent(list(joints))
     good = {id(j) for loop in _loops(kept) for j in loop.joints}
     weak = [j for j in kept if id(j) not in good and not j.alone]
     for joint in weak:
-        said.append(
+        sentences.append(
             f"{joint.first} and {joint.second} fit together, but on too little to be believed "
             "without a third station that confirms it"
         )
@@ -107,17 +106,17 @@ def join(stations: Sequence[str], joints: Sequence[Joint]) -> PoseGraph:
         groups.append(group)
         left = [name for name in left if name not in group]
     groups.sort(key=lambda group: -len(group))
-    return PoseGraph(tuple(groups), tuple(kept), tuple(said))
+    return PoseGraph(tuple(groups), tuple(kept), tuple(sentences))
 
 
 def _consistent(joints: list[Joint]) -> tuple[list[Joint], list[str]]:
     """Joints without those that loops speak against, and what was dropped."""
-    said: list[str] = []
+    sentences: list[str] = []
     while True:
         loops = _loops(joints)
         bad = [loop for loop in loops if not loop.closes]
         if not bad:
-            return joints, said
+            return joints, sentences
         confirmed = {
             id(j): sum(any(j is k for k in loop.joints) for loop in loops if loop.closes)
             for j in joints
@@ -129,7 +128,7 @@ def _consistent(joints: list[Joint]) -> tuple[list[Joint], list[str]]:
         doubtful = [j for j in doubtful if not j.alone] or doubtful
         if least > 0:
             doubtful = [min(doubtful, key=lambda j: j.strength)]
-        said.append(_words(worst, doubtful))
+        sentences.append(_words(worst, doubtful))
         joints = [j for j in joints if not any(j is d for d in doubtful)]
 
 
@@ -159,9 +158,9 @@ def _loops(joints: Sequence[Joint]) -> list[_Loop]:
     out = []
     for a, b, c in combinations(names, 3):
         three = [by_ends.get(frozenset(pair)) for pair in ((a, b), (b, c), (a, c))]
-        found = [j for j in three if j is not None]
-        if len(found) == 3:
-            out.append(_closed(found, a))
+        sides = [j for j in three if j is not None]
+        if len(sides) == 3:
+            out.append(_closed(sides, a))
     tree = _tree(joints)
     for joint in joints:
         if any(joint is j for j in tree):

@@ -1,4 +1,4 @@
-"""What a station sees in every direction, and whether another station's points can be there.
+"""Views of stations, and whether the points of another station can be where a pose puts them.
 
 A place that lies in front of the surface which a scanner sees in that direction is empty: its beam
 went through. Points of another scan that fall into empty space, or into open sky, contradict the
@@ -69,11 +69,6 @@ _NEAREST_M = GATES.nearest_m
 _REACH_SHARE = GATES.reach_share
 
 
-# What is known of a station, or of a group of stations as if they were one: planes and views.
-#
-# Metres and radians, in the frame of the station or of the group.
-
-
 @dataclass(frozen=True, eq=False)
 class Surroundings:
     """Planes and views of a station or of a group.
@@ -98,12 +93,12 @@ def merged(stations: Mapping[str, Surroundings], poses: Mapping[str, Pose]) -> S
 
     poses : of some of the stations, the first of which gives the name.
     """
-    mine = [(pose, stations[name]) for name, pose in poses.items()]
+    parts = [(pose, stations[name]) for name, pose in poses.items()]
     return Surroundings(
         next(iter(poses)),
-        PlaneSet.joined([s.planes.placed(pose) for pose, s in mine]),
-        [(pose @ at, view) for pose, s in mine for at, view in s.views],
-        all(s.levelled for _, s in mine),
+        PlaneSet.joined([s.planes.placed(pose) for pose, s in parts]),
+        [(pose @ at, view) for pose, s in parts for at, view in s.views],
+        all(s.levelled for _, s in parts),
     )
 
 
@@ -116,11 +111,11 @@ def seen(
     the second's points, and of the first's.
     """
     total, there, back = Agreement(0, 0, 0, 0, 0), 0.0, 0.0
-    for at, mine in first.views:
-        for where, theirs in second.views:
+    for at, view_a in first.views:
+        for where, view_b in second.views:
             between = at.inverse @ first_from_second @ where
-            forward = agreement(theirs, mine, between)
-            backward = agreement(mine, theirs, between.inverse)
+            forward = agreement(view_b, view_a, between)
+            backward = agreement(view_a, view_b, between.inverse)
             total = total + forward + backward
             there, back = max(there, forward.overlap), max(back, backward.overlap)
     return total, there, back
@@ -221,9 +216,9 @@ def merged_view(views: Sequence[StationView]) -> StationView:
     )
 
 
-def agreement(mine: StationView, other: StationView, other_from_mine: Pose) -> Agreement:
+def agreement(view: StationView, other: StationView, other_from_mine: Pose) -> Agreement:
     """The points of one station in the view of another, carried there by a relative pose."""
-    moved = other_from_mine @ mine.points
+    moved = other_from_mine @ view.points
     counts = _compare(moved, other.near, other.far, other.looked, other.reach)
     return Agreement(*(int(c) for c in counts))
 

@@ -1,4 +1,4 @@
-"""A whole scan in planes, each with the covariance of its normal and offset (method section 8.3).
+"""Finds the planes of a scan, with covariances of normal and offset (method section 8.3).
 
 Regions are grown in the range image, fitted along the lines of sight, joined where they are one
 plane, fitted again and kept if large and flat enough.
@@ -129,7 +129,7 @@ _MOST_UNIT_SIGMA = GATES.most_unit_sigma
 _GRAZING_RAD = GATES.grazing_rad
 
 
-# Planes through labelled pixels by least squares along the lines of sight, all in one pass each.
+# Fit: planes through labelled pixels, least squares along the lines of sight, all in one pass.
 #
 # A plane is m . x = 1, so a beam d meets it at rho = 1 / (m . d). Residuals are ranges; the
 # variance of one is s_rho^2 + rho^2 s_ang^2 tan^2 psi; those beyond three sigmas are trimmed.
@@ -321,7 +321,7 @@ def taken_up(labels: Labels, group: Index) -> Labels:
     return np.asarray(table[labels])
 
 
-# Regions of a range image that are planes: blocks of pixels first, then the pixels around them.
+# Growing: regions of blocks of pixels first, then the pixels around them.
 #
 # The image is cut into blocks. A block whose points are flat is a seed or joins the region
 # beside it if it lies in its plane; the region's plane follows from sums over its blocks. In the
@@ -518,13 +518,13 @@ def _pixels(
 @njit(cache=True, nogil=True)
 def _nearest(point: Array, near: Labels, planes: Array, allowed: float) -> int:
     """The region whose plane is nearest to a point and within ``allowed`` [m], else -1."""
-    best, found = allowed, -1
+    best, region = allowed, -1
     for k in near:
         p = planes[k]
         off = abs((point[0] - p[0]) * p[3] + (point[1] - p[1]) * p[4] + (point[2] - p[2]) * p[5])
         if off < best:
-            best, found = off, k
-    return found
+            best, region = off, k
+    return region
 
 
 Labels = NDArray[np.int32]
@@ -591,13 +591,13 @@ def find_planes(
     planes: list[Plane] = []
     rejected: list[Rejected] = []
     order = np.argsort(-np.nan_to_num(fits.area), kind="stable")
-    wanted = [
+    large = [
         k
         for k in order
         if fits.area[k] > GATES.listed_area_share * least_area and np.isfinite(fits.m[k, 0])
     ]
-    members = _members(image, labels, np.array(wanted, dtype=np.int64), len(fits.m))
-    for k, member in zip(wanted, members, strict=True):
+    members = _members(image, labels, np.array(large, dtype=np.int64), len(fits.m))
+    for k, member in zip(large, members, strict=True):
         points = xyz[member]
         some = points[:: max(1, len(points) // GATES.outline_points)]
         reason = _reason(fits, k, sigma, least_area) or _curved(fits.m[k], some)
@@ -672,15 +672,15 @@ def _groups(fits: PlaneFits) -> NDArray[np.int64]:
 
 
 def _members(
-    image: RangeImage, labels: Labels, wanted: NDArray[np.int64], count: int
+    image: RangeImage, labels: Labels, regions: NDArray[np.int64], count: int
 ) -> list[NDArray[np.int32]]:
     """Numbers (n,) of the points of every wanted region."""
     rank = np.full(count + 1, -1, dtype=np.int64)
-    rank[wanted] = np.arange(len(wanted))
+    rank[regions] = np.arange(len(regions))
     flat = rank[labels.ravel()]
     chosen = np.flatnonzero(flat >= 0)
     chosen = chosen[np.argsort(flat[chosen], kind="stable")]
-    ends = np.searchsorted(flat[chosen], np.arange(len(wanted) + 1))
+    ends = np.searchsorted(flat[chosen], np.arange(len(regions) + 1))
     index = image.index.ravel()
     return [index[chosen[a:b]] for a, b in pairwise(ends)]
 

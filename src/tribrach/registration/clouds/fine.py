@@ -1,4 +1,4 @@
-"""Point to plane: how does one scan lie on another, from an approximate pose to the last tenth.
+"""Aligns one scan with another from an approximate pose, point to plane.
 
 The mean of every surfel is compared with the plane of the nearest one of the other scan, both ways
 (Chen and Medioni 1992). Residuals are weighted by what is known of them and by Tukey's loss with
@@ -147,16 +147,16 @@ def align(
     gate = max(gates[-1], FINE.gate_sigmas * spread if np.isfinite(spread) else 0.0)
     pairs.most = None
     pairs.look_up(pose, gate, anew=True)
-    found = pairs.matches(pose)
-    return FineAlignment(pose, found.subset(np.abs(found.residual) < gate), gate, settled)
+    matches = pairs.matches(pose)
+    return FineAlignment(pose, matches.subset(np.abs(matches.residual) < gate), gate, settled)
 
 
 def matched(a: Indexed, b: Indexed, pose: Pose, gate: float) -> Matches:
     """Matches of two scans as they lie, within a gate [m]."""
     pairs = _Pairs(a, b)
     pairs.look_up(pose, gate, anew=True)
-    found = pairs.matches(pose)
-    return found.subset(np.abs(found.residual) < gate)
+    matches = pairs.matches(pose)
+    return matches.subset(np.abs(matches.residual) < gate)
 
 
 class _Pairs:
@@ -198,11 +198,11 @@ class _Pairs:
     ) -> tuple[Index, Index]:
         """Surfels (k,) that have a match in the reference, and their matches (k,)."""
         if self.most is None or len(surfels) <= self.most:
-            found = _nearest(reference, surfels, pose, gate)
-            return np.flatnonzero(found >= 0), found[found >= 0]
+            nearest = _nearest(reference, surfels, pose, gate)
+            return np.flatnonzero(nearest >= 0), nearest[nearest >= 0]
         some = np.linspace(0, len(surfels) - 1, self.most).astype(np.int64)
-        found = _nearest(reference, surfels.subset(some), pose, gate)
-        return some[found >= 0], found[found >= 0]
+        nearest = _nearest(reference, surfels.subset(some), pose, gate)
+        return some[nearest >= 0], nearest[nearest >= 0]
 
     def matches(self, pose: Pose) -> Matches:
         """The comparison at a pose."""
@@ -237,10 +237,10 @@ def _nearest(reference: Indexed, surfels: Surfels, pose: Pose, gate: float) -> I
     limit = float(
         np.hypot(gate, FINE.reach_sizes * max(surfels.size.max(), reference.surfels.size.max()))
     )
-    far, found = reference.tree.query(
+    far, nearest = reference.tree.query(
         np.ascontiguousarray(moved), distance_upper_bound=limit, sqr_dists=False
     )
-    index = np.where(np.isfinite(far), found, 0).astype(np.int64)
+    index = np.where(np.isfinite(far), nearest, 0).astype(np.int64)
     other = reference.surfels
     alike = np.einsum("ni,ni->n", normal, other.normal[index]) > FINE.alike_cosine
     reach = np.hypot(gate, FINE.reach_sizes * np.maximum(surfels.size, other.size[index]))

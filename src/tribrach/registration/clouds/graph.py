@@ -1,4 +1,4 @@
-"""Stations joined by their clouds: loops that close as their covariances say, or which pair is bad.
+"""Tests the loops of pairs of clouds, leaves bad pairs out, and makes a network of the rest.
 
 Every pair is a relative pose with its covariance. Around a loop these compose to no motion at all;
 what is left has a covariance of its own and is tested (chi-square, six degrees of freedom). A pair
@@ -120,29 +120,29 @@ def consistent(edges: Sequence[CloudEdge]) -> Consistency:
     """
     kept = list(edges)
     dropped: list[CloudEdge] = []
-    said: list[str] = []
+    sentences: list[str] = []
     every = loops(edges)
     while True:
         present = loops(kept)
         bad = [loop for loop in present if not loop.closes]
         if not bad:
-            return Consistency(tuple(kept), tuple(dropped), tuple(every), tuple(said))
+            return Consistency(tuple(kept), tuple(dropped), tuple(every), tuple(sentences))
         worst = max(bad, key=lambda loop: loop.statistic / loop.limit)
         standing = {id(e): _standing(e, present) for e in worst.edges}
         least = min(standing.values())
         doubtful = [e for e in worst.edges if standing[id(e)] == least]
         names = " and ".join(e.name for e in doubtful)
         how = "is" if len(doubtful) == 1 else "are"
-        said.append(f"the loop {worst.words} does not close; {names} {how} not used")
+        sentences.append(f"the loop {worst.words} does not close; {names} {how} not used")
         kept = [e for e in kept if not any(e is d for d in doubtful)]
         dropped += doubtful
 
 
 def _standing(edge: CloudEdge, among: Sequence[StationLoop]) -> tuple[int, int]:
     """Closed loops, less open ones: the less, the more doubtful."""
-    mine = [loop for loop in among if any(edge is e for e in loop.edges)]
-    closed = sum(loop.closes for loop in mine)
-    return closed - (len(mine) - closed), closed
+    own = [loop for loop in among if any(edge is e for e in loop.edges)]
+    closed = sum(loop.closes for loop in own)
+    return closed - (len(own) - closed), closed
 
 
 def loops(edges: Sequence[CloudEdge]) -> list[StationLoop]:
@@ -263,11 +263,11 @@ def network_of(stations: Sequence[str], edges: Sequence[CloudEdge]) -> Network:
     )
     for name in stations[1:]:
         survey.station(name)
-    mine = [e for e in edges if e.ends <= set(stations)]
-    pairs = Counter(name for e in mine for name in e.ends)
-    shared = [(pairs[e.first] + pairs[e.second] + 2) / 4 for e in mine]
+    inner = [e for e in edges if e.ends <= set(stations)]
+    pairs = Counter(name for e in inner for name in e.ends)
+    shared = [(pairs[e.first] + pairs[e.second] + 2) / 4 for e in inner]
     observe(
         survey,
-        [replace(e, covariance=f * e.covariance) for e, f in zip(mine, shared, strict=True)],
+        [replace(e, covariance=f * e.covariance) for e, f in zip(inner, shared, strict=True)],
     )
     return survey.network()

@@ -1,4 +1,4 @@
-"""Two scans from nothing: where one lies in the other, how well that is held, or why not.
+"""Registers two scans without approximate values, or says why no pose can be taken.
 
 Proposals (plans, features, a given approximate pose) are moved to where they fit, judged by what
 agrees and what is seen through, and the best are fitted with all surfels. A pose is taken only if
@@ -98,7 +98,7 @@ class CloudPairGates:
 GATES = CloudPairGates()
 
 
-# Poses that may be right: moved to where they fit best, judged, doubles put together.
+# Candidates: proposals are moved to where they fit best and judged; doubles are one.
 
 
 class Origin(Enum):
@@ -143,9 +143,9 @@ def judged(
     good = [c for c in looked[: GATES.second_looks] if c.verdict.score >= least]
     # what the user gave is looked at in any case
     good += [c for c in looked[GATES.second_looks :] if c.origin is Origin.GIVEN]
-    found = refined(a, b, good)
-    slid = [place for c in found for place in _slid(a, b, few, c)]
-    return refined(a, b, [*found, *slid]) if slid else found
+    candidates = refined(a, b, good)
+    slid = [place for c in candidates for place in _slid(a, b, few, c)]
+    return refined(a, b, [*candidates, *slid]) if slid else candidates
 
 
 def _slid(
@@ -157,10 +157,10 @@ def _slid(
     tells where it is right, and who looked through that.
     """
     size = _size(a, b)
-    found = align(few[0], few[1], c.pose, [GATES.second_gates_sizes[-1] * size], steps=1)
-    if len(found.matches) < GATES.fewest_matches:
+    alignment = align(few[0], few[1], c.pose, [GATES.second_gates_sizes[-1] * size], steps=1)
+    if len(alignment.matches) < GATES.fewest_matches:
         return []
-    unheld = relative_covariance(few[0], few[1], found).unheld
+    unheld = relative_covariance(few[0], few[1], alignment).unheld
     if unheld.shape[1] != 1 or np.linalg.norm(unheld[:3, 0]) < GATES.slide_share:
         return []
     along = unheld[:3, 0] / np.linalg.norm(unheld[:3, 0])
@@ -287,16 +287,16 @@ def register_pair(
     rivals = _rivals(best, [f for f in fits if f is not best])
     near = [f for f in (best, *rivals) if prior is not None and not _wrong(f.pose, prior)]
     if rivals and len(near) == 1:
-        said = (
+        sentence = (
             f"{a.name} and {b.name} fit in {len(rivals) + 1} places alike; the one at the "
             "approximate pose is taken"
         )
         best = _with_all(a, b, near[0], floor)
-        sentences = [said, *best.precision.sentences(a.name, b.name)]
+        sentences = [sentence, *best.precision.sentences(a.name, b.name)]
         return CloudPair(a.name, b.name, best, (), tuple(sentences))
     if rivals:
-        said = _ambiguous(a.name, b.name, best, rivals)
-        return CloudPair(a.name, b.name, None, (best, *rivals), (said,))
+        sentence = _ambiguous(a.name, b.name, best, rivals)
+        return CloudPair(a.name, b.name, None, (best, *rivals), (sentence,))
     best = _with_all(a, b, best, floor)
     sentences = best.precision.sentences(a.name, b.name)
     if prior is not None:
@@ -314,8 +314,8 @@ def _fits(
     fits: list[PairFit] = []
     for c in judged(a, b, proposed):
         alike = sum(_alike(f, c.pose) for f in fits)
-        wanted = len(fits) < GATES.fitted and alike < GATES.fitted_alike
-        if _possible(c.verdict) and (wanted or c.origin is Origin.GIVEN):
+        room = len(fits) < GATES.fitted and alike < GATES.fitted_alike
+        if _possible(c.verdict) and (room or c.origin is Origin.GIVEN):
             fit = _fitted(a, b, c, floor)
             fits += [] if fit is None else [fit]
     return sorted((f for f in fits if _possible(f.verdict)), key=lambda f: -f.verdict.score)
@@ -325,13 +325,13 @@ def _fitted(
     a: PreparedScan, b: PreparedScan, c: Candidate, floor: tuple[float, float]
 ) -> PairFit | None:
     """A candidate with some of the fine surfels; None if hardly any match."""
-    found = align(a.some, b.some, c.pose)
-    if len(found.matches) < GATES.fewest_matches:
+    alignment = align(a.some, b.some, c.pose)
+    if len(alignment.matches) < GATES.fewest_matches:
         return None
-    precision = relative_covariance(a.some, b.some, found, floor)
-    tolerance = max(GATES.agrees_m, GATES.agrees_sigmas * found.rms)
-    verdict = judge(a.some, b.some, (a.view, b.view), found.pose, tolerance)
-    return PairFit(found, precision, verdict, c.origin)
+    precision = relative_covariance(a.some, b.some, alignment, floor)
+    tolerance = max(GATES.agrees_m, GATES.agrees_sigmas * alignment.rms)
+    verdict = judge(a.some, b.some, (a.view, b.view), alignment.pose, tolerance)
+    return PairFit(alignment, precision, verdict, c.origin)
 
 
 def _with_all(
@@ -340,11 +340,11 @@ def _with_all(
     """The chosen one with all surfels."""
     if a.some is a.fine and b.some is b.fine:
         return fit
-    found = align(a.fine, b.fine, fit.pose, FINE.gates_m[1:])
-    if len(found.matches) < len(fit.alignment.matches):
+    alignment = align(a.fine, b.fine, fit.pose, FINE.gates_m[1:])
+    if len(alignment.matches) < len(fit.alignment.matches):
         return fit
     return replace(
-        fit, alignment=found, precision=relative_covariance(a.fine, b.fine, found, floor)
+        fit, alignment=alignment, precision=relative_covariance(a.fine, b.fine, alignment, floor)
     )
 
 

@@ -60,11 +60,11 @@ class PreparedScanGates:
 GATES = PreparedScanGates()
 
 
-# How far did a scanner see in every direction? What lies nearer there was not in its way.
+# The view: how far a scanner saw in every direction. What lies nearer there was not in its way.
 #
 # A coarse image of the smallest range in every half degree of H and V, or in every degree of a scan
-# with few points. A surface that another scan places
-# clearly nearer than anything in that direction contradicts the pose: the beams went through it.
+# with few points. A surface that another scan places clearly nearer than anything in that direction
+# contradicts the pose: the beams went through it.
 # Directions without points (sky, glass) say nothing. Scanner frame, metres.
 
 

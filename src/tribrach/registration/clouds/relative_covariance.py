@@ -1,4 +1,4 @@
-"""How well do matched surfels hold the relative pose? Neighbours share errors; corridors slide.
+"""Covariance of a relative pose from matched surfels, whose neighbours share errors.
 
 Residuals are not independent: neighbours share waves of the surface, beams, and the planes that
 they are compared with, and both directions compare the same points. Three things make the
@@ -98,32 +98,32 @@ class RelativeCovariance:
 
     def sentences(self, a: str, b: str) -> list[str]:
         """What is weak, in words, for stations a and b."""
-        said = [
+        out = [
             f"the overlap of {a} and {b} does not hold {_words(d, self.lever)} (axes of {a}); "
             f"there its sigma is set to {self.lever:.1f} m"
             for d in self.unheld.T
         ]
         if self.rank and self.places < GATES.fewest_places:
-            said.append(
+            out.append(
                 f"a direction of the pose between {a} and {b} is held by about "
                 f"{self.places:.0f} places only"
             )
-        return said
+        return out
 
 
 def relative_covariance(
-    a: Indexed, b: Indexed, found: FineAlignment, floor: tuple[float, float] = GATES.floor
+    a: Indexed, b: Indexed, alignment: FineAlignment, floor: tuple[float, float] = GATES.floor
 ) -> RelativeCovariance:
     """Covariance of an alignment with at least ten matches.
 
     floor : sigmas [m], [rad] added to shifts of the middle and turns about it.
     """
-    m = found.matches
+    m = alignment.matches
     middle = m.point.mean(axis=0)
     lever = float(np.sqrt(((m.point - middle) ** 2).sum(axis=1).mean()))
     design = np.concatenate([m.normal, np.cross((m.point - middle) / lever, m.normal)], axis=1)
-    u = (m.residual / found.gate) ** 2
-    alone = 1 / (m.sigma**2 + (found.gate / FINE.gate_sigmas) ** 2)
+    u = (m.residual / alignment.gate) ** 2
+    alone = 1 / (m.sigma**2 + (alignment.gate / FINE.gate_sigmas) ** 2)
     weight = (1 - u) ** 2 * alone
     # Tukey's loss gives way: its slope, not its weight, is what holds (Huber 1981, chapter 7)
     slope = np.maximum((1 - u) * (1 - 5 * u) * alone, GATES.least_slope * weight)
@@ -138,7 +138,7 @@ def relative_covariance(
     local = local * np.outer(scale, scale)
     local = local + np.diag(np.repeat(np.square(floor), 3))
     return RelativeCovariance(
-        covariance=_at_origin(local, found.pose, middle),
+        covariance=_at_origin(local, alignment.pose, middle),
         middle=middle,
         local=local,
         observations=len(m),
@@ -244,12 +244,12 @@ def _at_origin(local: Array, pose: Pose, middle: Array) -> Array:
 def _words(direction: Array, lever: float) -> str:
     """What a direction (6,) moves."""
     shift, turn = direction[:3], direction[3:]
-    said = []
+    parts = []
     if np.linalg.norm(shift) > GATES.told_part:
-        said.append("a shift along " + _axis(shift))
+        parts.append("a shift along " + _axis(shift))
     if np.linalg.norm(turn) > GATES.told_part:
-        said.append("a turn about " + _axis(turn))
-    return " together with ".join(said)
+        parts.append("a turn about " + _axis(turn))
+    return " together with ".join(parts)
 
 
 def _axis(vector: Array) -> str:

@@ -1,7 +1,9 @@
-"""A pose by kiss-matcher (Lim et al. 2025), where it is installed: ``pip install tribrach[kiss]``.
+"""Proposes poses of one scan in another, without approximate values.
 
-Local shapes are matched and the largest consistent set of matches gives the pose, whatever the
-attitude of the scans. It is a proposal like others: judged by the clouds before it is believed.
+Plans of upright scans are correlated at every heading and shift. Where it is installed
+(``pip install tribrach[kiss]``), kiss-matcher (Lim et al. 2025) proposes one more, whatever the
+attitude of the scans: local shapes are matched and the largest consistent set gives the pose.
+Proposals are judged by the clouds before they are believed.
 """
 
 from __future__ import annotations
@@ -80,7 +82,7 @@ class PlanSearchGates:
 GATES = PlanSearchGates()
 
 
-# Where may one upright scan lie in another? Every heading and every shift of the plan is tried.
+# Plans: of two upright scans every heading and every shift of the plan is tried.
 #
 # Walls are drawn into a plan as vectors: the horizontal normal of each surfel as a complex
 # number, so that walls that face each other cancel instead of matching. For each heading one
@@ -139,13 +141,13 @@ def _upright_poses(a: Surfels, b: Surfels, kept: int) -> list[Pose]:
     )
     count = int(np.ceil(2 * np.pi / step))
     base = np.conj(fft.fft2(_blurred(_drawn(walls[0], 0.0, cell, radius[0]))))
-    found = []
+    peaks = []
     for number in range(count):
         heading = 2 * np.pi * number / count
         moved = fft.fft2(_drawn(walls[1], heading, cell, radius[1]))
         score = np.real(fft.ifft2(base * moved))
-        found += [(s, heading, x, y) for s, x, y in _peaks(score, cell)]
-    distinct = _distinct(found, cell, 2 * np.pi / count, kept)
+        peaks += [(s, heading, x, y) for s, x, y in _peaks(score, cell)]
+    distinct = _distinct(peaks, cell, 2 * np.pi / count, kept)
     # the correlation puts a at b shifted by (x, y): b lies in a at the opposite
     return [pose for _, h, x, y in distinct for pose in _raised(a, b, h, -x, -y)]
 
@@ -193,10 +195,10 @@ def _peaks(score: NDArray[np.float32], cell: float) -> list[tuple[float, float, 
 
 
 def _distinct(
-    found: list[tuple[float, float, float, float]], cell: float, step: float, kept: int
+    peaks: list[tuple[float, float, float, float]], cell: float, step: float, kept: int
 ) -> list[tuple[float, float, float, float]]:
     """The best places, each far enough from all better ones."""
-    table = np.array(sorted(found, reverse=True))
+    table = np.array(sorted(peaks, reverse=True))
     if len(table) == 0:
         return []
     out: list[int] = []
@@ -278,11 +280,11 @@ def kiss_pose(a: Surfels, b: Surfels) -> Pose | None:
     matcher = kiss_matcher.KISSMatcher(
         kiss_matcher.KISSMatcherConfig(GATES.kiss_voxel_sizes * size)
     )
-    found = matcher.estimate(*(list(x.center.astype(np.float32)) for x in (b, a)))
-    rotation = np.asarray(found.rotation, dtype=np.float64)
-    if not found.valid or np.abs(rotation @ rotation.T - np.eye(3)).max() > GATES.kiss_skewed:
+    estimate = matcher.estimate(*(list(x.center.astype(np.float32)) for x in (b, a)))
+    rotation = np.asarray(estimate.rotation, dtype=np.float64)
+    if not estimate.valid or np.abs(rotation @ rotation.T - np.eye(3)).max() > GATES.kiss_skewed:
         return None
     u, _, vt = np.linalg.svd(rotation)
     if np.linalg.det(u @ vt) < 0:
         return None
-    return Pose(u @ vt, np.asarray(found.translation, dtype=np.float64).reshape(3))
+    return Pose(u @ vt, np.asarray(estimate.translation, dtype=np.float64).reshape(3))

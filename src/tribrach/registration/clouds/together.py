@@ -1,4 +1,4 @@
-"""All scans from nothing: pairs, loops, one adjustment, and what the clouds say of it afterwards.
+"""Registers all scans: pairs, loops, one adjustment, and how the placed clouds differ.
 
 Every pair of scans is tried; what overlaps is found, not told. Pairs become observations of a
 network (one for each group of stations that hang together), the first station of each held.
@@ -66,7 +66,7 @@ class DifferenceGates:
 GATES = DifferenceGates()
 
 
-# Do two placed clouds differ as much as their uncertainty says?
+# Differences: two placed clouds should differ as much as their uncertainty says.
 #
 # On flat places that both stations see, the mean of one cloud lies off the plane of the other by
 # noise, and by what is uncertain of the relative pose: ``s^2 = s_1^2/n_1 + s_2^2/n_2 + s_plane^2 +
@@ -105,26 +105,26 @@ def differences(
     pose : of b in a; covariance (6, 6) : of it, left increments in a: of the translation [m] and
     of the turn about the scanner of b [rad]; gate : larger differences are other surfaces [m].
     """
-    found = matched(a.fine, b.fine, pose, gate)
+    matches = matched(a.fine, b.fine, pose, gate)
     s, t = a.fine.surfels, b.fine.surfels
-    flat = _flat(s)[found.first] & _flat(t)[found.second]
-    flat &= s.size[found.first] == t.size[found.second]
-    found = found.subset(flat & found.forward)
+    flat = _flat(s)[matches.first] & _flat(t)[matches.second]
+    flat &= s.size[matches.first] == t.size[matches.second]
+    matches = matches.subset(flat & matches.forward)
     # the few that are beyond all noise are edges
-    limit = GATES.edge_sigmas * robust_sigma(found.residual, about=0.0) if len(found) else 0.0
-    found = found.subset(np.abs(found.residual) <= limit)
-    if len(found) < GATES.fewest_places:
+    limit = GATES.edge_sigmas * robust_sigma(matches.residual, about=0.0) if len(matches) else 0.0
+    matches = matches.subset(np.abs(matches.residual) <= limit)
+    if len(matches) < GATES.fewest_places:
         return None
-    i, j = found.first, found.second
-    q = found.point - s.center[i]
-    along = np.maximum((q**2).sum(axis=1) - found.residual**2, 0.0)
+    i, j = matches.first, matches.second
+    q = matches.point - s.center[i]
+    along = np.maximum((q**2).sum(axis=1) - matches.residual**2, 0.0)
     plane = s.sigma_offset[i] ** 2 * (1 + 0.5 * along * (1 / s.width[i] ** 2).sum(axis=1))
     noise = plane + t.sigma_offset[j] ** 2
-    rows = along_normals(found.point, found.normal, pose.translation)
+    rows = along_normals(matches.point, matches.normal, pose.translation)
     registered = np.einsum("ni,ij,nj->n", rows, covariance, rows)
     return Differences(
-        len(found),
-        float(np.sqrt((found.residual**2).mean())),
+        len(matches),
+        float(np.sqrt((matches.residual**2).mean())),
         float(np.sqrt(noise.mean())),
         float(np.sqrt(max(registered.mean(), 0.0))),
     )
@@ -203,31 +203,31 @@ def pairwise(
 def settled(scans: Sequence[PreparedScan], pairs: Sequence[CloudPair]) -> CloudRegistration:
     """Loops, groups and adjusted poses from pairs."""
     joints = [CloudEdge(p.a, p.b, p.fit.pose, p.fit.precision.covariance) for p in pairs if p.fit]
-    found = consistent(joints)
+    consistency = consistent(joints)
     names = [scan.name for scan in scans]
     by_name = {scan.name: scan for scan in scans}
-    hung = [_group(by_name, group, found.used) for group in groups(names, found.used)]
-    said = [s for p in pairs if p.fit for s in p.sentences]
-    said += _refusals(pairs, hung)
-    said += found.sentences
+    hung = [_group(by_name, group, consistency.used) for group in groups(names, consistency.used)]
+    sentences = [s for p in pairs if p.fit for s in p.sentences]
+    sentences += _refusals(pairs, hung)
+    sentences += consistency.sentences
     for group in hung:
-        said += [
+        sentences += [
             f"the pair {e.first} - {e.second} contradicts the network (test {e.statistic:.1f}, "
             f"limit {e.limit:.1f})"
             for e in group.edges
             if e.outlying and e.statistic is not None and e.limit is not None
         ]
     if len(hung) > 1:
-        said.append(_apart(pairs, hung))
-    return CloudRegistration(pairs, found, hung, tuple(said))
+        sentences.append(_apart(pairs, hung))
+    return CloudRegistration(pairs, consistency, hung, tuple(sentences))
 
 
 def _refusals(pairs: Sequence[CloudPair], hung: Sequence[CloudGroup]) -> list[str]:
     """Why pairs between stations that nothing else joins were not registered, at most ten."""
     number = {name: k for k, group in enumerate(hung) for name in group.stations}
-    said = [s for p in pairs if not p.fit and number[p.a] != number[p.b] for s in p.sentences]
-    left = len(said) - GATES.most_refusals
-    return said[: GATES.most_refusals] + (
+    sentences = [s for p in pairs if not p.fit and number[p.a] != number[p.b] for s in p.sentences]
+    left = len(sentences) - GATES.most_refusals
+    return sentences[: GATES.most_refusals] + (
         [f"{left} more pairs were not registered"] if left > 0 else []
     )
 

@@ -1,4 +1,4 @@
-"""Does a scan lie right on another? What agrees, what is seen through, what finds nothing.
+"""Judges a relative pose: what agrees, what is seen through, what finds nothing.
 
 Every surfel of either scan is asked for in the other: it agrees if a surfel with a like normal lies
 there, it is contradicted if the other scanner looked through its place, it is missed if something
@@ -98,11 +98,11 @@ def _direction(
     """Areas of ``here`` that agree, stand and agree, are seen through, are missed; pieces."""
     s, t = here.surfels, there.surfels
     points, normals = pose @ s.center, s.normal @ pose.rotation.T
-    far, found = there.tree.query(np.ascontiguousarray(points), sqr_dists=False)
-    found = found.astype(np.int64)
-    off = np.abs(np.einsum("ni,ni->n", t.normal[found], points - t.center[found]))
-    alike = np.einsum("ni,ni->n", normals, t.normal[found]) > GATES.alike_cosine
-    near = far < np.hypot(tolerance, np.maximum(s.size, t.size[found]))
+    far, nearest = there.tree.query(np.ascontiguousarray(points), sqr_dists=False)
+    nearest = nearest.astype(np.int64)
+    off = np.abs(np.einsum("ni,ni->n", t.normal[nearest], points - t.center[nearest]))
+    alike = np.einsum("ni,ni->n", normals, t.normal[nearest]) > GATES.alike_cosine
+    near = far < np.hypot(tolerance, np.maximum(s.size, t.size[nearest]))
     agree = near & alike & (off < tolerance)
     ranges = np.linalg.norm(points, axis=1)
     seen = view.judge(points, GATES.margin_m + GATES.margin_per_metre * ranges + s.size)

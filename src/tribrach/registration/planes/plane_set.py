@@ -1,4 +1,4 @@
-"""The planes of one station as arrays, and which planes of two stations are one surface.
+"""The planes of one station as arrays, and how much of a plane another one covers.
 
 Normals look towards the scanner, so that the two sides of a wall are two planes. Scanner frame,
 metres and radians.

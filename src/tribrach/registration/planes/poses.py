@@ -1,4 +1,4 @@
-"""Relative poses of two stations from their planes, found without approximate values.
+"""Finds relative poses of two stations by their planes, without approximate values.
 
 Turns and shifts that bring many planes together are refined over all planes that then lie on each
 other and overlap; what the views of the two stations contradict is dropped. What is left is one
@@ -111,7 +111,7 @@ class PlanePairGates:
 GATES = PlanePairGates()
 
 
-# Turns between two stations under which the normals of their planes fall together.
+# Turns that bring the normals of two stations together.
 #
 # Levelled stations differ by one angle about the plumb line, and every pair of walls proposes
 # one; others differ by three, and every pair of planes that enclose the same angle in both scans
@@ -174,10 +174,10 @@ def _turns(first: PlaneSet, second: PlaneSet) -> Array:
     a, b = first.normal[: GATES.turning_planes], second.normal[: GATES.turning_planes]
     i, k = np.triu_indices(len(a), 1)
     j, m = np.nonzero(~np.eye(len(b), dtype=bool))
-    mine = np.arccos(np.clip(np.einsum("ni,ni->n", a[i], a[k]), -1, 1))
-    theirs = np.arccos(np.clip(np.einsum("ni,ni->n", b[j], b[m]), -1, 1))
-    wide = (mine > GATES.crossing_rad) & (mine < np.pi - GATES.crossing_rad)
-    p, q = np.nonzero((np.abs(mine[:, None] - theirs[None]) < GATES.turn_rad) & wide[:, None])
+    angles_a = np.arccos(np.clip(np.einsum("ni,ni->n", a[i], a[k]), -1, 1))
+    angles_b = np.arccos(np.clip(np.einsum("ni,ni->n", b[j], b[m]), -1, 1))
+    wide = (angles_a > GATES.crossing_rad) & (angles_a < np.pi - GATES.crossing_rad)
+    p, q = np.nonzero((np.abs(angles_a[:, None] - angles_b[None]) < GATES.turn_rad) & wide[:, None])
     area = np.minimum(
         np.minimum(first.area[i[p]], first.area[k[p]]),
         np.minimum(second.area[j[q]], second.area[m[q]]),
@@ -225,7 +225,7 @@ def _angle(one: Array, two: Array) -> float:
     return float(np.arccos(np.clip((np.trace(one.T @ two) - 1) / 2, -1, 1)))
 
 
-# Shifts between two stations under which, once turned, the offsets of their planes fall together.
+# Shifts that bring the offsets of the planes together once the stations are turned.
 #
 # Every pair of parallel planes proposes a shift along their normal. Along three independent
 # directions the proposals with most support are combined; all other planes then say which of the
@@ -249,19 +249,19 @@ def shifts(first: PlaneSet, second: PlaneSet, rotation: Array) -> tuple[Array, A
     """
     i, j = fitting_pairs(first, second, rotation)
     weight = pair_weights(first, second, i, j)
-    wanted = first.offset[i] - second.offset[j]
-    axes = _shift_axes(first.normal[i], wanted, weight)[: GATES.combined_directions]
-    found: list[Array] = []
+    offsets_between = first.offset[i] - second.offset[j]
+    axes = _shift_axes(first.normal[i], offsets_between, weight)[: GATES.combined_directions]
+    proposals: list[Array] = []
     for triple in combinations(axes, 3):
         units = np.array([axis.unit for axis in triple])
         if np.linalg.svd(units, compute_uv=False)[-1] < GATES.independent:
             continue
         values = np.array(list(product(*(axis.values for axis in triple))))
-        found.append(values @ np.linalg.inv(units).T)
-    if not found:
+        proposals.append(values @ np.linalg.inv(units).T)
+    if not proposals:
         return np.zeros((0, 3)), np.zeros(0)
-    shift = np.concatenate(found)
-    support = _shift_support(shift, first.normal[i], wanted, weight, i)
+    shift = np.concatenate(proposals)
+    support = _shift_support(shift, first.normal[i], offsets_between, weight, i)
     order = np.argsort(-support, kind="stable")
     kept: list[int] = []
     for k in order:
@@ -290,17 +290,17 @@ def _directions(normal: Array) -> Array:
     return np.asarray(directions.T @ directions)
 
 
-def _shift_axes(normal: Array, wanted: Array, weight: Array) -> list[_Axis]:
+def _shift_axes(normal: Array, offsets_between: Array, weight: Array) -> list[_Axis]:
     """Directions of pairs (p, 3) with their best proposals, those of most weight first."""
     out: list[_Axis] = []
     left = np.ones(len(normal), dtype=bool)
     while left.any():
         head = normal[np.flatnonzero(left)[np.argmax(weight[left])]]
         cosine = normal @ head
-        mine = left & (np.abs(cosine) > np.cos(GATES.direction_rad))
-        values = (wanted * np.sign(cosine))[mine]
-        out.append(_Axis(head, _peaks(values, weight[mine]), float(weight[mine].sum())))
-        left &= ~mine
+        alike = left & (np.abs(cosine) > np.cos(GATES.direction_rad))
+        values = (offsets_between * np.sign(cosine))[alike]
+        out.append(_Axis(head, _peaks(values, weight[alike]), float(weight[alike].sum())))
+        left &= ~alike
     return sorted(out, key=lambda axis: -axis.weight)
 
 
@@ -327,14 +327,14 @@ def _median(values: Array, weight: Array) -> float:
 
 
 def _shift_support(
-    shift: Array, normal: Array, wanted: Array, weight: Array, owner: Index
+    shift: Array, normal: Array, offsets_between: Array, weight: Array, owner: Index
 ) -> Array:
     """Weight (t,) of the first station's planes that have a counterpart under each shift."""
     starts = np.flatnonzero(np.r_[True, np.diff(owner) > 0])
     out = np.empty(len(shift))
     for a in range(0, len(shift), 2000):
         some = shift[a : a + 2000]
-        good = np.abs(some @ normal.T - wanted) < GATES.offset_m
+        good = np.abs(some @ normal.T - offsets_between) < GATES.offset_m
         best = np.maximum.reduceat(np.where(good, weight, 0.0), starts, axis=1)
         out[a : a + 2000] = best.sum(axis=1)
     return out
@@ -382,24 +382,25 @@ class PairPoses:
 def pair_poses(first: Surroundings, second: Surroundings) -> PairPoses:
     """Possible relative poses of two stations."""
     levelled = first.levelled and second.levelled
-    mine, theirs = first.planes.largest(GATES.most_planes), second.planes.largest(GATES.most_planes)
+    planes_a = first.planes.largest(GATES.most_planes)
+    planes_b = second.planes.largest(GATES.most_planes)
     for one in (first, second):
         lacking = open_directions(one.planes.normal)
         if len(lacking):
             return PairPoses(first.name, second.name, (), lacking, one.name)
     trials: list[tuple[float, Pose]] = []
-    for turn in rotations(mine, theirs, levelled):
-        shift, support = shifts(mine, theirs, turn)
+    for turn in rotations(planes_a, planes_b, levelled):
+        shift, support = shifts(planes_a, planes_b, turn)
         trials += [(float(s), Pose(turn, t)) for s, t in zip(support, shift, strict=True)]
     trials.sort(key=lambda trial: -trial[0])
-    found: list[PlanePose] = []
+    fits: list[PlanePose] = []
     for _, start in trials[: GATES.close_looks]:
-        if any(_same(start, other.pose) for other in found):
+        if any(_same(start, other.pose) for other in fits):
             continue
         fit = refined(first, second, start)
-        if fit is not None and not any(_same(fit.pose, other.pose) for other in found):
-            found.append(fit)
-    good = decided(found)
+        if fit is not None and not any(_same(fit.pose, other.pose) for other in fits):
+            fits.append(fit)
+    good = decided(fits)
     if good and len(good[0].open):
         return PairPoses(first.name, second.name, (), good[0].open, first.name)
     good = tuple(f for f in good if len(f.open) == 0)
@@ -489,8 +490,8 @@ def information(
     across = np.where(here[:, None], turned, normal)
     by_pose = np.concatenate([across, np.cross(place, across)], axis=1)
     off = np.einsum("pi,pi->p", across, gap)
-    mine, theirs = (_swung(first, i, -gap), _swung(second, j, gap @ pose.rotation))
-    swung = np.where(here[:, None], theirs, mine)
+    by_first, by_second = (_swung(first, i, -gap), _swung(second, j, gap @ pose.rotation))
+    swung = np.where(here[:, None], by_second, by_first)
     spread = joint[:, 2, 2] + floor[1] ** 2 + swung[:, 0] + swung[:, 1] * floor[0] ** 2
     away = 1 / np.sqrt(spread)
     design = np.concatenate([rows.reshape(-1, 6), by_pose * away[:, None]])
@@ -536,12 +537,12 @@ def _same(one: Pose, other: Pose) -> bool:
     return near and bool(np.arccos(np.clip(cosine, -1, 1)) < GATES.same_rad)
 
 
-def decided(found: Sequence[PlanePose]) -> tuple[PlanePose, ...]:
+def decided(fits: Sequence[PlanePose]) -> tuple[PlanePose, ...]:
     """The best of several poses and those that are nearly as good, by what contradicts them."""
-    if not found:
+    if not fits:
         return ()
-    most = max(f.seen.agree for f in found)
-    good = [f for f in found if f.seen.agree > GATES.rival_agrees * most]
+    most = max(f.seen.agree for f in fits)
+    good = [f for f in fits if f.seen.agree > GATES.rival_agrees * most]
     best = min(good, key=lambda f: f.seen.conflict - GATES.agreement_weight * f.seen.agree / most)
     limit = max(GATES.rival_times * best.seen.conflict, best.seen.conflict + GATES.rival_more)
     rivals = [f for f in good if f is not best and f.seen.conflict <= limit]

@@ -1,4 +1,4 @@
-"""All stations by their planes: every pair is searched, good pairs are joined, the rest explained.
+"""Joins all stations by their planes, and explains those that are not joined.
 
 A pair that fits in several ways is not decided by itself; where one of its stations hangs with
 others, their views may leave one way only. What stays open is said in words, with what would close
@@ -90,14 +90,14 @@ def register_by_planes(
     joints, clashes = _united([_joint(p) for p in pairs if p.sure], further)
     joints = [_doubted(joint, known or {}) for joint in joints]
     graph = join(names, joints)
-    said = [*clashes, *graph.sentences]
+    sentences = [*clashes, *graph.sentences]
     by_name = {s.name: s for s in stations}
     while True:
         more = _settled(by_name, pairs, graph)
         if more is None:
             break
         joints.append(more)
-        said.append(
+        sentences.append(
             f"{more.first} and {more.second} fit in several ways by their planes; the views of "
             "the stations around leave one"
         )
@@ -109,13 +109,13 @@ def register_by_planes(
         joints.append(more)
         graph = join(names, joints)
         group = next(group for group in graph.groups if more.first in group)
-        said.append(
+        sentences.append(
             f"{more.second} shares too few planes with any one station, but enough with several "
             f"of {', '.join(name for name in group if name != more.second)} together"
         )
     alone = [next(iter(group)) for group in graph.groups if len(group) == 1]
     obstacles = {name: _obstacle(by_name[name], pairs) for name in alone}
-    return PlaneRegistration(graph.groups, tuple(pairs), tuple(said), obstacles)
+    return PlaneRegistration(graph.groups, tuple(pairs), tuple(sentences), obstacles)
 
 
 def _joint(pair: PairPoses, chosen: PlanePose | None = None) -> Joint:
@@ -128,7 +128,7 @@ def _joint(pair: PairPoses, chosen: PlanePose | None = None) -> Joint:
 def _united(joints: Sequence[Joint], further: Sequence[Joint]) -> tuple[list[Joint], list[str]]:
     """Joints of two kinds, one for each pair; pairs on which they contradict each other."""
     others = {j.ends: j for j in further}
-    out, said = [], []
+    out, sentences = [], []
     for joint in joints:
         other = others.pop(joint.ends, None)
         if other is None:
@@ -140,11 +140,11 @@ def _united(joints: Sequence[Joint], further: Sequence[Joint]) -> tuple[list[Joi
         if gap < LOOP.gap_m and turn < LOOP.turn_rad:
             out.append(replace(joint, alone=True))
         else:
-            said.append(
+            sentences.append(
                 f"planes and clouds of {joint.first} and {joint.second} contradict each other by "
                 f"{gap:.2f} m and {np.degrees(turn):.2f} deg: neither joins them"
             )
-    return [*out, *others.values()], said
+    return [*out, *others.values()], sentences
 
 
 def _doubted(joint: Joint, known: Mapping[str, Pose]) -> Joint:
@@ -163,13 +163,13 @@ def _settled(
     """A pair with several poses of which the other stations of its groups leave one."""
     group_of = {name: group for group in graph.groups for name in group}
     for pair in pairs:
-        mine, theirs = group_of[pair.first], group_of[pair.second]
-        if len(pair.poses) < 2 or mine is theirs or len(mine) + len(theirs) < 3:
+        one_group, other_group = group_of[pair.first], group_of[pair.second]
+        if len(pair.poses) < 2 or one_group is other_group or len(one_group) + len(other_group) < 3:
             continue
-        here, there = merged(stations, mine), merged(stations, theirs)
+        here, there = merged(stations, one_group), merged(stations, other_group)
         trials = []
         for pose in pair.poses:
-            between = mine[pair.first] @ pose.pose @ theirs[pair.second].inverse
+            between = one_group[pair.first] @ pose.pose @ other_group[pair.second].inverse
             trials.append(replace(pose, seen=seen(here, there, between)[0]))
         left = decided(trials)
         if len(left) == 1:
@@ -202,20 +202,20 @@ def _obstacle(station: Surroundings, pairs: Sequence[PairPoses]) -> str:
     own = open_directions(station.planes.normal)
     if len(own):
         return lacking_words(station, own)
-    mine = [p for p in pairs if station.name in (p.first, p.second)]
-    several = [p for p in mine if len(p.poses) > 1]
+    own_pairs = [p for p in pairs if station.name in (p.first, p.second)]
+    several = [p for p in own_pairs if len(p.poses) > 1]
     if several:
         return _ways(station.name, max(several, key=lambda p: len(p.poses)))
-    lacking = [p for p in mine if p.lacking and len(p.open)]
+    lacking = [p for p in own_pairs if p.lacking and len(p.open)]
     shared = [p for p in lacking if p.lacking == p.first and len(p.open) < 3]
-    if shared and len(shared) == len(mine) and not any(p.sure for p in mine):
+    if shared and len(shared) == len(own_pairs) and not any(p.sure for p in own_pairs):
         pair = min(shared, key=lambda p: len(p.open))
         other = pair.second if pair.first == station.name else pair.first
         return (
             f"the planes that it has in common with {other} leave open {_along(pair.open)}; a "
             f"plane across that direction that both see, a target or their clouds would hold it"
         )
-    if any(p.sure for p in mine):
+    if any(p.sure for p in own_pairs):
         return "the pairs that it fits contradict the others, or nothing confirms them"
     return (
         f"none of its {len(station.planes)} planes lie on those of another station without putting "

@@ -1,4 +1,4 @@
-"""Which planes of which stations are one surface, once the stations have approximate poses?
+"""Finds the planes of stations that are one surface, once the stations have poses.
 
 Two patches are one if they look the same way, overlap, and agree in tilt and offset within their
 covariances and what the poses may be wrong by; what agrees with one patch that agrees with another
@@ -79,26 +79,26 @@ def tie_planes(
     taking = [s for s in stations if s.name in poses and len(s.planes)]
     first = np.cumsum([0] + [len(s.planes) for s in taking])
     size = int(first[-1])
-    found: dict[tuple[int, int], tuple[Index, Array]] = {}
+    agreeing: dict[tuple[int, int], tuple[Index, Array]] = {}
     for a, b in combinations(range(len(taking)), 2):
         one, two = taking[a], taking[b]
         if groups is not None and not any(one.name in g and two.name in g for g in groups):
             continue
         pairs, away = _agreeing(one, two, poses[one.name].inverse @ poses[two.name], slack)
         if len(pairs):
-            found[a, b] = pairs, away
+            agreeing[a, b] = pairs, away
     none = np.zeros((0, 2), dtype=np.int64)
     links = np.concatenate(
-        [none, *(p + np.array([first[a], first[b]]) for (a, b), (p, _) in found.items())]
+        [none, *(p + np.array([first[a], first[b]]) for (a, b), (p, _) in agreeing.items())]
     )
-    away = np.concatenate([np.zeros(0), *(w for _, w in found.values())])
+    away = np.concatenate([np.zeros(0), *(w for _, w in agreeing.values())])
     owner = np.repeat(np.arange(len(taking)), np.diff(first))
     place = np.arange(size) - first[owner] if size else np.zeros(0, dtype=np.int64)
     label, good = _labels(taking, owner, place, links, away)
-    ends = np.cumsum([0] + [len(p) for p, _ in found.values()])
+    ends = np.cumsum([0] + [len(p) for p, _ in agreeing.values()])
     kept = {
         (taking[a].name, taking[b].name): p[good[ends[k] : ends[k + 1]]]
-        for k, ((a, b), (p, _)) in enumerate(found.items())
+        for k, ((a, b), (p, _)) in enumerate(agreeing.items())
     }
     return _numbered(taking, poses, label, owner, place, kept)
 
@@ -116,8 +116,8 @@ def _labels(
     while True:
         rows, columns = links[good].T
         graph = coo_array((np.ones(len(rows)), (rows, columns)), shape=(size, size))
-        _, found = connected_components(graph, directed=False)
-        label: Index = np.asarray(found, dtype=np.int64)
+        _, components = connected_components(graph, directed=False)
+        label: Index = np.asarray(components, dtype=np.int64)
         worst = _doubled(stations, owner, place, label, links[good], away[good])
         if worst is None:
             return label, good
@@ -136,9 +136,9 @@ def _doubled(
     linked = np.unique(links)
     key = label[linked] * (len(stations) + 1) + owner[linked]
     for group in np.flatnonzero(np.bincount(key, minlength=1) > 1) if len(key) else ():
-        mine = linked[key == group]
-        planes = stations[owner[mine[0]]].planes
-        for a, b in combinations(mine.tolist(), 2):
+        patches = linked[key == group]
+        planes = stations[owner[patches[0]]].planes
+        for a, b in combinations(patches.tolist(), 2):
             i, j = np.array([place[a]]), np.array([place[b]])
             off = abs(float(offsets(planes, planes, i, j, Pose.identity())[0]))
             sigma = np.sqrt(planes.covariance[[i[0], j[0]], 2, 2].sum())
@@ -153,8 +153,8 @@ def _agreeing(
 ) -> tuple[Index, Array]:
     """Pairs (p, 2) of planes that overlap and agree within what is known, and misfits (p,) [m]."""
     turn, most = GATES.most_turn_rad, GATES.most_offset_m + slack
-    found = common_planes(one.planes, two.planes, between, turn, most)
-    i, j = found.T
+    common = common_planes(one.planes, two.planes, between, turn, most)
+    i, j = common.T
     joint = one.planes.covariance[i] + two.planes.covariance[j]
     turned = two.planes.normal[j] @ between.rotation.T
     basis = plane_basis(one.planes.normal[i]).transpose(0, 2, 1)
@@ -163,7 +163,7 @@ def _agreeing(
     alike = tilt < GATES.turn_rad + GATES.sigmas * sigma
     away = np.abs(offsets(one.planes, two.planes, i, j, between))
     good = alike & (away < GATES.offset_m + slack + GATES.sigmas * np.sqrt(joint[:, 2, 2]))
-    return np.asarray(found[good]), np.asarray(away[good])
+    return np.asarray(common[good]), np.asarray(away[good])
 
 
 def _numbered(
@@ -179,16 +179,16 @@ def _numbered(
     members = np.bincount(seen, minlength=int(label.max(initial=-1)) + 1)
     area = np.concatenate([np.zeros(0), *(s.planes.area for s in stations)])
     total = np.bincount(label, area, minlength=len(members))
-    wanted = np.flatnonzero(members > 1)
-    wanted = wanted[np.argsort(-total[wanted], kind="stable")]
+    surfaces = np.flatnonzero(members > 1)
+    surfaces = surfaces[np.argsort(-total[surfaces], kind="stable")]
     rank = np.full(len(members) + 1, -1, dtype=np.int64)
-    rank[wanted] = np.arange(len(wanted))
+    rank[surfaces] = np.arange(len(surfaces))
     chosen = np.flatnonzero(rank[label] >= 0)
     chosen = chosen[np.argsort(rank[label[chosen]], kind="stable")]
-    normal, offset = np.zeros((len(wanted), 3)), np.zeros(len(wanted))
-    for surface in range(len(wanted)):
-        mine = chosen[rank[label[chosen]] == surface]
-        largest = mine[np.argmax(area[mine])]
+    normal, offset = np.zeros((len(surfaces), 3)), np.zeros(len(surfaces))
+    for surface in range(len(surfaces)):
+        patches = chosen[rank[label[chosen]] == surface]
+        largest = patches[np.argmax(area[patches])]
         station = stations[owner[largest]]
         pose = poses[station.name]
         normal[surface] = pose.rotation @ station.planes.normal[place[largest]]
@@ -199,6 +199,6 @@ def _numbered(
         rank[label[chosen]],
         normal,
         offset,
-        members[wanted],
+        members[surfaces],
         pairs,
     )

@@ -1,4 +1,4 @@
-"""The centre of a black and white checkerboard of 2x2 quadrants, from its points (section 8.2).
+"""Measures a black and white checkerboard of 2x2 quadrants (method section 8.2).
 
 A first round takes the plane of what lies around the start, a second that of the board alone; in
 either the pattern is fitted by least squares, and what passes every test gets its edges refined.
@@ -111,7 +111,7 @@ class BoardGates:
 GATES = BoardGates()
 
 
-# Why a pattern of four quadrants that was fitted to light is no checkerboard.
+# The tests that a fitted pattern has to pass before it is a checkerboard.
 
 
 def skew_of(p: Array) -> float:
@@ -191,7 +191,7 @@ def _alike(light: Array, sign: Array, use: NDArray[np.bool_]) -> float:
     )
 
 
-# The edges of a checkerboard once its pattern is known: each from the points beside it.
+# The two edges, each from the points beside it, once the pattern is known.
 #
 # What the least squares of :mod:`~tribrach.targets.checkerboards.pattern` gives is a start;
 # where an edge lies is then the posterior of :mod:`~tribrach.targets.prints.edges` (section

@@ -1,4 +1,4 @@
-"""The pattern of a 2x2 checkerboard in its plane: a first guess, then least squares (section 8.2).
+"""Fits the pattern of a 2x2 checkerboard in its plane: a guess, then least squares (method 8.2).
 
 ``I = I0 + dI erf(a / (sqrt2 s)) erf(b / (sqrt2 s))``, a and b the signed distances from the two
 edge lines ``(x - x0) cos t + (y - y0) sin t``. The parameters p (7,) are x0, y0 [m], t1, t2 [rad],
@@ -103,8 +103,8 @@ def guess_pattern(flat: Array, light: Array, side: float) -> Array | None:
     middle = float(np.median(light[keep]))
     turns = np.arange(0, np.pi / 2, np.pi / 2 / GATES.guess_turns)
     shifts = np.linspace(-GATES.guess_shift_sides, GATES.guess_shift_sides, GATES.guess_shifts)
-    found = _patterns(flat[keep], light[keep] - middle, side, turns, shifts * side)
-    score, turn, u, v, level = found
+    best = _patterns(flat[keep], light[keep] - middle, side, turns, shifts * side)
+    score, turn, u, v, level = best
     if score < GATES.guess_correlation:
         return None
     centre = u * np.array([np.cos(turn), np.sin(turn)]) + v * np.array(
@@ -120,7 +120,7 @@ def _patterns(x, light, side, turns, shifts):  # type: ignore[no-untyped-def]
     The score is the correlation of light and pattern within the board, times the root of its share
     of the points.
     """
-    best, found = 0.0, (0.0, 0.0, 0.0, 0.0)
+    best, pattern = 0.0, (0.0, 0.0, 0.0, 0.0)
     a, b = np.empty(len(x)), np.empty(len(x))
     for turn in turns:
         c, s = np.cos(turn), np.sin(turn)
@@ -144,8 +144,8 @@ def _patterns(x, light, side, turns, shifts):  # type: ignore[no-untyped-def]
                 spread = np.sqrt(max(square - total**2 / n, 0.0))
                 score = abs(own) / (np.sqrt(n) * spread + 1e-12) * np.sqrt(n / len(x))
                 if score > best:
-                    best, found = score, (turn, u, v, own / n)
-    return (best, *found)
+                    best, pattern = score, (turn, u, v, own / n)
+    return (best, *pattern)
 
 
 def pattern_light(flat: Array, p: Array) -> tuple[Array, Array]:

@@ -20,7 +20,7 @@ from tribrach.errors import InputError
 from tribrach.scan.range_image import RangeImage
 from tribrach.targets.checkerboards.fit import CheckerboardFit, fit_checkerboard
 from tribrach.targets.detection import Detection, Rejected, lies_on
-from tribrach.targets.prints.search import Candidate, PrintSearch, Refused, footprint_at
+from tribrach.targets.prints.search import PrintCandidate, PrintSearch, Refused, footprint_at
 from tribrach.targets.prints.windows import on_circle, shortening, slope
 
 __all__ = ["find_checkerboards"]
@@ -94,7 +94,9 @@ _STEEPEST_TANGENT_SQUARED = GATES.steepest_tangent_squared
 _APART_SIDES = GATES.apart_sides
 
 
-def candidates(image: RangeImage, intensity: NDArray[np.float32], side: float) -> list[Candidate]:
+def candidates(
+    image: RangeImage, intensity: NDArray[np.float32], side: float
+) -> list[PrintCandidate]:
     """Pixels where light is a saddle, strongest first, none within half a side of another."""
     light = _light(image.index, intensity)
     sv = np.maximum(np.abs(np.sin(image.v())), 0.05)
@@ -116,7 +118,9 @@ def candidates(image: RangeImage, intensity: NDArray[np.float32], side: float) -
         GATES.most_candidates,
     )
     chosen = order[kept]
-    return [Candidate(int(i), int(j)) for i, j in zip(rows[chosen], columns[chosen], strict=True)]
+    return [
+        PrintCandidate(int(i), int(j)) for i, j in zip(rows[chosen], columns[chosen], strict=True)
+    ]
 
 
 def _light(index: NDArray[np.int32], intensity: NDArray[np.float32]) -> Single:

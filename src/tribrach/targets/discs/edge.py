@@ -334,7 +334,7 @@ def departure(flat: Array, light: Array, fit: EdgeFit, shape: DiscShape) -> tupl
     return float(size[worst]), float(error[worst])
 
 
-# Where the centre of a printed disc is, and how sure that is, from the points near its edge.
+# The centre from the points near the edge, once least squares have found about where it is.
 #
 # As with the edges of checkerboards each point's light says how far its beam was from the edge,
 # or only on which side of it. The posterior of the centre is summed over a grid that closes in

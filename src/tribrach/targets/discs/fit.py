@@ -1,4 +1,4 @@
-"""The centre of a printed disc of known radius, from its points: plane of the print, then its edge.
+"""Measures a printed disc of known radius: the plane of the print, then its edge.
 
 Light is carried along its beams into the plane. The edge tells the centre's direction, the plane
 its distance; the covariance is that of both. Discs whose print reads another range than the ground
@@ -146,11 +146,11 @@ class DiscGates:
 GATES = DiscGates()
 
 
-# Is a print flat, and how well is the distance of its plane known? From its range residuals.
+# Two questions to the range residuals of a print: is it flat, and how well is its distance known?
 
 
 def bend(place: Array, residual: Array, bright: Mask) -> tuple[float, float]:
-    """Largest departure from the plane [m] at distance 1 of a second-degree surface, its sigma.
+    """Largest bend of a print [m] over its radius, and its sigma, from a second-degree surface.
 
     place (n, 2) : in units of the radius around the centre; residual (n,) : range minus plane [m];
     bright (n,) : each colour may have an offset of its own.
@@ -159,14 +159,14 @@ def bend(place: Array, residual: Array, bright: Mask) -> tuple[float, float]:
     a = np.column_stack([bright, ~bright, x, y, x * x, x * y, y * y]).astype(float)
     if len(a) < GATES.bend_points:
         return 0.0, 0.0
-    found, _, rank, _ = np.linalg.lstsq(a, residual)
+    x_hat, _, rank, _ = np.linalg.lstsq(a, residual)
     if rank < a.shape[1]:
         a = np.delete(a, 1, axis=1)
-        found = np.linalg.lstsq(a, residual)[0]
-    left = residual - a @ found
+        x_hat = np.linalg.lstsq(a, residual)[0]
+    left = residual - a @ x_hat
     variance = float(left @ left) / max(len(a) - a.shape[1], 1)
     cover = np.linalg.pinv(a.T @ a) * variance
-    xx, xy, yy = found[-3:]
+    xx, xy, yy = x_hat[-3:]
     values, vectors = np.linalg.eigh([[xx, xy / 2], [xy / 2, yy]])
     worst = int(np.argmax(np.abs(values)))
     c, s = vectors[:, worst]
@@ -194,19 +194,19 @@ def distance(
     a = np.column_stack([np.ones(len(x)), x, ~telling]).astype(float)
     if telling.all() or not telling.any():
         a = a[:, :3]
-    use, found = np.ones(len(x), dtype=bool), np.zeros(a.shape[1])
+    use, estimate = np.ones(len(x), dtype=bool), np.zeros(a.shape[1])
     left, own = residual, np.ones(len(x))
     for turn in range(GATES.trim_rounds):
         own = _sigmas(left, bright, use, sigma, robust=turn == 0)
         before, use = use, np.abs(left) < GATES.trim_sigmas * own
         w = use / own**2
         cover = np.linalg.pinv((a * w[:, None]).T @ a)
-        found = cover @ (a.T @ (w * residual))
-        left = residual - a @ found
+        estimate = cover @ (a.T @ (w * residual))
+        left = residual - a @ estimate
         if turn > 1 and (before == use).all():
             break
     excess = _excess(x[use], (left / own)[use])
-    return float(found[0]), float(np.sqrt(cover[0, 0] * excess))
+    return float(estimate[0]), float(np.sqrt(cover[0, 0] * excess))
 
 
 def _sigmas(left: Array, bright: Mask, use: Mask, sigma: float, *, robust: bool) -> Array:
@@ -214,13 +214,13 @@ def _sigmas(left: Array, bright: Mask, use: Mask, sigma: float, *, robust: bool)
     out = np.empty(len(left))
     for colour in (False, True):
         own = bright == colour
-        mine = left[own & use]
-        n = len(mine)
+        part = left[own & use]
+        n = len(part)
         if robust and n > 3:
-            size = robust_sigma(mine)
+            size = robust_sigma(part)
             square = max(size, sigma) ** 2 * n
         else:
-            square = float(mine @ mine)
+            square = float(part @ part)
         held = GATES.foretold_points if sigma > 0 else 0
         # two of the four unknowns are each colour's; the spread of a spread widens what it says
         freedom = max(n - 2 + held - 2, 1)

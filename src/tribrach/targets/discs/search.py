@@ -20,7 +20,7 @@ from tribrach.errors import InputError
 from tribrach.scan.range_image import RangeImage
 from tribrach.targets.detection import Detection, Rejected, lies_on
 from tribrach.targets.discs.fit import DiscFit, fit_disc
-from tribrach.targets.prints.search import Candidate, PrintSearch, Refused, footprint_at
+from tribrach.targets.prints.search import PrintCandidate, PrintSearch, Refused, footprint_at
 from tribrach.targets.prints.windows import on_circle, shortening, slope
 
 __all__ = ["find_discs"]
@@ -85,7 +85,9 @@ _SURFACE_TOLERANCE_RADII = GATES.surface_tolerance_radii
 _STEEPEST_TANGENT_SQUARED = GATES.steepest_tangent_squared
 
 
-def candidates(image: RangeImage, intensity: NDArray[np.float32], radius: float) -> list[Candidate]:
+def candidates(
+    image: RangeImage, intensity: NDArray[np.float32], radius: float
+) -> list[PrintCandidate]:
     """Pixels of round spots for a radius [m], strongest first, none within a radius of another."""
     light = np.where(image.index >= 0, intensity[np.maximum(image.index, 0)], np.nan)
     light = light.astype(np.float32)
@@ -102,7 +104,9 @@ def candidates(image: RangeImage, intensity: NDArray[np.float32], radius: float)
     rows, columns, strength = rows[order], columns[order], strength[order]
     kept = _apart(rows, columns, ranges, steps, radius, image.wraps, GATES.most_spots)
     return [
-        Candidate(int(rows[k]), int(columns[k]), notable=bool(strength[k] > GATES.listed_strength))
+        PrintCandidate(
+            int(rows[k]), int(columns[k]), notable=bool(strength[k] > GATES.listed_strength)
+        )
         for k in kept
     ]
 

@@ -1,4 +1,4 @@
-"""Where the two edges of a checkerboard are, and how sure that is, from the points near them.
+"""Locates a straight edge of print, with its covariance, from the light of the points near it.
 
 A point's light says how far its beam was from the edge where the footprint lay on both colours,
 and on which side it was where not. Its place is known to the jitter of the angles, the profile of

@@ -17,7 +17,7 @@ from tribrach.scan.range_image import RangeImage
 from tribrach.targets.detection import Kind, Rejected
 from tribrach.targets.prints.windows import points_around
 
-__all__ = ["BestFits", "Candidate", "PrintFit", "PrintSearch", "Refused", "footprint_at"]
+__all__ = ["BestFits", "PrintCandidate", "PrintFit", "PrintSearch", "Refused", "footprint_at"]
 
 
 class PrintFit(Protocol):
@@ -44,7 +44,7 @@ class Refused:
 
 
 @dataclass(frozen=True)
-class Candidate:
+class PrintCandidate:
     """A pixel of the range image that may look at the centre of a target.
 
     notable : its refusal is worth a line even if it looks like texture.
@@ -109,7 +109,7 @@ class PrintSearch(Generic[Fit]):
     """
 
     kind: Kind
-    candidates: Callable[[float], Iterable[Candidate]]
+    candidates: Callable[[float], Iterable[PrintCandidate]]
     fit: Callable[[NDArray[np.int32], Array, float], Fit | Refused]
     reach_sizes: float
     same_start_sizes: float

@@ -1,4 +1,4 @@
-"""Spheres in clouds that do not know where their scanner stood: merged, cleaned, exported.
+"""Finds spheres in clouds whose scanner is unknown: merged, cleaned, exported.
 
 Without lines of sight there is no range image: normals come from neighbours in space, both sides
 of the surface vote for a centre, and distances to the centre are fitted. Such centres are drawn
@@ -82,21 +82,21 @@ def find_spheres_in_cloud(
         raise InputError(
             f"the cloud has {len(points)} finite points, {FIT.fewest_points} are needed"
         )
-    found: list[Detection] = []
+    spheres: list[Detection] = []
     rejected: list[Rejected] = []
     for radius in radii:
         thin = _thinned(points, GATES.voxel_radii * radius)
         normal, thickness = _normals(thin)
         noise = float(np.median(thickness)) if sigma is None else sigma
         for start in _candidates(thin, normal, radius):
-            if lies_on(start, found):
+            if lies_on(start, spheres):
                 continue
             result = _judged(points, start, radius, noise, scan)
             if isinstance(result, Detection):
-                found.append(result)
+                spheres.append(result)
             else:
                 rejected.append(result)
-    return found, rejected
+    return spheres, rejected
 
 
 def _thinned(points: Array, cell: float) -> Array:
@@ -126,8 +126,8 @@ def _candidates(points: Array, normal: Array, radius: float) -> Array:
     """Centres (k, 3) with many votes, most votes first."""
     votes = np.concatenate([points + radius * normal, points - radius * normal])
     peaks, counts = gather(votes, radius)
-    wanted = GATES.votes_share * 2 * np.pi / GATES.voxel_radii**2
-    enough = np.flatnonzero(counts >= wanted)
+    least_votes = GATES.votes_share * 2 * np.pi / GATES.voxel_radii**2
+    enough = np.flatnonzero(counts >= least_votes)
     order = enough[np.argsort(-counts[enough], kind="stable")]
     return np.asarray(
         apart(peaks[order[: 4 * GATES.most_candidates]], GATES.apart_radii * radius)[

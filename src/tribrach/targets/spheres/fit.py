@@ -145,17 +145,17 @@ def fit_sphere_orthogonal(
     InputError : fewer than 30 points left or no solution.
     """
     state = _orthogonal(np.ascontiguousarray(xyz), start, radius, free_radius, float(sigma))
-    said = (
+    sentences = (
         "the origin of the scanner is unknown: distances to the centre were fitted, whose centre "
         "is drawn towards the scanner under range noise",
     )
-    return _conclude(state, floor, free_radius, said)
+    return _conclude(state, floor, free_radius, sentences)
 
 
 State = tuple[Array, Array, Array, Array, Mask, Mask, bool]
 
 
-def _conclude(state: State, floor: float, free: bool, said: tuple[str, ...] = ()) -> SphereFit:
+def _conclude(state: State, floor: float, free: bool, sentences: tuple[str, ...] = ()) -> SphereFit:
     """Numbers of the fit from its last iteration."""
     unknowns, normal, residuals, cosine, masked, keep, settled = state
     keep = keep & np.isfinite(residuals)
@@ -165,7 +165,7 @@ def _conclude(state: State, floor: float, free: bool, said: tuple[str, ...] = ()
     if not settled or not np.isfinite(unknowns).all():
         raise InputError("the fit of the sphere does not settle")
     if count < GATES.few_points:
-        said = (*said, f"only {count} points determine the centre")
+        sentences = (*sentences, f"only {count} points determine the centre")
     rms = float(np.sqrt(np.mean(residuals[keep] ** 2)))
     s0 = float(np.sqrt(normal[4, 4] / (count - u)))
     cofactor = np.linalg.inv(normal[:u, :u]) * max(1.0, s0**2)
@@ -185,7 +185,7 @@ def _conclude(state: State, floor: float, free: bool, said: tuple[str, ...] = ()
         inliers=keep,
         incidence=incidence,
         residuals=residuals,
-        sentences=said,
+        sentences=sentences,
     )
 
 

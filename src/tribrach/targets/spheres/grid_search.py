@@ -1,4 +1,4 @@
-"""All spheres of known radii in a whole scan, and why the other candidates are none (6.4).
+"""Finds the spheres of known radii in a scan, and says what it refused (method section 6.4).
 
 Candidates come from free-standing components of the range image and from votes of the surface;
 each is fitted along the lines of sight and has to pass: fit, share of inliers, radius when it is
@@ -91,7 +91,7 @@ _RUN_DIAMETERS = GATES.run_diameters
 _FEWEST_IN_RUN = GATES.fewest_in_run
 
 
-# Free-standing things of about a sphere's size in a range image (method section 6.4).
+# Candidates that stand free: things of about the size of a sphere in the range image.
 #
 # Rows are cut at jumps of range into runs. A run much narrower than the sphere (its pole or rod) or
 # much wider (walls) is dropped; the others are joined with those above them into components, whose
@@ -289,15 +289,15 @@ def find_spheres(
         raise InputError("the radius of a sphere must be positive")
     sigma = estimate_range_noise(image) if sigma_range is None else sigma_range
     noise = _Noise(sigma, sigma_angle, floor)
-    found: list[Detection] = []
+    spheres: list[Detection] = []
     rejected: list[Rejected] = []
     for radius in radii:
         good, bad = _of_radius(xyz, image, radius, noise, scan)
-        found += good
+        spheres += good
         rejected += bad
-    found, beaten = _best_radius(found)
-    rejected = [r for r in rejected if not lies_on(r.center, found)]
-    return found, rejected + beaten
+    spheres, beaten = _best_radius(spheres)
+    rejected = [r for r in rejected if not lies_on(r.center, spheres)]
+    return spheres, rejected + beaten
 
 
 def _of_radius(
@@ -306,15 +306,15 @@ def _of_radius(
     """Spheres of one radius."""
     parts = find_components(image, radius)
     voted = vote_for_centers(xyz, image, radius, noise.range)
-    found: list[Detection] = []
+    spheres: list[Detection] = []
     rejected: list[Rejected] = []
     for start in [*parts.center[parts.fits], *voted]:
-        if lies_on(start, found):
+        if lies_on(start, spheres):
             continue
         result = _judged(xyz, image, start, radius, noise, scan)
         if isinstance(result, Detection):
-            if not lies_on(result.center, found):
-                found.append(result)
+            if not lies_on(result.center, spheres):
+                spheres.append(result)
         elif not any(np.linalg.norm(r.center - result.center) < radius for r in rejected):
             rejected.append(result)
     unlike = np.abs(np.log(parts.width)) + np.abs(np.log(parts.height))
@@ -326,7 +326,7 @@ def _of_radius(
         reason = f"{size} of {2e3 * radius:.0f} mm"
         if not any(np.linalg.norm(r.center - parts.center[k]) < radius for r in rejected):
             rejected.append(Rejected("sphere", parts.center[k], reason))
-    return found, [r for r in rejected if not lies_on(r.center, found)]
+    return spheres, [r for r in rejected if not lies_on(r.center, spheres)]
 
 
 def _judged(
@@ -511,9 +511,9 @@ def _form(points: Array, fit: SphereFit) -> tuple[float, float]:
     return float(np.sqrt(parts @ parts / len(n))), sigma * float(np.sqrt(u.shape[1] / len(n)))
 
 
-def _best_radius(found: list[Detection]) -> tuple[list[Detection], list[Rejected]]:
+def _best_radius(spheres: list[Detection]) -> tuple[list[Detection], list[Rejected]]:
     """One sphere per place: the one whose free radius is nearest to what was asked for."""
-    ranked = sorted(found, key=lambda d: abs(d.facts["free_radius_m"] - d.radius) / d.radius)
+    ranked = sorted(spheres, key=lambda d: abs(d.facts["free_radius_m"] - d.radius) / d.radius)
     kept: list[Detection] = []
     beaten: list[Rejected] = []
     for d in ranked:

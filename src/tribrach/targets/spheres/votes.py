@@ -1,4 +1,4 @@
-"""Centres of spheres by votes of the surface: finds those that touch what stands behind them.
+"""Proposes centres of spheres by votes of the surface, also of those that touch a wall.
 
 A pixel whose neighbours fall back from it, both along its row and its column, as they would on a
 sphere of the radius votes for the point one radius behind it along its normal. Many votes in one
@@ -167,10 +167,10 @@ def _plausible(sag: float, half: float, radius: float, sigma: float) -> bool:
 
     Tilted towards the beam the height along it grows, by up to five times where points still vote.
     """
-    wanted = half * half / (2 * radius)
+    height = half * half / (2 * radius)
     noise = _HEIGHT_SIGMA * sigma
-    least = _QUICK_LEAST * max(_LEAST_HEIGHT * wanted, min(_PLANE_SIGMAS * noise, wanted))
-    return bool(least < sag < _QUICK_MOST * _MOST_HEIGHT * wanted + _ABOVE_SIGMAS * noise)
+    least = _QUICK_LEAST * max(_LEAST_HEIGHT * height, min(_PLANE_SIGMAS * noise, height))
+    return bool(least < sag < _QUICK_MOST * _MOST_HEIGHT * height + _ABOVE_SIGMAS * noise)
 
 
 @njit(cache=True, nogil=True)
@@ -191,10 +191,10 @@ def _convex(
         half2 = 0.25 * ((last - first) ** 2).sum()
         if half2 >= radius**2:
             return False, normal
-        wanted = radius - np.sqrt(radius**2 - half2)
+        height = radius - np.sqrt(radius**2 - half2)
         sag = ((middle - 0.5 * (first + last)) * normal).sum()
-        least = max(_LEAST_HEIGHT * wanted, min(_PLANE_SIGMAS * _HEIGHT_SIGMA * sigma, wanted))
-        if not least < sag < _MOST_HEIGHT * wanted + _ABOVE_SIGMAS * _HEIGHT_SIGMA * sigma:
+        least = max(_LEAST_HEIGHT * height, min(_PLANE_SIGMAS * _HEIGHT_SIGMA * sigma, height))
+        if not least < sag < _MOST_HEIGHT * height + _ABOVE_SIGMAS * _HEIGHT_SIGMA * sigma:
             return False, normal
     return True, normal
 
@@ -209,7 +209,7 @@ def _peaks(
     for k in range(n):
         own[k] = (start[k + 1] if k + 1 < n else len(votes)) - start[k]
     peaks, counts = np.empty((n, 3)), np.zeros(n, dtype=np.int64)
-    found = 0
+    number = 0
     for k in range(n):
         if own[k] < _PEAK_VOTES:
             continue
@@ -226,9 +226,9 @@ def _peaks(
                     for m in range(start[at], start[at] + own[at]):
                         mean += votes[m]
         if top:
-            peaks[found], counts[found] = mean / total, total
-            found += 1
-    return peaks[:found], counts[:found]
+            peaks[number], counts[number] = mean / total, total
+            number += 1
+    return peaks[:number], counts[:number]
 
 
 @njit(cache=True, nogil=True)
