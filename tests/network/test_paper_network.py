@@ -21,7 +21,7 @@ from tribrach.job.calibrate import calibrate_project, calibrations_of
 from tribrach.job.opened import open_job
 from tribrach.network.adjustment import Adjustment
 from tribrach.project import Project
-from tribrach.report.calibration_words import calibration_sentences
+from tribrach.report.calibration import calibration_sentences
 from tribrach.units import SEC
 
 FOLDER = Path(__file__).parents[2] / "examples" / "paper-network"

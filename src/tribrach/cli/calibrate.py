@@ -15,8 +15,8 @@ from tribrach.io.outputs import write_texts
 from tribrach.job.calibrate import calibrate_project, calibrations_of
 from tribrach.job.opened import open_job
 from tribrach.project import Project
-from tribrach.report.calibration_page import calibration_document, calibration_page
-from tribrach.report.calibration_words import calibration_text as summary
+from tribrach.report.calibration import calibration_document, calibration_page
+from tribrach.report.calibration import calibration_text as summary
 from tribrach.report.schema.base import document_text
 
 __all__ = ["calibrate"]

@@ -13,7 +13,7 @@ from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
 from tribrach.job.check import read_earlier, readings_of, survey_to_check
 from tribrach.project.instrument import Instrument
-from tribrach.report.field_page import check_document, check_page, check_text
+from tribrach.report.field_check import check_document, check_page, check_text
 from tribrach.report.schema.base import document_text
 
 __all__ = ["check"]

@@ -17,7 +17,7 @@ from tribrach.io.outputs import write_texts
 from tribrach.io.site_table import read_sites
 from tribrach.job.cloud_file import open_cloud, station_pair
 from tribrach.job.compare import LIMIT, Method, compare_clouds, offset_test
-from tribrach.report.comparison_page import (
+from tribrach.report.comparison import (
     comparison_page,
     comparison_sentences,
     comparison_tables,

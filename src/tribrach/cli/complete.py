@@ -10,7 +10,7 @@ import typer
 from tribrach.cli.shell import guarded, refuse_outputs, shown
 from tribrach.io.outputs import write_texts
 from tribrach.job.complete import complete_clouds
-from tribrach.report.completeness_page import completeness_page, completeness_text
+from tribrach.report.completeness import completeness_page, completeness_text
 from tribrach.report.schema.base import document_text, heading
 from tribrach.report.schema.completeness import SCHEMA, CompletenessDocument
 

@@ -15,7 +15,7 @@ from tribrach.gnss.baseline import Baseline, Processing, compute_baseline
 from tribrach.gnss.engine import EngineName
 from tribrach.io.gnss.observation_file import read_observations
 from tribrach.io.outputs import write_text
-from tribrach.report.gnss_result import baseline_facts, baseline_lines
+from tribrach.report.baseline import baseline_facts, baseline_lines
 from tribrach.report.schema.base import document_text, heading
 from tribrach.report.schema.baseline import SCHEMA, BaselineDocument
 

@@ -12,7 +12,7 @@ from tribrach.cli.printing import printed
 from tribrach.cli.shell import guarded, refuse_outputs, shown
 from tribrach.io.outputs import write_texts
 from tribrach.job.register import register_files, write_placed
-from tribrach.report.cloud_registration_page import cloud_registration_tables
+from tribrach.report.cloud_registration import cloud_registration_tables
 from tribrach.report.schema.base import document_text
 from tribrach.report.schema.registration import registration_document
 from tribrach.units import SEC

@@ -13,7 +13,7 @@ from tribrach.errors import InputError
 from tribrach.io.comparison_table import read_comparison
 from tribrach.io.number_table import read_numbers
 from tribrach.io.outputs import write_texts
-from tribrach.report.regression_page import regression_page, regression_text
+from tribrach.report.regression import regression_page, regression_text
 from tribrach.report.schema.base import document_text
 from tribrach.report.schema.comparison import regression_document
 

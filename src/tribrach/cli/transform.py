@@ -17,7 +17,7 @@ from tribrach.io.transformation_file import read_transformation, transformation_
 from tribrach.job.transform import fit_files, move_cloud, move_points
 from tribrach.report.schema.base import document_text
 from tribrach.report.schema.transformation import TransformationDocument
-from tribrach.report.transformation_page import transformation_results, transformation_tables
+from tribrach.report.transformation import transformation_results, transformation_tables
 from tribrach.transformation.carrying import Carrier
 
 __all__ = ["apply", "fit", "transform"]

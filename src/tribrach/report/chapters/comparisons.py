@@ -10,14 +10,14 @@ from typing import Literal
 from tribrach.job.results import JobResults
 from tribrach.job.station_comparison import REGRESSION_UNITS, StationComparison
 from tribrach.report.chapter import Chapter
-from tribrach.report.comparison_page import (
+from tribrach.report.comparison import (
     comparison_pictures,
     comparison_sentences,
     comparison_tables,
 )
 from tribrach.report.content import Head
 from tribrach.report.figures import Picture
-from tribrach.report.regression_page import regression_pictures, regression_tables
+from tribrach.report.regression import regression_pictures, regression_tables
 from tribrach.report.schema.comparison import StationComparisonPart, station_comparison
 from tribrach.report.subject import Subject
 from tribrach.report.tables import ReportTable

@@ -18,10 +18,10 @@ from tribrach.job.mounted_antennas import raised_antennas
 from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.facts import Reference
+from tribrach.report.baseline import baseline_facts
 from tribrach.report.chapter import Chapter
 from tribrach.report.content import Head
 from tribrach.report.figures import Picture, new_figure, picture
-from tribrach.report.gnss_result import baseline_facts
 from tribrach.report.numbers import counted, fixed_cell, mm_cell
 from tribrach.report.schema.base import DocumentPart, Matrix, Number
 from tribrach.report.schema.baseline import SessionBaselinePart

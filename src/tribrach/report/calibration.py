@@ -1,24 +1,21 @@
-"""A calibration as one HTML page, and as JSON."""
+"""A self-calibration in words, as text, as a page with charts, and as data."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tribrach.calibration.correlations import CorrelatedPair
+from tribrach._types import Array
+from tribrach.calibration.correlations import LIMITS, CorrelatedPair
 from tribrach.calibration.estimability import Left
 from tribrach.calibration.remedies import Remedy
-from tribrach.calibration.self_calibration import Parameter, SelfCalibration
+from tribrach.calibration.self_calibration import Parameter, SelfCalibration, remedy_sentences
 from tribrach.calibration.significance import BlockTest, Omitted
 from tribrach.instruments.calibration import unit_of
-from tribrach.report.calibration_charts import calibration_charts
-from tribrach.report.calibration_words import (
-    calibration_sentences,
-    shown,
-    shown_unit,
-)
+from tribrach.network.quality import global_test
+from tribrach.report.figures import Picture, new_figure, picture
 from tribrach.report.numbers import count_cell, matrix, number, numbers
 from tribrach.report.page import page
 from tribrach.report.schema.base import heading
@@ -33,7 +30,255 @@ from tribrach.report.tables import (
 )
 from tribrach.units import SEC
 
-__all__ = ["calibration_document", "calibration_page"]
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["calibration_document", "calibration_page", "calibration_sentences", "calibration_text"]
+
+
+def _shown_unit(unit: str) -> str:
+    """Unit that people read: mm, arc seconds, parts per million."""
+    return {"m": "mm", "rad": "″"}.get(unit, "ppm")
+
+
+def _shown(value: float, unit: str) -> str:
+    """A small quantity in its shown unit."""
+    scaled = value * {"m": 1e3, "rad": 1 / SEC}.get(unit, 1e6)
+    return f"{scaled:.4g}" if abs(scaled) < 0.01 else f"{scaled:.3f}"
+
+
+def calibration_text(found: SelfCalibration) -> str:
+    """Lines for a terminal: counts, parameters, findings."""
+    adjustment = found.adjustment
+    lines = [
+        f"{adjustment.n_observations} observed values, {adjustment.n_unknowns} unknowns, "
+        f"redundancy {adjustment.dof}, sigma0 {adjustment.sigma0_posterior:.4f}",
+        f"datum: {found.datum_words}; sigmas {found.sigma_origin}",
+    ]
+    width = max(len(p.name) for p in found.parameters)
+    for p in found.parameters:
+        unit = _shown_unit(p.unit)
+        mark = "" if p.significant else "  not significant"
+        lines.append(
+            f"  {p.name:<{width}} {_shown(p.value, p.unit):>10} {unit:<3} "
+            f"sigma {_shown(p.sigma, p.unit):>8}  t {p.t:8.2f}{mark}"
+        )
+    return "\n".join([*lines, *(f"! {s}" for s in calibration_sentences(found))])
+
+
+def calibration_sentences(found: SelfCalibration) -> list[str]:
+    """Everything that is worth saying, what is most important first."""
+    a = found.adjustment
+    out = [f"{_upper(global_test(a).sentence())}."]
+    out += [f"{_upper(words)}." for words in a.warnings]
+    if found.log is not None:
+        out += [f"{_upper(words)}." for words in found.log.sentences()]
+    out += _estimability(found)
+    out += _significance(found)
+    out += _model(found)
+    out += _correlated(found)
+    out += _datum(found)
+    return out
+
+
+def _upper(words: str) -> str:
+    return words[:1].upper() + words[1:]
+
+
+def _estimability(found: SelfCalibration) -> list[str]:
+    """What can be separated, what only just, and what would help."""
+    proposal, out = found.proposal, []
+    if found.left_out:
+        reasons = [f"{i.name} ({i.why})" for i in proposal.left if i.name in found.left_out]
+        out.append(f"Left out because they cannot be separated: {'; '.join(reasons)}.")
+    elif not found.estimability.open:
+        out.append(f"All {len(found.parameters)} parameters can be separated.")
+    else:
+        out += [f"Open: {words}." for words in found.estimability.open]
+    out += [f"{item.name}: {item.why}." for item in proposal.hardly]
+    out += [f"{_upper(words)}." for words in remedy_sentences(proposal, found.remedies)]
+    return out
+
+
+def _p(p: float) -> str:
+    return "p below 1e-16" if p < 1e-16 else f"p = {p:.2g}"
+
+
+def _significance(found: SelfCalibration) -> list[str]:
+    """Tests of the parameters, single and together, and the set that is worth keeping."""
+    out = []
+    weak = [p.name for p in found.parameters if not p.significant]
+    count = len(found.parameters)
+    if found.datums:
+        words = "no parameter is" if len(weak) == count else f"{count - len(weak)} of {count} are"
+        out.append(f"{_upper(words)} significant" + (f"; not {', '.join(weak)}." if weak else "."))
+        out.append(f"All parameters together against zero: {_block(found.together)}.")
+    if found.gain is not None:
+        out.append(f"The residuals against those without parameters: {_block(found.gain)}.")
+    if found.datums and found.suggested and len(found.suggested) < count:
+        out.append(f"Proposed set: {', '.join(found.suggested)}.")
+    return out
+
+
+def _block(test: BlockTest) -> str:
+    """A test of several parameters."""
+    what = f"F({test.freedom}, {test.redundancy})" if test.posterior else f"chi²({test.freedom})"
+    return f"{what} = {test.statistic:.3g}, {_p(test.p)}"
+
+
+def _model(found: SelfCalibration) -> list[str]:
+    """Is the model complete, and one for all stations?"""
+    missing = sorted((o for o in found.omitted if o.missing), key=lambda o: -abs(o.w))
+    out = [_missing(o) for o in missing[:6]]
+    if found.omitted and not missing:
+        out.append(
+            f"None of {len(found.omitted)} parameters that are no unknowns is called for by the "
+            "residuals."
+        )
+    if missing:
+        out.append(
+            "The model does not describe the residuals: its form, or the meaning of its angles, "
+            "may be wrong."
+        )
+    if found.differ is not None:
+        verdict = "differ" if found.differ.p < 1e-3 else "do not differ"
+        out.append(f"The parameters of the stations {verdict}: {_block(found.differ)}.")
+    return out
+
+
+def _missing(o: Omitted) -> str:
+    unit = unit_of(o.name)
+    return (
+        f"The residuals call for {o.name}: {_shown(o.value, unit)} {_shown_unit(unit)} with sigma "
+        f"{_shown(o.sigma, unit)} (w = {o.w:.1f} against {o.limit:.1f})."
+    )
+
+
+def _correlated(found: SelfCalibration) -> list[str]:
+    c = found.correlations
+    counts = ", ".join(f"{c.above(limit)} above {limit:g}" for limit in LIMITS)
+    out = [f"Correlations of parameters with each other and with orientations: {counts}."]
+    if c.strongest_by_point.size:
+        strongest = float(c.strongest_by_point.max())
+        out.append(f"The strongest correlation of a parameter with a point is {strongest:.3f}.")
+    return out
+
+
+def _datum(found: SelfCalibration) -> list[str]:
+    """What stays the same in every datum."""
+    if len(found.datums) < 2:
+        return []
+    own, others = found.datums[0], found.datums[1:]
+    ratios = np.concatenate([_ratio(d.parameters, own.parameters) for d in others])
+    lengths = np.concatenate([_ratio(d.distances, own.distances) for d in others])
+    names = " and ".join(d.datum for d in others)
+    return [
+        f"In other datums ({names}) the sigmas of the parameters are {_range(ratios)} times, those "
+        f"of distances between points {_range(lengths)} times as large; those of coordinates and "
+        "orientations belong to the datum."
+    ]
+
+
+def _ratio(a: Array, b: Array) -> Array:
+    good = b > 0
+    return np.asarray(a[good] / b[good])
+
+
+def _range(values: Array) -> str:
+    if len(values) == 0:
+        return "1"
+    low, high = float(values.min()), float(values.max())
+    return f"{low:.6f}" if high - low < 5e-7 else f"{low:.6f} to {high:.6f}"
+
+
+#: most rows or columns of a heat map that get their name
+_MOST_LABELS = 80
+#: residuals drawn per panel; more are thinned out evenly
+_MOST_DOTS = 20_000
+_COMPONENTS = ("E", "N", "U", "tilt E", "tilt N", "heading")
+
+
+def calibration_charts(found: SelfCalibration) -> list[Picture]:
+    """All pictures."""
+    c = found.correlations
+    axes = [f"{station} {name}" for station in c.stations for name in _COMPONENTS]
+    pictures = [
+        _heat(
+            "within", "Correlations of the parameters with each other", c.within, c.names, c.names
+        ),
+        _heat(
+            "orientations",
+            "Correlations of the parameters with orientations",
+            c.orientation,
+            c.names,
+            axes,
+        ),
+        _heat(
+            "points",
+            "Correlations of the parameters with points",
+            c.strongest_by_point,
+            c.names,
+            c.point_names,
+            "Largest absolute value over the coordinates of each point.",
+        ),
+    ]
+    return [p for p in pictures if p is not None] + [_residuals(found)]
+
+
+def _heat(
+    name: str,
+    title: str,
+    rho: Array,
+    rows: tuple[str, ...],
+    columns: tuple[str, ...] | list[str],
+    caption: str = "Grey: held by the datum.",
+) -> Picture | None:
+    """A heat map; None if there is nothing in it."""
+    if rho.size == 0:
+        return None
+    width = float(np.clip(2.5 + 0.22 * len(columns), 4.5, 16))
+    height = float(np.clip(1.6 + 0.24 * len(rows), 2.4, 12))
+    figure = new_figure(figsize=(width, height), dpi=100, layout="constrained")
+    panel = figure.subplots()
+    panel.set_facecolor("#d0d0d0")
+    shown = np.ma.masked_invalid(rho)
+    image = panel.imshow(shown, cmap="RdBu_r", vmin=-1, vmax=1, aspect="auto")
+    if len(rows) <= _MOST_LABELS:
+        panel.set_yticks(range(len(rows)), rows, fontsize=7)
+    if len(columns) <= _MOST_LABELS:
+        panel.set_xticks(range(len(columns)), columns, fontsize=7, rotation=90)
+    if rho.size <= 400:
+        for (i, j), value in np.ndenumerate(rho):
+            if np.isfinite(value) and abs(value) > 0.7:
+                panel.text(j, i, f"{value:.2f}", ha="center", va="center", fontsize=6)
+    figure.colorbar(image, ax=panel, shrink=0.8)
+    return picture(name, title, figure, caption)
+
+
+def _residuals(found: SelfCalibration) -> Picture:
+    """Residuals of range, H and V against range, H and V; without and with parameters."""
+    r = found.readings
+    step = max(1, len(r.polar) // _MOST_DOTS)
+    across = [
+        ("range [m]", r.polar[::step, 0]),
+        ("horizontal angle [deg]", np.degrees(r.polar[::step, 1]) % 360),
+        ("zenith angle [deg]", np.degrees(r.polar[::step, 2])),
+    ]
+    up = [("range [mm]", 0, 1e3), ("horizontal [″]", 1, 1 / SEC), ("zenith [″]", 2, 1 / SEC)]
+    figure = new_figure(figsize=(12, 8.4), dpi=100, layout="constrained")
+    panels = figure.subplots(3, 3)
+    for i, (what, row, scale) in enumerate(up):
+        for j, (against, x) in enumerate(across):
+            panel: Axes = panels[i][j]
+            if r.before is not None:
+                y = r.before[::step, row] * scale
+                panel.plot(x, y, ".", color="#c2571a", ms=3, label="without")
+            panel.plot(x, r.after[::step, row] * scale, ".", color="#2b5f8a", ms=3, label="with")
+            panel.axhline(0, color="#1d2327", lw=0.6)
+            panel.set(xlabel=against, ylabel=f"residual of {what}")
+    panels[0][0].legend(fontsize=8, frameon=False)
+    caption = "Residuals of the network without and with the parameters."
+    return picture("residuals", "Residuals against range and angles", figure, caption)
 
 
 def calibration_page(title: str, found: SelfCalibration, further: Sequence[str] = ()) -> str:
@@ -59,7 +304,7 @@ def calibration_page(title: str, found: SelfCalibration, further: Sequence[str] 
 
 
 def _small(value: float, unit: str, mark: str = "") -> Cell:
-    return number_cell(value, shown(value, unit), mark)
+    return number_cell(value, _shown(value, unit), mark)
 
 
 def _parameters(found: SelfCalibration) -> ReportTable:
@@ -70,7 +315,7 @@ def _parameters(found: SelfCalibration) -> ReportTable:
         (ColumnHead("Parameter", numeric=False), lambda p: text_cell(p.name)),
         (ColumnHead("Value"), lambda p: _small(p.value, p.unit)),
         (ColumnHead("σ"), lambda p: _small(p.sigma, p.unit)),
-        (ColumnHead("Unit", numeric=False), lambda p: text_cell(shown_unit(p.unit))),
+        (ColumnHead("Unit", numeric=False), lambda p: text_cell(_shown_unit(p.unit))),
         (ColumnHead("t"), t_cell),
     ]
     note = f"True = measured + correction. Sigmas {found.sigma_origin}. Significant t are green."
@@ -95,7 +340,7 @@ def _omitted(found: SelfCalibration) -> ReportTable:
         (ColumnHead("Parameter", numeric=False), lambda o: text_cell(o.name)),
         (ColumnHead("Would be"), lambda o: _small(o.value, unit_of(o.name))),
         (ColumnHead("σ"), lambda o: _small(o.sigma, unit_of(o.name))),
-        (ColumnHead("Unit", numeric=False), lambda o: text_cell(shown_unit(unit_of(o.name)))),
+        (ColumnHead("Unit", numeric=False), lambda o: text_cell(_shown_unit(unit_of(o.name)))),
         (ColumnHead("w"), w_cell),
         (ColumnHead("limit"), lambda o: number_cell(o.limit, f"{o.limit:.2f}")),
     ]
@@ -124,7 +369,7 @@ def _datum_parameters(found: SelfCalibration) -> ReportTable:
         (ColumnHead("Parameter", numeric=False), lambda k: text_cell(found.names[k])),
         (
             ColumnHead("Unit", numeric=False),
-            lambda k: text_cell(shown_unit(found.parameters[k].unit)),
+            lambda k: text_cell(_shown_unit(found.parameters[k].unit)),
         ),
         *[
             (
