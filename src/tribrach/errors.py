@@ -134,9 +134,7 @@ class AdjustmentError(TribrachError):
 
 
 class NoStartValues(AdjustmentError):
-    """No chain of observations leads to some unknowns; the sentences name the ties that are
-    missing.
-    """
+    """No chain of observations leads to some unknowns; the sentences name the missing ties."""
 
 
 class RankDefect(AdjustmentError):

@@ -1,4 +1,4 @@
-"""The command line, one file per group of commands."""
+"""The command line, with one file for each group of commands."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ __all__ = ["app", "main"]
 
 
 def main() -> None:
-    """Entry point of the command."""
+    """Entry point of the command ``tribrach``."""
     # piping into head or a closed pager is no error worth a traceback
     try:
         app()

@@ -1,4 +1,4 @@
-"""Self-calibration of scanners: calibrate."""
+"""The command calibrate: self-calibration of scanners."""
 
 from __future__ import annotations
 
@@ -50,29 +50,29 @@ def calibrate(
         given = Project.load(project)
         with shown(quiet) as progress:
             job = open_job(given, progress)
-            found = calibrate_project(job, progress, reduce=estimable)
+            result = calibrate_project(job, progress, reduce=estimable)
             words: list[str] = []
             if against is not None:
                 other = Project.load(against)
                 first = calibrate_project(open_job(other, progress), progress, reduce=estimable)
                 words = [
                     f"against {other.title}: {sentence}"
-                    for sentence in compare_runs(first, found).sentences()
+                    for sentence in compare_runs(first, result).sentences()
                 ]
         texts: dict[Path, str | bytes] = {}
         if json_file is not None:
-            texts[json_file] = document_text(calibration_document(given.title, found))
+            texts[json_file] = document_text(calibration_document(given.title, result))
         if html_file is not None:
-            texts[html_file] = calibration_page(given.title, found, words)
+            texts[html_file] = calibration_page(given.title, result, words)
         if save is not None:
-            several = calibrations_of(job, found)
+            several = calibrations_of(job, result)
             files = {name: _file_of(save, name, len(several)) for name in several}
             refuse_outputs([project], (json_file, html_file, *files.values()))
             texts |= {files[name]: calibration_text(one) for name, one in several.items()}
         write_texts(texts)
         if not quiet:
-            typer.echo("\n".join([given.title, summary(found), *(f"= {w}" for w in words)]))
-        if found.adjustment.dof <= 0:
+            typer.echo("\n".join([given.title, summary(result), *(f"= {w}" for w in words)]))
+        if result.adjustment.dof <= 0:
             fail("no redundancy: nothing is checked; observe more before these figures are used")
 
     guarded(work)

@@ -1,4 +1,4 @@
-"""The command check: is the scanner in order? Faces, distances from two stations, series."""
+"""The command check: tests a scanner in the field by faces, distances and series."""
 
 from __future__ import annotations
 
@@ -60,15 +60,15 @@ def check(
         before = None if earlier is None else read_earlier(earlier)
         with shown(quiet) as progress:
             survey, title = survey_to_check(source, instrument.precision(), progress)
-        found = check_readings(readings_of(survey), title, alpha, before)
+        result = check_readings(readings_of(survey), title, alpha, before)
         texts = {}
         if json_file is not None:
-            texts[json_file] = document_text(check_document(found))
+            texts[json_file] = document_text(check_document(result))
         if html_file is not None:
-            texts[html_file] = check_page(found)
+            texts[html_file] = check_page(result)
         write_texts(texts)
         if not quiet:
-            typer.echo(check_text(found))
+            typer.echo(check_text(result))
 
     guarded(work)
 

@@ -1,7 +1,7 @@
 """The application and its commands; each is loaded when it is called, and only that one.
 
-The table below is all that the list of commands needs: what a command reads, computes and draws
-with takes seconds to load, and no other command waits for it.
+The table :data:`COMMANDS` is all that the list of commands needs: what a command reads, computes
+and draws with takes seconds to load, and no other command waits for it.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
 
 
 class LoadedWhenCalled(TyperCommand):
-    """A command that is known by name and help; the rest of it is in its module."""
+    """A command that is known by name and help; the rest is in its module."""
 
     def __init__(self, name: str, module: str, help: str) -> None:
         super().__init__(name, help=help)
@@ -83,15 +83,15 @@ class LoadedWhenCalled(TyperCommand):
     def loaded(self) -> Any:
         """The command itself, or the group of commands."""
         assert self.name is not None
-        found = getattr(import_module(f"tribrach.cli.{self._module}"), self.name)
-        if not isinstance(found, typer.Typer):
+        command = getattr(import_module(f"tribrach.cli.{self._module}"), self.name)
+        if not isinstance(command, typer.Typer):
             alone = typer.Typer(add_completion=False)
-            alone.command(self.name)(found)
-            found = alone
-        return typer.main.get_command(found)
+            alone.command(self.name)(command)
+            command = alone
+        return typer.main.get_command(command)
 
     def make_context(self, info_name: Any, args: Any, parent: Any = None, **extra: Any) -> Any:
-        """Of the command itself: from here on it does everything."""
+        """The context of the command itself, which does everything from here on."""
         return self.loaded.make_context(info_name, args, parent=parent, **extra)
 
 

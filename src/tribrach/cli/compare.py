@@ -70,33 +70,39 @@ def compare(
         one, two = open_cloud(a, poses), open_cloud(b, poses)
         pair = station_pair(two, one)
         with shown(quiet) as progress:
-            found = compare_clouds(
+            result = compare_clouds(
                 one, two, sites, method=method, limit=limit, stations=pair, progress=progress
             )
-        offsets = offset_test(found, pair)
+        offsets = offset_test(result, pair)
         texts = {}
         if json_file is not None:
-            document = comparison_document(a.name, b.name, limit, found, offsets)
+            document = comparison_document(a.name, b.name, limit, result, offsets)
             texts[json_file] = document_text(document)
         if html_file is not None:
-            texts[html_file] = comparison_page(a.name, b.name, limit, found, offsets)
+            texts[html_file] = comparison_page(a.name, b.name, limit, result, offsets)
         if alignment_file is not None:
             texts[alignment_file] = _alignment(pair, a)
         write_texts(texts)
         if quiet:
             return
         console = Console()
-        for table in comparison_tables(found):
+        for table in comparison_tables(result):
             fitting = table if console.width >= _WIDE else table.narrow()
             console.print(printed(fitting, console.width))
-        for sentence in comparison_sentences(found, offsets):
+        for sentence in comparison_sentences(result, offsets):
             console.print(f"! {sentence}", markup=False)
 
     guarded(work)
 
 
 def _alignment(pair: StationPair | None, a: Path) -> str:
-    """What the second station may miss the first by, about the middle of both."""
+    """Uncertainty of the second station against the first, about the middle of both, for py4dgeo.
+
+    Raises
+    ------
+    InputError
+        The stations are not known with their covariance.
+    """
     if pair is None:
         raise InputError(
             "the stations of the clouds are not known with their covariance",

@@ -1,4 +1,4 @@
-"""The command complete: what no station saw, or only one, or none well enough."""
+"""The command complete: surfaces that no station saw, or only one, or none well enough."""
 
 from __future__ import annotations
 
@@ -38,16 +38,16 @@ def complete(
         refuse_outputs(clouds, (json_file, html_file))
         required = None if sigma_mm is None else sigma_mm / 1e3
         with shown(quiet) as progress:
-            found = complete_clouds(clouds, model, cell_m, required, progress)
+            result = complete_clouds(clouds, model, cell_m, required, progress)
         texts = {}
         if json_file is not None:
-            data = heading(SCHEMA) | found.to_json()
+            data = heading(SCHEMA) | result.to_json()
             texts[json_file] = document_text(CompletenessDocument.model_validate(data))
         if html_file is not None:
             title = ", ".join(path.name for path in clouds[:4])
-            texts[html_file] = completeness_page(title, found)
+            texts[html_file] = completeness_page(title, result)
         write_texts(texts)
         if not quiet:
-            typer.echo(completeness_text(found))
+            typer.echo(completeness_text(result))
 
     guarded(work)

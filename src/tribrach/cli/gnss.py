@@ -1,4 +1,4 @@
-"""The command baseline: two receivers' RINEX files to a vector with its covariance."""
+"""The command baseline: a vector with its covariance from the RINEX files of two receivers."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def baseline(
 
     def work() -> None:
         refuse_outputs((base, rover, *navigation), [json_file])
-        wish = Processing(
+        settings = Processing(
             mask, frequencies, systems, not no_atmosphere, 3.0, sigma_factor, antex, engine, seconds
         )
         place = _numbers(base_xyz)
@@ -71,7 +71,7 @@ def baseline(
                 rover,
                 navigation,
                 place,
-                wish,
+                settings,
                 base_antenna=_antenna(base, base_height),
                 rover_antenna=_antenna(rover, rover_height),
                 progress=progress,
@@ -96,5 +96,5 @@ def _numbers(text: str) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
 
 
 def _antenna(path: Path, height: float | None) -> AntennaSetup | None:
-    """The antenna of a file with a height of the user's; None if he gives none."""
+    """The antenna of a file with a height of the user's; None if no height is given."""
     return None if height is None else AntennaSetup.of(read_observations(path), height=height)

@@ -1,4 +1,4 @@
-"""The command plan: what a network will be, before anyone drives out."""
+"""The command plan: precision and reliability of a network before it is measured."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ def plan(
         given = Project.load(project)
         with shown(quiet) as progress:
             job = open_job(given, progress)
-            found = find_and_name(job, given.results, progress) if given.scans else None
-            named = None if found is None else found.named
+            findings = find_and_name(job, given.results, progress) if given.scans else None
+            named = None if findings is None else findings.named
             result = plan_project(job, None if named is None else named.survey, progress)
             page = plan_report(result)
         texts = {}

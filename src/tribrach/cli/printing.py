@@ -1,4 +1,4 @@
-"""A table of a report as the terminal shows it."""
+"""Prints the tables of a report in a terminal."""
 
 from __future__ import annotations
 
@@ -14,13 +14,18 @@ _WORD, _CELL = 10, 14
 
 
 def printed(table: ReportTable, width: int) -> Printed:
-    """Heads with their units, numbers to the right; what stands in brackets is no markup.
+    """A table as the terminal shows it.
+
+    Heads carry their units, numbers stand to the right, brackets are kept as text. Where a table
+    needs more characters than a line has, heads are folded and then blanks left out; numbers are
+    never cut, since a cut number is another number.
 
     Parameters
     ----------
+    table
+        Of a report.
     width
-        Characters in a line of the terminal. Where a table needs more, heads are folded and then
-        blanks left out; numbers are never cut, since a cut number is another number.
+        Characters in a line of the terminal.
     """
     widths = [_natural(table, k) for k in range(len(table.columns))]
     if _total(widths, 1) > width:
@@ -48,13 +53,13 @@ def _total(widths: list[int], padding: int) -> int:
 
 
 def _natural(table: ReportTable, k: int) -> int:
-    """Characters of a column as it stands."""
+    """Characters of a column that is not folded."""
     column = table.columns[k]
     return max(len(column.head), len(column.unit), _longest(table, k))
 
 
 def _least(table: ReportTable, k: int) -> int:
-    """Characters of a column whose head, or whose cells of many words, are folded."""
+    """Characters of a column with its head, or its cells of many words, folded."""
     column = table.columns[k]
     words = max(map(len, (*column.head.split(), column.unit)), default=0)
     longest = _longest(table, k)

@@ -47,18 +47,18 @@ def register(
         refuse_outputs(files, [json_file])
         floor = (floor_mm / 1e3, floor_arcsec * SEC)
         with shown(quiet) as progress:
-            found = register_files(files, approximate=approximate, floor=floor, progress=progress)
-            written = [] if out is None else write_placed(found, out, progress)
+            result = register_files(files, approximate=approximate, floor=floor, progress=progress)
+            written = [] if out is None else write_placed(result, out, progress)
         if json_file is not None:
-            text = document_text(registration_document(found))
+            text = document_text(registration_document(result))
             written += write_texts({json_file: text})
         if quiet:
             return
         console = Console()
-        for table in cloud_registration_tables(found.registration):
+        for table in cloud_registration_tables(result.registration):
             fitting = table if console.width >= _WIDE else table.narrow()
             console.print(printed(fitting, console.width))
-        for sentence in found.registration.sentences:
+        for sentence in result.registration.sentences:
             console.print(f"! {sentence}", markup=False)
         for path in written:
             console.print(str(path), markup=False)

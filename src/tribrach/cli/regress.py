@@ -1,4 +1,4 @@
-"""Regression of differences on range and incidence: regress."""
+"""The command regress: differences of clouds against range and incidence."""
 
 from __future__ import annotations
 
@@ -40,15 +40,15 @@ def regress(
         causes, effects = _names(x, "--x"), _names(y, "--y")
         read = read_comparison if table.suffix.lower() == ".json" else read_numbers
         rows = read(table, [*causes, *effects])
-        found = fit(rows.values, causes, effects, rows.units, confidence)
+        regression = fit(rows.values, causes, effects, rows.units, confidence)
         texts = {}
         if json_file is not None:
-            texts[json_file] = document_text(regression_document(found))
+            texts[json_file] = document_text(regression_document(regression))
         if html_file is not None:
-            texts[html_file] = regression_page(table.name, rows.values, rows.units, found)
+            texts[html_file] = regression_page(table.name, rows.values, rows.units, regression)
         write_texts(texts)
         if not quiet:
-            text = regression_text(found, rows.units)
+            text = regression_text(regression, rows.units)
             typer.echo("\n".join([text, *(f"! {r}" for r in rows.remarks)]))
 
     guarded(work)

@@ -1,4 +1,4 @@
-"""Commands on scans: info, convert."""
+"""The commands info and convert on scans."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""What all commands share: errors as sentences, progress.
+"""What all commands share: errors as sentences, refused outputs, progress.
 
-Whatever is wrong with the input ends in a sentence on standard error and exit status 2.
+An error of the input ends in a sentence on standard error and exit status 2.
 """
 
 from __future__ import annotations
@@ -48,7 +48,14 @@ def guarded(work: Callable[[], Any]) -> None:
 
 
 def refuse_outputs(inputs: Iterable[Path], outputs: Iterable[Path | None]) -> None:
-    """Refuse, before any work is done, results that would take the place of something else.
+    """Refuse, before any work is done, results that would overwrite something else.
+
+    Parameters
+    ----------
+    inputs
+        Files that the command reads.
+    outputs
+        Files that it writes; None takes no part.
 
     Raises
     ------
@@ -79,7 +86,7 @@ def fail(sentence: str) -> NoReturn:
 
 @contextmanager
 def shown(quiet: bool) -> Iterator[Callable[[str, int, int | None], None]]:
-    """A progress display on standard error; nothing where that is no terminal."""
+    """A progress display on standard error; nothing is shown where that is no terminal."""
     if quiet or not sys.stderr.isatty():
         yield lambda what, done, total: None
         return

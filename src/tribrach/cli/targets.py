@@ -1,4 +1,4 @@
-"""The command targets: what can be found in scans, as a run would find it."""
+"""The command targets: finds targets in scans, as a run would find them."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def targets(
             raise typer.BadParameter(
                 "give --sphere, --checkerboard or --disc with a size in metres"
             )
-        found: list[Findings] = []
+        findings: list[Findings] = []
         for one in read_scans(scan):
             seen = one if origin is None else seen_from(one, origin)
             at_station = StationScan(one.name, one.name, seen, None, False, {})
@@ -72,33 +72,33 @@ def targets(
                     record=one.name,
                     cure="give its coordinates with --origin x y z",
                 )
-            found.append(find_targets(at_station, wanted).moved(seen.scanner))
-        _write(found, json_file, png_file)
+            findings.append(find_targets(at_station, wanted).moved(seen.scanner))
+        _write(findings, json_file, png_file)
         if not quiet:
-            _print(found)
+            _print(findings)
 
     guarded(work)
 
 
-def _write(found: list[Findings], json_file: Path | None, png_file: Path | None) -> None:
+def _write(findings: list[Findings], json_file: Path | None, png_file: Path | None) -> None:
     """JSON of all scans; one picture for each, numbered where there are several."""
     if json_file is not None:
         data = heading(SCHEMA) | {
-            "targets": [d.to_dict() for f in found for d in f.detections],
-            "rejected": [{"scan": f.scan, **r.to_dict()} for f in found for r in f.rejected],
+            "targets": [d.to_dict() for f in findings for d in f.detections],
+            "rejected": [{"scan": f.scan, **r.to_dict()} for f in findings for r in f.rejected],
         }
         write_text(json_file, document_text(TargetsDocument.model_validate(data)))
     if png_file is not None:
-        for number, finding in enumerate(found, start=1):
-            one = len(found) == 1
+        for number, finding in enumerate(findings, start=1):
+            one = len(findings) == 1
             path = png_file if one else png_file.with_stem(f"{png_file.stem}-{number}")
             assert finding.panorama is not None
             write_bytes(path, panorama_png(finding.panorama))
 
 
-def _print(found: list[Findings]) -> None:
+def _print(findings: list[Findings]) -> None:
     """One line per target and per rejected candidate."""
-    for finding in found:
+    for finding in findings:
         typer.echo(
             f"{finding.scan}: {finding.points} points, {len(finding.detections)} targets, "
             f"{len(finding.rejected)} candidates rejected"

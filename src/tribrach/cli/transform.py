@@ -1,4 +1,4 @@
-"""The commands transform fit and transform apply: from one system into another by common points."""
+"""The commands transform fit and transform apply: from one system to another by common points."""
 
 from __future__ import annotations
 
@@ -51,12 +51,12 @@ def fit(
 
     def work() -> None:
         refuse_outputs((a, b), [json_file])
-        found = fit_files(a, b, model, check or [], snoop=snoop)
-        outcome = found.outcome
+        result = fit_files(a, b, model, check or [], snoop=snoop)
+        outcome = result.outcome
         left = [
             f"only in {path.name}: {', '.join(names[:8])}"
             + (f" and {len(names) - 8} more" if len(names) > 8 else "")
-            for path, names in zip((a, b), found.alone, strict=True)
+            for path, names in zip((a, b), result.alone, strict=True)
             if names
         ]
         if json_file is not None:

@@ -53,8 +53,8 @@ class LocalMap:
         return out
 
     def _fit(self, low: Array, high: Array) -> None:
-        """Fit the cubic over the box of all points so far and a margin; drop it if it is not exact
-        enough.
+        """Fit the cubic over the box of all points so far, with a margin; drop it if it is not
+        exact.
         """
         if self._coefficients is not None:
             low, high = np.minimum(low, self._low), np.maximum(high, self._high)

@@ -46,8 +46,11 @@ def xyz_from_polar(polar: Array) -> Array:
 
 
 def polar_by_xyz(u: Array) -> Array:
-    """Derivative ``d(r, H, V)/du`` (n, 3, 3) at vectors (n, 3) off the poles (method section
-    2.0).
+    """Derivative ``d(r, H, V)/du`` (n, 3, 3) at vectors (n, 3) off the poles.
+
+    References
+    ----------
+    Method section 2.0.
     """
     x, y, z = u[:, 0], u[:, 1], u[:, 2]
     h2 = x**2 + y**2

@@ -40,8 +40,12 @@ def log(matrix: Array) -> Array:
 
 
 def right_jacobian_inverse(r: Array) -> Array:
-    """Derivative (..., 3, 3) of ``log(exp(r) @ exp(e))`` by ``e`` at ``e = 0``, of vectors r (...,
-    3).
+    """Derivative (..., 3, 3) of ``log(exp(r) @ exp(e))`` by ``e`` at ``e = 0``.
+
+    Parameters
+    ----------
+    r : (..., 3)
+        Rotation vectors [rad].
 
     Notes
     -----

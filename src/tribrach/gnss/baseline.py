@@ -351,9 +351,7 @@ def _solved(
     settings: Processing,
     options: dict[str, object],
 ) -> tuple[Solution, SatelliteUse | None, EngineName]:
-    """Run the engine in a temporary folder; the options of the antennas are added to
-    ``options``.
-    """
+    """Run the engine in a temporary folder; ``options`` gets those of the antennas."""
     with tempfile.TemporaryDirectory(prefix="tribrach-") as name:
         folder = Path(name)
         antex = None if settings.antex is None else read_antex(settings.antex)

@@ -66,7 +66,7 @@ class Correction:
         return out
 
     def raw(self, xyz: Array) -> Array:
-        """Points (n, 3) as the scanner read them, which :meth:`corrected` brings to ``xyz`` (n, 3)
+        """Points as the scanner read them: those that :meth:`corrected` brings to ``xyz`` (n, 3)
         [m].
         """
         out = xyz

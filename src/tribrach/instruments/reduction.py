@@ -171,8 +171,9 @@ def wrapped(angle: Array) -> Array:
 
 
 def adjust_rounds(directions: Array) -> Rounds:
-    """Adjust directions (s, t) [rad] of s sets to t targets; sets that share no target stay
-    apart.
+    """Adjust directions (s, t) [rad] of s sets to t targets.
+
+    Sets that share no target with others stay apart.
     """
     known = np.isfinite(directions)
     orientation, direction = _approximate(directions, known)

@@ -123,9 +123,7 @@ def _uses(table: CsvTable) -> tuple[tuple[str, ...], tuple[str, ...]]:
 
 
 def _covariance(table: CsvTable, d: int) -> Array | None:
-    """Covariances (n, d, d) [m^2] from six (three in the plane) columns or from sigmas; None
-    without.
-    """
+    """Covariances (n, d, d) [m^2] from columns of covariances or of sigmas; None without."""
     pairs = [f"c{pair}" for pair in _PAIRS if d == 3 or "u" not in pair]
     axes = ("e", "n", "u")[:d]
     if any(table.has(pair) for pair in pairs):

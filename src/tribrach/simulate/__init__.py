@@ -1,1 +1,1 @@
-"""Simulated observations of any network, with truth."""
+"""Simulated scans and survey observations, with the truth they were drawn from."""

@@ -1,4 +1,4 @@
-"""Scans of a station: a panorama of about so many points, and fine windows around targets."""
+"""Scan grids of a station: a panorama of about so many points, and fine windows around targets."""
 
 from __future__ import annotations
 
@@ -34,7 +34,23 @@ def overview(
     v: tuple[float, float],
     h: tuple[float, float] | None = None,
 ) -> TwinScan:
-    """A scan of about so many points of the scene: a panorama, or a window of H and V [rad]."""
+    """A scan of about so many points of the scene: a panorama or a window.
+
+    Parameters
+    ----------
+    name
+        Of the scan and of its station.
+    scene
+        What is scanned.
+    pose
+        World from scanner.
+    points
+        How many, about.
+    v
+        Range of zenith angles [rad].
+    h
+        Range of horizontal angles [rad], a full circle if None.
+    """
     view = SceneView(scene, pose.translation)
     low, high = (0.0, 2 * np.pi) if h is None else h
     rng = np.random.default_rng(1)
@@ -51,12 +67,20 @@ def overview(
 def fine_scan(
     station: str, pose: Pose, targets: Sequence[TwinTarget], step: float, name: str = ""
 ) -> TwinScan:
-    """One scan of windows around targets, all on one grid of this step [rad].
+    """One scan of windows around targets, all on one grid.
 
     Parameters
     ----------
+    station
+        Its name.
+    pose
+        World from scanner.
+    targets
+        In the world.
+    step
+        Of the grid [rad].
     name
-        Of the scan, that of the station and "-targets" if empty.
+        Of the scan; that of the station and "-targets" if empty.
 
     Raises
     ------
@@ -87,7 +111,7 @@ def fine_scan(
 
 
 def _arc(h: Array, half: Array) -> tuple[float, float]:
-    """Start and length of the shortest arc that holds intervals around H."""
+    """Start and length [rad] of the shortest arc that holds intervals around H."""
     order = np.argsort(h)
     gaps = np.diff(np.append(h[order], h[order[0]] + 2 * np.pi))
     start = h[order[(int(np.argmax(gaps)) + 1) % len(h)]]

@@ -1,4 +1,4 @@
-"""The footprint of a beam: where it matters, places within it, and averages over it."""
+"""The footprint of a beam: pixels where it matters, places within it, and averages over it."""
 
 from __future__ import annotations
 
@@ -26,19 +26,20 @@ class Blend:
 
     Attributes
     ----------
-    intensity
-        Reflectance times cosine, nothing counting as zero.
-    range
+    intensity : (n,)
+        Reflectance times cosine, with nothing counting as zero.
+    range : (n,)
         Weighted by intensity [m].
-    cosine
-        Of the middle or the nearest.
-    spread
+    cosine : (n,)
+        Of incidence where the middle of the beam hit, or at the nearest place hit.
+    spread : (n,)
         Of the ranges [m].
-    met
-        Was anything met?
-    several
-        Was it more than one surface?; truth (n, 3) : where the middle of the beam hit, or, if that
-        missed, the nearest place hit.
+    met : (n,)
+        Something was hit.
+    several : (n,)
+        More than one surface was hit.
+    truth : (n, 3)
+        Where the middle of the beam hit, or, if that missed, the nearest place hit [m].
     """
 
     intensity: Array
@@ -58,7 +59,15 @@ def uniform_disc(rng: np.random.Generator, count: int) -> Array:
 
 
 def unit_vectors(angles: Array, rotation: Array) -> Array:
-    """Unit vectors (n, 3), world, of H and V (n, 2) [rad]; rotation (3, 3) world from scanner."""
+    """Unit vectors (n, 3) in the world.
+
+    Parameters
+    ----------
+    angles : (n, 2)
+        H and V [rad].
+    rotation : (3, 3)
+        World from scanner.
+    """
     rays = np.empty((len(angles), 3))
     _unit_vectors(np.ascontiguousarray(angles), np.ascontiguousarray(rotation), rays)
     return rays
@@ -74,9 +83,16 @@ def _unit_vectors(angles, t, rays):  # type: ignore[no-untyped-def]
 
 
 def offset_rays(rays: Array, offset: Array, length: Array) -> Array:
-    """Unit vectors (n, 3) that pass a beam at ``length`` (n,) with ``offset`` (n, 2) [m].
+    """Unit vectors (n, 3) that pass beams at an offset.
 
-    The first offset is level, the second across it.
+    Parameters
+    ----------
+    rays : (n, 3)
+        Unit vectors of the beams.
+    offset : (n, 2)
+        Level, and across that [m].
+    length : (n,)
+        Distance at which the offset holds [m].
     """
     moved = np.empty_like(rays)
     _offset_rays(np.ascontiguousarray(rays), np.ascontiguousarray(offset), length, moved)
@@ -108,9 +124,22 @@ def average(
     beams: int,
     rng: np.random.Generator,
 ) -> Blend:
-    """Means over footprints of beams (n, 3), each sampled by ``beams`` rays.
+    """Means over footprints of beams.
 
-    length (n,) : range at which the diameter (n,) holds [m].
+    Parameters
+    ----------
+    view
+        The scene from the scanner.
+    rays : (n, 3)
+        Unit vectors of the beams.
+    length : (n,)
+        Range at which the diameter holds [m].
+    diameter : (n,)
+        Of the footprints [m].
+    beams
+        Rays that sample each footprint.
+    rng
+        Turns the samples.
     """
     n = len(rays)
     number = np.arange(beams)
@@ -150,10 +179,25 @@ def average(
 def border(
     primitive: Array, reflectance: Array, window: Array, ranges: Array
 ) -> tuple[NDArray[np.bool_], Array]:
-    """Pixels (columns, rows) with another primitive or reflectance within their window.
+    """Pixels with another primitive or reflectance within their window.
 
-    Primitive -2 marks pixels that were not looked at; window (columns, rows) is in pixels. The
-    second result (columns, rows) is the shortest range within the window [m].
+    Parameters
+    ----------
+    primitive : (columns, rows)
+        Its number, -2 for pixels that were not looked at.
+    reflectance : (columns, rows)
+        Of each pixel.
+    window : (columns, rows)
+        Half the size of the window [pixels].
+    ranges : (columns, rows)
+        Of each pixel [m].
+
+    Returns
+    -------
+    edge : (columns, rows)
+        Another surface lies within the window.
+    near : (columns, rows)
+        Shortest range within the window [m].
     """
     edge, near = np.zeros(primitive.shape, dtype=bool), np.full(primitive.shape, np.inf)
     _border(primitive, reflectance, window, ranges, edge, near)

@@ -1,8 +1,8 @@
 """A total station's raw file of a simulated survey: both faces, sets, axis errors of the day.
 
 GSI with 16 characters of data, as Leica instruments write it: a block for each set-up with the
-height of the instrument, and one for each sight. Readings scatter by themselves; what centring and
-heights do to a sight is the same in all its readings, as the instrument's precision says.
+height of the instrument, and one for each sight. Readings scatter by themselves; the errors of
+centring and heights are the same in all readings of a sight, as the instrument's precision says.
 """
 
 from __future__ import annotations
@@ -22,7 +22,15 @@ __all__ = ["InstrumentDay", "gsi"]
 
 @dataclass(frozen=True)
 class InstrumentDay:
-    """How the instrument was on that day: collimation and index error [rad], sets measured."""
+    """State of an instrument on one day.
+
+    Attributes
+    ----------
+    collimation, index
+        Collimation and index error [rad].
+    sets
+        That are measured.
+    """
 
     collimation: float = 6 * SEC
     index: float = -4 * SEC
@@ -38,13 +46,24 @@ def gsi(
     rng: np.random.Generator,
     day: InstrumentDay | None = None,
 ) -> str:
-    """The raw file of sights (from, to); one set-up for each name that sights start from.
+    """The raw file of sights, with one set-up for each name that sights start from.
+
+    In each set the targets are read in face 1 and backwards in face 2.
 
     Parameters
     ----------
     places
-        True coordinates (3,); heights [m], zero for names that are not there. In each set the
-        targets are read in face 1 and backwards in face 2.
+        True coordinates (3,) by name [m].
+    lines
+        Sights (from, to).
+    height_instrument, height_target
+        By name [m], zero for names that are missing.
+    precision
+        Of the instrument.
+    rng
+        Draws the errors.
+    day
+        State of the instrument.
     """
     day = day or InstrumentDay()
     direction, zenith, distance = true_sights(
@@ -55,11 +74,11 @@ def gsi(
     for k, (start, _) in enumerate(lines):
         setups.setdefault(start, []).append(k)
     rows: list[list[str]] = []
-    for start, mine in setups.items():
+    for start, sights in setups.items():
         turn = rng.uniform(0, 2 * np.pi)
         rows.append([_name(start), _length("88", height_instrument.get(start, 0.0))])
         for one in range(day.sets):
-            for face, order in ((0, mine), (1, mine[::-1])):
+            for face, order in ((0, sights), (1, sights[::-1])):
                 for k in order:
                     h, v, s = readings[:, one, face, k]
                     end = lines[k][1]

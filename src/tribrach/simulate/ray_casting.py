@@ -1,7 +1,9 @@
 """The nearest primitive along each of many rays from one place.
 
 Directions are sorted into the cells of a cube around the place; a cell knows the primitives whose
-boxes reach into its pyramid, and a ray looks at these only.
+boxes reach into its pyramid, and a ray is intersected with these only. A ray is ``o + r d`` with
+unit ``d``; each intersection is computed in the primitive's own frame. Boxes, cylinders and spheres
+are hit from outside or from inside, flat primitives from both sides.
 """
 
 from __future__ import annotations
@@ -17,18 +19,12 @@ from tribrach.simulate.scene import BOX, CHECKERBOARD, CYLINDER, DISC, SPHERE, S
 
 __all__ = ["Hits", "SceneView"]
 
-# Where does a ray meet one primitive? Compiled, one ray at a time, in the primitive's own frame.
-#
-# A ray is ``o + r d`` with unit ``d``. Boxes, cylinders and spheres are met from outside or from
-# inside; flat primitives from both sides.
-
-
-#: a range that means that nothing was met [m]
+#: the range of rays that hit nothing [m]
 FAR = 1e30
-
-
 #: nearer than this is the instrument itself [m]
 _NEAR = 1e-6
+#: cells along an edge of the cube
+_CELLS = 24
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -113,8 +109,16 @@ def _cylinder(o, d, radius, top):  # type: ignore[no-untyped-def]
 def meet(kind, axes, half, o, dx, dy, dz, d):  # type: ignore[no-untyped-def]
     """Range [m] (FAR if none) and cosine of incidence of a ray with one primitive.
 
-    o (3,) : origin in the primitive's frame; d (3,) : room for the direction in that frame, left
-    filled for :func:`reflectance_at`.
+    Parameters
+    ----------
+    kind, axes, half
+        Of the primitive.
+    o : (3,)
+        Origin of the ray in the primitive's frame [m].
+    dx, dy, dz
+        Direction of the ray in the world.
+    d : (3,)
+        Room for the direction in the primitive's frame; it is filled for :func:`reflectance_at`.
     """
     for k in range(3):
         d[k] = axes[k, 0] * dx + axes[k, 1] * dy + axes[k, 2] * dz
@@ -139,20 +143,20 @@ def reflectance_at(kind, reflectance, pattern, x, y):  # type: ignore[no-untyped
     return reflectance[0]
 
 
-#: cells along an edge of the cube
-_CELLS = 24
-
-
 @dataclass(frozen=True, eq=False)
 class Hits:
-    """What rays (n,) met.
-
-    range [m], infinite where nothing; cosine of the incidence angle; reflectance.
+    """Hits of n rays.
 
     Attributes
     ----------
-    primitive
-        Its number, -1 where nothing.
+    range : (n,)
+        In metres, infinite where nothing was hit.
+    cosine : (n,)
+        Of the incidence angle.
+    reflectance : (n,)
+        At the place that was hit.
+    primitive : (n,)
+        Its number, -1 where nothing was hit.
     """
 
     range: Array
@@ -162,7 +166,15 @@ class Hits:
 
 
 class SceneView:
-    """A scene as seen from one place (3,) of the world."""
+    """A scene as seen from one place.
+
+    Parameters
+    ----------
+    scene
+        The primitives.
+    origin : (3,)
+        In the world [m].
+    """
 
     def __init__(self, scene: Scene, origin: Array) -> None:
         self.scene, self.origin = scene, np.asarray(origin, dtype=float)
@@ -170,11 +182,19 @@ class SceneView:
         self._start, self._items = _candidates(scene.corners() - self.origin)
 
     def cast(self, directions: Array) -> Hits:
-        """The nearest hits of unit vectors (n, 3), world."""
+        """The nearest hits of rays (n, 3), unit vectors in the world."""
         return self._hits(directions, None)
 
     def again(self, directions: Array, primitive: NDArray[np.int64]) -> Hits:
-        """Hits of unit vectors (n, 3) with one primitive each (n,), and with no other."""
+        """Hits of rays with one primitive each and with no other.
+
+        Parameters
+        ----------
+        directions : (n, 3)
+            Unit vectors in the world.
+        primitive : (n,)
+            Numbers of the primitives.
+        """
         return self._hits(directions, primitive)
 
     def _hits(self, directions: Array, only: NDArray[np.int64] | None) -> Hits:
@@ -223,7 +243,7 @@ def _on_face(face, p):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def _reach(corners, start, items):  # type: ignore[no-untyped-def]
-    """Count (items empty) or list the primitives whose corners lie on no outer side of a cell.
+    """Count (``items`` empty) or list the primitives whose corners lie on no outer side of a cell.
 
     When counting, ``start[c + 1]`` is the number of cell c; when listing, ``start[c]`` moves on.
     """
@@ -246,7 +266,7 @@ def _reach(corners, start, items):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def _outside(corners, face, u0, v0, width):  # type: ignore[no-untyped-def]
-    """Do all corners lie beyond one side of the cell's pyramid?"""
+    """True if all corners lie beyond one side of the cell's pyramid."""
     behind, left, right, below, above = True, True, True, True, True
     for k in range(8):
         w, u, v = _on_face(face, corners[k])
@@ -266,17 +286,17 @@ def _cast(rays, kind, axes, half, reflect, pattern, local, start, items, r, c, a
         i = min(int((u + 1) * (_CELLS / 2)), _CELLS - 1)
         j = min(int((v + 1) * (_CELLS / 2)), _CELLS - 1)
         cell = (face * _CELLS + i) * _CELLS + j
-        best, cosine, found = FAR, 0.0, -1
+        best, cosine, number = FAR, 0.0, -1
         d = np.empty(3)
         for k in range(start[cell], start[cell + 1]):
             m = items[k]
             length, along = meet(kind[m], axes[m], half[m], local[m], x, y, z, d)
             if length < best:
-                best, cosine, found = length, along, m
-        r[n], c[n], p[n], a[n] = np.inf, cosine, found, 0.0
-        if found >= 0:
+                best, cosine, number = length, along, m
+        r[n], c[n], p[n], a[n] = np.inf, cosine, number, 0.0
+        if number >= 0:
             r[n] = best
-            a[n] = _reflectance(found, best, x, y, z, kind, axes, reflect, pattern, local)
+            a[n] = _reflectance(number, best, x, y, z, kind, axes, reflect, pattern, local)
 
 
 @njit(cache=True, parallel=True, nogil=True)

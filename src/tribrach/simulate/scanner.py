@@ -1,11 +1,11 @@
-"""A panoramic laser scanner in a scene: what it measures, and where its echoes really came from.
+"""A panoramic laser scanner in a scene: its measurements, and where the echoes really came from.
 
 Directions of the grid are what the instrument reports; its beams leave them by the errors of the
 encoders and by the misalignments of a calibration model (``true = measured + Delta``). A beam has a
 footprint, the uniform disc of diameter ``hypot(d0, gamma rho)``: the echo of a single surface comes
-from a random place of it, as :class:`ScanNoise` says (Lichti and Gordon 2004; method section
-5.1), the intensity is its mean over the footprint, and at the border of two surfaces the range is a
-mean of both, weighted by intensity (a mixed pixel).
+from a random place of it, as :class:`ScanNoise` says (Lichti and Gordon 2004; method section 5.1),
+the intensity is its mean over the footprint, and at the border of two surfaces the range is a mean
+of both, weighted by intensity (a mixed pixel).
 """
 
 from __future__ import annotations
@@ -52,7 +52,17 @@ _CLOSE = 1.0
 
 @dataclass(frozen=True)
 class ScanGrid:
-    """Directions of a scan: H = first_h + column step, V = first_v + row step [rad]."""
+    """Directions of a scan: H = first_h + column step, V = first_v + row step.
+
+    Attributes
+    ----------
+    first_h, first_v
+        Of the first column and row [rad].
+    step
+        In both directions [rad].
+    rows, columns
+        Of the grid.
+    """
 
     first_h: float
     first_v: float
@@ -62,13 +72,29 @@ class ScanGrid:
 
     @classmethod
     def window(cls, h: tuple[float, float], v: tuple[float, float], step: float) -> ScanGrid:
-        """A window from H and V to H and V [rad], H counter-clockwise, with this step."""
+        """A window of the sphere.
+
+        Parameters
+        ----------
+        h, v
+            First and last H and V [rad], H counter-clockwise.
+        step
+            In both directions [rad].
+        """
         rows, columns = int((v[1] - v[0]) / step) + 1, int((h[1] - h[0]) / step) + 1
         return cls(h[0], v[0], step, rows, columns)
 
     @classmethod
     def panorama(cls, v: tuple[float, float], points: int) -> ScanGrid:
-        """A full circle of H and this range of V [rad] with about so many directions."""
+        """A full circle of H.
+
+        Parameters
+        ----------
+        v
+            First and last V [rad].
+        points
+            How many directions, about.
+        """
         step = float(np.sqrt(2 * np.pi * (v[1] - v[0]) / points))
         columns = max(round(2 * np.pi / step), 4)
         step = 2 * np.pi / columns
@@ -84,27 +110,30 @@ class ScanGrid:
 
 @dataclass(frozen=True)
 class Scanner:
-    """What an instrument does to true ranges and angles.
+    """An instrument, and what it does to true ranges and angles.
 
     Attributes
     ----------
     noise
         Of single points.
     incidence
-        Is the noise of ranges divided by the cosine of the incidence angle?
+        The noise of ranges is divided by the cosine of the incidence angle.
     intensity
         Noise of the intensity, which is reflectance times cosine and goes from 0 to 1.
     weakest
-        Echoes below this intensity are lost; nearest, farthest [m].
+        Echoes below this intensity are lost.
+    nearest, farthest
+        Limits of the range [m].
     model, parameters
         Calibration parameters by name [m and rad].
     faces
-        A dome scanner sees with its back face where H exceeds 180 degrees.
+        A ``dome`` scanner sees with its back face where H exceeds 180 degrees.
     beams
         Rays over the footprint at borders.
     separable
-        Mixed pixels whose ranges spread by more than this [m] are lost with the probability
-        ``lost``.
+        Mixed pixels whose ranges spread by more than this [m] may be lost.
+    lost
+        The probability of that.
     """
 
     noise: ScanNoise
@@ -121,7 +150,7 @@ class Scanner:
     lost: float = 0.7
 
     def delta(self, polar: Array) -> Array:
-        """Corrections (n, 3) of measured r, H, V (n, 3)."""
+        """Corrections (n, 3) of measured range [m], H and V [rad] (n, 3)."""
         if not self.parameters:
             return np.zeros_like(polar)
         chosen = self.model.select(tuple(self.parameters))
@@ -138,15 +167,23 @@ class Scanner:
 class SimulatedPoints:
     """Consecutive points of a simulated scan.
 
-    xyz (n, 3) : as measured, scanner frame [m]; intensity (n,) float32, 0 to 1; row, column (n,)
-    int32; truth (n, 3) : world place that the echo came from [m]; primitive (n,) : what it hit;
-    mixed (n,) : is the range a mean over several surfaces? then the truth is where the middle of
-    the beam hit.
-
     Attributes
     ----------
+    xyz : (n, 3)
+        As measured, in the scanner frame [m].
+    intensity : (n,)
+        float32, 0 to 1.
+    row, column : (n,)
+        int32, of the grid.
+    truth : (n, 3)
+        Place in the world that the echo came from [m].
+    primitive : (n,)
+        What it hit.
+    mixed : (n,)
+        The range is a mean over several surfaces; the truth is then where the middle of the beam
+        hit.
     rays
-        Directions that the scanner looked along, hit or not.
+        Directions that were measured, hit or not.
     """
 
     xyz: Array
@@ -174,11 +211,23 @@ def scan(
 
     Parameters
     ----------
+    scene
+        What is scanned.
     pose
         World from scanner, the true one.
+    scanner
+        The instrument.
+    grid
+        Its directions.
     seed
-        The same numbers give the same scan, whatever is scanned before or after; mask (rows,
-        columns) : directions that are looked along.
+        The same numbers give the same scan, whatever is scanned before or after.
+    mask : (rows, columns)
+        Directions that are measured, all if None.
+
+    Yields
+    ------
+    SimulatedPoints
+        The points of a block.
     """
     view = SceneView(scene, pose.translation)
     width = max(1, _BLOCK // grid.rows)
@@ -266,17 +315,19 @@ class _Beams:
         return echo
 
     def _near(self, rays: Array, number: Index, edge: NDArray[np.bool_]) -> Hits:
-        """Hits with the primitives expected; where these are missed or a border is near, any."""
+        """Hits with the expected primitives; with any where these are missed or a border is
+        near.
+        """
         hits = self._view.again(rays, number)
         at = np.flatnonzero(edge | (hits.primitive < 0))
         if len(at):
             fresh = self._view.cast(rays[at])
-            for mine, new in zip(_columns(hits), _columns(fresh), strict=True):
-                mine[at] = new
+            for old, new in zip(_columns(hits), _columns(fresh), strict=True):
+                old[at] = new
         return hits
 
     def _pixels(self) -> _Pixels:
-        """The block's pixels that see something, from undisturbed beams with a rim around them."""
+        """The block's pixels that hit something, from undisturbed beams with a rim around them."""
         grid, halo = self._grid, self._halo
         columns = np.arange(self._columns[0] - halo, self._columns[-1] + halo + 1)
         shape = (len(columns), grid.rows)
@@ -313,7 +364,7 @@ class _Beams:
         )
 
     def _reach(self, length: Array, most: int) -> Array:
-        """Pixels (n,) around each whose surfaces its footprint may meet."""
+        """Half width (n,) [pixels] of the window whose surfaces a pixel's footprint may meet."""
         noise = self._scanner.noise
         at = np.where(np.isfinite(length), length, _NEAR_SKY)
         reach = 0.5 * noise.beam_diameter(at) / at + 4 * max(noise.horizontal, noise.vertical)
@@ -335,7 +386,7 @@ class _Beams:
         return self._scanner.delta(np.column_stack([measured, reported]))[:, 1:]
 
     def _measured_range(self, length: Array, reported: Array) -> Array:
-        """What the instrument reads at true ranges (n,): true minus Delta at what it reads."""
+        """What the instrument reads at true ranges (n,): true less Delta at what it reads."""
         true = np.where(np.isfinite(length), length, self._scanner.farthest)
         measured = true.copy()
         for _ in range(_ROUNDS if self._scanner.parameters else 0):
@@ -349,16 +400,20 @@ class _Beams:
 
 @dataclass(frozen=True, eq=False)
 class _Pixels:
-    """Pixels (n,) with what undisturbed beams met.
+    """Pixels (n,) with the hits of undisturbed beams.
 
     Attributes
     ----------
+    row, column
+        Of the grid.
+    range, primitive
+        Of the hit.
     edge
-        Is another surface within reach?
+        Another surface is within reach.
     near
-        The shortest range within reach [m].
+        Shortest range within reach [m].
     rays
-        Directions looked along, those that saw nothing included.
+        Directions that were measured, those without a hit included.
     """
 
     row: Index
@@ -383,7 +438,7 @@ class _Echoes:
     kept: NDArray[np.bool_]
 
     def blend(self, at: Index, means: Blend) -> None:
-        """Put means over footprints in place of single echoes ``at`` (k,).
+        """Replace the echoes ``at`` (k,) by means over footprints.
 
         One surface keeps the echo of one place of it, with the mean intensity.
         """

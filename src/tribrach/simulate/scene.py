@@ -40,20 +40,30 @@ __all__ = [
 RECTANGLE, BOX, CYLINDER, SPHERE, CHECKERBOARD, DISC = range(6)
 #: kinds that lie in the plane z = 0 of their own frame
 _FLAT = (RECTANGLE, CHECKERBOARD, DISC)
+#: reflectance of black print
+_DARK = 0.08
 
 
 @dataclass(frozen=True, eq=False)
 class Primitive:
     """One convex surface.
 
-    center (3,), axes (3, 3) rows local axes in the world, half (3,) extents.
-
     Attributes
     ----------
+    kind
+        One of the constants of this module, such as :data:`BOX`.
+    center : (3,)
+        In the world [m].
+    axes : (3, 3)
+        Local axes in the world, as rows.
+    half : (3,)
+        Half extents along the axes [m].
+    reflectance
+        Of the surface (0 to 1).
     pattern
-        Half the side of the quadrants, or the radius of the disc.
-    reflectance, second
-        Of the surface and of the bright quadrants or the disc (0 to 1).
+        Half the side of the quadrants, or the radius of the disc [m].
+    second
+        Reflectance of the bright quadrants or the disc (0 to 1).
     """
 
     kind: int
@@ -67,10 +77,22 @@ class Primitive:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Primitives as arrays.
+    """n primitives as arrays.
 
-    kind (n,), center (n, 3), axes (n, 3, 3), half (n, 3), reflectance (n, 3) : surface, bright
-    quadrants or disc, dark quadrants; pattern (n,).
+    Attributes
+    ----------
+    kind : (n,)
+        As in :class:`Primitive`.
+    center : (n, 3)
+        In the world [m].
+    axes : (n, 3, 3)
+        Local axes in the world, as rows.
+    half : (n, 3)
+        Half extents [m].
+    reflectance : (n, 3)
+        Of the surface, of the bright quadrants or disc, of the dark quadrants.
+    pattern : (n,)
+        Half the side of the quadrants, or the radius of the disc [m].
     """
 
     kind: NDArray[np.int64]
@@ -82,7 +104,13 @@ class Scene:
 
     @classmethod
     def of(cls, primitives: Sequence[Primitive]) -> Scene:
-        """The scene of some primitives, numbered in their order."""
+        """The scene of some primitives, numbered in their order.
+
+        Raises
+        ------
+        InputError
+            There are none.
+        """
         if not primitives:
             raise InputError("a scene takes at least one primitive")
         return cls(
@@ -98,7 +126,7 @@ class Scene:
         return len(self.kind)
 
     def corners(self) -> Array:
-        """Corners (n, 8, 3) of the boxes that hold the primitives, world."""
+        """Corners (n, 8, 3) [m] of the boxes that hold the primitives, in the world."""
         signs = np.array(
             [[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)], dtype=float
         )
@@ -106,12 +134,16 @@ class Scene:
         return np.asarray(self.center[:, None, :] + np.einsum("nki,nck->nci", self.axes, local))
 
 
-#: reflectance of black print
-_DARK = 0.08
-
-
 def frame_of_normal(normal: ArrayLike, turn: float = 0.0) -> Array:
-    """Axes (3, 3) by rows: the third along ``normal`` (3,), the first level, then turned [rad]."""
+    """Axes (3, 3) as rows: the third along a normal, the first level, then turned about the normal.
+
+    Parameters
+    ----------
+    normal : (3,)
+        Of any length.
+    turn
+        About the normal [rad].
+    """
     z = np.asarray(normal, dtype=float)
     z = z / np.linalg.norm(z)
     x = np.cross([0.0, 0.0, 1.0], z)
@@ -124,19 +156,53 @@ def frame_of_normal(normal: ArrayLike, turn: float = 0.0) -> Array:
 def rectangle(
     center: ArrayLike, normal: ArrayLike, width: float, height: float, reflectance: float
 ) -> Primitive:
-    """A rectangle, ``width`` level and ``height`` across it [m]."""
+    """A rectangle.
+
+    Parameters
+    ----------
+    center : (3,)
+        In the world [m].
+    normal : (3,)
+        Of any length.
+    width, height
+        Level, and across that [m].
+    reflectance
+        0 to 1.
+    """
     half = np.array([width / 2, height / 2, 0.0])
     axes = frame_of_normal(normal)
     return Primitive(RECTANGLE, np.asarray(center, float), axes, half, reflectance)
 
 
 def ground(center: ArrayLike, side: float, reflectance: float = 0.35) -> Primitive:
-    """Level ground, a square of this side [m]."""
+    """Level ground, a square.
+
+    Parameters
+    ----------
+    center : (3,)
+        In the world [m].
+    side
+        Of the square [m].
+    reflectance
+        0 to 1.
+    """
     return rectangle(center, (0, 0, 1), side, side, reflectance)
 
 
 def box(center: ArrayLike, size: ArrayLike, reflectance: float, heading: float = 0.0) -> Primitive:
-    """A standing box of size (3,) [m], turned by ``heading`` [rad] counter-clockwise."""
+    """A standing box.
+
+    Parameters
+    ----------
+    center : (3,)
+        In the world [m].
+    size : (3,)
+        In metres.
+    reflectance
+        0 to 1.
+    heading
+        Turn about the vertical, counter-clockwise [rad].
+    """
     c, s = np.cos(heading), np.sin(heading)
     axes = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
     half = np.asarray(size, dtype=float) / 2
@@ -150,14 +216,36 @@ def cylinder(
     reflectance: float,
     axis: ArrayLike = (0.0, 0.0, 1.0),
 ) -> Primitive:
-    """A cylinder with both caps around its centre [m]."""
+    """A cylinder with both caps.
+
+    Parameters
+    ----------
+    center : (3,)
+        In the world [m].
+    radius, height
+        In metres.
+    reflectance
+        0 to 1.
+    axis : (3,)
+        Of any length.
+    """
     half = np.array([radius, radius, height / 2])
     axes = frame_of_normal(axis)
     return Primitive(CYLINDER, np.asarray(center, float), axes, half, reflectance)
 
 
 def sphere(center: ArrayLike, radius: float, reflectance: float = 0.85) -> Primitive:
-    """A sphere [m]."""
+    """A sphere.
+
+    Parameters
+    ----------
+    center : (3,)
+        In the world [m].
+    radius
+        In metres.
+    reflectance
+        0 to 1.
+    """
     half = np.full(3, float(radius))
     return Primitive(SPHERE, np.asarray(center, float), np.eye(3), half, reflectance)
 
@@ -171,7 +259,23 @@ def checkerboard(
     margin: float = 0.0,
     bright: float = 0.85,
 ) -> Primitive:
-    """Two black and two white quadrants on a board of this side, with a grey margin around [m]."""
+    """Two black and two white quadrants on a board.
+
+    Parameters
+    ----------
+    center : (3,)
+        In the world [m].
+    normal : (3,)
+        Of any length.
+    side
+        Of all four quadrants together [m].
+    turn
+        About the normal [rad].
+    margin
+        Width of the grey margin around [m].
+    bright
+        Reflectance of the white quadrants.
+    """
     half = np.array([side / 2 + margin, side / 2 + margin, 0.0])
     axes = frame_of_normal(normal, turn)
     return Primitive(CHECKERBOARD, np.asarray(center, float), axes, half, 0.4, side / 2, bright)
@@ -180,14 +284,38 @@ def checkerboard(
 def disc(
     center: ArrayLike, normal: ArrayLike, radius: float, side: float, bright: float = 0.85
 ) -> Primitive:
-    """A white disc in the middle of a black square board [m]."""
+    """A white disc in the middle of a black square board.
+
+    Parameters
+    ----------
+    center : (3,)
+        In the world [m].
+    normal : (3,)
+        Of any length.
+    radius
+        Of the disc [m].
+    side
+        Of the board [m].
+    bright
+        Reflectance of the disc.
+    """
     half = np.array([side / 2, side / 2, 0.0])
     axes = frame_of_normal(normal)
     return Primitive(DISC, np.asarray(center, float), axes, half, _DARK, radius, bright)
 
 
 def distance_to_surface(scene: Scene, number: NDArray[np.int64], xyz: Array) -> Array:
-    """Distance (n,) [m] of world points (n, 3) from the surface of one primitive each (n,)."""
+    """Distance (n,) [m] of points from the surface of one primitive each.
+
+    Parameters
+    ----------
+    scene
+        The primitives.
+    number : (n,)
+        Which primitive.
+    xyz : (n, 3)
+        In the world [m].
+    """
     local = np.einsum("nij,nj->ni", scene.axes[number], xyz - scene.center[number])
     half, kind = scene.half[number], scene.kind[number]
     outside = np.linalg.norm(np.maximum(np.abs(local) - half, 0), axis=1)

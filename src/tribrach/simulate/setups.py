@@ -1,4 +1,4 @@
-"""Stations as they are set up: levelled by a compensator, or standing as they stand."""
+"""Poses of simulated stations, levelled by a compensator or not levelled."""
 
 from __future__ import annotations
 
@@ -12,21 +12,37 @@ __all__ = ["levelled", "tilted"]
 
 
 def levelled(place: ArrayLike, heading: float, sigma: float, rng: np.random.Generator) -> Pose:
-    """A levelled scanner: its axis misses the vertical by errors of ``sigma`` [rad] in x and y.
-
-    place (3,) : of the scanner's centre [m].
+    """A levelled scanner, with the errors of its compensator.
 
     Parameters
     ----------
+    place : (3,)
+        Of the scanner's centre [m].
     heading
-        Of its x axis, counter-clockwise from east.
+        Of its x axis, counter-clockwise from east [rad].
+    sigma
+        Of the deviation of its axis from the vertical in x and y [rad].
+    rng
+        Draws the errors.
     """
     a, b = rng.normal(0, sigma, 2) if sigma > 0 else (0.0, 0.0)
     return _placed(place, heading, (a, b))
 
 
 def tilted(place: ArrayLike, heading: float, tilt: float, rng: np.random.Generator) -> Pose:
-    """A scanner that nobody levelled, leaning by up to ``tilt`` [rad] about both level axes."""
+    """A scanner that is not levelled.
+
+    Parameters
+    ----------
+    place : (3,)
+        Of the scanner's centre [m].
+    heading
+        Of its x axis, counter-clockwise from east [rad].
+    tilt
+        Largest lean about each of both level axes [rad].
+    rng
+        Draws the lean.
+    """
     a, b = rng.uniform(-tilt, tilt, 2)
     return _placed(place, heading, (a, b))
 

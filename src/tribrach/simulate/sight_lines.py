@@ -1,8 +1,8 @@
-"""Which targets does a station see? Lines of sight through a scene, for plans.
+"""Lines of sight through a scene, for plans: which places a station sees.
 
 A place is seen if nothing nearer stops the line to it, it lies within the reach of the instrument
-and off its poles, and its surface is not too oblique. The surface's direction is that of the scene
-where a place lies on it, or the normal given with the place; free-standing places are round.
+and off its poles, and its surface is not too oblique. The direction of the surface is that of the
+scene where a place lies on it, or the normal given with the place; free-standing places are round.
 """
 
 from __future__ import annotations
@@ -30,8 +30,16 @@ _STEP = float(np.radians(1.5))
 class SightLines:
     """Lines from stations (s,) to places (n,).
 
-    length (s, n) [m]; seen (s, n); steep (s, n) angle of incidence [rad], NaN where it has none;
-    hidden (s, n) where something nearer stops the line.
+    Attributes
+    ----------
+    length : (s, n)
+        In metres.
+    seen : (s, n)
+        The place is seen.
+    steep : (s, n)
+        Angle of incidence [rad], NaN for places that lie on no surface.
+    hidden : (s, n)
+        Something nearer stops the line.
     """
 
     length: Array
@@ -48,9 +56,20 @@ def sight_lines(
     longest: float = np.inf,
     steepest: float = np.pi / 2,
 ) -> SightLines:
-    """Lines of sight from instruments (s, 3) to places (n, 3) [m].
+    """Lines of sight from instruments to places.
 
-    longest [m], steepest [rad] : limits of range and incidence.
+    Parameters
+    ----------
+    origins : (s, 3)
+        Of the instruments [m].
+    places : (n, 3)
+        In metres.
+    scene
+        What may hide places, nothing if None.
+    longest
+        Limit of the range [m].
+    steepest
+        Limit of the incidence [rad].
     """
     chord = places[None, :, :] - origins[:, None, :]
     length = np.linalg.norm(chord, axis=2)
@@ -72,20 +91,38 @@ def sight_lines(
 def surface_places(
     scene: Scene, origins: Array, spacing: float, *, longest: float, steepest: float
 ) -> Array:
-    """Places (n, 3) on what instruments (s, 3) see of a scene, about ``spacing`` [m] apart.
+    """Places on the surfaces of a scene that instruments see.
 
-    Those that at least two instruments see come first, by how many.
+    Those that two instruments or more see come first, in the order of how many.
+
+    Parameters
+    ----------
+    scene
+        The surfaces.
+    origins : (s, 3)
+        Of the instruments [m].
+    spacing
+        Of the places, about [m].
+    longest
+        Limit of the range [m].
+    steepest
+        Limit of the incidence [rad].
+
+    Returns
+    -------
+    (n, 3) array
+        Places [m].
     """
     h = np.arange(-np.pi, np.pi, _STEP)
     v = np.arange(_STEP, np.pi - _STEP / 2, _STEP)
     hh, vv = (a.ravel() for a in np.meshgrid(h, v))
     rays = np.stack([np.sin(vv) * np.cos(hh), np.sin(vv) * np.sin(hh), np.cos(vv)], axis=1)
-    found = [np.zeros((0, 3))]
+    parts = [np.zeros((0, 3))]
     for origin in origins:
         ranges = SceneView(scene, origin).cast(rays).range
         met = np.isfinite(ranges) & (ranges <= longest)
-        found.append(origin + ranges[met, None] * rays[met])
-    hits = np.concatenate(found)
+        parts.append(origin + ranges[met, None] * rays[met])
+    hits = np.concatenate(parts)
     cells = np.floor(hits / spacing).astype(np.int64)
     # of every cell the hit nearest to its middle, so that places are spread evenly
     off = np.linalg.norm(hits - (cells + 0.5) * spacing, axis=1)

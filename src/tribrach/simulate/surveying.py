@@ -1,4 +1,4 @@
-"""Tables of simulated surveys as text: sights of total stations, levelling, coordinates, GNSS."""
+"""Simulated survey observations: a network drawn anew, and tables as text for a project."""
 
 from __future__ import annotations
 
@@ -22,16 +22,24 @@ from tribrach.units import GON
 
 __all__ = ["observe", "true_sights"]
 
-# Observations of a network drawn anew from its own stochastic model.
-#
-# Used by demonstrations, by planning and by every Monte Carlo check: the true state gives the
-# values, the covariances give the errors.
+#: radius of the Earth of the flat sites [m]
+EARTH = 6371000.0
 
 
 def observe(network: Network, truth: State, rng: np.random.Generator) -> Network:
-    """The network with active values ``h(truth) + W^-1 z`` and z standard normal.
+    """A network with observations drawn anew from its own stochastic model.
 
-    Inactive observations keep their values; the truth becomes the start of the iteration.
+    The active values become ``h(truth) + W^-1 z`` with z standard normal; inactive observations
+    keep their values. Used by demonstrations, by planning and by every Monte Carlo check.
+
+    Parameters
+    ----------
+    network
+        Gives covariances.
+    truth
+        True values of the unknowns; they become the start of the iteration.
+    rng
+        Draws the errors.
     """
     assembly = Assembly(network)
     errors = sla.spsolve_triangular(
@@ -47,10 +55,6 @@ def observe(network: Network, truth: State, rng: np.random.Generator) -> Network
     return replace(network, observations=tuple(observations), start=truth)
 
 
-#: radius of the Earth of the flat sites [m]
-EARTH = 6371000.0
-
-
 def sights(
     places: Mapping[str, Array],
     lines: Sequence[tuple[str, str]],
@@ -59,13 +63,22 @@ def sights(
     precision: Precision,
     rng: np.random.Generator,
 ) -> str:
-    """Directions, zenith angles and slope distances along lines (from, to), as a table.
+    """Directions, zenith angles and slope distances with errors, as a table.
+
+    Each instrument has one orientation.
 
     Parameters
     ----------
     places
-        True coordinates (3,); heights [m], zero for names that are not there; the errors are those
-        of the precision. One orientation for each instrument.
+        True coordinates (3,) by name [m].
+    lines
+        Sights (from, to).
+    height_instrument, height_target
+        By name [m], zero for names that are missing.
+    precision
+        Of the instrument.
+    rng
+        Draws errors and orientations.
     """
     survey = _survey(places)
     start, end = (list(side) for side in zip(*lines, strict=True))
@@ -104,7 +117,28 @@ def true_sights(
     height_target: Mapping[str, float],
     refraction: float,
 ) -> tuple[Array, Array, Array]:
-    """Directions without orientation, zenith angles [rad], slope distances [m] (n,), no errors."""
+    """Sights without errors.
+
+    Parameters
+    ----------
+    places
+        True coordinates (3,) by name [m].
+    lines
+        n sights (from, to).
+    height_instrument, height_target
+        By name [m], zero for names that are missing.
+    refraction
+        Coefficient of refraction.
+
+    Returns
+    -------
+    direction : (n,)
+        Without orientation [rad].
+    zenith : (n,)
+        Zenith angles [rad].
+    distance : (n,)
+        Slope distances [m].
+    """
     survey = _survey(places)
     start, end = (list(side) for side in zip(*lines, strict=True))
     ones = np.ones(len(lines))
@@ -131,7 +165,21 @@ def levelling(
     precision: Precision,
     rng: np.random.Generator,
 ) -> str:
-    """Height differences along lines of length (n,) [m], as a table."""
+    """Height differences with errors, as a table.
+
+    Parameters
+    ----------
+    places
+        True coordinates (3,) by name [m].
+    lines
+        Levelled lines (from, to).
+    length : (n,)
+        Of the lines [m].
+    precision
+        Of the instrument.
+    rng
+        Draws the errors.
+    """
     survey = _survey(places)
     start, end = (list(side) for side in zip(*lines, strict=True))
     sigma = precision.of_lines(np.asarray(length, dtype=float))
@@ -147,7 +195,17 @@ def levelling(
 def coordinates(
     places: Mapping[str, Array], sigma: tuple[float, float, float], rng: np.random.Generator
 ) -> str:
-    """Coordinates with errors of these sigmas (E, N, U) [m], as a table."""
+    """Coordinates with errors, as a table.
+
+    Parameters
+    ----------
+    places
+        True coordinates (3,) by name [m].
+    sigma
+        Standard deviations of E, N, U [m].
+    rng
+        Draws the errors.
+    """
     rows = ["point,e_m,n_m,u_m,sigma_e_mm,sigma_n_mm,sigma_u_mm"]
     e, n, u = (f"{1e3 * s:g}" for s in sigma)
     for name, x in places.items():
@@ -163,14 +221,20 @@ def gnss_positions(
     common: float = 0.5,
     antenna_height: Mapping[str, float] | None = None,
 ) -> str:
-    """Antenna positions with errors of these sigmas (E, N, U) [m], as a table of one session.
+    """Antenna positions with errors, as a table of one session.
 
     Parameters
     ----------
+    places
+        True coordinates (3,) by name [m].
+    sigma
+        Standard deviations of E, N, U [m].
+    rng
+        Draws the errors.
     common
-        Share of the variance that all have in common, no session where it is zero.
+        Share of the variance that all have in common; with zero there is no session.
     antenna_height
-        Of the antenna over the named point [m], where that is not in ``places``.
+        Of the antenna over the named point [m], where ``places`` do not contain it.
     """
     shift = np.sqrt(common) * rng.normal(size=3) * sigma
     rows = ["gnss,set,e_m,n_m,u_m,antenna_height_m,sigma_e_mm,sigma_n_mm,sigma_u_mm"]
@@ -186,7 +250,17 @@ def gnss_positions(
 
 
 def rods(over: Mapping[str, tuple[str, float]], sigma: float, rng: np.random.Generator) -> str:
-    """Targets on rods as a table: over names the target of a mark and the rod's true length [m]."""
+    """Targets on rods, as a table.
+
+    Parameters
+    ----------
+    over
+        By mark: its target and the rod's true length [m].
+    sigma
+        Of the stated lengths [m].
+    rng
+        Draws the errors.
+    """
     rows = ["mark,target,rod_m"]
     for mark, (target, length) in over.items():
         rows.append(f"{mark},{target},{length + sigma * rng.normal():.5f}")

@@ -1,4 +1,4 @@
-"""A twin: a site that is known in every detail, what is measured there, and the truth.
+"""A twin: a site that is known in every detail, the measurements made there, and the truth.
 
 World coordinates are those of a flat site, E, N, U [m].
 """
@@ -24,8 +24,11 @@ __all__ = ["TargetSight", "Twin", "TwinScan", "TwinStation", "TwinTarget", "chil
 
 TargetKind = Literal["sphere", "checkerboard", "disc"]
 
-#: what random numbers are drawn for; each purpose has a stream of its own
+#: purposes of random numbers; each has a stream of its own
 _PURPOSES = ("poses", "survey", "scans", "truth")
+#: a flat target is found if it is seen at less than this angle from its normal [rad] and takes at
+#: least so many steps of the grid across; a sphere takes so many points
+_STEEPEST, _ACROSS, _SPHERE_POINTS = float(np.radians(60)), 12.0, 80.0
 
 
 def child_rng(seed: int, purpose: str) -> np.random.Generator:
@@ -38,12 +41,16 @@ def child_rng(seed: int, purpose: str) -> np.random.Generator:
 class TwinTarget:
     """A target in the world.
 
-    center (3,) [m].
-
     Attributes
     ----------
+    name, kind
+        Of the target.
+    center : (3,)
+        In the world [m].
     size
-        Side of a checkerboard, radius of a sphere or of a disc [m]; normal (3,) : of flat targets.
+        Side of a checkerboard, radius of a sphere or of a disc [m].
+    normal : (3,) or None
+        Of flat targets.
     """
 
     name: str
@@ -53,7 +60,7 @@ class TwinTarget:
     normal: Array | None = None
 
     def primitive(self) -> Primitive:
-        """The target as it stands in the scene."""
+        """The target as a primitive of the scene."""
         if self.normal is None:
             return sphere(self.center, self.size)
         if self.kind == "disc":
@@ -73,8 +80,12 @@ class TwinStation:
 
     Attributes
     ----------
+    name
+        Of the station.
     pose
         World from scanner, true.
+    levelled
+        It was set up level.
     """
 
     name: str
@@ -84,7 +95,17 @@ class TwinStation:
 
 @dataclass(frozen=True, eq=False)
 class TwinScan:
-    """One scan of a station; mask (rows, columns) : directions looked along, all if None."""
+    """One scan of a station.
+
+    Attributes
+    ----------
+    name, station
+        Of the scan and its station.
+    grid
+        Directions of its pixels.
+    mask : (rows, columns) or None
+        Directions that are measured, all if None.
+    """
 
     name: str
     station: str
@@ -93,7 +114,7 @@ class TwinScan:
 
     @property
     def rays(self) -> int:
-        """Directions that the scanner looks along."""
+        """How many directions are measured."""
         return len(self.grid) if self.mask is None else int(self.mask.sum())
 
 
@@ -101,14 +122,18 @@ class TwinScan:
 class TargetSight:
     """How a station sees a target.
 
-    range [m], incidence [rad], clear : share of it that nothing hides.
-
     Attributes
     ----------
+    range
+        In metres.
+    incidence
+        In radians.
+    clear
+        Share of the target that nothing hides.
     points
         Expected in the finest scan.
     visible
-        Can it be found there?
+        The target can be found in that scan.
     """
 
     range: float
@@ -120,16 +145,24 @@ class TargetSight:
 
 @dataclass(frozen=True, eq=False)
 class Twin:
-    """Everything about a twin.
+    """All about a twin.
 
     Attributes
     ----------
+    name, title
+        Of the twin.
+    seed
+        Of its random numbers.
+    scene, scanner
+        What is scanned, and with what.
+    stations, scans, targets
+        Of the scanner.
     files
         Texts of tables by file name.
     project
-        The project's text.
+        The sections of the project file.
     marks
-        True coordinates (3,) of further points.
+        True coordinates (3,) of further points by name [m].
     facts
         Further truth for the record.
     suffix
@@ -165,7 +198,7 @@ class Twin:
         raise InputError(f"the twin has no station {name}", cure=f"its stations are {known}")
 
     def measure(self, number: int) -> Iterator[SimulatedPoints]:
-        """The points of the scan of this number, block by block."""
+        """Points of the scan of this number, block by block."""
         one = self.scans[number]
         seed = (self.seed, _PURPOSES.index("scans"), number)
         pose = self.station(one.station).pose
@@ -186,15 +219,22 @@ class Twin:
         return {t.name: sight_of(view, station.pose, scans, t) for t in self.targets}
 
 
-#: a flat target is found if it is seen at less than this angle from its normal [rad] and takes at
-#: least so many steps of the grid across; a sphere takes so many points
-_STEEPEST, _ACROSS, _SPHERE_POINTS = float(np.radians(60)), 12.0, 80.0
-
-
 def sight_of(
     view: SceneView, pose: Pose, scans: Sequence[TwinScan], target: TwinTarget
 ) -> TargetSight:
-    """How a target is seen from a station with these scans."""
+    """How a target is seen from a station.
+
+    Parameters
+    ----------
+    view
+        The scene from the station.
+    pose
+        World from scanner.
+    scans
+        Of the station.
+    target
+        In the world.
+    """
     line = target.center - view.origin
     length = float(np.linalg.norm(line))
     cosine = 1.0 if target.normal is None else abs(float(line @ target.normal)) / length
@@ -229,12 +269,12 @@ def _clear(view: SceneView, target: TwinTarget, length: float) -> float:
     )
     rays = places - view.origin
     far = np.linalg.norm(rays, axis=1)
-    found = view.cast(rays / far[:, None]).range
-    return float((np.abs(found - far) < target.reach + 1e-3).mean())
+    reached = view.cast(rays / far[:, None]).range
+    return float((np.abs(reached - far) < target.reach + 1e-3).mean())
 
 
 def _covers(one: TwinScan, pose: Pose, target: TwinTarget) -> bool:
-    """Does a scan look all over a target?"""
+    """True if a scan covers the whole of a target."""
     local = pose.inverse @ target.center
     h, v = np.arctan2(local[1], local[0]), np.arctan2(np.hypot(local[0], local[1]), local[2])
     half = 1.1 * target.reach / float(np.linalg.norm(local))

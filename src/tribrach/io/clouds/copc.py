@@ -97,9 +97,7 @@ class Cube:
 
     @property
     def deepest(self) -> int:
-        """The level whose cells are no larger than a step: nothing could be divided further
-        there.
-        """
+        """The level whose cells are no larger than a step, which cannot be divided further."""
         return min(max((self.side - 1).bit_length() - _GRID_BITS, 0), _BITS - _GRID_BITS)
 
     def places(self, x: NDArray[Any], y: NDArray[Any], z: NDArray[Any]) -> Places:
@@ -310,8 +308,8 @@ def _grow(places, level, deepest, order, levels, ends):  # type: ignore[no-untyp
 
 @njit(cache=True, nogil=True)
 def _shares(places, level, order, cells, part):  # type: ignore[no-untyped-def]
-    """Part of each point (0 for the node itself, 1 to 8 for its children) and the sizes (9,) of
-    parts.
+    """Part of each point, 0 for the node itself and 1 to 8 for its children, and their sizes
+    (9,).
     """
     sizes = np.zeros(9, dtype=np.int64)
     shift = _BITS - 1 - level
@@ -346,8 +344,7 @@ def _sorted_by_part(order, part, sizes, scratch):  # type: ignore[no-untyped-def
 
 
 class PointSpool:
-    """Points of one structured type in a hidden file beside the destination, in the order they
-    came.
+    """Points in a hidden file beside the destination, in the order they came.
 
     Only a block of points is in memory at a time. :meth:`divide` sorts each block by bucket in its
     place; a bucket is then a run of points in every block.
@@ -357,7 +354,7 @@ class PointSpool:
     path
         The destination.
     kind
-        Type of a point.
+        Structured type of a point.
 
     Raises
     ------
@@ -552,9 +549,7 @@ class CopcWriter(LasRecords):
         return np.concatenate(keys)
 
     def _info(self, cube: Cube, end: int, size: int) -> bytes:
-        """The record ``copc`` 1; the page of the hierarchy lies at ``end`` and has ``size``
-        bytes.
-        """
+        """The record ``copc`` 1, with place and size of the page of the hierarchy."""
         step, offset = self._header.step, np.asarray(self._header.offset, dtype=float)
         half = cube.side * step / 2
         center = (cube.corner + cube.side / 2) * step + offset

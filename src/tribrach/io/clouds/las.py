@@ -69,9 +69,7 @@ def _without_limits(las: laspy.LasHeader) -> None:
 
 
 def forget_date(file: BinaryIO) -> None:
-    """Zero the day of creation that laspy always writes, so that the same points give the same
-    bytes.
-    """
+    """Zero the day of creation that laspy writes, so that the same points give the same bytes."""
     file.seek(_DATE)
     file.write(bytes(_DATE_BYTES))
 

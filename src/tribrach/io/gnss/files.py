@@ -192,9 +192,7 @@ def _add_velocity_covariance(records: GnssRecords, source: Realisation, job: Rea
 
 
 def _add(survey: Survey, site: EllipsoidSite, records: GnssRecords, context: GnssContext) -> None:
-    """Add the observations of one file, and start values for points that have no coordinates
-    yet.
-    """
+    """Add the observations of one file, and start values of points without coordinates."""
     turn = site.w_from_ecef
     named = set(survey.points) | context.known
     for name, xyz in records.approximate.items():

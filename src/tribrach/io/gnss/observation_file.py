@@ -256,8 +256,9 @@ def _epochs_3(
 
 
 def _recounted(data: bytes, epochs: list[re.Match[bytes]], short: dict[int, int]) -> bytes:
-    """The text with the right numbers of satellites in the epochs ``short``; every line names its
-    own.
+    """The text with the right numbers of satellites in the epochs ``short``.
+
+    Every line names its own satellite.
     """
     if not short:
         return data
@@ -299,7 +300,7 @@ def _measured(epochs: list[re.Match[bytes]]) -> list[re.Match[bytes]]:
 def _check_records(
     path: Path, data: bytes, start: int, epochs: list[re.Match[bytes]], each: int
 ) -> dict[int, int]:
-    """Check that every epoch has the lines it promises, ``each`` per satellite, and that they are
+    """Check that every epoch has the lines it promises, ``each`` per satellite, and that all are
     numbers.
 
     The result are the epochs of RINEX 3 that list fewer satellites than they promise, with the

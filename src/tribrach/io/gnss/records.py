@@ -61,9 +61,7 @@ class GnssRecords:
     warnings: list[str] = field(default_factory=list)
 
     def realisation(self, default: Realisation | None) -> Realisation | None:
-        """Frame and epoch of the coordinates; what the file leaves out is taken from
-        ``default``.
-        """
+        """Frame and epoch of the coordinates; ``default`` supplies what the file leaves out."""
         name = self.frame or (default.frame if default else "")
         if not name:
             return None

@@ -392,8 +392,8 @@ def _bounds(scan: etree._Element) -> Array | None:
 
 
 def distance(bounds: Array, point: Array) -> float:
-    """How far a point (3,) lies outside bounds (2, 3), less what is allowed; positive if too far
-    [m].
+    """How far [m] a point (3,) lies outside bounds (2, 3), less what is allowed; positive if too
+    far.
     """
     away = float(np.linalg.norm(np.maximum(np.maximum(bounds[0] - point, point - bounds[1]), 0)))
     return away - max(FAR, float(np.linalg.norm(bounds[1] - bounds[0])))
@@ -455,8 +455,8 @@ def _notes(scan: etree._Element) -> dict[str, str]:
 
 
 def crs_of(root: etree._Element) -> tuple[str | None, str]:
-    """WKT of the file's reference system, None if PROJ does not know it, and the text of the
-    file.
+    """WKT of the file's reference system, None if PROJ does not know it, and the file's own
+    text.
     """
     element = child(root, "coordinateMetadata")
     text = "" if element is None else (element.text or "").strip()
@@ -514,8 +514,9 @@ class E57Scan(Scan):
     columns: tuple[FieldColumn, ...] = ()
 
     def stored(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
-        """Read the points in the file's order, in chunks a little under ``size`` if that is many
-        blocks.
+        """Read the points in the file's order.
+
+        A chunk has a little fewer than ``size`` points if that is many blocks.
 
         Raises
         ------

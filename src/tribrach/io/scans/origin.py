@@ -22,9 +22,7 @@ _PACKED = (".gz", ".xz", ".bz2")
 
 
 def assumed_origin(bounds: Array | None) -> Origin:
-    """``assumed`` if zero lies within bounds (2, 3) [m] and :data:`MARGIN`, ``unknown``
-    otherwise.
-    """
+    """``assumed`` if zero lies within bounds (2, 3) [m] and :data:`MARGIN`, else ``unknown``."""
     if bounds is None or not np.isfinite(bounds).all():
         return "unknown"
     inside = (bounds[0] - MARGIN <= 0).all() and (bounds[1] + MARGIN >= 0).all()

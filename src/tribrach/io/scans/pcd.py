@@ -277,9 +277,7 @@ def _coloured(values: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
 def _place(
     grid: tuple[int, int] | None, columns: ColumnRoles, n: int, done: int
 ) -> dict[str, NDArray[Any]]:
-    """Row and column of n records after ``done`` others, if the file is a grid that does not state
-    them.
-    """
+    """Row and column of n records after ``done`` others, if the file is a grid without them."""
     if grid is None or not _GRID.isdisjoint(f.name for f in columns.fields):
         return {}
     place = np.arange(done, done + n)

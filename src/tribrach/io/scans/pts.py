@@ -1,5 +1,4 @@
-"""PTS: a count, then as many lines ``x y z [intensity] [red green blue]``; there may be several
-blocks.
+"""PTS: a count, then as many lines ``x y z [intensity] [red green blue]``; also several blocks.
 
 Intensities are from -2048 to 2047. The format has no place for the scanner.
 """

@@ -155,9 +155,7 @@ def _header(lines: Lines, name: str, index: int) -> list[list[float]]:
 
 
 def _pose(numbers: list[list[float]], path: Path, name: str) -> tuple[Pose, list[str], bool]:
-    """The pose of the matrix, warnings, and False if the points may not be in the scanner's
-    frame.
-    """
+    """The pose of the matrix, warnings, and True if the points are in the scanner's frame."""
     matrix, axes = np.array(numbers[6:10]).T, np.array(numbers[3:6]).T
     try:
         pose = Pose.from_matrix(matrix)

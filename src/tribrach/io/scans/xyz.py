@@ -124,9 +124,7 @@ def _scan(
 
 
 def _blanks(lines: list[bytes]) -> bytes:
-    """Translation table of the delimiters of the first line that begins with a digit and has
-    several.
-    """
+    """Translation table for the delimiters of the first line of several numbers."""
     for line in lines:
         if line[:1] in b"+-.0123456789" and not line.isdigit():
             return delimiters(line)

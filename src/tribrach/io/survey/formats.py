@@ -122,9 +122,9 @@ def read_files(
     paths : Sequence[Path]
         The files.
     format : str, optional
-        Their format; found for each file if not given.
+        Their format; derived from each file if not given.
     labels : Mapping[Path, str], optional
-        What tells files of the same name apart, by path; found for these files if not given.
+        What tells files of the same name apart, by path; derived from these files if not given.
 
     Raises
     ------

@@ -110,8 +110,9 @@ class Recorder:
         return len(self._setups) - 1
 
     def height_instrument(self, line: int, height: float) -> None:
-        """Set the height of the current set-up [m]; a set-up that has sights with another height
-        ends.
+        """Set the height of the current set-up [m].
+
+        If the set-up has sights with another height, a new one begins.
         """
         if not self._setups:
             self.setup(line, "", height=height)
@@ -295,9 +296,7 @@ class Recorder:
         )
 
     def _add_backsights(self) -> None:
-        """Add the pointings with which circles were set, where no other sight goes to the
-        backsight.
-        """
+        """Add the pointings that set a circle, where no other sight goes to the backsight."""
         shown = {(s[0], s[1]) for s in self._shots if not s[15]}
         for j, setup in enumerate(self._setups):
             known = setup.backsight and not math.isnan(setup.circle)

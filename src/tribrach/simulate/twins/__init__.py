@@ -21,7 +21,16 @@ TWINS: dict[str, Callable[[int, int], Twin]] = {
 
 
 def build(name: str, points: int = 1_000_000, seed: int = 1) -> Twin:
-    """A twin with about so many points at every station.
+    """A twin by its name.
+
+    Parameters
+    ----------
+    name
+        One of :data:`TWINS`.
+    points
+        At every station, about.
+    seed
+        Of the random numbers.
 
     Raises
     ------

@@ -133,7 +133,15 @@ sites = "sites.csv"
 
 
 def build(points: int = 1_000_000, seed: int = 1) -> Twin:
-    """The twin with about so many points at every station."""
+    """The twin.
+
+    Parameters
+    ----------
+    points
+        At every station, about.
+    seed
+        Of the random numbers.
+    """
     targets = _targets()
     scene = Scene.of([*_surroundings(), *(t.primitive() for t in targets)])
     rng = child_rng(seed, "poses")
@@ -166,7 +174,7 @@ def build(points: int = 1_000_000, seed: int = 1) -> Twin:
 
 
 def _windows() -> list[TwinTarget]:
-    """The test sites as things to scan windows around."""
+    """The test sites as targets around which windows are scanned."""
     return [
         TwinTarget(str(k), "sphere", np.array([EAST, y, z]), SITE_RADIUS / 1.5)
         for k, (y, z) in enumerate(SITES, start=1)
@@ -252,9 +260,9 @@ def _lines_to_targets(
         for name, view in views.items():
             ray = target.center - view.origin
             length = float(np.linalg.norm(ray))
-            found = view.cast(ray[None] / length)
+            hits = view.cast(ray[None] / length)
             steep = target.normal is None or abs(ray @ target.normal) < 0.42 * length
-            if not steep and abs(found.range[0] - length) < 1e-6:
+            if not steep and abs(hits.range[0] - length) < 1e-6:
                 seen.append((length, name))
         lines += [(name, target.name) for _, name in sorted(seen)[:2]]
     return sorted(lines)

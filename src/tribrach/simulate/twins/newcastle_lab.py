@@ -136,10 +136,14 @@ def build(
     ceiling: bool = False,
     parameters: Mapping[str, float] | None = None,
 ) -> Twin:
-    """The twin with about so many points at every station.
+    """The twin.
 
     Parameters
     ----------
+    points
+        At every station, about.
+    seed
+        Of the random numbers.
     ceiling
         With targets on the ceiling.
     parameters

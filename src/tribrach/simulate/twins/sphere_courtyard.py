@@ -116,7 +116,15 @@ floor_mm = 0.0
 
 
 def build(points: int = 1_000_000, seed: int = 1) -> Twin:
-    """The twin with about so many points at every station."""
+    """The twin.
+
+    Parameters
+    ----------
+    points
+        At every station, about.
+    seed
+        Of the random numbers.
+    """
     targets = [
         TwinTarget(name, "sphere", ORIGIN + place, RADIUS)
         for name, place in (MARKS | CHECKS).items()

@@ -267,8 +267,7 @@ def _put(
 
 
 class PointDistances:
-    """Distances [m] between points, for sigmas that depend on them: measured if possible, else
-    computed.
+    """Distances [m] between points, for sigmas that depend on them: measured, else computed.
 
     A distance that is switched off is still closer than approximate coordinates.
 
@@ -637,9 +636,7 @@ class _Assembly:
         return all(lengths) and all(axes) and all(equal)
 
     def build(self, *, core: bool = False) -> tuple[Survey, Tables]:
-        """Survey with points and stations, and its tables; ``core`` leaves out axes and
-        equalities.
-        """
+        """Survey with points and stations, and its tables; ``core`` omits axes and equalities."""
         survey, tables = Survey(site=self.site), Tables()
         stations = self._stations(survey)
         present = self._points(survey, tables, stations)

@@ -65,8 +65,8 @@ def frame_poses(
 
 
 def _local(frame: FrameRecord, entry: FrameEntry) -> tuple[Array | None, bool]:
-    """Vector (3,) to a target in the frame, and True if it has its length; a unit vector
-    otherwise.
+    """Vector (3,) to a target in the frame, a unit vector if its length is not known; True if it
+    is.
     """
     if frame.code == 11:
         complete = not any(entry.off)
@@ -106,9 +106,7 @@ def _pose(frame: FrameRecord, known: dict[str, Array], up: Array) -> Pose | None
 
 
 def _align(world: Array, local: Array, levelled: bool, up: Array) -> Array | None:
-    """Rotation with ``world ~ rotation @ local`` (Kabsch), None if the vectors do not determine
-    it.
-    """
+    """Rotation with ``world ~ rotation @ local`` (Kabsch), None if the vectors leave it open."""
     if levelled:
         size = float(np.abs(world).max()) * 10
         world = np.vstack([world, size * up])

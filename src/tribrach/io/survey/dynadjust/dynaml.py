@@ -197,8 +197,9 @@ def _sight(node: _Node, kind: str) -> TerrestrialRecord:
 
 
 def _directions(node: _Node) -> list[TerrestrialRecord]:
-    """The directions of a set; the first one stands in the measurement, the others in
-    ``Directions``.
+    """The directions of a set.
+
+    The first one stands in the measurement itself, the others in ``Directions``.
     """
     name = f"orientation of {node.text('First')} ({node.place})"
     sights = []

@@ -277,8 +277,7 @@ class Records:
     warnings: list[str] = field(default_factory=list)
 
     def refuse(self, kind: str, ignored: bool, place: RecordPlace) -> None:
-        """Handle a measurement of a type that is not read: a warning if it is ignored, else an
-        error.
+        """Handle a measurement of a type that is not read: warn if it is ignored, else refuse it.
 
         Raises
         ------

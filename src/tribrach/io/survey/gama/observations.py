@@ -352,9 +352,7 @@ class ObservationReader:
         needs: Needs,
         columns: dict[str, Any],
     ) -> None:
-        """Add one observation, switched off with the reason if the network lacks a coordinate it
-        needs.
-        """
+        """Add one observation; it is off if the network lacks a coordinate that it needs."""
         reason = self._unusable(columns, needs)
         if reason:
             columns = columns | {"use": [int(Use.OFF)], "reason": [reason]}

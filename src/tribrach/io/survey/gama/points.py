@@ -58,9 +58,7 @@ class GamaPoint:
         return self.free & [axis in self.adjusted for axis in "XYZ"]
 
     def world(self, axes: Axes) -> NDArray[np.float64]:
-        """E, N, U (3,) [m]; zero where not part of the network, NaN where part of it and not
-        given.
-        """
+        """E, N, U (3,) [m]; zero if not part of the network, NaN if part of it and not given."""
         return axes.world_from_file(np.where(self.used, self.xyz, 0.0))
 
 
