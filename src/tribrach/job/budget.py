@@ -65,8 +65,8 @@ class BudgetRow:
 
     def part(self, *names: str) -> float | None:
         """Variance [m^2] of parts together; None if the budget has none of them."""
-        found = [part.variance for part in self.parts if part.name in names]
-        return sum(found) if found else None
+        variances = [part.variance for part in self.parts if part.name in names]
+        return sum(variances) if variances else None
 
 
 def _sum_of(values: list[float | None]) -> float | None:
@@ -88,16 +88,16 @@ def reach_sentences(
     state: Remembered,
 ) -> list[str]:
     """One sentence for each station whose scans are extrapolated; placements by scan name."""
-    said = []
+    sentences = []
     for around in targets_around(adjustment):
-        mine = [s for s in scans if s.station == around.station and s.origin_known]
-        if not mine or len(around.targets) < 2:
+        seen = [s for s in scans if s.station == around.station and s.origin_known]
+        if not seen or len(around.targets) < 2:
             continue
-        where = placements[mine[0].name]
-        points = np.concatenate([where.pose @ sample_of(scan, state).xyz for scan in mine])
+        where = placements[seen[0].name]
+        points = np.concatenate([where.pose @ sample_of(scan, state).xyz for scan in seen])
         if len(points):
-            said += _sentence(around, where, points)
-    return said
+            sentences += _sentence(around, where, points)
+    return sentences
 
 
 def _sentence(around: TargetsAround, where: Placement, points: Array) -> list[str]:
@@ -151,9 +151,18 @@ def error_budget(
     state: Remembered,
     factor: float = 1.0,
 ) -> list[BudgetRow]:
-    """Regions of every station whose points have a covariance; placements by scan name.
+    """State the budget of the regions of every station whose points have a covariance.
 
-    factor : on a-priori covariances, as in the placements (a posteriori variance).
+    Parameters
+    ----------
+    scans, placements
+        Scans, and where they stand by their names.
+    adjustment
+        The network that placed them.
+    state
+        Where samples of points are remembered.
+    factor
+        On a-priori covariances, as in the placements (a posteriori variance).
     """
     rows: list[BudgetRow] = []
     for station in dict.fromkeys(scan.station for scan in scans):
@@ -191,17 +200,17 @@ def _regions(station: str, sampled: Sequence[_Sampled]) -> list[BudgetRow]:
     rows = []
     for i in range(len(RANGES) - 1):
         for j in (*range(len(_INCIDENCES) - 1), -1):
-            mine = (at == i) & (slant == j)
-            if np.count_nonzero(mine) < _FEW:
+            inside = (at == i) & (slant == j)
+            if np.count_nonzero(inside) < _FEW:
                 continue
-            mean = variance[:, mine].mean(axis=1)
-            across = normal[:, mine].mean(axis=1) if j >= 0 else None
+            mean = variance[:, inside].mean(axis=1)
+            across = normal[:, inside].mean(axis=1) if j >= 0 else None
             rows.append(
                 BudgetRow(
                     station=station,
                     region=_words(i, j),
-                    points=int(np.count_nonzero(mine)),
-                    share=float(mine.mean()),
+                    points=int(np.count_nonzero(inside)),
+                    share=float(inside.mean()),
                     parts=tuple(_part(name, k, mean, across) for k, name in enumerate(names)),
                 )
             )

@@ -40,9 +40,16 @@ _LEVEL = 1e-6
 class CloudPairs:
     """Pairs of stations by their clouds.
 
-    edges : relative poses that the loops bear out; joints : those of them that hold all six
-    directions; sentences : what is weak and what was not used; obstacles : by the names of two
-    stations why they have no pose.
+    Parameters
+    ----------
+    edges
+        Relative poses that the loops bear out.
+    joints
+        Those of them that hold all six directions.
+    sentences
+        What is weak and what was not used.
+    obstacles
+        By the names of two stations why they have no pose.
     """
 
     edges: tuple[CloudEdge, ...]
@@ -54,13 +61,23 @@ class CloudPairs:
 def cloud_pairs(
     scans: Sequence[StationScan], floor: tuple[float, float], state: Remembered, progress: Progress
 ) -> CloudPairs:
-    """Every pair of stations; pairs of unchanged scans come from the last run.
+    """Register every pair of stations; pairs of unchanged scans come from the last run.
 
-    floor : sigmas [m], [rad] of what residuals never show.
+    Parameters
+    ----------
+    scans
+        Of all stations.
+    floor
+        Sigmas [m], [rad] of what residuals never show.
+    state
+        Where pairs are remembered.
+    progress
+        Called with what is being done.
 
     Raises
     ------
-    InputError : a scan whose scanner's place is not known, or without surfaces.
+    InputError
+        A scan whose scanner's place is not known, or without surfaces.
     """
     stations: dict[str, list[StationScan]] = {}
     for scan in scans:
@@ -75,7 +92,7 @@ def cloud_pairs(
     clouds = _Clouds(stations, progress)
     chosen = list(combinations(stations, 2))
     edges, ranks = [], {}
-    said: list[str] = []
+    sentences: list[str] = []
     obstacles: dict[frozenset[str], str] = {}
     for number, (a, b) in enumerate(chosen):
         progress("pairs of clouds", number, len(chosen))
@@ -86,14 +103,14 @@ def cloud_pairs(
         pose = Pose.from_matrix(np.array(facts["pose"]))
         edges.append(CloudEdge(a, b, pose, np.array(facts["covariance"])))
         ranks[frozenset((a, b))] = facts["rank"], facts["agree"]
-        said += facts["sentences"]
-    found = consistent(edges)
+        sentences += facts["sentences"]
+    graph = consistent(edges)
     joints = tuple(
         Joint(e.first, e.second, e.pose, float(ranks[e.ends][1]))
-        for e in found.used
+        for e in graph.used
         if ranks[e.ends][0] == 6
     )
-    return CloudPairs(found.used, joints, (*said, *found.sentences), obstacles)
+    return CloudPairs(graph.used, joints, (*sentences, *graph.sentences), obstacles)
 
 
 def observable(
@@ -107,11 +124,11 @@ def observable(
     is n / 2 there and 1 for a single pair. shared : further factor for points that speak elsewhere
     as well.
     """
-    mine = [e for e in edges if e.first in stations and e.second in stations]
-    degree = Counter(name for e in mine for name in e.ends)
+    placed = [e for e in edges if e.first in stations and e.second in stations]
+    degree = Counter(name for e in placed for name in e.ends)
     return [
         replace(e, covariance=e.covariance * shared * (degree[e.first] + degree[e.second] + 2) / 4)
-        for e in mine
+        for e in placed
     ]
 
 

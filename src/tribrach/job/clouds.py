@@ -56,11 +56,19 @@ def remove_superseded(
 ) -> list[str]:
     """Remove clouds that others have taken the place of; the names of their files.
 
-    current : the clouds of this run, all of them written; scans : what they hold.
+    Parameters
+    ----------
+    state, folder
+        Where clouds are remembered and written.
+    current
+        The clouds of this run, all of them written.
+    scans
+        What they hold.
 
     Raises
     ------
-    InputError : a file cannot be removed.
+    InputError
+        A file cannot be removed.
     """
     held, gone = set(_marks(scans)), []
     for record, data in state.records(_NOTE):
@@ -95,10 +103,10 @@ def _own(folder: Path, data: Mapping[str, Any]) -> Path | None:
     if name in ("", ".", "..") or path.name != name or path.parent != folder:
         return None
     try:
-        found = path.lstat()
+        status = path.lstat()
     except (OSError, ValueError):
         return None
-    untouched = found.st_mtime_ns == date and found.st_size == sizes[0]
+    untouched = status.st_mtime_ns == date and status.st_size == sizes[0]
     return path if untouched and path.is_file() and not path.is_symlink() else None
 
 
@@ -130,10 +138,20 @@ _NEGLIGIBLE = 1e-4
 
 @dataclass(frozen=True)
 class Product:
-    """A cloud that was written: its file, the scans in it, what its points are like.
+    """A cloud that was written.
 
-    step : of stored coordinates [m], None for a copy, which has those of its source; sentences :
-    what the file cannot carry.
+    Parameters
+    ----------
+    path, scans
+        Its file and the names of the scans in it.
+    summary
+        What its points are like.
+    step
+        Of stored coordinates [m], None for a copy, which has those of its source.
+    new
+        Was it written in this run?
+    sentences
+        What the file cannot carry.
     """
 
     path: Path
@@ -161,29 +179,38 @@ def write_clouds(
     scans: Sequence[StationScan],
     placements: Mapping[str, Placement],
     frame: OutputFrame,
-    wish: CloudSection,
+    section: CloudSection,
     folder: Path,
     state: Remembered,
     progress: Callable[[str, int, int | None], None],
 ) -> list[Product]:
-    """Write every cloud that is not there already; placements by scan name.
+    """Write every cloud that is not there already.
 
     Clouds that an earlier run wrote of the same scans in another grouping or format are removed
     when all of these are there.
 
-    progress : called with the name of the cloud, points done, points in all.
+    Parameters
+    ----------
+    scans, placements
+        What is in the clouds, and where it stands by the names of the scans.
+    frame, section
+        The frame of the clouds, and what the project says of them.
+    folder, state
+        Where clouds are written and remembered.
+    progress
+        Called with the name of the cloud, points done, points in all.
     """
     state.sweep(folder)
     products = []
-    for group in groups(scans, wish):
+    for group in groups(scans, section):
         path = folder / group.file
         made = [placements[scan.name] for scan in group.scans]
         measured = [scan.measured for scan in group.scans]
-        key = state.key(CloudProduct, group.name, measured, made, frame, wish)
+        key = state.key(CloudProduct, group.name, measured, made, frame, section)
         facts = state.recall(f"cloud-{group.file}", key, path)
         new = facts is None
         if facts is None:
-            cloud = CloudProduct(group.name, measured, made, frame, wish)
+            cloud = CloudProduct(group.name, measured, made, frame, section)
             summary = cloud.write(path, progress)
             facts = {
                 "summary": summary.to_facts(),
@@ -215,13 +242,13 @@ class CloudProduct:
         scans: Sequence[MeasuredScan],
         placements: Sequence[Placement],
         frame: OutputFrame,
-        wish: CloudSection,
+        section: CloudSection,
     ) -> None:
         self.name, self.scans, self.placements = name, scans, placements
-        self.frame, self.wish = frame, wish
+        self.frame, self.section = frame, section
         self.whole = all(where.noise is not None for where in placements)
         self.step = step_for(min(self._smallest(where) for where in placements))
-        self.in_scanner = wish.format == "e57"
+        self.in_scanner = section.format == "e57"
         self.copied = self.in_scanner and whole_source(scans)
         self.sentences: list[str] = []
         self._misfit = 0.0
@@ -237,7 +264,8 @@ class CloudProduct:
 
         Raises
         ------
-        InputError : several scans for one E57 file that are not all scans of one E57 source.
+        InputError
+            Several scans for one E57 file that are not all scans of one E57 source.
         """
         if self.in_scanner and not self.copied and len(self.scans) > 1:
             raise InputError(
@@ -273,15 +301,15 @@ class CloudProduct:
         for xyz, _, _, sigma in self._points(values=False):
             summary.add(xyz, sigma)
             progress(self.name, summary.points, total)
-        said = copy_with_poses(source, path, poses, crs=self.frame.wkt or "")
-        asked = [name for name in ("correlations", "incidence") if getattr(self.wish, name)]
+        remarks = copy_with_poses(source, path, poses, crs=self.frame.wkt or "")
+        asked = [name for name in ("correlations", "incidence") if getattr(self.section, name)]
         lost = " and ".join(
             [", ".join(["sigmas", *asked[:-1]]), asked[-1]] if asked else ["sigmas"]
         )
         self.sentences.append(
             f"{path.name} has the points of {source.name} byte for byte: {lost} are not in it"
         )
-        self.sentences += [f"{path.name}: {sentence}" for sentence in said]
+        self.sentences += [f"{path.name}: {sentence}" for sentence in remarks]
         return summary
 
     def _say_no_sigmas(self, path: Path) -> None:
@@ -325,7 +353,7 @@ class CloudProduct:
             turn = self.frame.rotation(where.pose.translation)
             turned, rigid = where.turned(turn), where.delivered(self.frame).pose
             for chunk in scan.scan.chunks():
-                cosine = incidence_cosines(chunk.xyz) if self.wish.incidence else None
+                cosine = incidence_cosines(chunk.xyz) if self.section.incidence else None
                 sigma, world = None, None
                 if where.noise is not None:
                     placed, plain = place_with_sigmas(chunk.xyz, turned, cosine)
@@ -363,7 +391,7 @@ class CloudProduct:
         if sigma is None or not self.whole:
             return
         values |= dict(zip(_SIGMAS, sigma.T, strict=True))
-        if self.wish.correlations:
+        if self.section.correlations:
             c = covariances(xyz, turned, cosine)
             root = np.sqrt(c[:, :3])
             for k, (name, (i, j)) in enumerate(
@@ -383,7 +411,7 @@ class CloudProduct:
         if len(self.scans) > 1:
             extra.append(Field("station", "uint16", description="number of the scan, from 0"))
             facts["stations"] = "; ".join(f"{k} {s.name}" for k, s in enumerate(self.scans))
-        if self.wish.incidence:
+        if self.section.incidence:
             extra.append(Field("incidence", "float32", description="incidence angle [rad]"))
         if self.whole:
             axes = self.frame.axes
@@ -391,7 +419,7 @@ class CloudProduct:
                 Field(name, "float32", description=f"sigma of {axis} [m]")
                 for name, axis in zip(_SIGMAS, axes, strict=True)
             ]
-            if self.wish.correlations:
+            if self.section.correlations:
                 extra += [Field(name, "float32") for name in _CORRELATIONS]
         offset = self.frame.from_work(self.placements[0].pose.translation[None])[0]
         pose = self.placements[0].delivered(self.frame).pose if self.in_scanner else None

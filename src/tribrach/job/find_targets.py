@@ -65,7 +65,7 @@ def extract(
     progress: Callable[[str], None],
 ) -> list[Findings]:
     """Targets of every scan; those of unchanged scans come from the last run."""
-    found = []
+    findings = []
     for scan in scans:
         key = state.key(find_targets, scan.measured, wanted)
         known = state.recall(f"targets-{scan.name}", key)
@@ -73,10 +73,10 @@ def extract(
             progress(f"targets of {scan.name}")
             fresh = find_targets(scan.measured, wanted)
             state.remember(f"targets-{scan.name}", key, _to_facts(fresh))
-            found.append(fresh)
+            findings.append(fresh)
         else:
-            found.append(_from_facts(scan, known))
-    return found
+            findings.append(_from_facts(scan, known))
+    return findings
 
 
 def find_targets(scan: MeasuredScan, wanted: TargetSection) -> Findings:
@@ -114,8 +114,8 @@ def find_targets(scan: MeasuredScan, wanted: TargetSection) -> Findings:
     detections = tuple(d for good, _ in results for d in good)
     rejected = tuple(r for _, bad in results for r in bad)
     view = panorama(image, cloud.intensity, detections)
-    said = (unseen,) if unseen else ()
-    return Findings(scan.name, scan.station, detections, rejected, len(cloud.xyz), view, said)
+    sentences = (unseen,) if unseen else ()
+    return Findings(scan.name, scan.station, detections, rejected, len(cloud.xyz), view, sentences)
 
 
 def blind(scan: MeasuredScan, wanted: TargetSection) -> str:
@@ -140,24 +140,24 @@ def merged(findings: Sequence[Findings]) -> dict[str, list[Detection]]:
     for finding in findings:
         out.setdefault(finding.station, [])
         out[finding.station] += finding.detections
-    return {station: _without_doubles(found) for station, found in out.items()}
+    return {station: _without_doubles(detections) for station, detections in out.items()}
 
 
-def _without_doubles(found: list[Detection]) -> list[Detection]:
+def _without_doubles(detections: list[Detection]) -> list[Detection]:
     kept: list[Detection] = []
-    for detection in sorted(found, key=lambda d: float(np.trace(d.covariance))):
+    for detection in sorted(detections, key=lambda d: float(np.trace(d.covariance))):
         if all(np.linalg.norm(detection.center - k.center) > _SAME for k in kept):
             kept.append(detection)
     return kept
 
 
-def _to_facts(found: Findings) -> dict[str, Any]:
+def _to_facts(findings: Findings) -> dict[str, Any]:
     return {
-        "detections": [d.to_dict() for d in found.detections],
-        "rejected": [r.to_dict() for r in found.rejected],
-        "points": found.points,
-        "panorama": None if found.panorama is None else found.panorama.to_facts(),
-        "sentences": list(found.sentences),
+        "detections": [d.to_dict() for d in findings.detections],
+        "rejected": [r.to_dict() for r in findings.rejected],
+        "points": findings.points,
+        "panorama": None if findings.panorama is None else findings.panorama.to_facts(),
+        "sentences": list(findings.sentences),
     }
 
 

@@ -80,7 +80,8 @@ def refuse_impossible(project: Project, scans: Sequence[StationScan]) -> None:
 
     Raises
     ------
-    InputError : several scans for one E57 file that are not all scans of one E57 source.
+    InputError
+        Several scans for one E57 file that are not all scans of one E57 source.
     """
     wish = project.cloud
     one_file = wish.write and wish.merged and wish.format == "e57"

@@ -218,7 +218,8 @@ def read_poses(path: Path) -> PoseFile:
 
     Raises
     ------
-    InputError : no file of poses, numbers that are none, a joint covariance of another size.
+    InputError
+        No file of poses, numbers that are none, a joint covariance of another size.
     """
     try:
         data: dict[str, Any] = json.loads(read_bytes(path))

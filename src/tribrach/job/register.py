@@ -45,13 +45,22 @@ def register_files(
 ) -> RegisteredFiles:
     """Register all scans of files; no more than one scan's surfels are made at a time.
 
-    approximate : poses that all of the files have are tried among others; floor : sigmas [m],
-    [rad] of what residuals never show.
+    Parameters
+    ----------
+    paths
+        Files of scans in the frames of their scanners.
+    approximate
+        Are the poses tried among others that all of the files have?
+    floor
+        Sigmas [m], [rad] of what residuals never show.
+    progress
+        Called with what is being done.
 
     Raises
     ------
-    InputError : fewer than two scans, a scan whose scanner's place is not known, or without
-        surfaces; what the readers have to say.
+    InputError
+        Fewer than two scans, a scan whose scanner's place is not known, or without surfaces; what
+        the readers have to say.
     """
     scans = _named([scan for path in paths for scan in read_scans(path)])
     if len(scans) < 2:
@@ -71,8 +80,8 @@ def register_files(
         prepared.append(prepare(name, _watched(name, scan, progress)))
     priors = {name: scan.pose for name, scan in scans.items() if scan.pose is not None}
     known = priors if approximate and _distinct(priors) else {}
-    found = register_clouds(prepared, known, floor=floor, progress=progress)
-    return RegisteredFiles(scans, {p.name: p.points for p in prepared}, found)
+    registration = register_clouds(prepared, known, floor=floor, progress=progress)
+    return RegisteredFiles(scans, {p.name: p.points for p in prepared}, registration)
 
 
 def _named(scans: Sequence[Scan]) -> dict[str, Scan]:
@@ -105,22 +114,23 @@ def _distinct(poses: dict[str, Pose]) -> bool:
 
 
 def write_placed(
-    found: RegisteredFiles, folder: Path, progress: Progress = lambda what, done, total: None
+    result: RegisteredFiles, folder: Path, progress: Progress = lambda what, done, total: None
 ) -> list[Path]:
     """Write poses.csv and poses.json of the largest group, and E57 files with their new poses.
 
     Raises
     ------
-    InputError : nothing hangs together, or nowhere to write.
+    InputError
+        Nothing hangs together, or nowhere to write.
     """
-    group = found.registration.groups[0]
+    group = result.registration.groups[0]
     if group.adjustment is None:
         raise InputError(
             "no two scans could be joined, so that there are no poses to write",
             cure="see the sentences on the pairs",
         )
     frame = OutputFrame(WorkFrame())
-    scans = [StationScan(name, name, found.scans[name], None, False, {}) for name in group.stations]
+    scans = [StationScan(n, n, result.scans[n], None, False, {}) for n in group.stations]
     placements = {
         name: Placement(name, group.poses[name], group.covariances[name], None)
         for name in group.stations
@@ -130,7 +140,7 @@ def write_placed(
     written = write_texts(texts)
     files: dict[Path, dict[int, Pose]] = {}
     for name in group.stations:
-        scan = found.scans[name]
+        scan = result.scans[name]
         if scan.path.suffix.lower() == ".e57":
             files.setdefault(scan.path, {})[scan.index] = group.poses[name]
     for number, (path, poses) in enumerate(files.items()):

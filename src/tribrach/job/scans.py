@@ -50,11 +50,11 @@ def as_adjusted(scans: Sequence[StationScan], adjustment: Adjustment) -> list[St
     """
     out = []
     for scan in scans:
-        found = _of_station(scan.station, adjustment)
-        if found is None:
+        calibrated = _of_station(scan.station, adjustment)
+        if calibrated is None:
             out.append(scan)
             continue
-        model, index = found
+        model, index = calibrated
         correction = Correction(model, adjustment.state.scalars[index], scan.faces)
         out.append(replace(scan, scan=corrected_scan(scan.scan, correction)))
     return out
@@ -63,20 +63,30 @@ def as_adjusted(scans: Sequence[StationScan], adjustment: Adjustment) -> list[St
 def share_after(
     scan: StationScan, adjustment: Adjustment, factor: float
 ) -> CalibrationShare | None:
-    """Covariance of the parameters of a scan and with its station; None without a correction.
+    """Take the covariance of the parameters of a scan and with its station.
 
-    factor : on a-priori covariances. Parameters that the network does not have keep the covariance
-    of their file.
+    Parameters
+    ----------
+    scan, adjustment
+        A scan, and the network that has its station.
+    factor
+        On a-priori covariances. Parameters that the network does not have keep the covariance of
+        their file.
+
+    Returns
+    -------
+    CalibrationShare or None
+        None without a correction.
     """
     layout = adjustment.layout
-    found = _of_station(scan.station, adjustment)
-    if found is None:
+    calibrated = _of_station(scan.station, adjustment)
+    if calibrated is None:
         known = scan.known
         if known is None:
             return None
         correction = known_correction(known, scan.faces)
         return CalibrationShare(correction, known.covariance, np.zeros((6, len(known.values))))
-    model, index = found
+    model, index = calibrated
     columns = layout.columns("scalar", index)[:, 0]
     pose = layout.columns("pose", layout.index("pose", scan.station))
     return CalibrationShare(
@@ -96,9 +106,9 @@ def _of_station(
     number = layout.index("pose", station)
     for o in adjustment.network.observations:
         if isinstance(o, ScannerPolar) and o.model is not None:
-            mine = np.flatnonzero(o.station == number)
-            if len(mine) and o.parameters.shape[1]:
-                return o.model, o.parameters[mine[0]]
+            rows = np.flatnonzero(o.station == number)
+            if len(rows) and o.parameters.shape[1]:
+                return o.model, o.parameters[rows[0]]
     return None
 
 
@@ -106,13 +116,15 @@ def calibration_sentences(scans: Sequence[StationScan], adjustment: Adjustment) 
     """Which scans were corrected, with parameters from where."""
     out = []
     for scan in scans:
-        found = _of_station(scan.station, adjustment)
-        if found is None and scan.known is None:
+        calibrated = _of_station(scan.station, adjustment)
+        if calibrated is None and scan.known is None:
             continue
-        names = found[0].parameters if found is not None else ()
-        if found is None and scan.known is not None:
+        names = calibrated[0].parameters if calibrated is not None else ()
+        if calibrated is None and scan.known is not None:
             names = scan.known.parameters
-        origin = "adjusted with the network" if found is not None else "of the calibration file"
+        origin = (
+            "adjusted with the network" if calibrated is not None else "of the calibration file"
+        )
         out.append(f"Scan {scan.name} is corrected by {', '.join(names)}, {origin}.")
     return out
 
@@ -194,16 +206,17 @@ def open_scans(job: Job) -> list[StationScan]:
 
     Raises
     ------
-    InputError : a file that cannot be read, a scan that it has not, an instrument that is not
-        defined, two scans of one name, a scanner far from its points.
+    InputError
+        A file that cannot be read, a scan that it has not, an instrument that is not defined, two
+        scans of one name, a scanner far from its points.
     """
-    found: list[StationScan] = []
+    scans: list[StationScan] = []
     for k, entry in enumerate(job.project.scans):
-        found += _open(job, k, entry)
-    at = Counter(scan.station for scan in found)
-    found = [s if at[s.station] == 1 else _several(s) for s in found]
+        scans += _open(job, k, entry)
+    at = Counter(scan.station for scan in scans)
+    scans = [s if at[s.station] == 1 else _several(s) for s in scans]
     names: set[str] = set()
-    for scan in found:
+    for scan in scans:
         if scan.name in names:
             raise InputError(
                 f"two scans have the name {scan.name}",
@@ -211,7 +224,7 @@ def open_scans(job: Job) -> list[StationScan]:
                 cure="give each file a station of its own in [[scans]]",
             )
         names.add(scan.name)
-    return found
+    return scans
 
 
 def _several(scan: StationScan) -> StationScan:
@@ -242,7 +255,7 @@ def _open(job: Job, k: int, entry: ScanFile) -> list[StationScan]:
             f"{entry.file} has {len(scans)} scans and one station is given",
             "give one entry with scan and station for each, or leave station out",
         )
-    found = []
+    members = []
     for scan in (_from_origin(entry, scan) for scan in scans):
         station = entry.station or scan.name
         if entry.instrument is not None:
@@ -253,8 +266,8 @@ def _open(job: Job, k: int, entry: ScanFile) -> list[StationScan]:
         else:
             faces, parts = ("front", "back"), sides(scan)
         for part, face in zip(parts, faces, strict=True):
-            found.append(_at_station(job, entry, part, station, face))
-    return found
+            members.append(_at_station(job, entry, part, station, face))
+    return members
 
 
 def _from_origin(entry: ScanFile, scan: Scan) -> Scan:

@@ -1,6 +1,7 @@
 """Two stations of a run against each other, site by site, through the adjusted poses.
 
-What was found is remembered and found again only where scans, poses or wishes have changed.
+A comparison is remembered and made again only where scans, poses or what the project asks for have
+changed.
 """
 
 from __future__ import annotations
@@ -91,7 +92,8 @@ def from_facts(facts: Mapping[str, Any]) -> tuple[list[SiteResult], OffsetTest |
 
     Raises
     ------
-    ValueError, KeyError, TypeError : these are facts of something else, or damaged.
+    ValueError, KeyError, TypeError
+        These are facts of something else, or damaged.
     """
     sites = [_made(SiteResult, site) for site in facts["sites"]]
     offsets = facts["offsets"]
@@ -162,10 +164,11 @@ def wishes(project: Project, scans: Sequence[StationScan]) -> list[Wish]:
 
     Raises
     ------
-    InputError : no scan or station of a name, two scans of one station, a table of sites that
-        cannot be read.
+    InputError
+        No scan or station of a name, two scans of one station, a table of sites that cannot be
+        read.
     """
-    found = []
+    comparisons = []
     for k, section in enumerate(project.comparison):
         a, b = (
             _named(project, scans, k, key, name)
@@ -180,22 +183,22 @@ def wishes(project: Project, scans: Sequence[StationScan]) -> list[Wish]:
         sites = None
         if section.sites is not None:
             sites = tuple(read_sites(project.folder / section.sites))
-        found.append(Wish(section, a, b, sites))
-    return found
+        comparisons.append(Wish(section, a, b, sites))
+    return comparisons
 
 
 def _named(
     project: Project, scans: Sequence[StationScan], k: int, key: str, name: str
 ) -> tuple[StationScan, ...]:
     """The scan of a name, else all scans of the station of that name."""
-    mine = tuple(scan for scan in scans if scan.name == name)
-    mine = mine or tuple(scan for scan in scans if scan.station == name)
-    if not mine:
+    chosen = tuple(scan for scan in scans if scan.name == name)
+    chosen = chosen or tuple(scan for scan in scans if scan.station == name)
+    if not chosen:
         known = ", ".join(dict.fromkeys(scan.name for scan in scans))
         raise project.error(
             ("comparison", k, key), f"there is no scan or station {name}", f"the scans are {known}"
         )
-    return mine
+    return chosen
 
 
 #: columns of the regression with their units
