@@ -1,11 +1,17 @@
-"""What is the uncertainty of a point made of? Variances that add up to its covariance.
+"""Splits the uncertainty of a point into parts whose variances add up to its covariance.
 
-``C_X = sum_g J_geo C_g J_geo^T + sum_k J_k s_k^2 J_k^T``: the groups g share the covariance of
-the station (method section 5.1), the parts k are range, incidence, both angles and the beam's
-footprint (5.2); a calibration of the scanner has a share of its own, which may be negative where
-its parameters and the poses are correlated. Along the normal of the surface each gives
-``n^T C n``; what remains of its trace lies in the surface. Points and normals (n, 3) in the scanner
-frame [m], covariances (n, 3, 3) in the axes of the world [m^2].
+``C_X = sum_g J_geo C_g J_geo^T + sum_k J_k s_k^2 J_k^T``: the groups g share the covariance of the
+station (method section 5.1), the parts k are range, incidence, both angles and the beam's footprint
+(method section 5.2); a calibration of the scanner has a share of its own, which may be negative
+where its parameters and the poses are correlated. Along the normal of the surface each gives ``n^T
+C n``; what remains of its trace lies in the surface.
+
+What the station leaves uncertain moves all points of its cloud together: the mean of ``J_geo C_geo
+J_geo^T`` over them has a longest axis, the direction in which the place of the whole cloud is known
+least.
+
+Points and normals (n, 3) in the scanner frame [m], covariances (n, 3, 3) in the axes of the world
+[m^2].
 """
 
 from __future__ import annotations
@@ -23,42 +29,22 @@ from tribrach.scan.normals import FLATTEST
 
 __all__ = ["POINT_PARTS", "PointBudget", "Weakest", "point_budget", "weakest_direction"]
 
-# Along which direction is the place of a whole cloud known least?
-#
-# What the station leaves uncertain moves all of its points together: the mean of
-# ``J_geo C_geo J_geo^T`` over them, its longest axis (method section 5.1). Metres and radians.
-
-
-@dataclass(frozen=True)
-class Weakest:
-    """Sigma [m] along the weakest direction; its azimuth and elevation [rad] in E, N, U."""
-
-    sigma: float
-    azimuth: float
-    elevation: float
-
-
-def weakest_direction(points: Array, covariance: Array) -> Weakest:
-    """Points (n, 3) : relative to the station, along E, N, U; covariance (6, 6) of its pose."""
-    geo = np.concatenate([np.broadcast_to(np.eye(3), (len(points), 3, 3)), -skew(points)], axis=2)
-    mean = (geo @ covariance @ geo.transpose(0, 2, 1)).mean(axis=0)
-    values, vectors = np.linalg.eigh(mean)
-    east, north, up = vectors[:, -1] if vectors[2, -1] >= 0 else -vectors[:, -1]
-    azimuth = float(np.arctan2(east, north) % np.pi)
-    elevation = float(np.arctan2(up, np.hypot(east, north)))
-    return Weakest(float(np.sqrt(max(values[-1], 0.0))), azimuth, elevation)
-
-
 #: what the scanner adds to every single point
 POINT_PARTS = ("range", "incidence", "horizontal angle", "vertical angle", "beam width")
 
 
 @dataclass(frozen=True)
 class PointBudget:
-    """Covariances of points, part by part.
+    """Covariances of n points, part by part.
 
-    names (m,); covariances (m, n, 3, 3); normals (n, 3) in the axes of the world, NaN where
-    unknown.
+    Attributes
+    ----------
+    names
+        The m parts.
+    covariances : array (m, n, 3, 3)
+        In the axes of the world [m^2].
+    normals : array (n, 3)
+        Unit normals in the axes of the world, NaN where unknown.
     """
 
     names: tuple[str, ...]
@@ -96,15 +82,23 @@ def point_budget(
     station: Mapping[str, Array] | None = None,
     normals: Array | None = None,
 ) -> PointBudget:
-    """Budget of points of a scan.
+    """Compute the budget of points of a scan.
 
     Parameters
     ----------
+    xyz : array (n, 3)
+        Points of the scanner frame [m].
+    placement
+        Where the scan stands.
     station
-        Shares (6, 6) of the station's covariance by name, one share ``station`` if not given.
-    normals
-        Unit normals (n, 3) of the scanner frame, NaN where unknown; incidence adds nothing
-        there.
+        Shares (6, 6) of the station's covariance by name; one share ``station`` if None.
+    normals : array (n, 3)
+        Unit normals of the scanner frame, NaN where unknown; incidence adds nothing there.
+
+    Returns
+    -------
+    PointBudget
+        Shares of the station, of a calibration, and :data:`POINT_PARTS`.
 
     Raises
     ------
@@ -151,7 +145,7 @@ def _symmetric(elements: Array) -> Array:
 
 
 def _check_sum(shares: Mapping[str, Array], covariance: Array) -> None:
-    """Shares that do not add up would be a budget of something else."""
+    """Refuse shares that do not add up: they would be a budget of something else."""
     rest = np.sum(list(shares.values()), axis=0) - covariance
     size = np.sqrt(np.maximum(np.diag(covariance), 1e-30))
     if np.abs(rest / size[:, None] / size).max() > 1e-4:
@@ -179,3 +173,44 @@ def _cosine(xyz: Array, length: Array, normals: Array) -> Array:
     raw = np.abs(np.einsum("ni,ni->n", xyz, normals)) / np.where(length > 0, length, 1.0)
     cosine: Array = np.where(np.isfinite(raw), np.clip(raw, FLATTEST, 1.0), 1.0)
     return cosine
+
+
+@dataclass(frozen=True)
+class Weakest:
+    """The direction in which the place of a cloud is known least.
+
+    Attributes
+    ----------
+    sigma
+        Along that direction [m].
+    azimuth, elevation
+        Of the direction in E, N, U [rad].
+    """
+
+    sigma: float
+    azimuth: float
+    elevation: float
+
+
+def weakest_direction(points: Array, covariance: Array) -> Weakest:
+    """Find the direction in which the place of a cloud is known least.
+
+    Parameters
+    ----------
+    points : array (n, 3)
+        Relative to the station, along E, N, U [m].
+    covariance : array (6, 6)
+        Of its pose: translation [m], left rotation increments [rad].
+
+    Returns
+    -------
+    Weakest
+        Sigma and direction.
+    """
+    geo = np.concatenate([np.broadcast_to(np.eye(3), (len(points), 3, 3)), -skew(points)], axis=2)
+    mean = (geo @ covariance @ geo.transpose(0, 2, 1)).mean(axis=0)
+    values, vectors = np.linalg.eigh(mean)
+    east, north, up = vectors[:, -1] if vectors[2, -1] >= 0 else -vectors[:, -1]
+    azimuth = float(np.arctan2(east, north) % np.pi)
+    elevation = float(np.arctan2(up, np.hypot(east, north)))
+    return Weakest(float(np.sqrt(max(values[-1], 0.0))), azimuth, elevation)

@@ -15,18 +15,24 @@ from tribrach.cloud.placement import Placement
 
 __all__ = ["share_of"]
 
-
 #: points whose derivatives are in memory at a time
 _BLOCK = 50_000
 
 
 def share_of(xyz: Array, placement: Placement) -> Array:
-    """Covariances (n, 6) [m^2] as xx, yy, zz, xy, xz, yz in the axes of the world.
+    """Compute what a calibration adds to the covariance of corrected points.
 
     Parameters
     ----------
-    xyz
-        Corrected points (n, 3) of the scanner frame.
+    xyz : array (n, 3)
+        Corrected points of the scanner frame [m].
+    placement
+        Where the scan stands, with its calibration.
+
+    Returns
+    -------
+    array (n, 6)
+        Elements xx, yy, zz, xy, xz, yz in the axes of the world [m^2].
 
     Raises
     ------

@@ -1,9 +1,9 @@
-"""The covariance of every point: ``C_X = J_geo C_geo J_geo^T + J_rho C_int J_rho^T``.
+"""Propagates the covariance of every point: ``C_X = J_geo C_geo J_geo^T + J_rho C_int J_rho^T``.
 
 ``X = t + R x``; ``J_geo = [I | -[R x]x]`` for left increments; ``J_rho`` carries the noise along
 and across the beam into the world (method section 5.1); a calibration adds its own share. Points
-(n, 3) are in the scanner frame [m], results in the axes of the world [m^2]. The loops are
-compiled: tens of millions of points per second.
+(n, 3) are in the scanner frame [m], results in the axes of the world [m^2]. The loops are compiled:
+tens of millions of points per second.
 """
 
 from __future__ import annotations
@@ -21,12 +21,23 @@ __all__ = ["covariances", "place_with_sigmas", "rounded", "sigmas"]
 def place_with_sigmas(
     xyz: Array, placement: Placement, cosine: Array | None = None
 ) -> tuple[Array, Single]:
-    """World coordinates (n, 3) and sigmas (n, 3) along the axes of the world.
+    """Place points in the world, with their standard deviations.
 
     Parameters
     ----------
-    cosine
-        Of the incidence angle (n,), where normals were asked for.
+    xyz : array (n, 3)
+        Points of the scanner frame [m].
+    placement
+        Where the scan stands.
+    cosine : array (n,)
+        Cosines of the incidence angles, None if incidence adds nothing.
+
+    Returns
+    -------
+    world : array (n, 3)
+        Coordinates [m].
+    sigma : array (n, 3)
+        Sigmas along the axes of the world [m].
 
     Raises
     ------
@@ -58,7 +69,21 @@ def sigmas(xyz: Array, placement: Placement, cosine: Array | None = None) -> Sin
 
 
 def covariances(xyz: Array, placement: Placement, cosine: Array | None = None) -> Array:
-    """Covariances (n, 6) [m^2] as xx, yy, zz, xy, xz, yz in the axes of the world.
+    """Compute the covariances of points.
+
+    Parameters
+    ----------
+    xyz : array (n, 3)
+        Points of the scanner frame [m].
+    placement
+        Where the scan stands.
+    cosine : array (n,)
+        Cosines of the incidence angles, None if incidence adds nothing.
+
+    Returns
+    -------
+    array (n, 6)
+        Elements xx, yy, zz, xy, xz, yz in the axes of the world [m^2].
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Where a scan stands and how well that is known: what the points of its cloud inherit."""
+"""The placement of a scan: its pose, and how well that is known."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ class CalibrationShare:
     Attributes
     ----------
     correction
-        Model, parameters, faces.
+        Model, parameters and faces.
     own : array (k, k)
         Covariance of the parameters.
     cross : array (6, k)
-        With the translation and the left rotation increments of the station, in the axes of the
-        world.
+        Covariance of translation and left rotation increments of the station, in the axes of
+        the world, with the parameters.
     """
 
     correction: Correction
@@ -45,13 +45,15 @@ class Placement:
 
     Attributes
     ----------
+    station
+        Its name.
     pose
         World from scanner.
     covariance : array (6, 6)
         Of translation [m] and left rotation increments [rad] about the axes of the world.
     noise
-        Of single points, None where the scanner's origin is not known, so that points have no
-        covariance.
+        Noise of single points, None where the scanner's origin is not known, so that points
+        have no covariance.
     calibration
         Of the scanner, if its points were corrected.
     """

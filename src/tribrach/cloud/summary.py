@@ -1,8 +1,8 @@
-"""What can be said of the uncertainty of a whole cloud, gathered chunk by chunk.
+"""Sums up the uncertainty of a whole cloud, chunk by chunk.
 
 Histogram of the three-dimensional sigma ``sqrt(sx^2 + sy^2 + sz^2)``, shares of points within
-tolerances at twice that (95 %), and a thin sample of points for the map. Metres. Classes: USIBD
-LOA 2019 (measured accuracy at 95 %) and GSA BIM Guide 03 (method sections 11.4 and 11.5).
+tolerances at twice that (95 %), and a thin sample of points for the map. Metres. Classes: USIBD LOA
+2019 (measured accuracy at 95 %) and GSA BIM Guide 03 (method sections 11.4 and 11.5).
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from tribrach._types import Array
 
 __all__ = ["CLASSES", "EDGES", "CloudSummary"]
-
 
 #: upper limits [m] of twice the sigma, by class
 CLASSES: dict[str, float] = {
@@ -53,12 +52,24 @@ _SAMPLE = 4000
 
 @dataclass
 class CloudSummary:
-    """Points so far, of which with a sigma; sums of squared sigmas (3,); extremes; sample.
+    """Uncertainty of the points that were taken in so far.
 
     Attributes
     ----------
+    points
+        Number of points.
+    squares : array (3,)
+        Sums of squared sigmas along the axes [m^2].
+    smallest, largest
+        Extremes of the three-dimensional sigma [m].
+    counts : array (102,)
+        Points between the edges of the histogram.
+    within : array (classes,)
+        Points within the limit of each class.
+    low, high : array (3,)
+        Bounds of the coordinates [m].
     sample : array (k, 4)
-        X, y, z in the frame of the cloud and the three-dimensional sigma.
+        x, y, z in the frame of the cloud and the three-dimensional sigma [m].
     """
 
     points: int = 0

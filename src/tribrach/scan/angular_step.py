@@ -1,4 +1,4 @@
-"""The angular step of a cloud that has lost the scanner's rows and columns.
+"""Estimates the angular step of a cloud that has lost the scanner's rows and columns.
 
 Around a number of points all neighbours within a small window of directions are gathered. The
 nearest neighbours beside and above a point tell the steps of a scanner's grid; the density of the
@@ -16,17 +16,26 @@ from tribrach.errors import InputError
 
 __all__ = ["angular_step"]
 
-
-#: windows, points wished for and kept at most in each
-_WINDOWS, _WISH, _MOST = 24, 150, 600
-#: points looked at, and points per bin of H and V wished for, to guess the windows' width
+#: windows, points that one should hold, and points kept at most in each
+_WINDOWS, _AIM, _MOST = 24, 150, 600
+#: points looked at, and points that a bin of H and V should hold, to guess the windows' width
 _SAMPLE, _PER_BIN = 200_000, 8
 #: a grid has about one point per product of its steps; with fewer it is not a grid
 _REGULAR = 0.6
 
 
 def angular_step(xyz: Array) -> tuple[float, float]:
-    """Steps in H and V [rad] of points (n, 3) [m] of the scanner frame.
+    """Estimate the steps between neighbouring points.
+
+    Parameters
+    ----------
+    xyz : array (n, 3)
+        Points of the scanner frame [m].
+
+    Returns
+    -------
+    tuple of float
+        Steps in H and V [rad].
 
     Raises
     ------
@@ -38,9 +47,9 @@ def angular_step(xyz: Array) -> tuple[float, float]:
     sample = xyz if some == len(xyz) else xyz[np.sort(rng.choice(len(xyz), some, shuffle=False))]
     density = _density(_angles(sample)) * len(xyz) / some
     seeds = _angles(xyz[np.sort(rng.integers(0, len(xyz), _WINDOWS))])
-    half = 0.5 * np.sqrt(_WISH / density)
-    found, counts = _gather(xyz, seeds, half, _MOST)
-    steps = [_window_step(found[i, :n], half) for i, n in enumerate(counts) if n >= 8]
+    half = 0.5 * np.sqrt(_AIM / density)
+    offsets, counts = _gather(xyz, seeds, half, _MOST)
+    steps = [_window_step(offsets[i, :n], half) for i, n in enumerate(counts) if n >= 8]
     steps = [s for s in steps if np.isfinite(s).all()]
     if not steps:
         side = float(1 / np.sqrt(density))
@@ -79,7 +88,7 @@ def _gather(xyz: Array, seeds: Array, half: float, most: int) -> tuple[Array, ND
     A seed's window is found by its direction cosines, so that no angle is computed outside it.
     """
     k = len(seeds)
-    found, counts = np.empty((k, most, 2)), np.zeros(k, dtype=np.int64)
+    offsets, counts = np.empty((k, most, 2)), np.zeros(k, dtype=np.int64)
     wide = np.sqrt(2.0) * half
     near = np.cos(min(wide, 1.5))
     axes = np.empty((k, 3))
@@ -98,21 +107,21 @@ def _gather(xyz: Array, seeds: Array, half: float, most: int) -> tuple[Array, ND
             dh -= 2 * np.pi * np.round(dh / (2 * np.pi))
             dv = np.arctan2(np.sqrt(x * x + y * y), z) - seeds[j, 1]
             if abs(dh) <= half and abs(dv) <= half:
-                found[j, counts[j], 0], found[j, counts[j], 1] = dh, dv
+                offsets[j, counts[j], 0], offsets[j, counts[j], 1] = dh, dv
                 counts[j] += 1
-    return found, counts
+    return offsets, counts
 
 
-def _window_step(found: Array, half: float) -> tuple[float, float]:
+def _window_step(offsets: Array, half: float) -> tuple[float, float]:
     """Steps (H, V) of one window: those of the grid, or the mean spacing in their proportion."""
-    d = np.abs(found[:, None, :] - found[None, :, :])
-    d[np.arange(len(found)), np.arange(len(found))] = np.inf
+    d = np.abs(offsets[:, None, :] - offsets[None, :, :])
+    d[np.arange(len(offsets)), np.arange(len(offsets))] = np.inf
     beside = np.where(d[..., 0] > d[..., 1], d[..., 0], np.inf).min(axis=1)
     above = np.where(d[..., 1] >= d[..., 0], d[..., 1], np.inf).min(axis=1)
-    h = float(np.median(beside)) if len(found) else np.nan
-    v = float(np.median(above)) if len(found) else np.nan
-    box = np.ptp(found, axis=0)
-    per_cell = len(found) * h * v / max(float(box[0] * box[1]), 1e-30)
+    h = float(np.median(beside)) if len(offsets) else np.nan
+    v = float(np.median(above)) if len(offsets) else np.nan
+    box = np.ptp(offsets, axis=0)
+    per_cell = len(offsets) * h * v / max(float(box[0] * box[1]), 1e-30)
     if not np.isfinite(per_cell) or per_cell <= 0:
         return np.nan, np.nan
     grow = 1.0 if per_cell > _REGULAR else np.sqrt(1 / per_cell)

@@ -14,19 +14,22 @@ from tribrach.scan.scan import Chunk, Scan
 
 __all__ = ["LIMIT", "Loaded", "load"]
 
-
 #: scans with more points than this are refused; 2.4 GB of coordinates
 LIMIT = 100_000_000
 
 
 @dataclass(frozen=True, eq=False)
 class Loaded:
-    """Points (n, 3) float64 [m], scanner frame, and what the search for targets needs besides.
+    """A whole scan in memory.
 
     Attributes
     ----------
+    xyz : array (n, 3)
+        Points of the scanner frame, float64 [m].
     intensity : array (n,)
-        Float32 in the file's unit, row and column (n,) int32; None if the scan has none.
+        float32 in the file's unit; None if the scan has none.
+    row, column : array (n,)
+        int32, of the scanner's grid; None if the scan has none.
     """
 
     xyz: Array
@@ -36,7 +39,19 @@ class Loaded:
 
 
 def load(scan: Scan, limit: int = LIMIT) -> Loaded:
-    """All valid points of a scan.
+    """Read all valid points of a scan.
+
+    Parameters
+    ----------
+    scan
+        The scan.
+    limit
+        Points at most.
+
+    Returns
+    -------
+    Loaded
+        Points, and what the search for targets needs besides.
 
     Raises
     ------

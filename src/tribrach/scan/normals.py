@@ -1,4 +1,4 @@
-"""How does the beam meet the surface? Normals from the nearest neighbours of every point.
+"""Estimates surface normals from the nearest neighbours of every point, and incidence angles.
 
 The normal is the direction of least spread of the k nearest points (principal components); the
 incidence angle is that between beam and normal (method section 5.2). Scanner frame, metres.
@@ -25,31 +25,49 @@ FLATTEST = 0.1
 def normals(
     xyz: Array, neighbours: int = NEIGHBOURS, rows: NDArray[np.int64] | None = None
 ) -> Array:
-    """Unit normals (n, 3) towards the scanner of points (n, 3); NaN with too few points.
+    """Estimate unit normals that look towards the scanner.
 
     Parameters
     ----------
+    xyz : array (n, 3)
+        Points of the scanner frame [m].
+    neighbours
+        Points that a normal is taken from.
     rows : array (k,)
-        Only those of these points, (k, 3), among all.
+        Points whose normals are wanted, all if None.
+
+    Returns
+    -------
+    array (n, 3) or (k, 3)
+        Unit normals; NaN with too few points.
     """
     at = xyz if rows is None else xyz[rows]
     if len(xyz) <= neighbours:
         return np.full_like(at, np.nan)
-    _, found = KDTree(np.ascontiguousarray(xyz)).query(at, k=neighbours)
+    _, near = KDTree(np.ascontiguousarray(xyz)).query(at, k=neighbours)
     out = np.empty_like(at)
-    _normals(xyz, at, found.astype(np.int64), out)
+    _normals(xyz, at, near.astype(np.int64), out)
     return out
 
 
 def incidence_cosines(
     xyz: Array, neighbours: int = NEIGHBOURS, rows: NDArray[np.int64] | None = None
 ) -> Array:
-    """Cosines (n,) of the incidence angle, at least 0.1; 1 where no normal is known.
+    """Estimate the cosines of incidence angles.
 
     Parameters
     ----------
+    xyz : array (n, 3)
+        Points of the scanner frame [m].
+    neighbours
+        Points that a normal is taken from.
     rows : array (k,)
-        Only those of these points, (k,).
+        Points whose cosines are wanted, all if None.
+
+    Returns
+    -------
+    array (n,) or (k,)
+        At least 0.1; 1 where no normal is known.
     """
     normal = normals(xyz, neighbours, rows)
     at = xyz if rows is None else xyz[rows]
@@ -60,17 +78,17 @@ def incidence_cosines(
 
 
 @njit(cache=True, parallel=True, nogil=True)
-def _normals(xyz, at, found, out):  # type: ignore[no-untyped-def]
+def _normals(xyz, at, near, out):  # type: ignore[no-untyped-def]
     """Eigenvector of the smallest eigenvalue of the neighbourhood of each point ``at``."""
-    count = found.shape[1]
+    count = near.shape[1]
     for n in prange(len(at)):
         mean = np.zeros(3)
         for k in range(count):
-            mean += xyz[found[n, k]]
+            mean += xyz[near[n, k]]
         mean /= count
         spread = np.zeros((3, 3))
         for k in range(count):
-            d = xyz[found[n, k]] - mean
+            d = xyz[near[n, k]] - mean
             for i in range(3):
                 for j in range(3):
                     spread[i, j] += d[i] * d[j]

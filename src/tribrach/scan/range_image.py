@@ -1,9 +1,14 @@
-"""A scan as an image of ranges over directions: neighbours in the image are neighbours in space.
+"""Lays a scan out as an image of ranges: neighbours in the image are neighbours in space.
 
 Pixel (row, column) looks along ``H = first_h + column step_h``, ``V = first_v + row step_v``
 (scanner frame, geometry.polar), whatever order the scanner wrote. Scans with a grid of rows and
 columns keep it, turned so that H and V increase, its back face laid beside the front face; other
 clouds are binned by direction. Where several points share a pixel the nearest return counts.
+
+In a scanner's grid columns are planes through the standing axis, H linear in the column and V
+linear in the row, whatever way they are numbered. A mirror that turns full circle writes the back
+face into the same column: there H is opposite and V runs the other way. Both faces are fitted and
+laid on one grid of H and V.
 """
 
 from __future__ import annotations
@@ -22,212 +27,38 @@ from tribrach.statistics import robust_sigma
 
 __all__ = ["RangeImage", "organise"]
 
-# Where the scanner's rows and columns lie in directions, whatever way they are numbered.
-#
-# Columns are planes through the standing axis, H linear in the column and V linear in the row. A
-# mirror that turns full circle writes the back face into the same column: there H is opposite and V
-# runs the other way. Both faces are fitted and laid on one grid of H and V.
-
-
 #: points looked at to fit the layout
 _SAMPLE = 400_000
-
-
 #: directions this close to a pole [rad] do not tell H
 _POLE = 0.1
-
-
 #: a grid follows H and V if it deviates by less than this many steps at nine of ten points
 _STRAIGHT = 0.75
-
-
-@dataclass(frozen=True, eq=False)
-class PixelNumbers:
-    """Pixel number (n,) int32 of every point (-1: none) in an image of H and V that increase."""
-
-    pixel: NDArray[np.int32]
-    rows: int
-    columns: int
-    first_h: float
-    first_v: float
-    step_h: float
-    step_v: float
-    wraps: bool
-
-
-def lay_out(xyz: Array, row: Index, column: Index) -> PixelNumbers | None:
-    """The layout of points (n, 3) with grid numbers (n,); None if these do not follow H and V."""
-    some = slice(None, None, max(1, len(xyz) // _SAMPLE))
-    part, r, c = xyz[some], row[some].astype(np.int64), column[some].astype(np.int64)
-    flat = np.hypot(part[:, 0], part[:, 1])
-    v = np.arctan2(flat, part[:, 2])
-    use = np.isfinite(v) & (np.abs(v - np.pi / 2) < np.pi / 2 - _POLE)
-    h = np.arctan2(part[:, 1], part[:, 0])
-    if use.sum() < 10 or np.ptp(r) == 0 or np.ptp(c) == 0:
-        return None
-    for swapped in (False, True):
-        a, b = (c, r) if swapped else (r, c)
-        fit = _fit(h[use], v[use], a[use], b[use])
-        if fit is not None:
-            return _place(xyz, column if swapped else row, row if swapped else column, fit)
-    return None
-
-
-@dataclass(frozen=True)
-class _Fit:
-    """H = h0 + h1 column of the front face (back face opposite), V = v0 + v1 row of each face."""
-
-    h0: float
-    h1: float
-    front: tuple[float, float]
-    back: tuple[float, float] | None
-
-
-def _fit(h: Array, v: Array, row: Index, column: Index) -> _Fit | None:
-    """Lines through H and V; None if rows or columns are not straight."""
-    axis = _axis_of_columns(h, column)
-    if axis is None:
-        return None
-    h0, h1 = axis
-    if np.cos(h - h0 - h1 * column).sum() < 0:
-        h0 += np.pi
-    off = np.angle(np.exp(1j * (h - h0 - h1 * column)))
-    behind = np.abs(off) > np.pi / 2
-    straight = np.abs(np.where(behind, np.pi - np.abs(off), off))
-    if np.quantile(straight, 0.9) > max(_STRAIGHT * abs(h1), 1e-5):
-        return None
-    front = _line(row[~behind], v[~behind])
-    back = _line(row[behind], v[behind]) if behind.mean() > 0.02 else None
-    if front is None or (behind.mean() > 0.02 and back is None):
-        return None
-    return _Fit(h0, h1, front, back)
-
-
-def _axis_of_columns(h: Array, column: Index) -> tuple[float, float] | None:
-    """H of columns as a line, from directions that may be opposite (angles doubled)."""
-    low = int(column.min())
-    number, inverse = np.unique(column - low, return_inverse=True)
-    twice = np.zeros(len(number), dtype=complex)
-    np.add.at(twice, inverse, np.exp(2j * h))
-    if len(number) < 3:
-        return None
-    step = np.diff(np.unwrap(np.angle(twice))) / 2 / np.diff(number)
-    h1 = float(np.median(step))
-    if h1 == 0:
-        return None
-    for _ in range(3):
-        rest = np.unwrap(np.angle(twice * np.exp(-2j * h1 * number))) / 2
-        slope, _ = np.polyfit(number, rest, 1)
-        h1 += float(slope)
-    rest = np.angle(np.sum(twice * np.exp(-2j * h1 * number))) / 2
-    return float(rest - h1 * low), h1
-
-
-def _line(row: Index, v: Array) -> tuple[float, float] | None:
-    """V = v0 + v1 row with outliers trimmed; None if not straight."""
-    if len(row) < 3 or np.ptp(row) == 0:
-        return None
-    keep = np.ones(len(row), dtype=bool)
-    v1, v0 = 0.0, 0.0
-    for _ in range(4):
-        if np.ptp(row[keep]) == 0:
-            return None
-        v1, v0 = np.polyfit(row[keep], v[keep], 1)
-        off = np.abs(v - v0 - v1 * row)
-        keep = off <= max(3 * robust_sigma(off, about=0.0), 1e-9)
-    off = np.abs(v - v0 - v1 * row)
-    if v1 == 0 or np.quantile(off, 0.9) > max(_STRAIGHT * abs(v1), 1e-5):
-        return None
-    return float(v0), float(v1)
-
-
-def _front_rows(low: int, high: int, fit: _Fit) -> tuple[int, int]:
-    """First and last row; of a grid with two faces only those whose front face has V in (0, pi)."""
-    if fit.back is None:
-        return low, high
-    ends = sorted(((0 - fit.front[0]) / fit.front[1], (np.pi - fit.front[0]) / fit.front[1]))
-    return max(low, int(np.ceil(ends[0]))), min(high, int(np.floor(ends[1])))
-
-
-def _place(xyz: Array, row: Index, column: Index, fit: _Fit) -> PixelNumbers:
-    """Pixels of all points, both faces on one grid."""
-    step_h, step_v = abs(fit.h1), abs(fit.front[1])
-    r_low, r_high = _front_rows(int(row.min()), int(row.max()), fit)
-    first_v = min(fit.front[0] + fit.front[1] * k for k in (r_low, r_high))
-    rows = r_high - r_low + 1
-    c_low, c_high = int(column.min()), int(column.max())
-    period = max(round(2 * np.pi / step_h), 1)
-    wide = c_high - c_low + 1 + (round(np.pi / step_h) if fit.back is not None else 0)
-    wraps = wide >= _FULL_CIRCLE * period
-    first_h = fit.h0 + fit.h1 * (c_low if fit.h1 > 0 else c_high)
-    back = fit.back or (0.0, 0.0)
-    first_h = float(np.angle(np.exp(1j * first_h)))
-    columns = period if wraps else wide
-    frame = np.array([fit.h0, fit.h1, *fit.front, *back, first_h, float(first_v)])
-    pixel = _numbers(xyz, row, column, frame, (rows, columns, period), wraps, fit.back is not None)
-    return PixelNumbers(pixel, rows, columns, first_h, float(first_v), step_h, step_v, wraps)
-
-
-@njit(cache=True, nogil=True)
-def _numbers(
-    xyz: Array,
-    row: Index,
-    column: Index,
-    frame: Array,
-    size: tuple[int, int, int],
-    wraps: bool,
-    two_faces: bool,
-) -> NDArray[np.int32]:
-    """Pixel number of every point from its row, its column and its face."""
-    h0, h1, f0, f1, b0, b1, first_h, first_v = frame
-    rows, columns, period = size
-    step_h, step_v = abs(h1), abs(f1)
-    out = np.full(len(xyz), -1, dtype=np.int32)
-    for i in range(len(xyz)):
-        h = h0 + h1 * column[i]
-        v = f0 + f1 * row[i]
-        if two_faces and xyz[i, 0] * np.cos(h) + xyz[i, 1] * np.sin(h) < 0:
-            h += np.pi
-            v = b0 + b1 * row[i]
-        a = int(np.round((v - first_v) / step_v))
-        b = int(np.round((h - first_h) / step_h)) % period
-        if b >= columns and wraps:
-            b -= columns
-        if 0 <= a < rows and 0 <= b < columns:
-            out[i] = a * columns + b
-    return out
-
-
+#: numbers of points over pixels
 Indices = NDArray[np.int32]
-
-
 #: an image has at most this many pixels for every point, and never fewer than the second number
 _PIXELS_PER_POINT, _PIXELS = 4, 4_000_000
-
-
 #: directions that tell where a grid lies between the pixels
 _SOME = 50_000
-
-
 #: an image that covers this share of the circle is closed to the full circle
 _FULL_CIRCLE = 0.98
 
 
 @dataclass(frozen=True, eq=False)
 class RangeImage:
-    """Single over directions, and the point behind every pixel.
+    """Ranges over directions, and the point behind every pixel.
 
     Attributes
     ----------
     index : array (rows, columns)
-        Int32 : number of the point, -1 where there is none.
+        Number of the point (int32), -1 where there is none.
     range : array (rows, columns)
-        Float32 : [m], NaN where there is none.
+        Range [m] (float32), NaN where there is none.
     first_h, first_v, step_h, step_v
         Directions of pixel centres [rad].
     wraps
-        Is the last column the neighbour of the first? gridded : does the layout come from the
-        scanner's rows and columns?
+        True if the last column is the neighbour of the first.
+    gridded
+        True if the layout comes from the scanner's rows and columns.
     """
 
     index: Indices
@@ -260,10 +91,20 @@ class RangeImage:
         return (v - self.first_v) / self.step_v, turn / self.step_h
 
     def filled(self, gap: int = 1) -> Single:
-        """Single (rows, columns) with holes of up to ``gap`` pixels closed.
+        """Close holes of the ranges of up to ``gap`` pixels.
 
         A hole is closed where the points on both sides of it, in its row or its column, differ by
         less than 5 cm or 1 % of the range; it gets their mean. ``index`` still tells the holes.
+
+        Parameters
+        ----------
+        gap
+            Width of the widest hole that is closed.
+
+        Returns
+        -------
+        array (rows, columns)
+            Ranges [m].
         """
         return np.asarray(_closed(self.range, gap, self.wraps), dtype=np.float32)
 
@@ -275,14 +116,21 @@ def organise(
     *,
     step: tuple[float, float] | None = None,
 ) -> RangeImage:
-    """The range image of points (n, 3) [m] of the scanner frame.
+    """Lay points out as a range image.
 
     Parameters
     ----------
+    xyz : array (n, 3)
+        Points of the scanner frame [m].
     rows, columns : array (n,)
         The scanner's grid; one that does not follow H and V is not used.
     step
-        Step in H and V [rad] where there is no grid; estimated if not given.
+        Step in H and V [rad] where there is no grid; estimated if None.
+
+    Returns
+    -------
+    RangeImage
+        Ranges and point numbers.
 
     Raises
     ------
@@ -301,7 +149,7 @@ def organise(
 
 
 def _affordable(rows: int, columns: int, points: int) -> bool:
-    """Is the image in proportion to the points? Row numbers of a file are not to be trusted."""
+    """True if the image is in proportion to the points: row numbers of a file may be wild."""
     return rows * columns <= max(_PIXELS, _PIXELS_PER_POINT * points)
 
 
@@ -419,7 +267,7 @@ def _nearest(xyz: Array, pixel: Indices, index: Indices, ranges: Single) -> None
 
 @njit(cache=True, nogil=True)
 def _closed(ranges: Single, gap: int, wraps: bool) -> Single:
-    """Single with small holes closed between neighbours that agree."""
+    """Ranges with small holes closed between neighbours that agree."""
     rows, columns = ranges.shape
     out = ranges.copy()
     for i in range(rows):
@@ -455,3 +303,194 @@ def _bridge(ranges: Single, i: int, j: int, di: int, dj: int, gap: int, wraps: b
         return np.nan
     mean: float = 0.5 * (sides[0] + sides[1])
     return mean
+
+
+@dataclass(frozen=True, eq=False)
+class PixelNumbers:
+    """Pixels of points in an image whose H and V increase.
+
+    Attributes
+    ----------
+    pixel : array (n,)
+        Number of the pixel of each point, -1 for none.
+    rows, columns
+        Size of the image.
+    first_h, first_v, step_h, step_v
+        Directions of pixel centres [rad].
+    wraps
+        True if the last column is the neighbour of the first.
+    """
+
+    pixel: NDArray[np.int32]
+    rows: int
+    columns: int
+    first_h: float
+    first_v: float
+    step_h: float
+    step_v: float
+    wraps: bool
+
+
+def lay_out(xyz: Array, row: Index, column: Index) -> PixelNumbers | None:
+    """Fit the scanner's rows and columns to directions.
+
+    Parameters
+    ----------
+    xyz : array (n, 3)
+        Points of the scanner frame [m].
+    row, column : array (n,)
+        Their grid numbers.
+
+    Returns
+    -------
+    PixelNumbers or None
+        None if the grid does not follow H and V.
+    """
+    some = slice(None, None, max(1, len(xyz) // _SAMPLE))
+    part, r, c = xyz[some], row[some].astype(np.int64), column[some].astype(np.int64)
+    flat = np.hypot(part[:, 0], part[:, 1])
+    v = np.arctan2(flat, part[:, 2])
+    use = np.isfinite(v) & (np.abs(v - np.pi / 2) < np.pi / 2 - _POLE)
+    h = np.arctan2(part[:, 1], part[:, 0])
+    if use.sum() < 10 or np.ptp(r) == 0 or np.ptp(c) == 0:
+        return None
+    for swapped in (False, True):
+        a, b = (c, r) if swapped else (r, c)
+        fit = _fit(h[use], v[use], a[use], b[use])
+        if fit is not None:
+            return _place(xyz, column if swapped else row, row if swapped else column, fit)
+    return None
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """H = h0 + h1 column of the front face (back face opposite), V = v0 + v1 row of each face."""
+
+    h0: float
+    h1: float
+    front: tuple[float, float]
+    back: tuple[float, float] | None
+
+
+def _fit(h: Array, v: Array, row: Index, column: Index) -> _Fit | None:
+    """Lines through H and V; None if rows or columns are not straight."""
+    axis = _axis_of_columns(h, column)
+    if axis is None:
+        return None
+    h0, h1 = axis
+    if np.cos(h - h0 - h1 * column).sum() < 0:
+        h0 += np.pi
+    off = np.angle(np.exp(1j * (h - h0 - h1 * column)))
+    behind = np.abs(off) > np.pi / 2
+    straight = np.abs(np.where(behind, np.pi - np.abs(off), off))
+    if np.quantile(straight, 0.9) > max(_STRAIGHT * abs(h1), 1e-5):
+        return None
+    front = _line(row[~behind], v[~behind])
+    back = _line(row[behind], v[behind]) if behind.mean() > 0.02 else None
+    if front is None or (behind.mean() > 0.02 and back is None):
+        return None
+    return _Fit(h0, h1, front, back)
+
+
+def _axis_of_columns(h: Array, column: Index) -> tuple[float, float] | None:
+    """H of columns as a line, from directions that may be opposite (angles doubled)."""
+    low = int(column.min())
+    number, inverse = np.unique(column - low, return_inverse=True)
+    twice = np.zeros(len(number), dtype=complex)
+    np.add.at(twice, inverse, np.exp(2j * h))
+    if len(number) < 3:
+        return None
+    step = np.diff(np.unwrap(np.angle(twice))) / 2 / np.diff(number)
+    h1 = float(np.median(step))
+    if h1 == 0:
+        return None
+    for _ in range(3):
+        rest = np.unwrap(np.angle(twice * np.exp(-2j * h1 * number))) / 2
+        slope, _ = np.polyfit(number, rest, 1)
+        h1 += float(slope)
+    rest = np.angle(np.sum(twice * np.exp(-2j * h1 * number))) / 2
+    return float(rest - h1 * low), h1
+
+
+def _line(row: Index, v: Array) -> tuple[float, float] | None:
+    """V = v0 + v1 row with outliers trimmed; None if not straight."""
+    if len(row) < 3 or np.ptp(row) == 0:
+        return None
+    keep = np.ones(len(row), dtype=bool)
+    v1, v0 = 0.0, 0.0
+    for _ in range(4):
+        if np.ptp(row[keep]) == 0:
+            return None
+        v1, v0 = np.polyfit(row[keep], v[keep], 1)
+        off = np.abs(v - v0 - v1 * row)
+        keep = off <= max(3 * robust_sigma(off, about=0.0), 1e-9)
+    off = np.abs(v - v0 - v1 * row)
+    if v1 == 0 or np.quantile(off, 0.9) > max(_STRAIGHT * abs(v1), 1e-5):
+        return None
+    return float(v0), float(v1)
+
+
+def _front_rows(low: int, high: int, fit: _Fit) -> tuple[int, int]:
+    """First and last row; of a grid with two faces only those whose front face has V in (0, pi)."""
+    if fit.back is None:
+        return low, high
+    ends = sorted(((0 - fit.front[0]) / fit.front[1], (np.pi - fit.front[0]) / fit.front[1]))
+    return max(low, int(np.ceil(ends[0]))), min(high, int(np.floor(ends[1])))
+
+
+def _place(xyz: Array, row: Index, column: Index, fit: _Fit) -> PixelNumbers:
+    """Pixels of all points, both faces on one grid."""
+    step_h, step_v = abs(fit.h1), abs(fit.front[1])
+    r_low, r_high = _front_rows(int(row.min()), int(row.max()), fit)
+    first_v = min(fit.front[0] + fit.front[1] * k for k in (r_low, r_high))
+    rows = r_high - r_low + 1
+    c_low, c_high = int(column.min()), int(column.max())
+    period = max(round(2 * np.pi / step_h), 1)
+    wide = c_high - c_low + 1 + (round(np.pi / step_h) if fit.back is not None else 0)
+    wraps = wide >= _FULL_CIRCLE * period
+    first_h = fit.h0 + fit.h1 * (c_low if fit.h1 > 0 else c_high)
+    back = fit.back or (0.0, 0.0)
+    first_h = float(np.angle(np.exp(1j * first_h)))
+    columns = period if wraps else wide
+    frame = np.array([fit.h0, fit.h1, *fit.front, *back, first_h, float(first_v)])
+    pixel = _numbers(xyz, row, column, frame, (rows, columns, period), wraps, fit.back is not None)
+    return PixelNumbers(
+        pixel=pixel,
+        rows=rows,
+        columns=columns,
+        first_h=first_h,
+        first_v=float(first_v),
+        step_h=step_h,
+        step_v=step_v,
+        wraps=wraps,
+    )
+
+
+@njit(cache=True, nogil=True)
+def _numbers(
+    xyz: Array,
+    row: Index,
+    column: Index,
+    frame: Array,
+    size: tuple[int, int, int],
+    wraps: bool,
+    two_faces: bool,
+) -> NDArray[np.int32]:
+    """Pixel number of every point from its row, its column and its face."""
+    h0, h1, f0, f1, b0, b1, first_h, first_v = frame
+    rows, columns, period = size
+    step_h, step_v = abs(h1), abs(f1)
+    out = np.full(len(xyz), -1, dtype=np.int32)
+    for i in range(len(xyz)):
+        h = h0 + h1 * column[i]
+        v = f0 + f1 * row[i]
+        if two_faces and xyz[i, 0] * np.cos(h) + xyz[i, 1] * np.sin(h) < 0:
+            h += np.pi
+            v = b0 + b1 * row[i]
+        a = int(np.round((v - first_v) / step_v))
+        b = int(np.round((h - first_h) / step_h)) % period
+        if b >= columns and wraps:
+            b -= columns
+        if 0 <= a < rows and 0 <= b < columns:
+            out[i] = a * columns + b
+    return out

@@ -1,4 +1,4 @@
-"""What every scan offers, whatever file it lies in: points in chunks, fields, pose, origin.
+"""A scan of a file, whatever its format: points in chunks, fields, pose, origin.
 
 Points are in the scanner frame (right-handed, origin at the instrument's centre, z along its
 standing axis), float64 metres. Other values keep the names below whatever their file calls them.
@@ -37,7 +37,7 @@ __all__ = ["CHUNK", "Chunk", "Field", "Origin", "Scan"]
 #: points read at a time; 8 columns of 8 bytes are then 32 MB
 CHUNK = 500_000
 
-#: is the scanner at (0, 0, 0)? said by the format, assumed from the coordinates, or unknown
+#: whether the scanner is at (0, 0, 0): stated by the format, assumed from the coordinates, unknown
 Origin = Literal["stated", "assumed", "unknown"]
 
 
@@ -47,10 +47,14 @@ class Field:
 
     Attributes
     ----------
+    name
+        As in the table above.
     dtype
-        Numpy name such as ``float32``.
+        Name of a numpy type such as ``float32``.
     low, high
         Limits that the file states.
+    description
+        What the file says of it.
     """
 
     name: str
@@ -67,9 +71,9 @@ class Chunk:
     Attributes
     ----------
     xyz : array (n, 3)
-        Scanner frame [m].
+        Points of the scanner frame [m].
     values
-        Field name to (n,) or (n, k).
+        Other values (n,) or (n, k), by name of the field.
     dropped
         Records between the previous chunk and the end of this one that hold no point (invalid,
         NaN, no return).

@@ -1,4 +1,4 @@
-"""A few hundred points of a scan and how the surface lies there, without reading it all.
+"""Samples the surface of a scan: some hundred points with normals, without reading it all.
 
 Blocks of consecutive records, spread over the scan; in each some points with the normal of their
 neighbours in the block. Scanner frame, metres.
@@ -18,7 +18,7 @@ from tribrach.scan.scan import Scan
 
 __all__ = ["SurfaceSample", "surface_sample"]
 
-
+#: blocks, records in each, and points that are taken from it
 _BLOCKS, _RECORDS, _POINTS = 5, 100_000, 300
 #: neighbours that a normal is taken from
 _NEIGHBOURS = 32
@@ -28,16 +28,34 @@ _THICK = 0.3
 
 @dataclass(frozen=True)
 class SurfaceSample:
-    """Points (n, 3) [m] and unit normals (n, 3) towards the scanner, NaN where unknown."""
+    """Points of a scan and how the surface lies there.
+
+    Attributes
+    ----------
+    xyz : array (n, 3)
+        Points [m].
+    normals : array (n, 3)
+        Unit normals towards the scanner, NaN where unknown.
+    """
 
     xyz: Array
     normals: Array
 
 
 def surface_sample(scan: Scan) -> SurfaceSample:
-    """About 1500 points with normals.
+    """Take about 1500 points of a scan, with normals.
 
     Of a scan whose header does not state the number of its points the first 500,000 are looked at.
+
+    Parameters
+    ----------
+    scan
+        The scan.
+
+    Returns
+    -------
+    SurfaceSample
+        Points and normals.
 
     Raises
     ------
@@ -73,8 +91,8 @@ def _normals(block: Array, chosen: NDArray[np.int64]) -> Array:
     if len(block) <= _NEIGHBOURS:
         return np.full((len(chosen), 3), np.nan)
     points = block[chosen]
-    _, found = KDTree(np.ascontiguousarray(block)).query(points, k=_NEIGHBOURS)
-    around = block[found.astype(np.int64)]
+    _, near = KDTree(np.ascontiguousarray(block)).query(points, k=_NEIGHBOURS)
+    around = block[near.astype(np.int64)]
     around = around - around.mean(axis=1, keepdims=True)
     values, vectors = np.linalg.eigh(np.einsum("nki,nkj->nij", around, around))
     normal: Array = vectors[:, :, 0]

@@ -22,8 +22,12 @@ class Carrier:
 
     Attributes
     ----------
+    transformation
+        From A to B.
     covariance : array (k, k)
-        Of the parameters; None leaves them out.
+        Covariance of its parameters; None leaves it out.
+    backwards
+        True from B to A.
     """
 
     transformation: Transformation
@@ -45,7 +49,20 @@ class Carrier:
         return out
 
     def covariances(self, x: Array, own: Array | None = None) -> Array:
-        """Covariances (n, d, d) of the carried points; own (n, d, d) : theirs before."""
+        """Covariances of the carried points.
+
+        Parameters
+        ----------
+        x : array (n, d)
+            Points before [m].
+        own : array (n, d, d)
+            Their covariances before [m^2], none if None.
+
+        Returns
+        -------
+        array (n, d, d)
+            Covariances afterwards [m^2].
+        """
         n, size = x.shape
         out = np.zeros((n, size, size))
         matrix = self.matrix(size)

@@ -1,11 +1,11 @@
-"""Which transformation fits common points best, with the weights of both systems?
+"""Fits a transformation to common points, with the weights of both systems.
 
-Conditions ``b + v_b = T(a + v_a)`` with ``v_a^T C_a^-1 v_a + v_b^T C_b^-1 v_b`` smallest (Gauss-
-Helmert model; Ghilani, Adjustment Computations, ch. 18). T is affine in the points, so with
-``w = b - T(a)`` and ``C = C_b + M C_a M^T`` the residuals are ``v_b = -C_b C^-1 w`` and
-``v_a = C_a M^T C^-1 w``; derivatives at ``a + v_a`` make the iteration end at the exact minimum.
-A system without covariances is free of errors; if both are, all differences have one unknown sigma.
-Metres and radians; (n, d) points with d = 3 or 2.
+Conditions ``b + v_b = T(a + v_a)`` with ``v_a^T C_a^-1 v_a + v_b^T C_b^-1 v_b`` smallest
+(Gauss-Helmert model; Ghilani, Adjustment Computations, ch. 18). T is affine in the points, so with
+``w = b - T(a)`` and ``C = C_b + M C_a M^T`` the residuals are ``v_b = -C_b C^-1 w`` and ``v_a = C_a
+M^T C^-1 w``; derivatives at ``a + v_a`` make the iteration end at the exact minimum. A system
+without covariances is free of errors; if both are, all differences have one unknown sigma. Metres
+and radians; (n, d) points with d = 3 or 2.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from tribrach.transformation.weights import Metric, Spread, given_spread
 
 __all__ = ["CommonPoints", "TransformationFit", "fit_points", "fit_transformation"]
 
-
+#: iterations before giving up
 _STEPS = 100
 #: ratio of singular values of the scaled design below which a parameter is open
 _RANK = 1e-8
@@ -34,14 +34,18 @@ class CommonPoints:
 
     Attributes
     ----------
+    names
+        Of the n points.
     a, b : array (n, d)
-        [m]; their covariances.
+        Coordinates in system A and system B [m].
+    spread_a, spread_b
+        Their covariances.
     used : array (n,)
-        False for check points and what is off.
+        False for check points and for points that are switched off.
     check : array (n,)
-        Held out to be compared.
-    reasons : array (n,)
-        Why a point is off.
+        True for points held out to be compared.
+    reasons
+        Why a point is switched off, empty if it is not.
     """
 
     names: tuple[str, ...]
@@ -61,25 +65,39 @@ class CommonPoints:
 
     @property
     def dimension(self) -> int:
-        """2 or 3."""
+        """Number of coordinates of a point, 2 or 3."""
         return int(self.a.shape[1])
 
 
 @dataclass(frozen=True, eq=False)
 class TransformationFit:
-    """A fitted transformation.
+    """A fitted transformation of n points, of which m were used.
 
     Attributes
     ----------
+    points
+        The common points.
+    transformation
+        The fitted transformation.
     cofactor : array (k, k)
         Of the parameters in the order of ``transformation.model.parameters``, from the given
         covariances (from unit weights if none are given).
     difference : array (n, d)
-        b - T(a) of all points, also of those held out.
+        b - T(a) of all points, also of those held out [m].
     residual_a, residual_b : array (n, d)
-        Zero where a point is not used; lever (n, d, k) : derivatives.
-    weight (m, d, d), solved (m, d, k)   <<<<
-        Blocks of C^-1 and C^-1 A of the m used points.
+        Residuals in both systems [m], zero where a point is not used.
+    vtpv
+        Weighted sum of squares.
+    dof
+        Redundancy.
+    iterations
+        Steps that were needed.
+    force : array (m, d)
+        ``C^-1 w``.
+    weight : array (m, d, d)
+        Diagonal blocks of C^-1.
+    solved : array (m, d, k)
+        Blocks of C^-1 A.
     """
 
     points: CommonPoints
@@ -102,30 +120,43 @@ class TransformationFit:
 
     @property
     def sigma0(self) -> float | None:
-        """A posteriori; None without redundancy. In metres if no covariance was given."""
+        """A-posteriori sigma0, None without redundancy; in metres if no covariance was given."""
         return float(np.sqrt(self.vtpv / self.dof)) if self.dof > 0 else None
 
     @property
     def factor(self) -> float:
-        """On the cofactor: 1 with given covariances, else sigma0 squared (NaN if unknown)."""
+        """Factor on the cofactor: 1 with given covariances, else squared sigma0 (NaN if none)."""
         if self.points.weighted:
             return 1.0
         return float("nan") if self.sigma0 is None else self.sigma0**2
 
     @property
     def covariance(self) -> Array:
-        """Of the parameters (k, k): a priori with given covariances, else a posteriori."""
+        """Covariance (k, k) of the parameters: a priori with given covariances, else posterior."""
         return self.factor * self.cofactor
 
     @property
     def origin_covariance(self) -> Array:
-        """Of the translation at the origin of A (d, d): with everything that turns and scales."""
+        """Covariance (d, d) of the image of the origin of A, with all that turns and scales."""
         at = self.transformation.jacobian(np.zeros((1, self.points.dimension)))[0]
         out: Array = at @ self.covariance @ at.T
         return out
 
     def predicted(self, a: Array, spread: Array | None = None) -> Array:
-        """Covariances (n, d, d) of points a (n, d) carried over; spread (n, d, d) their own."""
+        """Covariances of points of A carried over.
+
+        Parameters
+        ----------
+        a : array (n, d)
+            Points of A [m].
+        spread : array (n, d, d)
+            Their own covariances [m^2], none if None.
+
+        Returns
+        -------
+        array (n, d, d)
+            In the axes of B [m^2].
+        """
         lever = self.transformation.jacobian(a)
         out: Array = lever @ self.covariance @ lever.transpose(0, 2, 1)
         m = self.transformation.matrix
@@ -148,21 +179,34 @@ def fit_transformation(
     covariance_b: Array | None = None,
     check: Mask | None = None,
 ) -> TransformationFit:
-    """The transformation of points a (n, d) to b (n, d).
+    """Fit a transformation to points given as arrays.
 
     Parameters
     ----------
+    a, b : array (n, d)
+        Points in both systems [m].
     model
-        Its number of parameters.
+        A model, or its number of parameters.
+    names
+        Of the points; numbers if None.
     covariance_a, covariance_b
-        (n, d, d) or (n d, n d) [m^2].
+        (n, d, d), or (n d, n d) over all points [m^2]; None if a system is free of errors.
     check : array (n,)
-        Points held out.
+        True for points held out.
+
+    Returns
+    -------
+    TransformationFit
+        Parameters, residuals and covariance.
 
     Raises
     ------
     InputError
-        Other shapes, not finite, too few points; RankDefect : parameters left open.
+        Other shapes, numbers that are not finite, too few points.
+    RankDefect
+        The points leave parameters open.
+    NotConverged
+        The iteration did not reach a minimum.
     """
     a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
     if a.shape != b.shape or a.ndim != 2 or a.shape[1] not in (2, 3):
@@ -174,45 +218,61 @@ def fit_transformation(
     n, d = a.shape
     held = np.zeros(n, dtype=bool) if check is None else np.asarray(check, dtype=bool)
     points = CommonPoints(
-        tuple(names) if names is not None else tuple(str(i + 1) for i in range(n)),
-        a,
-        b,
-        given_spread(covariance_a, n, d, "A"),
-        given_spread(covariance_b, n, d, "B"),
-        ~held,
-        held,
-        ("",) * n,
+        names=tuple(names) if names is not None else tuple(str(i + 1) for i in range(n)),
+        a=a,
+        b=b,
+        spread_a=given_spread(covariance_a, n, d, "A"),
+        spread_b=given_spread(covariance_b, n, d, "B"),
+        used=~held,
+        check=held,
+        reasons=("",) * n,
     )
     return fit_points(points, model if isinstance(model, Model) else find_model(model, d))
 
 
 def fit_points(points: CommonPoints, model: Model) -> TransformationFit:
-    """The transformation of the used common points.
+    """Fit a transformation to the used common points.
+
+    Parameters
+    ----------
+    points
+        Common points.
+    model
+        What may change.
+
+    Returns
+    -------
+    TransformationFit
+        Parameters, residuals and covariance.
 
     Raises
     ------
     InputError
-        Too few points; RankDefect : parameters left open; NotConverged.
+        Too few points.
+    RankDefect
+        The points leave parameters open.
+    NotConverged
+        The iteration did not reach a minimum.
     """
     used, d = points.used, points.dimension
     a, b = points.a[used], points.b[used]
     spread_a, spread_b = points.spread_a.part(used, d), points.spread_b.part(used, d)
-    found = start(model, a, b)
+    transformation = start(model, a, b)
     # steps below this no longer matter: rounding of the coordinates
     limit = 1e-12 + 16 * np.finfo(float).eps * max(np.abs(a).max(), np.abs(b).max())
     for step_number in range(1, _STEPS + 1):
-        metric = Metric(spread_a, spread_b, found.matrix, len(a))
-        w = b - found(a)
+        metric = Metric(spread_a, spread_b, transformation.matrix, len(a))
+        w = b - transformation(a)
         force = metric.solve(w)
         cost = float((w * force).sum())
-        adjusted = a + spread_a.times(force @ found.matrix)
-        design = found.jacobian(adjusted)
+        adjusted = a + spread_a.times(force @ transformation.matrix)
+        design = transformation.jacobian(adjusted)
         solved = metric.solve(design)
         cofactor = _inverse(model, design, solved)
         step = cofactor @ np.einsum("nik,ni->k", design, force)
-        found, moved = _descend(found, step, cost, a, b, spread_a, spread_b)
+        transformation, moved = _descend(transformation, step, cost, a, b, spread_a, spread_b)
         if np.abs(np.einsum("nik,k->ni", design, step)).max() * moved < limit:
-            return _finished(points, found, (spread_a, spread_b), step_number)
+            return _finished(points, transformation, (spread_a, spread_b), step_number)
     raise NotConverged(
         f"the transformation did not converge in {_STEPS} steps",
         ["look at the points with the largest differences, or take fewer parameters"],
@@ -220,19 +280,25 @@ def fit_points(points: CommonPoints, model: Model) -> TransformationFit:
 
 
 def _descend(
-    found: Transformation, step: Array, cost: float, a: Array, b: Array, sa: Spread, sb: Spread
+    transformation: Transformation,
+    step: Array,
+    cost: float,
+    a: Array,
+    b: Array,
+    sa: Spread,
+    sb: Spread,
 ) -> tuple[Transformation, float]:
     """The transformation moved by as much of a step as does not raise the cost; how much."""
     share = 1.0
     while share > 1e-6:
-        trial = found.moved(share * step)
+        trial = transformation.moved(share * step)
         w = b - trial(a)
         now = float((w * Metric(sa, sb, trial.matrix, len(a)).solve(w)).sum())
         if now <= cost * (1 + 1e-9) + 1e-18:
             return trial, share
         share /= 2
     # rounding: the cost cannot fall any more
-    return found, 0.0
+    return transformation, 0.0
 
 
 def _inverse(model: Model, design: Array, solved: Array) -> Array:
@@ -255,27 +321,27 @@ def _inverse(model: Model, design: Array, solved: Array) -> Array:
 
 
 def _finished(
-    points: CommonPoints, found: Transformation, spreads: tuple[Spread, Spread], iterations: int
+    points: CommonPoints, solution: Transformation, spreads: tuple[Spread, Spread], iterations: int
 ) -> TransformationFit:
     """Residuals and cofactors at the solution."""
     used, a, b = points.used, points.a[points.used], points.b[points.used]
-    metric = Metric(*spreads, found.matrix, len(a))
-    w = b - found(a)
+    metric = Metric(*spreads, solution.matrix, len(a))
+    w = b - solution(a)
     force = metric.solve(w)
     va, vb = np.zeros_like(points.a), np.zeros_like(points.b)
-    va[used] = spreads[0].times(force @ found.matrix)
+    va[used] = spreads[0].times(force @ solution.matrix)
     vb[used] = -spreads[1].times(force) if points.weighted else -w
-    design = found.jacobian(points.a[used] + va[used])
+    design = solution.jacobian(points.a[used] + va[used])
     solved = metric.solve(design)
     return TransformationFit(
         points=points,
-        transformation=found,
-        cofactor=_inverse(found.model, design, solved),
-        difference=points.b - found(points.a),
+        transformation=solution,
+        cofactor=_inverse(solution.model, design, solved),
+        difference=points.b - solution(points.a),
         residual_a=va,
         residual_b=vb,
         vtpv=float((w * force).sum()),
-        dof=w.size - found.model.count,
+        dof=w.size - solution.model.count,
         iterations=iterations,
         force=force,
         weight=metric.inverse_blocks(),

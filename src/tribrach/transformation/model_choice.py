@@ -1,4 +1,4 @@
-"""Is the scale real, and which model is enough?
+"""Tests whether a scale is real and which model is enough.
 
 The given covariances judge where the global test of the richest fit lets them, else sigma0 a
 posteriori.
@@ -18,13 +18,27 @@ from tribrach.transformation.testing import trusted
 
 __all__ = ["Rung", "ScaleTest", "ladder", "scale_test"]
 
-#: of a scale
+#: differences of a scale from one below this are rounding
 _ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
 class ScaleTest:
-    """Does the scale differ from one? scale - 1 with its sigma, t and its limit at 95 %."""
+    """Test of the scale of a similarity against one.
+
+    Attributes
+    ----------
+    excess
+        Scale less one.
+    sigma
+        Its standard deviation.
+    t
+        Their ratio.
+    limit
+        Limit of t at 95 %.
+    posterior
+        True if sigma0 is a posteriori.
+    """
 
     excess: float
     sigma: float
@@ -52,10 +66,20 @@ class ScaleTest:
 
 
 def scale_test(points: CommonPoints) -> ScaleTest | None:
-    """Student test of the similarity's scale; None where the points do not determine it.
+    """Test the scale of a similarity.
 
     The given covariances decide unless the global test of the similarity fails at 95 %; then, and
     without covariances, sigma0 a posteriori.
+
+    Parameters
+    ----------
+    points
+        Common points.
+
+    Returns
+    -------
+    ScaleTest or None
+        None where the points do not determine the scale, or without redundancy.
     """
     count = 7 if points.dimension == 3 else 4
     model = next(m for m in MODELS if (m.count, m.dimension) == (count, points.dimension))
@@ -78,10 +102,23 @@ def scale_test(points: CommonPoints) -> ScaleTest | None:
 
 @dataclass(frozen=True)
 class Rung:
-    """A model on the ladder: its fit, and the test of what it gains over the one before it.
+    """A model, its fit, and the test of what it gains over the next stiffer one.
 
-    statistic against limit at 95 %: chi-square with given covariances that hold, else F; None on
-    the first rung and where nothing is left to compare with.
+    Attributes
+    ----------
+    count
+        Number of parameters.
+    words
+        The model in words.
+    vtpv
+        Weighted sum of squares.
+    dof
+        Redundancy.
+    rms
+        Root mean square of the differences [m].
+    statistic, limit
+        Gain and its limit at 95 %: chi-square with given covariances that hold, else F; None
+        for the stiffest model and where nothing is left to compare with.
     """
 
     count: int
@@ -94,9 +131,19 @@ class Rung:
 
 
 def ladder(points: CommonPoints) -> list[Rung]:
-    """All models of the dimension that the points determine, from the stiffest on.
+    """Fit every model that the points determine, from the stiffest to the richest.
 
     The noise that gains are measured with is that of the richest model with redundancy.
+
+    Parameters
+    ----------
+    points
+        Common points.
+
+    Returns
+    -------
+    list of Rung
+        Models by their number of parameters.
     """
     fits: list[TransformationFit] = []
     for model in (m for m in MODELS if m.dimension == points.dimension):

@@ -1,8 +1,8 @@
-"""Which motions and deformations carry system A into system B, and how do they change?
+"""Models of transformations from system A to system B, and their derivatives.
 
 ``b = shift + M (a - centre)``: the shift is the image of the centre of the fitted points, so that
-coordinates of any size lose no digits. ``M = R diag(factors)`` with factors along the axes of A;
-an affine M is free. Increments of a rotation are left ones, about the axes of B. Metres, radians.
+coordinates of any size lose no digits. ``M = R diag(factors)`` with factors along the axes of A; an
+affine M is free. Increments of a rotation are left ones, about the axes of B. Metres, radians.
 """
 
 from __future__ import annotations
@@ -19,13 +19,12 @@ from tribrach.geometry.alignment import kabsch, planar, umeyama
 
 __all__ = ["MODELS", "Model", "Transformation", "find_model", "start"]
 
-
 _AXES = ("x", "y", "z")
 
 
 @dataclass(frozen=True)
 class Model:
-    """What may change: turn (``none``, ``heading`` about the vertical, ``free``) and scales.
+    """What a transformation may change.
 
     Attributes
     ----------
@@ -33,6 +32,12 @@ class Model:
         Number of parameters.
     dimension
         3 in space, 2 in the plane.
+    words
+        The model in words.
+    turn
+        ``none``, ``heading`` about the vertical, ``free``, or ``affine``.
+    scales
+        ``none``, ``one``, or one along each of the ``axes`` of A.
     """
 
     count: int
@@ -71,6 +76,7 @@ class Model:
         return few.get(self.turn, "three points that are not on one line")
 
 
+#: all models, in space and in the plane, from the stiffest to the richest
 MODELS = (
     Model(3, 3, "three shifts", "none"),
     Model(4, 3, "three shifts and a turn about the vertical", "heading"),
@@ -85,7 +91,19 @@ MODELS = (
 
 
 def find_model(count: int, dimension: int) -> Model:
-    """The model with so many parameters.
+    """Find the model with so many parameters.
+
+    Parameters
+    ----------
+    count
+        Number of parameters.
+    dimension
+        3 in space, 2 in the plane.
+
+    Returns
+    -------
+    Model
+        One of :data:`MODELS`.
 
     Raises
     ------
@@ -104,7 +122,21 @@ def find_model(count: int, dimension: int) -> Model:
 
 @dataclass(frozen=True, eq=False)
 class Transformation:
-    """``b = shift + matrix @ (a - centre)``; all arrays (d,) or (d, d) [m]."""
+    """``b = shift + matrix @ (a - centre)``.
+
+    Attributes
+    ----------
+    model
+        What may change.
+    centre, shift : array (d,)
+        Centre of the fitted points in A, and its image in B [m].
+    rotation : array (d, d)
+        Rotation from A to B.
+    factors : array (d,)
+        Scales along the axes of A.
+    affine : array (d, d)
+        The linear part of an affine transformation, else None.
+    """
 
     model: Model
     centre: Array
@@ -190,7 +222,19 @@ class Transformation:
 
 
 def start(model: Model, a: Array, b: Array) -> Transformation:
-    """The closed-form transformation of points a (n, d) to b (n, d), all of one weight.
+    """Compute the closed-form transformation of points that all have one weight.
+
+    Parameters
+    ----------
+    model
+        What may change.
+    a, b : array (n, d)
+        Points in both systems [m].
+
+    Returns
+    -------
+    Transformation
+        A start for the iteration.
 
     Raises
     ------
@@ -211,14 +255,14 @@ def start(model: Model, a: Array, b: Array) -> Transformation:
         return plain
     try:
         if model.turn == "heading":
-            found = (
+            alignment = (
                 umeyama(la[:, :2], lb[:, :2])
                 if model.scales == "one"
                 else planar(la[:, :2], lb[:, :2])
             )
             turned = np.eye(d)
-            turned[:2, :2] = found.rotation
-            return replace(plain, rotation=turned, factors=np.full(d, found.scale))
+            turned[:2, :2] = alignment.rotation
+            return replace(plain, rotation=turned, factors=np.full(d, alignment.scale))
         if model.turn == "affine" or model.scales == "axes":
             linear = _linear(la, lb)
             if linear is None:
@@ -229,10 +273,10 @@ def start(model: Model, a: Array, b: Array) -> Transformation:
             sign = np.array([1.0, 1.0, np.sign(np.linalg.det(u @ vt))])
             factors: Array = np.linalg.norm(linear, axis=0).astype(np.float64)
             return replace(plain, rotation=(u * sign) @ vt, factors=factors)
-        found = umeyama(la, lb) if model.scales == "one" else kabsch(la, lb)
+        alignment = umeyama(la, lb) if model.scales == "one" else kabsch(la, lb)
     except InputError:
         raise needed from None
-    return replace(plain, rotation=found.rotation, factors=np.full(d, found.scale))
+    return replace(plain, rotation=alignment.rotation, factors=np.full(d, alignment.scale))
 
 
 def _linear(a: Array, b: Array) -> Array | None:

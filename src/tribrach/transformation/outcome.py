@@ -1,4 +1,11 @@
-"""A fit with everything that is said about it: tests, checks, scale, models, what was removed."""
+"""Examines a fit: columns, tests of points, check points, scale, models, what was removed.
+
+Are columns of coordinates exchanged, or one of the systems left-handed? All orders and signs of the
+axes of A are tried with the turns that the model allows. Where one of them fits far better than the
+columns as they stand, the input is named as wrong and nothing is put right silently. Mirror images
+differ by a rotation only: the likely one leaves heights upright, and two exchanged columns are more
+common than a reversed one. Metres.
+"""
 
 from __future__ import annotations
 
@@ -23,39 +30,175 @@ from tribrach.transformation.testing import (
 
 __all__ = ["Outcome", "axis_sentences", "examine"]
 
-# Are columns of coordinates exchanged, or one of the systems left-handed?
-#
-# All orders and signs of the axes of A are tried with the turns that the model allows. Where one
-# of them fits far better than the columns as they stand, the input is named as wrong and nothing
-# is put right silently. Mirror images differ by a rotation only: the likely one leaves heights
-# upright, and two exchanged columns are more common than a reversed one. Metres.
-
-
 #: so many times better must another order of the axes fit before it is named
 _RATIO = 5.0
-
-
 #: points flatter than this share of their extent fit their mirror image as well
 _FLAT = 1e-3
+#: rms [m], permutation, signs, turn that is left [rad], is the last axis upright?
+_Order = tuple[float, tuple[int, ...], tuple[int, ...], float, bool]
+#: significance of the global test and of single check points
+ALPHA, CHECK = 0.05, 0.99
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """A fit and everything that is to be said about it.
+
+    Attributes
+    ----------
+    fit
+        Without the points that were removed.
+    tests
+        Tests of the used points.
+    checks
+        Check points, None if there are none.
+    scale
+        Test of the scale, None where it is not determined.
+    rungs
+        Other models.
+    odd
+        What looks wrong with the columns, in sentences.
+    steps
+        What snooping did, in sentences.
+    removed
+        Names of the points that it removed.
+    """
+
+    fit: TransformationFit
+    tests: PointTests
+    checks: CheckResult | None
+    scale: ScaleTest | None
+    rungs: tuple[Rung, ...]
+    odd: tuple[str, ...]
+    steps: tuple[str, ...]
+    removed: tuple[str, ...]
+
+    def sentences(self) -> list[str]:
+        """Everything to be known, in words."""
+        return [*self.odd, self.judgement(), *self.steps, *self._suspects(), *self._more()]
+
+    def judgement(self) -> str:
+        """The global test, or why there is none."""
+        fit = self.fit
+        if fit.dof <= 0:
+            return "no redundancy: nothing is checked"
+        if not fit.points.weighted:
+            assert fit.sigma0 is not None
+            return (
+                f"no sigmas were given: one coordinate has sigma {1e3 * fit.sigma0:.2f} mm a "
+                f"posteriori with redundancy {fit.dof}; all sigmas rest on it"
+            )
+        low, high = (float(chi2.ppf(p, fit.dof)) for p in (ALPHA / 2, 1 - ALPHA / 2))
+        limits = f"{fit.vtpv:.2f} against {low:.2f} to {high:.2f}, redundancy {fit.dof}"
+        if fit.vtpv > high:
+            return (
+                f"the global test fails ({limits}): wrong points, sigmas too small, or a model "
+                "that is too stiff"
+            )
+        cautious = "; the sigmas look too large" if fit.vtpv < low else ""
+        return f"the global test passes ({limits}){cautious}"
+
+    def _suspects(self) -> list[str]:
+        """Used points that do not fit, in a sentence."""
+        names = [
+            n for n, used in zip(self.fit.points.names, self.fit.points.used, strict=True) if used
+        ]
+        suspicious_names = [n for n, bad in zip(names, self.tests.suspicious, strict=True) if bad]
+        if not suspicious_names:
+            return []
+        return [f"does not fit: {', '.join(suspicious_names)} (snooping takes the worst out first)"]
+
+    def _more(self) -> list[str]:
+        """The scale and the check points, in sentences."""
+        out = []
+        if self.scale is not None:
+            rigid, scaled = (6, 7) if self.fit.points.dimension == 3 else (3, 4)
+            out.append(self.scale.sentence(rigid, scaled))
+        if self.checks is not None:
+            bad = self.checks.statistic > self.checks.limit(CHECK)
+            names = [self.fit.points.names[k] for k in self.checks.place[bad]]
+            size = " ".join(f"{1e3 * v:.2f}" for v in self.checks.rmse)
+            end = f"; beyond their 99 % limit: {', '.join(names)}" if names else ""
+            out.append(f"RMSE of check points ({len(bad)}), x y z: {size} mm{end}")
+        elif self.fit.dof > 0:
+            out.append(
+                f"the RMS of the fit, {1e3 * self.fit.rms:.2f} mm, is no accuracy: hold points out "
+                "as check points"
+            )
+        return out
+
+
+def examine(points: CommonPoints, model: Model, titles: tuple[str, ...], *, snoop: bool) -> Outcome:
+    """Fit a transformation and examine it.
+
+    Parameters
+    ----------
+    points
+        Common points.
+    model
+        What may change.
+    titles
+        Names of the columns of coordinates.
+    snoop
+        Are points switched off that do not fit?
+
+    Returns
+    -------
+    Outcome
+        The fit and all tests.
+
+    Raises
+    ------
+    InputError
+        Too few points.
+    AdjustmentError
+        The points leave parameters open, or the fit does not converge.
+    """
+    used = points.used
+    odd = tuple(axis_sentences(points.a[used], points.b[used], model, titles))
+    fit = fit_points(points, model)
+    steps: tuple[str, ...] = ()
+    removed: tuple[str, ...] = ()
+    # exchanged columns make every point suspicious
+    if snoop and not odd:
+        snooped = snoop_points(fit)
+        fit, steps, removed = snooped.fit, snooped.steps, snooped.removed
+    return Outcome(
+        fit=fit,
+        tests=point_tests(fit),
+        checks=check_points(fit),
+        scale=scale_test(fit.points),
+        rungs=tuple(ladder(fit.points)),
+        odd=odd,
+        steps=steps,
+        removed=removed,
+    )
 
 
 def axis_sentences(a: Array, b: Array, model: Model, titles: tuple[str, ...]) -> list[str]:
-    """What looks wrong with the columns, in words.
+    """Say in words what looks wrong with the columns of coordinates.
 
     Parameters
     ----------
     a, b : array (n, d)
         Points that belong together [m].
+    model
+        What may change.
     titles
         Names of the columns.
+
+    Returns
+    -------
+    list of str
+        Empty if nothing looks wrong.
     """
     d = model.dimension
     if len(a) * d < model.count or model.turn == "affine":
         return _affine(a, b, titles) if model.turn == "affine" else []
-    found = _tried(a, b, model)
-    if found is None:
+    trial = _tried(a, b, model)
+    if trial is None:
         return []
-    plain, orders = found
+    plain, orders = trial
     best = min(rms for rms, *_ in orders)
     if plain.rms > _RATIO * best + 1e-6:
         alike = [order for order in orders if order[0] <= 1.5 * best + 1e-6]
@@ -77,12 +220,10 @@ def axis_sentences(a: Array, b: Array, model: Model, titles: tuple[str, ...]) ->
 
 
 class _Plain:
+    """The fit of the columns as they stand, and its RMS [m]."""
+
     def __init__(self, transformation: Transformation, rms: float) -> None:
         self.transformation, self.rms = transformation, rms
-
-
-#: rms [m], permutation, signs, turn that is left [rad], is the last axis upright?
-_Order = tuple[float, tuple[int, ...], tuple[int, ...], float, bool]
 
 
 def _tried(a: Array, b: Array, model: Model) -> tuple[_Plain, list[_Order]] | None:
@@ -97,17 +238,19 @@ def _tried(a: Array, b: Array, model: Model) -> tuple[_Plain, list[_Order]] | No
             if flat and model.turn == "free" and _parity(moved, signs) < 0:
                 continue
             try:
-                one = start(model, a[:, moved] * signs, b)
+                transformation = start(model, a[:, moved] * signs, b)
             except InputError:
                 return None
-            left = b - one(a[:, moved] * signs)
+            left = b - transformation(a[:, moved] * signs)
             rms = float(np.sqrt((left**2).sum(axis=1).mean()))
-            cosine = (np.trace(one.rotation) - (d - 2)) / 2
+            cosine = (np.trace(transformation.rotation) - (d - 2)) / 2
             turn = float(np.arccos(np.clip(cosine, -1, 1)))
             if moved == tuple(range(d)) and min(signs) > 0:
-                plain = _Plain(one, rms)
+                plain = _Plain(transformation, rms)
             else:
-                orders.append((rms, moved, signs, turn, bool(d == 2 or one.rotation[2, 2] > 0.7)))
+                orders.append(
+                    (rms, moved, signs, turn, bool(d == 2 or transformation.rotation[2, 2] > 0.7))
+                )
     return None if plain is None or not orders else (plain, orders)
 
 
@@ -157,112 +300,3 @@ def _named(moved: tuple[int, ...], signs: tuple[int, ...], titles: tuple[str, ..
         verb = "looks" if len(negative) == 1 else "look"
         words.append(f"{' and '.join(negative)} {verb} reversed")
     return ", ".join(words)
-
-
-#: significance of the global test and of single check points
-ALPHA, CHECK = 0.05, 0.99
-
-
-@dataclass(frozen=True, eq=False)
-class Outcome:
-    """A fit examined.
-
-    Attributes
-    ----------
-    odd
-        What looks wrong with the columns.
-    steps
-        What snooping did.
-    removed
-        The names.
-    """
-
-    fit: TransformationFit
-    tests: PointTests
-    checks: CheckResult | None
-    scale: ScaleTest | None
-    rungs: tuple[Rung, ...]
-    odd: tuple[str, ...]
-    steps: tuple[str, ...]
-    removed: tuple[str, ...]
-
-    def sentences(self) -> list[str]:
-        """Everything to be known, in words."""
-        return [*self.odd, self.judgement(), *self.steps, *self._suspects(), *self._more()]
-
-    def judgement(self) -> str:
-        """The global test, or why there is none."""
-        fit = self.fit
-        if fit.dof <= 0:
-            return "no redundancy: nothing is checked"
-        if not fit.points.weighted:
-            assert fit.sigma0 is not None
-            return (
-                f"no sigmas were given: one coordinate has sigma {1e3 * fit.sigma0:.2f} mm a "
-                f"posteriori with redundancy {fit.dof}; all sigmas rest on it"
-            )
-        low, high = (float(chi2.ppf(p, fit.dof)) for p in (ALPHA / 2, 1 - ALPHA / 2))
-        limits = f"{fit.vtpv:.2f} against {low:.2f} to {high:.2f}, redundancy {fit.dof}"
-        if fit.vtpv > high:
-            return (
-                f"the global test fails ({limits}): wrong points, sigmas too small, or a model "
-                "that is too stiff"
-            )
-        cautious = "; the sigmas look too large" if fit.vtpv < low else ""
-        return f"the global test passes ({limits}){cautious}"
-
-    def _suspects(self) -> list[str]:
-        names = [
-            n for n, used in zip(self.fit.points.names, self.fit.points.used, strict=True) if used
-        ]
-        found = [n for n, bad in zip(names, self.tests.suspicious, strict=True) if bad]
-        if not found:
-            return []
-        return [f"does not fit: {', '.join(found)} (snooping takes the worst out first)"]
-
-    def _more(self) -> list[str]:
-        out = []
-        if self.scale is not None:
-            rigid, scaled = (6, 7) if self.fit.points.dimension == 3 else (3, 4)
-            out.append(self.scale.sentence(rigid, scaled))
-        if self.checks is not None:
-            bad = self.checks.statistic > self.checks.limit(CHECK)
-            names = [self.fit.points.names[k] for k in self.checks.place[bad]]
-            size = " ".join(f"{1e3 * v:.2f}" for v in self.checks.rmse)
-            end = f"; beyond their 99 % limit: {', '.join(names)}" if names else ""
-            out.append(f"RMSE of check points ({len(bad)}), x y z: {size} mm{end}")
-        elif self.fit.dof > 0:
-            out.append(
-                f"the RMS of the fit, {1e3 * self.fit.rms:.2f} mm, is no accuracy: hold points out "
-                "as check points"
-            )
-        return out
-
-
-def examine(points: CommonPoints, model: Model, titles: tuple[str, ...], *, snoop: bool) -> Outcome:
-    """Fit, look at the axes, test, snoop if wished.
-
-    Raises
-    ------
-    InputError
-        Too few points; AdjustmentError : parameters left open.
-    """
-    used = points.used
-    odd = tuple(axis_sentences(points.a[used], points.b[used], model, titles))
-    fit = fit_points(points, model)
-    steps: tuple[str, ...] = ()
-    removed: tuple[str, ...] = ()
-    # exchanged columns make every point suspicious
-    if snoop and not odd:
-        found = snoop_points(fit)
-        fit, steps, removed = found.fit, found.steps, found.removed
-    return Outcome(
-        fit,
-        point_tests(fit),
-        check_points(fit),
-        scale_test(fit.points),
-        tuple(ladder(fit.points)),
-        odd,
-        steps,
-        removed,
-    )

@@ -1,8 +1,9 @@
-"""Which common points do not fit, and what do check points say?
+"""Tests common points, switches off those that do not fit, and compares check points.
 
 Point test: the force ``C^-1 w`` of a point against its covariance, chi-square with d values where
 covariances are given, else F against the fit without the point. Whether A or B is wrong in a point
-cannot be told. Method section 3.4.
+cannot be told. Points that do not fit are switched off one by one, with their names and sizes
+(method section 3.4, for whole points instead of single values).
 """
 
 from __future__ import annotations
@@ -19,8 +20,10 @@ from tribrach.transformation.fit import TransformationFit, fit_points
 
 __all__ = ["CheckResult", "PointTests", "check_points", "point_tests", "snoop_points", "trusted"]
 
-
+#: significance of the test of a single point
 ALPHA0 = 0.001
+#: wrong points are looked for that hide each other among so few points, so many of them at most
+_FEW, _DEEPEST = 100, 6
 
 
 @dataclass(frozen=True)
@@ -61,12 +64,21 @@ def trusted(fit: TransformationFit) -> bool:
 def point_tests(
     fit: TransformationFit, alpha0: float = ALPHA0, *, prior: bool | None = None
 ) -> PointTests:
-    """Tests of all used points.
+    """Test every used point.
 
     Parameters
     ----------
+    fit
+        The fitted transformation.
+    alpha0
+        Significance of a single test.
     prior
-        Judge by the given covariances; if None, where there are some.
+        Judge by the given covariances? If None, where there are some.
+
+    Returns
+    -------
+    PointTests
+        Statistics and estimated errors.
     """
     d, m = fit.points.dimension, len(fit.force)
     own = fit.weight - fit.solved @ fit.cofactor @ fit.solved.transpose(0, 2, 1)
@@ -99,16 +111,18 @@ def point_tests(
 
 @dataclass(frozen=True)
 class CheckResult:
-    """Points held out against the transformation.
+    """Points held out, compared with the transformation.
 
     Attributes
     ----------
     place : array (c,)
-        Numbers among all points.
+        Their numbers among all points.
     difference : array (c, d)
-        b - T(a) [m] with its predicted covariance (c, d, d).
+        b - T(a) [m].
+    covariance : array (c, d, d)
+        Predicted covariance of the difference [m^2].
     statistic : array (c,)
-        Squared in that metric.
+        Squared difference in that metric.
     dof
         Of the variance factor, None where it is not estimated.
     """
@@ -141,7 +155,20 @@ def check_points(fit: TransformationFit) -> CheckResult | None:
 
 
 def compare_points(fit: TransformationFit, place: NDArray[np.int64]) -> CheckResult:
-    """Points (c,) that take no part in a fit, by their numbers, against it."""
+    """Compare points that take no part in a fit with it.
+
+    Parameters
+    ----------
+    fit
+        The fitted transformation.
+    place : array (c,)
+        Numbers of the points.
+
+    Returns
+    -------
+    CheckResult
+        Their differences and statistics.
+    """
     points = fit.points
     n, d = points.a.shape
     own_a, own_b = (s.of_points(n, d)[place] for s in (points.spread_a, points.spread_b))
@@ -154,18 +181,19 @@ def compare_points(fit: TransformationFit, place: NDArray[np.int64]) -> CheckRes
     return CheckResult(place, w, c, np.einsum("ni,ni->n", w, solved), dof)
 
 
-# Common points that do not fit are switched off one by one, with their names and sizes.
-#
-# Method section 3.4, for whole points instead of single values.
-
-
-#: wrong points are looked for that hide each other among so few points, so many of them at most
-_FEW, _DEEPEST = 100, 6
-
-
 @dataclass(frozen=True)
 class Snooped:
-    """A fit without what does not fit; steps say what was done, in words."""
+    """A fit without the points that do not fit.
+
+    Attributes
+    ----------
+    fit
+        Of the points that are left.
+    steps
+        What was done, in words.
+    removed
+        Names of the points that stayed off.
+    """
 
     fit: TransformationFit
     steps: tuple[str, ...]
@@ -176,6 +204,18 @@ def snoop_points(fit: TransformationFit, alpha0: float = ALPHA0) -> Snooped:
     """Switch the worst point off, fit again, and so on; those that fit after all come back.
 
     The redundancy never falls below one.
+
+    Parameters
+    ----------
+    fit
+        Of all points.
+    alpha0
+        Significance of a single test.
+
+    Returns
+    -------
+    Snooped
+        The fit that is left, and every step.
     """
     steps: list[str] = []
     removed: list[int] = []

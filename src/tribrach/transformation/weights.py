@@ -17,20 +17,27 @@ from tribrach.errors import InputError
 
 __all__ = ["Metric", "Spread", "given_spread"]
 
-
 #: a joint covariance over more values than this is refused
 _MOST = 6000
 
 
 @dataclass(frozen=True, eq=False)
 class Spread:
-    """Covariance of n points: blocks (n, d, d), or joint (n d, n d); one of both, or neither."""
+    """Covariance of n points: one of both forms, or neither if they are free of errors.
+
+    Attributes
+    ----------
+    blocks : array (n, d, d)
+        Covariance of each point [m^2].
+    joint : array (n d, n d)
+        One covariance over all points [m^2].
+    """
 
     blocks: Array | None = None
     joint: Array | None = None
 
     def part(self, chosen: NDArray[np.bool_], d: int) -> Spread:
-        """That of chosen points (n,)."""
+        """The covariance of chosen points."""
         if self.joint is not None:
             keep = np.repeat(chosen, d)
             return Spread(joint=self.joint[np.ix_(keep, keep)])
@@ -63,7 +70,21 @@ class Spread:
 
 
 def given_spread(covariance: Array | None, n: int, d: int, which: str) -> Spread:
-    """A covariance as the caller gives it: None, (n, d, d) or (n d, n d).
+    """Check a covariance as the caller gives it.
+
+    Parameters
+    ----------
+    covariance
+        None, (n, d, d) or (n d, n d) [m^2].
+    n, d
+        Number of points and of coordinates.
+    which
+        Name of the system, for the message.
+
+    Returns
+    -------
+    Spread
+        The covariance in its form.
 
     Raises
     ------
@@ -99,7 +120,16 @@ def given_spread(covariance: Array | None, n: int, d: int, which: str) -> Spread
 
 
 class Metric:
-    """``C^-1`` of the differences of n points in d coordinates.
+    """The inverse covariance ``C^-1`` of the differences of n points in d coordinates.
+
+    Parameters
+    ----------
+    a, b
+        Covariances of both systems.
+    matrix : array (d, d)
+        Linear part of the transformation.
+    n
+        Number of points.
 
     Raises
     ------
