@@ -1,4 +1,4 @@
-"""What a comparison of two clouds says of each test site, and the same as JSON.
+"""What a comparison of two clouds says of each test site.
 
 Metres; incidence in radians.
 """

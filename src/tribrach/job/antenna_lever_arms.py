@@ -24,9 +24,17 @@ __all__ = ["EstimatedLeverArm", "lever_arm_files", "lever_arms"]
 class EstimatedLeverArm:
     """An estimated lever arm in the scanner frame.
 
-    vector (3,) [m], covariance (3, 3) [m^2], zero for held components; stations : that carry it;
-    gap : widest part of the horizon [rad] without targets, at the station that sees best all
-    around, None without targets; free : the same without what levels the scanners.
+    Attributes
+    ----------
+    vector, covariance
+        (3,) [m] and (3, 3) [m^2], zero for held components.
+    stations
+        Those that carry it.
+    gap
+        Widest part of the horizon [rad] without targets, at the station that sees best all
+        around; None without targets.
+    free
+        Vector and covariance without what levels the scanners.
     """
 
     name: str
@@ -46,7 +54,10 @@ class EstimatedLeverArm:
 def lever_arms(adjustment: Adjustment, factor: float = 1.0) -> list[EstimatedLeverArm]:
     """All lever arms of which a component is an unknown.
 
-    factor : on a-priori covariances (a posteriori variance).
+    Parameters
+    ----------
+    factor
+        What multiplies a-priori covariances.
     """
     carried = _carried(adjustment)
     unlevelled = _unlevelled(adjustment) if carried else None

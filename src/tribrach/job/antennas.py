@@ -67,7 +67,12 @@ def carried_antennas(
 ) -> CarriedAntennas | None:
     """Lever arms and the rigid model; None where no station carries an antenna or prism.
 
-    factor : on a-priori covariances (a posteriori variance).
+    Parameters
+    ----------
+    survey, adjustment
+        What was observed, and the solved network.
+    factor
+        What multiplies a-priori covariances.
     """
     if not any(o.facts.places_station and len(o) for o in adjustment.network.observations):
         return None

@@ -19,7 +19,8 @@ def place_rigidly(survey: Survey, adjustment: Adjustment) -> RigidModel:
 
     Raises
     ------
-    AdjustmentError, InputError : as :func:`~tribrach.registration.rigid_model.rigid_model`.
+    AdjustmentError, InputError
+        As :func:`~tribrach.registration.rigid_model.rigid_model`.
     """
     names = adjustment.layout.names["vector"]
     arms = dict(zip(names, adjustment.state.vectors, strict=True))

@@ -39,8 +39,16 @@ Side = Literal["within", "above", "below", "wrong"]
 class TruthRow:
     """A comparison of a simulated project with its truth: error, test, limits, verdict.
 
-    statistic against least (None where only large ones are wrong) and limit; dof : of chi-square, 0
-    where it is none; side : of the limits that the statistic is on, "wrong" of what is counted.
+    Attributes
+    ----------
+    words
+        The error beside what was expected.
+    statistic, least, limit
+        The test value and its limits; ``least`` is None where only large ones are wrong.
+    dof
+        Of chi-square, 0 where it is none.
+    side
+        Of the limits that the statistic is on; "wrong" of what is counted.
     """
 
     what: str
@@ -153,7 +161,8 @@ def read_truth(path: Path) -> dict[str, Any]:
 
     Raises
     ------
-    InputError : it cannot be read.
+    InputError
+        It cannot be read.
     """
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
@@ -177,8 +186,16 @@ def against_truth(
 ) -> list[TruthRow]:
     """All comparisons, one row each.
 
-    folder : where the truths of the scans' points are; incidence : does the stated noise of ranges
-    grow with the incidence angle, as in the clouds?
+    Parameters
+    ----------
+    truth
+        What :func:`read_truth` read.
+    folder
+        Where the truths of the scans' points are.
+    adjustment, scans, placements, named
+        What is compared; placements by scan name.
+    incidence
+        True if the stated noise of ranges grows with the incidence angle, as in the clouds.
     """
     rows = [*_stations(truth, adjustment), *_points(truth, adjustment, named)]
     rows += _lever_arms(truth, adjustment)
@@ -299,9 +316,14 @@ def _points(
 class CloudError:
     """Points of one scan against their true places.
 
-    noise : mean of ``e^T C_int^-1 e / 3`` with the true station, what remains are the points' own
-    errors; whole : the same with the adjusted station and the whole covariance; whole_bounds : 99 %
-    of what that may be, since the error of the station is common to all points.
+    Attributes
+    ----------
+    noise
+        Mean of ``e^T C_int^-1 e / 3`` with the true station: what remains are the points' own
+        errors.
+    whole, whole_bounds
+        The same with the adjusted station and the whole covariance, and 99 % of what that may be,
+        since the error of the station is common to all points.
     """
 
     points: int

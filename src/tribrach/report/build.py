@@ -51,14 +51,24 @@ def build(
 
     Parameters
     ----------
-    confidence : of ellipses, intervals and ellipsoids.
-    posterior : scale sigmas and covariances of unknowns by the a-posteriori variance factor.
-    angle : how angles are written in text and HTML.
-    title, date : of the report; the network's own title and today if None.
-    facts : further lines of the head (client, instrument, crew, weather ...).
-    snooping, components : logs of what was done before this adjustment, if anything.
-    warnings : further ones, of whoever adjusted the network.
-    job : what a job left besides the adjustment.
+    adjustment, quality
+        The solved network, and its redundancy and tests.
+    confidence
+        Probability that ellipses, intervals and ellipsoids hold.
+    posterior
+        True to scale sigmas and covariances of unknowns by the a-posteriori variance factor.
+    angle
+        How angles are written in text and HTML.
+    title, date
+        Of the report; the network's own title and today if None.
+    facts
+        Further lines of the head: client, instrument, crew, weather ...
+    snooping, components
+        Logs of what was done before this adjustment, if anything.
+    warnings
+        Further ones, of whoever adjusted the network.
+    job
+        What a job left besides the adjustment.
     """
     settings = ReportSettings(confidence, posterior, quality.global_test.alpha, angle)
     covariances, uncertainty = position_uncertainty(adjustment, settings)

@@ -282,7 +282,17 @@ def _residuals(found: SelfCalibration) -> Picture:
 
 
 def calibration_page(title: str, found: SelfCalibration, further: Sequence[str] = ()) -> str:
-    """HTML text; further : sentences to begin with."""
+    """A calibration as one HTML file.
+
+    Parameters
+    ----------
+    title
+        Of the page.
+    found
+        The calibration.
+    further
+        Sentences to begin with.
+    """
     footer = f"Datum: {found.datum_words}. Sigmas {found.sigma_origin}."
     return page(
         "Self-calibration",

@@ -7,6 +7,7 @@ import numpy as np
 from tribrach.registration.clouds.graph import StationLoop
 from tribrach.registration.clouds.pair import CloudPair, PairFit
 from tribrach.registration.clouds.together import CloudGroup, CloudRegistration
+from tribrach.report.numbers import arcsec_cell, count_cell, mm_cell
 from tribrach.report.tables import (
     Cell,
     ColumnHead,
@@ -15,7 +16,6 @@ from tribrach.report.tables import (
     number_cell,
     text_cell,
 )
-from tribrach.units import SEC
 
 __all__ = ["cloud_registration_tables"]
 
@@ -126,15 +126,17 @@ def _stations(group: CloudGroup) -> ReportTable:
 
 
 def _mm(value: float) -> Cell:
-    return number_cell(value, f"{1e3 * value:.2f}" if value < 1 else f"{1e3 * value:.0f}")
+    """Millimetres, without decimals where they would be more than a metre."""
+    return mm_cell(value, 2 if value < 1 else 0)
 
 
 def _arcsec(value: float) -> Cell:
-    return number_cell(value, f"{value / SEC:.1f}" if value < 0.1 else f"{value / SEC:.0f}")
+    """Arc seconds, without decimals where the angle is large."""
+    return arcsec_cell(value, 1 if value < 0.1 else 0)
 
 
 def _held(rank: int) -> Cell:
-    return number_cell(rank, str(rank), "" if rank == 6 else "bad")
+    return count_cell(rank, "" if rank == 6 else "bad")
 
 
 def _closes(loop: StationLoop) -> Cell:

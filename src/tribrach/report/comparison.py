@@ -10,6 +10,7 @@ import numpy as np
 from tribrach.comparison.c2c import C2C
 from tribrach.comparison.predicted import BAND, OffsetTest
 from tribrach.comparison.results import SiteResult
+from tribrach.report.columns import ColumnSet
 from tribrach.report.figures import Picture, new_figure, picture
 from tribrach.report.numbers import Style, count_cell, fixed_cell, percent_cell
 from tribrach.report.page import page
@@ -31,6 +32,8 @@ __all__ = [
 ]
 
 Make = Callable[[SiteResult], Cell]
+
+_mm = ColumnSet(Style()).mm
 
 _C2C_NOTE = (
     "Distances from points of A to their nearest points of B within the limit. The floor is what "
@@ -262,14 +265,6 @@ def _at(path: str) -> Callable[[SiteResult], float | None]:
         return None if value is None else float(value)
 
     return get
-
-
-def _mm(
-    head: str, get: Callable[[SiteResult], float | None], *, wide: bool = False
-) -> tuple[ColumnHead, Make]:
-    return ColumnHead(head, "mm", wide=wide), lambda s: number_cell(
-        get(s), Style().small(get(s), "m")
-    )
 
 
 def _metres(head: str, get: Callable[[SiteResult], float | None]) -> tuple[ColumnHead, Make]:

@@ -49,9 +49,16 @@ Role = Literal["control", "free", "check"]
 class ReportSettings:
     """What the numbers depend on.
 
-    confidence : probability that ellipses, intervals and ellipsoids hold; posterior : True if
-    covariances are scaled by the a-posteriori variance factor; alpha : error probability of the
-    global test and of check verdicts; angle : how angles are written, ``gon`` or ``deg``.
+    Attributes
+    ----------
+    confidence
+        Probability that ellipses, intervals and ellipsoids hold.
+    posterior
+        True if covariances are scaled by the a-posteriori variance factor.
+    alpha
+        Error probability of the global test and of check verdicts.
+    angle
+        How angles are written.
     """
 
     confidence: float = 0.95
@@ -85,9 +92,14 @@ class GlobalVerdict:
 class KindCount:
     """Observed values of one kind and group.
 
-    active, check, off count values; redundancy is the sum of the redundancy numbers;
-    sigma0 is ``sqrt(v^T P v / r)`` of the group, a posteriori over a priori, None without
-    redundancy.
+    Attributes
+    ----------
+    active, check, off
+        How many values take part, are held out, are switched off.
+    redundancy
+        Sum of their redundancy numbers.
+    sigma0
+        ``sqrt(v^T P v / r)`` of the group, a posteriori over a priori; None without redundancy.
     """
 
     kind: str
@@ -140,10 +152,20 @@ class Ellipsoid:
 class Point:
     """An adjusted point.
 
-    xyz : E, N, U [m], None where the network has no such coordinate; sigma (3,), None where
-    held; covariance 3x3 [m^2]; ellipse, height interval (half width) and ellipsoid at the
-    confidence; where the site knows them geodetic latitude, longitude [rad] and height [m], ecef
-    [m] with its covariance 3x3 [m^2], projected easting, northing and height [m] of its grid.
+    Attributes
+    ----------
+    xyz, sigma
+        E, N, U [m], None where the network has no such coordinate; sigma None where held.
+    covariance
+        3 x 3 [m^2].
+    ellipse, height_interval, ellipsoid
+        At the confidence; the interval is its half width [m].
+    geodetic
+        Latitude, longitude [rad] and height [m], where the site knows them.
+    ecef, ecef_covariance
+        Geocentric [m, m^2].
+    projected
+        Easting, northing and height in the grid of the site [m].
     """
 
     name: str
@@ -173,9 +195,20 @@ class CheckVerdict:
 class Control:
     """Control or check coordinates of a point.
 
-    use : ``held``, ``weighted``, ``check`` or ``off``; given coordinates and their sigma [m];
-    difference adjusted - given [m] with its predicted sigma, None if held; verdict against it
-    where there is one; reason if it is off; source ``file:line``.
+    Attributes
+    ----------
+    use
+        Held without error, weighted, held out as a check, or switched off.
+    given, sigma
+        Given coordinates and their sigma [m].
+    difference, difference_sigma
+        Adjusted minus given [m], and what that difference should have; None if held.
+    verdict
+        The difference against its covariance, where there is one.
+    reason
+        Why it is off.
+    source
+        ``file:line``.
     """
 
     name: str
@@ -191,11 +224,20 @@ class Control:
 
 @dataclass(frozen=True)
 class StationRow:
-    """An adjusted scanner station.
+    """An adjusted scanner station; angles in radians.
 
-    world_from_scanner (4, 4); covariance (6, 6) of translation [m] and left rotation increments
-    [rad]; heading is the azimuth of the scanner's x axis, tilts turn its z axis about E and N,
-    tilt is the angle of that axis with the vertical of the work frame. All angles in radians.
+    Attributes
+    ----------
+    world_from_scanner
+        4 x 4.
+    covariance
+        6 x 6 of the translation [m] and of left rotation increments [rad].
+    heading
+        Azimuth of the scanner's x axis.
+    tilt_e, tilt_n
+        Turns of its z axis about E and N.
+    tilt
+        Angle of its z axis with the vertical of the work frame.
     """
 
     name: str
@@ -219,8 +261,14 @@ class StationRow:
 class Unknown:
     """Any other unknown: orientation, calibration parameter, lever arm or shift, plane.
 
-    values, sigma and units one per component; role says what it is (``orientation``, ``zero``,
-    ``refraction``, ``lever arm``, ``plane`` ...); at names the position it belongs to, if one.
+    Attributes
+    ----------
+    role
+        What it is: ``orientation``, ``zero``, ``refraction``, ``lever arm``, ``plane`` ...
+    values, sigma, units
+        One per component.
+    at
+        The position that it belongs to, "" if none.
     """
 
     name: str
@@ -235,13 +283,26 @@ class Unknown:
 
 @dataclass(frozen=True)
 class Observation:
-    """One observed value; ``id`` is that of its observation, see :mod:`tribrach.network.identity`.
+    """One observed value.
 
-    value, sigma, residual in ``unit`` (m, rad or 1); residual is ``v = h(x) - l``. For values
-    that take part: redundancy number, test w, tau, minimal detectable bias in ``unit`` and what
-    that bias would do, ``external`` [m] at the point ``external_at``; block_test is the test
-    of the whole vector or target against ``block_limit``. For check values w is the difference
-    over its predicted sigma. state : ``active``, ``check`` or ``off`` with the reason.
+    Attributes
+    ----------
+    id
+        Of its observation, see :mod:`tribrach.network.identity`; components of a vector share it.
+    value, sigma, residual, mdb
+        In ``unit`` (m, rad or 1); the residual is ``v = h(x) - l``, the minimal detectable bias
+        is known for values that take part.
+    redundancy, w, tau
+        Of values that take part; for check values ``w`` is the difference over its predicted
+        sigma.
+    external, external_at
+        What an undetected bias would do [m], and at which position.
+    block_test, block_limit
+        Test of the whole vector or target against its limit.
+    state, reason
+        Whether it takes part, and why not.
+    source
+        ``file:line``, or scan and detection.
     """
 
     number: int
@@ -282,9 +343,18 @@ class ComponentRow:
 
 @dataclass(frozen=True)
 class SnoopingRow:
-    """One step of iterative snooping: which observation, its test, what was done.
+    """One step of iterative snooping.
 
-    error is the estimated gross error in ``unit`` (m, rad or 1).
+    Attributes
+    ----------
+    observation
+        Which one, in words.
+    test, limit
+        Its test value against its limit.
+    error
+        The estimated gross error in ``unit`` (m, rad or 1).
+    action
+        What was done.
     """
 
     number: int

@@ -69,7 +69,7 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
 def _chapter(
     found: Sequence[EstimatedLeverArm], head: Head, warnings: tuple[ReportWarning, ...]
 ) -> Chapter:
-    """What the job says of its lever arms; found : at least one."""
+    """What the job says of its lever arms, of which there is at least one."""
     rows = []
     for arm in found:
         how = "as adjusted" if arm.free is None else "with levelling, as adjusted"

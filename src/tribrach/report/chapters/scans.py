@@ -87,12 +87,21 @@ class Rejection(DocumentPart):
 
 
 class WrittenCloud(DocumentPart):
-    """A cloud that was written.
+    """A cloud that was written; without sigmas all figures but the step are None.
 
-    sigma : root mean square along the axes of its frame; median, p95, largest : of the
-    three-dimensional sigma; weakest : sigma, azimuth and elevation of the direction in which the
-    cloud as a whole is known least, None for merged clouds; step : of stored coordinates, None for
-    copies of a source; without sigmas all of these but the step are None.
+    Attributes
+    ----------
+    sigma
+        Root mean square along the axes of its frame [m].
+    median, p95, largest
+        Of the three-dimensional sigma [m].
+    weakest
+        Sigma [m], azimuth and elevation [rad] of the direction in which the cloud as a whole is
+        known least; None for merged clouds.
+    step
+        Of stored coordinates [m]; None for copies of a source.
+    shares
+        Share of the points within each tolerance class.
     """
 
     name: str

@@ -43,7 +43,13 @@ def plan_page(page: PlanPage) -> str:
 
 
 def plan_text(page: PlanPage, *, brief: bool = False) -> str:
-    """The plan to print; brief : without the single sights."""
+    """The plan to print.
+
+    Parameters
+    ----------
+    brief
+        True to leave out the single sights.
+    """
     rule = "=" * WIDTH
     parts = [f"{page.title}\n{rule}"]
     parts.append("\n".join(wrapped(f"- {sentence}") for sentence in page.sentences))
@@ -65,8 +71,16 @@ def gain_map(
 ) -> Picture:
     """Where one target or station more serves how much, in plan and from the side.
 
-    places (n, 3), gains (n,) in ``unit``; chosen : names and places (k, 3) of what is proposed;
-    stations (s, 3) [m].
+    Parameters
+    ----------
+    places, gains
+        Places (n, 3) [m] that were looked at, and what each is worth (n,) in ``unit``.
+    chosen, chosen_xyz
+        Names and places (k, 3) [m] of what is proposed.
+    stations
+        Places (s, 3) [m] of the stations.
+    unit
+        Of the gains.
     """
     figure = new_figure(figsize=(11, 5), dpi=110, layout="constrained")
     left, right = figure.subplots(1, 2)

@@ -17,9 +17,18 @@ __all__ = ["PlannedSight", "sights_of"]
 class PlannedSight:
     """Everything observed from one place to another.
 
-    length [m], azimuth and zenith [rad] between the positions; values : how many are observed;
-    redundancy : the smallest of them; undetected : the largest displacement [m] by an undetected
-    error in one of them; None where nothing controls one.
+    Attributes
+    ----------
+    kinds
+        What is observed, in words.
+    length, azimuth, zenith
+        Between the positions [m, rad].
+    values
+        How many are observed.
+    redundancy
+        The smallest of them, None where nothing controls one.
+    undetected
+        The largest displacement [m] by an undetected error in one of them.
     """
 
     start: str

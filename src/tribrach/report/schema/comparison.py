@@ -237,7 +237,19 @@ class StationComparisonPart(_Compared):
 def comparison_document(
     a: str, b: str, limit: float, sites: Sequence[SiteResult], offsets: OffsetTest | None = None
 ) -> ComparisonDocument:
-    """A whole comparison; a, b : names of the clouds; limit [m]; offsets : all sites together."""
+    """A whole comparison.
+
+    Parameters
+    ----------
+    a, b
+        Names of the compared cloud and of the reference.
+    limit
+        Longest distance that was compared [m].
+    sites
+        What each site says.
+    offsets
+        All sites together.
+    """
     compared = _compared(a, b, limit, sites, offsets)
     return ComparisonDocument.model_validate(heading(SCHEMA) | compared)
 
