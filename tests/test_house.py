@@ -55,6 +55,43 @@ def test_no_two_public_classes_share_a_name() -> None:
     assert {name: paths for name, paths in homes.items() if len(paths) > 1} == {}
 
 
+#: modules beside io that touch files themselves, and why
+TOUCH_FILES = {
+    "gnss/engine.py": "writes what the engine reads into a temporary folder of the run",
+    "comparison/streams.py": "keeps points in temporary files that nobody else reads",
+    "job/state.py": "keeps what is remembered between runs beside the results",
+    "job/code_version.py": "reads the sources of the program itself",
+}
+METHODS = {"open", "read_text", "read_bytes", "write_text", "write_bytes", "tofile"}
+FUNCTIONS = {
+    "np": {"load", "save", "savez", "savez_compressed", "fromfile", "memmap", "loadtxt", "savetxt"},
+    "shutil": {"copy", "copyfile", "copytree", "move"},
+    "os": {"open", "replace", "rename"},
+}
+
+
+def touches_files(node: ast.AST) -> bool:
+    """True for a call that opens, reads or writes a file."""
+    if not isinstance(node, ast.Call):
+        return False
+    if isinstance(node.func, ast.Name):
+        return node.func.id == "open"
+    if not isinstance(node.func, ast.Attribute):
+        return False
+    owner = getattr(node.func.value, "id", "")
+    return node.func.attr in METHODS or node.func.attr in FUNCTIONS.get(owner, ())
+
+
+def test_files_are_touched_in_io_only() -> None:
+    """What is read and written is read and written in io; everybody else gets data."""
+    places = {
+        str(path.relative_to(SOURCE))
+        for path, tree in TREES.items()
+        if path.relative_to(SOURCE).parts[0] != "io" and any(map(touches_files, ast.walk(tree)))
+    }
+    assert places == TOUCH_FILES.keys()
+
+
 def test_text_names_no_private_places() -> None:
     """Nothing in the project speaks of where or how it was written."""
     words = ("/work/", "/tmp/", "/opt/", "/home/", "/root/", "TODO", "FIXME", "XXX")

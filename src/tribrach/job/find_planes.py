@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import re
 import zipfile
 from collections.abc import Callable, Sequence
@@ -10,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tribrach.io.arrays import named_bytes, read_named
 from tribrach.io.outputs import write_bytes
 from tribrach.job.scans import MeasuredScan, StationScan
 from tribrach.job.state import Remembered, digest
@@ -98,47 +98,45 @@ def _of_scan(scan: MeasuredScan, least_area: float, floor: float) -> tuple[Plane
 
 def _packed(planes: PlaneSet, view: StationView) -> bytes:
     """Planes and view as the bytes of an npz file."""
-    buffer = io.BytesIO()
-    np.savez_compressed(
-        buffer,
-        normal=planes.normal,
-        center=planes.center,
-        covariance=planes.covariance,
-        area=planes.area,
-        sample=np.concatenate([np.zeros((0, 3)), *planes.samples]),
-        count=np.array([len(s) for s in planes.samples], dtype=np.int64),
-        spacing=planes.spacing,
-        near=view.near,
-        far=view.far,
-        looked=view.looked,
-        points=view.points,
-        reach=np.array(view.reach),
-    )
-    return buffer.getvalue()
+    arrays = {
+        "normal": planes.normal,
+        "center": planes.center,
+        "covariance": planes.covariance,
+        "area": planes.area,
+        "sample": np.concatenate([np.zeros((0, 3)), *planes.samples]),
+        "count": np.array([len(s) for s in planes.samples], dtype=np.int64),
+        "spacing": planes.spacing,
+        "near": view.near,
+        "far": view.far,
+        "looked": view.looked,
+        "points": view.points,
+        "reach": np.array(view.reach),
+    }
+    return named_bytes(arrays)
 
 
 def _read(file: Path, scan: str) -> tuple[PlaneSet, StationView] | None:
     """What was packed; None if the file is damaged."""
     try:
-        with file.open("rb") as source, np.load(source, allow_pickle=False) as data:
-            ends = np.cumsum(data["count"])
-            samples = tuple(np.split(data["sample"], ends[:-1])) if len(ends) else ()
-            planes = PlaneSet(
-                data["normal"],
-                data["center"],
-                data["covariance"],
-                data["area"],
-                samples,
-                data["spacing"],
-                (scan,) * len(ends),
-            )
-            view = StationView(
-                data["near"],
-                data["far"],
-                data["looked"],
-                data["points"],
-                float(data["reach"]),
-            )
+        data = read_named(file)
+        ends = np.cumsum(data["count"])
+        samples = tuple(np.split(data["sample"], ends[:-1])) if len(ends) else ()
+        planes = PlaneSet(
+            data["normal"],
+            data["center"],
+            data["covariance"],
+            data["area"],
+            samples,
+            data["spacing"],
+            (scan,) * len(ends),
+        )
+        view = StationView(
+            data["near"],
+            data["far"],
+            data["looked"],
+            data["points"],
+            float(data["reach"]),
+        )
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
         return None
     return planes, view

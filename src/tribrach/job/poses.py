@@ -13,7 +13,6 @@ import csv
 import io
 import json
 import re
-import tokenize
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
@@ -28,6 +27,7 @@ from tribrach.errors import InputError
 from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.scan_noise import ScanNoise
+from tribrach.io.arrays import joint_covariance_bytes, read_joint_covariance
 from tribrach.io.xml_file import read_bytes
 from tribrach.job.scans import StationScan
 from tribrach.network.adjustment import Adjustment
@@ -157,9 +157,7 @@ def pose_texts(
         folder / "poses.json": json.dumps(data, indent=1) + "\n",
     }
     if joint is not None:
-        packed = io.BytesIO()
-        np.save(packed, joint, allow_pickle=False)
-        texts[folder / JOINT] = packed.getvalue()
+        texts[folder / JOINT] = joint_covariance_bytes(joint)
     return texts
 
 
@@ -229,7 +227,12 @@ def read_poses(path: Path) -> PoseFile:
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
         raise InputError("this is no file of poses", file=path, cure=_CURE) from error
     known = joint and 0 < len(stations) <= MOST_STATIONS
-    return PoseFile(path, scans, stations, _joint(path.parent / JOINT, stations) if known else None)
+    return PoseFile(
+        path,
+        scans,
+        stations,
+        read_joint_covariance(path.parent / JOINT, len(stations)) if known else None,
+    )
 
 
 def _scan(path: Path, row: Mapping[str, Any]) -> ScanPose:
@@ -266,33 +269,6 @@ def _numbers(path: Path, given: Any, shape: tuple[int, ...], what: str) -> Array
         size = "x".join(str(n) for n in shape)
         raise InputError(f"{what} is not made of {size} numbers", file=path, cure=_CURE)
     return values
-
-
-def _joint(path: Path, stations: tuple[str, ...]) -> Array:
-    """The joint covariance; its header is read before anything is allocated."""
-    n = 6 * len(stations)
-    cure = "run the project again"
-    try:
-        with path.open("rb") as file:
-            version = np.lib.format.read_magic(file)
-            if version != (1, 0):
-                raise ValueError("version")
-            shape, fortran, kind = np.lib.format.read_array_header_1_0(file, max_header_size=1000)
-            if shape != (n, n) or fortran or kind != np.dtype("<f8"):
-                raise ValueError("shape")
-            values = np.frombuffer(file.read(8 * n * n), "<f8").reshape(n, n)
-    except OSError as error:
-        raise InputError(
-            f"the joint covariance of the poses cannot be read ({error.strerror})",
-            file=path,
-            cure=cure,
-        ) from error
-    except (ValueError, SyntaxError, EOFError, tokenize.TokenError) as error:
-        what = f"the file is no joint covariance of {len(stations)} stations"
-        raise InputError(what, file=path, cure=cure) from error
-    if not np.isfinite(values).all():
-        raise InputError("the joint covariance has a value that is no number", file=path, cure=cure)
-    return np.array(values, dtype=np.float64)
 
 
 def _plain(name: str) -> str:

@@ -23,6 +23,8 @@ from tribrach.cloud.placement import Placement
 from tribrach.errors import InputError
 from tribrach.geometry import rotation
 from tribrach.geometry.pose import Pose
+from tribrach.io.arrays import read_named
+from tribrach.io.xml_file import read_bytes
 from tribrach.job.name_targets import Named
 from tribrach.job.scans import StationScan
 from tribrach.network.adjustment import Adjustment
@@ -165,8 +167,8 @@ def read_truth(path: Path) -> dict[str, Any]:
         It cannot be read.
     """
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+        data = json.loads(read_bytes(path))
+    except (InputError, ValueError) as error:
         raise InputError(
             "the truth file cannot be read", file=path, cure="simulate again"
         ) from error
@@ -336,8 +338,8 @@ def cloud_error(
     scan: StationScan, where: Placement, true: Pose, file: Path, incidence: bool = False
 ) -> CloudError:
     """The errors of the points of a scan whose truth is in a file."""
-    with np.load(file, allow_pickle=False) as data:
-        number, place = data["point"], data["xyz"]
+    truth = read_named(file)
+    number, place = truth["point"], truth["xyz"]
     alone = Placement(where.station, true, np.zeros((6, 6)), where.noise)
     noise, whole, first, used = 0.0, 0.0, 0, 0
     shared = np.zeros((6, 6))

@@ -1,0 +1,49 @@
+"""The format that docs/extending.md adds is read, with nothing but what the page shows."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tribrach.io.scans
+from tests.io.scans.scan_files import whole, written
+from tribrach.errors import InputError
+from tribrach.io.scans.formats import READERS, read_scans
+
+ROOT = Path(__file__).resolve().parents[3]
+SECTION = (ROOT / "docs" / "extending.md").read_text().split("## Adding a format of scans\n")[1]
+DIFF = SECTION.split("```diff\n")[1].split("```")[0]
+
+
+@pytest.fixture
+def kitti(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The package of readers with the page's file and the page's line."""
+    line, file = DIFF.split("--- /dev/null\n")
+    (suffix, module), *more = re.findall(r'^\+ +"(\.\w+)": "(\w+)",$', line, re.MULTILINE)
+    assert not more
+    assert len(re.findall(r"^\+(?!\+)", line, re.MULTILINE)) == 1, "one line is added"
+    folder = tmp_path / "readers"
+    folder.mkdir()
+    lines = [text[1:] for text in file.splitlines() if text.startswith("+") and text[:3] != "+++"]
+    (folder / f"{module}.py").write_text("\n".join([*lines, ""]))
+    monkeypatch.setattr(tribrach.io.scans, "__path__", [*tribrach.io.scans.__path__, str(folder)])
+    monkeypatch.setitem(READERS, suffix, module)
+
+
+@pytest.mark.usefixtures("kitti")
+def test_points_of_a_kitti_scan(tmp_path: Path) -> None:
+    points = np.random.default_rng(3).uniform(0, 1, (1000, 4)).astype("<f4")
+    points[7, 1] = np.nan
+    (scan,) = read_scans(written(tmp_path, "000000.bin", points.tobytes()))
+    assert (scan.records, scan.origin, scan.names) == (1000, "stated", ("intensity",))
+    assert (scan.fields[0].low, scan.fields[0].high) == (0.0, 1.0)
+    cloud, kept = whole(scan, 300), np.delete(points, 7, axis=0)
+    assert np.array_equal(cloud.xyz, kept[:, :3].astype(float))
+    assert np.array_equal(cloud.values["intensity"], kept[:, 3])
+
+
+@pytest.mark.usefixtures("kitti")
+def test_a_cut_kitti_scan_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="ends within a point"):
+        read_scans(written(tmp_path, "000000.bin", bytes(np.ones(9, "<f4").tobytes())))
