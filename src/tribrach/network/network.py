@@ -30,16 +30,22 @@ __all__ = [
     "is_given",
 ]
 
-# Which axes of the work frame does a network observe at all: plan, heights, or both?
-#
-# On a flat site plan and heights part: directions, angles, azimuths and horizontal distances know
-# nothing of heights, levelled height differences nothing of the plan. What a whole network does not
-# observe takes no part in it, as in a levelling network or a trilateration. Single points that lack
-# an observation are another matter and refused as such.
-
 
 def axes_in_use(axes: Iterable[ObservedAxes], site: Site) -> NDArray[np.bool_]:
-    """Axes E, N, U (3,) that observations depend on, each of which says which are its own."""
+    """Axes E, N, U (3,) that a network observes at all.
+
+    On a flat site plan and heights part: directions, angles, azimuths and horizontal distances know
+    nothing of heights, levelled height differences nothing of the plan. What a whole network does
+    not observe takes no part in it, as in a levelling network or a trilateration. Single points
+    that lack an observation are another matter and refused as such.
+
+    Parameters
+    ----------
+    axes
+        Those of each table of observations.
+    site
+        On a site that is not flat all axes are in use.
+    """
     observed = set(axes) - {ObservedAxes.NONE}
     used = np.ones(3, dtype=bool)
     if not isinstance(site, FlatSite):

@@ -83,7 +83,8 @@ class CsvTable:
 
         Raises
         ------
-        InputError : a column is missing, or a cell of it is empty.
+        InputError
+            A column is missing, or a cell of it is empty.
         """
         for name in names:
             if name not in self.numbers:
@@ -100,7 +101,8 @@ class CsvTable:
 
         Raises
         ------
-        InputError : an empty name.
+        InputError
+            An empty name.
         """
         cells = self.words[column]
         for row in rows:
@@ -114,7 +116,8 @@ def read_table(path: Path) -> CsvTable:
 
     Raises
     ------
-    InputError : not UTF-8, empty, no kind of table, a column without unit, unknown or useless
+    InputError
+        Not UTF-8, empty, no kind of table, a column without unit, unknown or useless
         here, a row of another length, a cell that is not a number, a sigma that is not above zero.
     """
     rows, lines = read_rows(path)

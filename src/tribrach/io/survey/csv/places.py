@@ -21,17 +21,26 @@ from tribrach.observations.gnss import Antennas, GnssBaselines, GnssPositions
 
 __all__ = ["CoordinateReader", "PositionReader", "RodReader", "VectorReader"]
 
-# Targets on rods over marks from a CSV file: ``mark, target, rod_m`` (method section 2.6).
-#
-# The rod is the height of the target's centre over the mark along the plumb line. Its length has a
-# sigma; a bubble of some sensitivity moves the target by ``rod * bubble`` sideways, an eccentricity
-# of the sphere on its rod adds to that. What the file does not say comes from the instrument.
-
 
 def rod_covariance(rod: Array, sigma: Array, bubble: Array, eccentricity: Array) -> Array:
-    """Covariances (n, 3, 3) [m^2] along E, N, U of targets over marks.
+    """Covariances of targets on rods over marks (method section 2.6).
 
-    rod, sigma, eccentricity (n,) [m]; bubble (n,) [rad], in each of two directions.
+    A bubble of some sensitivity moves the target by ``rod * bubble`` sideways, an eccentricity of
+    the target on its rod adds to that.
+
+    Parameters
+    ----------
+    rod, sigma : array (n,)
+        Length of the rod along the plumb line, and its sigma [m].
+    bubble : array (n,)
+        Sigma of the plumb line in each of two directions [rad].
+    eccentricity : array (n,)
+        Sigma of the target on its rod in each of two directions [m].
+
+    Returns
+    -------
+    array (n, 3, 3)
+        Along E, N, U [m^2].
     """
     plan = (rod * bubble) ** 2 + eccentricity**2
     covariance: Array = np.stack([plan, plan, sigma**2], axis=1)[:, :, None] * np.eye(3)
@@ -39,7 +48,10 @@ def rod_covariance(rod: Array, sigma: Array, bubble: Array, eccentricity: Array)
 
 
 class RodReader(Reader):
-    """Spheres, prisms or checkerboards set up over marks."""
+    """Spheres, prisms or checkerboards on rods over marks: ``mark, target, rod_m``.
+
+    What the file does not say of rods and bubbles comes from the instrument.
+    """
 
     def read(self) -> None:
         """All rods, as offsets from mark to target."""

@@ -41,7 +41,8 @@ def read_planned(
 
     Raises
     ------
-    InputError : a kind that there is not, a point without coordinates, no sigma.
+    InputError
+        A kind that there is not, a point without coordinates, no sigma.
     """
     table = read_table(Path(path))
     if table.layout is not columns.PLANNED:

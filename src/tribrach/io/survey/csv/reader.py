@@ -30,10 +30,20 @@ USES = {"": Use.ACTIVE, "on": Use.ACTIVE, "check": Use.CHECK, "off": Use.OFF}
 class Context:
     """What the project says about a file.
 
-    precision : of the instrument; frame : the work frame; role : of points without a role of their
-    own; lever_arms : name of the antenna's lever arm by scanner station; carry : takes ECEF (n, 3)
-    [m] of the file to the frame and epoch of the job; label : what tells the file from others of
-    the same name.
+    Parameters
+    ----------
+    precision : Precision
+        Of the instrument.
+    frame : WorkFrame
+        The work frame.
+    role : str, optional
+        Of points without a role of their own.
+    lever_arms : Mapping[str, str]
+        Name of the antenna's lever arm by scanner station.
+    carry : callable, optional
+        Takes ECEF (n, 3) [m] of the file to the frame and epoch of the job.
+    label : str
+        What tells the file from others of the same name.
     """
 
     precision: Precision = field(default_factory=Precision)
@@ -92,7 +102,8 @@ class Reader(ABC):
 
         Raises
         ------
-        InputError : what the survey refuses, with file and line.
+        InputError
+            What the survey refuses, with file and line.
         """
         groups = np.full(len(rows), group or "", dtype=object)
         if group is None and "group" in self.table.words:
@@ -112,7 +123,8 @@ class Reader(ABC):
 
         Raises
         ------
-        InputError : neither is given.
+        InputError
+            Neither is given.
         """
         given = np.full(len(rows), np.nan)
         for column in columns:
@@ -138,7 +150,8 @@ class Reader(ABC):
 
         Raises
         ------
-        InputError : none of them is there, or a cell is empty.
+        InputError
+            None of them is there, or a cell is empty.
         """
         table = self.table
         if any(table.has(name) for name in matrix):

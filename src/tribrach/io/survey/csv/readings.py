@@ -35,7 +35,8 @@ class ReadingsReader(Reader):
 
         Raises
         ------
-        InputError : a face that is neither 1 nor 2, a set that is no whole number, a reading that
+        InputError
+            A face that is neither 1 nor 2, a set that is no whole number, a reading that
             cannot be right.
         """
         table = self.table

@@ -66,7 +66,8 @@ class TargetReader(_Scanned):
 
         Raises
         ------
-        InputError : a face that is not 1 or -1, or a target without a horizontal angle.
+        InputError
+            A face that is not 1 or -1, or a target without a horizontal angle.
         """
         xyz = self.table.columns("x", "y", "z")
         if self.table.has("sigma_range") or self.table.has("sigma_across"):
@@ -95,7 +96,8 @@ class PolarReader(_Scanned):
 
         Raises
         ------
-        InputError : nearer than 0.3 m, within half a degree of a pole, or a face not 1 or -1.
+        InputError
+            Nearer than 0.3 m, within half a degree of a pole, or a face not 1 or -1.
         """
         values = self.table.columns("range", "horizontal", "zenith")
         near = (values[:, 0] < NEAREST) | (np.abs(np.sin(values[:, 2])) < np.sin(POLE))

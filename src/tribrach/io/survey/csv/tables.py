@@ -48,7 +48,8 @@ def read(path: Path, context: Context | None = None) -> Survey:
 
     Raises
     ------
-    InputError : the file, the line, what is wrong there and what to do about it.
+    InputError
+        The file, the line, what is wrong there and what to do about it.
     """
     return survey_of(read_table(Path(path)), context or Context())
 
