@@ -1,8 +1,14 @@
-"""How far is one cloud from the other, point to nearest point, and how much of that is sampling?
+"""Compares two clouds point to nearest point, and says how much of the distance is sampling.
 
 Each figure has its floor beside it: what two clouds without any error would show at these pitches
 (method sections 5.5 and 9.1). What is left after the floor is the part across the surface,
-``s_perp^2 = RMS^2 - (s_x^2 + s_y^2) / 12``. Metres; A is compared with B, the reference.
+``s_perp^2 = RMS^2 - (s_x^2 + s_y^2) / 12``.
+
+Beside them stand signed distances from the plane through the nearest points of the reference. A
+plane has no gaps: this takes most of the sampling out of nearest-neighbour distances. What remains
+is the noise of both clouds, that of the plane reduced by its points.
+
+Metres; A is compared with B, the reference. Millions of distances are summed up chunk by chunk.
 """
 
 from __future__ import annotations
@@ -22,18 +28,398 @@ from tribrach.comparison.streams import SIZE, Part, Stream, in_memory, parts
 
 __all__ = ["C2C", "Pitch", "Sample", "Signed", "Tally", "cloud_to_cloud", "plane_distances"]
 
-# Figures of millions of distances, gathered chunk by chunk. Metres.
-
-
 #: bins of the histogram that quantiles are read from
 BINS = 20_000
+#: points through which a plane is laid
+NEIGHBOURS = 16
+#: thickness over the lesser width of points that are still a plane
+_THIN = 0.35
+#: places at which the pattern is looked at: per million points, and at least so many in a chunk
+_PLACES, _FEWEST = 400, 50
+#: points for local planes, over all; points on the map; places of the compared cloud
+_PLANES, _MAP, _OWN = 1_000_000, 20_000, 2_000
+#: a lattice is named as the model of the floor where more of the places than this are on one
+_MOSTLY = 0.5
+#: below this many points a figure is not worth its name; noise over pitch where debiasing fails
+_FEW, _COARSE = 30, 0.25
+
+
+@dataclass(frozen=True)
+class Pitch:
+    """Pitch of the points of a cloud on its surface.
+
+    Attributes
+    ----------
+    across, up
+        Medians across and upwards [m].
+    lattice
+        Share of the places that are lattices.
+    """
+
+    across: float
+    up: float
+    lattice: float
+
+
+@dataclass(frozen=True)
+class Signed:
+    """Distances from local planes.
+
+    Attributes
+    ----------
+    count
+        Their number.
+    mean, std, rms, median
+        Of the signed distances [m].
+    q95
+        Size that 95 % do not exceed [m].
+    """
+
+    count: int
+    mean: float
+    std: float
+    rms: float
+    median: float
+    q95: float
+
+
+@dataclass(frozen=True)
+class C2C:
+    """Distances from the points of a cloud to the nearest of a reference.
+
+    Attributes
+    ----------
+    limit
+        Largest distance that counts [m].
+    count
+        Points with a neighbour within the limit.
+    beyond
+        Share of the points without.
+    mean, std, rms, median, q95
+        Of the distances [m], None without any.
+    floor
+        Distances that sampling alone makes, None where no surface was seen.
+    model
+        ``lattice`` or ``measured``: what the floor rests on.
+    pitch_a, pitch_b
+        Pitch of either cloud, None where no surface was seen.
+    debiased
+        RMS across the surface [m], None where nothing is left beside sampling.
+    plane
+        Distances from local planes, None where no plane was seen.
+    sentences
+        What to know before the figures are used.
+    tally
+        The distances for a histogram.
+    sample : array (k, 4)
+        Points and their distances [m].
+    places, normals : array (p, 3)
+        Where the surface was looked at [m], and its unit normals, NaN where there is none.
+    """
+
+    limit: float
+    count: int
+    beyond: float
+    mean: float | None
+    std: float | None
+    rms: float | None
+    median: float | None
+    q95: float | None
+    floor: Floor | None
+    model: str | None
+    pitch_a: Pitch | None
+    pitch_b: Pitch | None
+    debiased: float | None
+    plane: Signed | None
+    sentences: tuple[str, ...]
+    tally: Tally
+    sample: Array
+    places: Array
+    normals: Array
+
+
+def cloud_to_cloud(
+    compared: Stream,
+    reference: Stream,
+    limit: float,
+    *,
+    viewpoint: Array | None = None,
+    size: int = SIZE,
+    progress: Callable[[int], None] = lambda points: None,
+) -> C2C:
+    """Compare every point of a cloud with the nearest of a reference within a limit.
+
+    Parameters
+    ----------
+    compared, reference
+        Clouds A and B as streams.
+    limit
+        Largest distance that counts [m].
+    viewpoint : array (3,)
+        Distances from local planes are positive towards it.
+    size
+        Points of a cloud in memory at a time.
+    progress
+        Called with the number of points done.
+
+    Returns
+    -------
+    C2C
+        Distances, their floor, and what is left of them.
+
+    Raises
+    ------
+    ValueError
+        The limit is not a length.
+    """
+    work = _Work(limit, viewpoint)
+    for part in parts(compared, reference, limit, size):
+        work.take(part, progress)
+    own = Sample(_OWN, 3)
+    own.add(np.concatenate([np.empty((0, 3)), *work.places]))
+    patterns = [
+        pattern(Neighbours(part.reference), places)
+        for part in parts(in_memory(own.rows), compared, limit, size)
+        for places in part.queries()
+    ]
+    return work.result(SamplingPattern.join(patterns))
+
+
+class _Work:
+    """What has been gathered so far."""
+
+    def __init__(self, limit: float, viewpoint: Array | None) -> None:
+        self.limit, self.viewpoint = limit, viewpoint
+        self.tally = Tally(0.0, limit)
+        self.signed = Tally(-limit, limit)
+        self.sizes = Tally(0.0, limit)
+        self.sample = Sample(_MAP, 4)
+        self.patterns: list[SamplingPattern] = []
+        self.places: list[Array] = []
+        self.weights: list[Array] = []
+        self.done = 0
+
+    def take(self, part: Part, progress: Callable[[int], None]) -> None:
+        """Distances, planes and patterns of one part."""
+        tree = Neighbours(part.reference)
+        for chunk in part.queries():
+            distances, _ = tree.query(chunk, self.limit)
+            self.tally.add(distances)
+            near = np.isfinite(distances)
+            matched = chunk[near]
+            self.sample.add(np.column_stack([matched, distances[near]]))
+            if len(matched):
+                self._look(tree, matched)
+            self.done += len(chunk)
+            progress(self.done)
+
+    def _look(self, tree: Neighbours, matched: Array) -> None:
+        """Patterns and planes at some of the points that have a neighbour."""
+        first = _PLACES - sum(len(places) for places in self.places)
+        some = min(len(matched), max(first, _FEWEST, len(matched) * _PLACES // 1_000_000))
+        places = matched[np.linspace(0, len(matched) - 1, some).astype(np.int64)]
+        self.patterns.append(pattern(tree, places, self.limit))
+        self.places.append(places)
+        self.weights.append(np.full(some, len(matched) / some))
+        left = _PLANES - self.signed.count
+        if left > 0:
+            # the further on, the fewer: every chunk gets at most a quarter of what is left
+            step = max(1, -(-4 * len(matched) // max(left, 1)))
+            signed = plane_distances(tree, matched[::step], self.limit, self.viewpoint)
+            self.signed.add(signed)
+            self.sizes.add(np.abs(signed))
+
+    def result(self, own: SamplingPattern) -> C2C:
+        """All figures."""
+        sampling = SamplingPattern.join(self.patterns)
+        places = np.concatenate([np.empty((0, 3)), *self.places])
+        weights = np.concatenate([np.empty(0), *self.weights])
+        floor, model = _floor(sampling, weights)
+        t = self.tally
+        some = t.count > 0
+        rms = t.rms if some else None
+        pitch_b = _pitch(sampling)
+        debiased = _debiased(rms, floor)
+        return C2C(
+            limit=self.limit,
+            count=t.count,
+            beyond=t.share_beyond,
+            mean=t.mean if some else None,
+            std=t.std if some else None,
+            rms=rms,
+            median=t.quantile(0.5) if some else None,
+            q95=t.quantile(0.95) if some else None,
+            floor=floor,
+            model=model,
+            pitch_a=_pitch(own),
+            pitch_b=pitch_b,
+            debiased=debiased,
+            plane=self._plane(),
+            sentences=tuple(_sentences(t, floor, pitch_b, debiased, self.limit)),
+            tally=t,
+            sample=self.sample.rows,
+            places=places,
+            normals=sampling.normal,
+        )
+
+    def _plane(self) -> Signed | None:
+        """Figures of the distances from local planes."""
+        s = self.signed
+        if s.count == 0:
+            return None
+        return Signed(s.count, s.mean, s.std, s.rms, s.quantile(0.5), self.sizes.quantile(0.95))
+
+
+def _floor(sampling: SamplingPattern, weights: Array) -> tuple[Floor | None, str | None]:
+    """The floor over all places, each for as many points as it stands for; what it rests on."""
+    known = sampling.known
+    if not known.any():
+        return None, None
+    weight = weights[known]
+    mean = float(np.average(sampling.mean[known], weights=weight))
+    square = float(np.average(sampling.square[known], weights=weight))
+    regular = float(np.average(sampling.lattice[known], weights=weight))
+    return Floor.from_moments(mean, square), "lattice" if regular > _MOSTLY else "measured"
+
+
+def _pitch(sampling: SamplingPattern) -> Pitch | None:
+    """Medians over the lattices if most places are on one, else over all places."""
+    known = sampling.known
+    if not known.any():
+        return None
+    share = float(sampling.lattice[known].mean())
+    rows = sampling.lattice if share > _MOSTLY else known
+    across, up = np.median(sampling.pitch[rows], axis=0)
+    return Pitch(float(across), float(up), share)
+
+
+def _debiased(rms: float | None, floor: Floor | None) -> float | None:
+    """What is left of the RMS across the surface; None if nothing."""
+    if rms is None or floor is None or rms <= floor.rms:
+        return None
+    return float(np.sqrt(rms**2 - floor.rms**2))
+
+
+def _sentences(
+    tally: Tally, floor: Floor | None, pitch: Pitch | None, debiased: float | None, limit: float
+) -> list[str]:
+    """What to know before these figures are used."""
+    if tally.count == 0:
+        return ["no point of the compared cloud has a neighbour within the limit"]
+    notes = []
+    if tally.count < _FEW:
+        notes.append(f"only {tally.count} points have a neighbour within the limit")
+    if floor is None or pitch is None:
+        return [*notes, "no surface was found around the points: the sampling floor is not known"]
+    if pitch.lattice <= _MOSTLY:
+        notes.append("the reference is no lattice here: its floor was measured on its points")
+    if debiased is None:
+        notes.append("the RMS is not above the sampling floor: nothing but sampling is left in it")
+    elif debiased > _COARSE * min(pitch.across, pitch.up):
+        notes.append(
+            "the points scatter across the surface by more than a quarter of the pitch, so that "
+            "the nearest one is often nearer than the surface: the debiased RMS is too small"
+        )
+    if floor.mean + 2 * floor.std > limit:
+        notes.append(
+            f"the reference is too thin for the limit of {1e3 * limit:g} mm, which cuts distances "
+            f"off that the floor has: give {1e3 * (floor.mean + 3 * floor.std):.0f} mm or more"
+        )
+    return notes
+
+
+def plane_distances(
+    cloud: Neighbours,
+    points: Array,
+    limit: float,
+    viewpoint: Array | None = None,
+    neighbours: int = NEIGHBOURS,
+) -> Array:
+    """Compute signed distances from the local planes of a cloud.
+
+    No plane is there where the neighbours are no plane, lie to one side of the point, or the
+    nearest is beyond the limit.
+
+    Parameters
+    ----------
+    cloud
+        The reference.
+    points : array (n, 3)
+        Points in its frame [m].
+    limit
+        Largest distance that counts [m].
+    viewpoint : array (3,)
+        Distances are positive towards it; without one, on the side of the largest coordinate of
+        the normal.
+    neighbours
+        Points through which a plane is laid.
+
+    Returns
+    -------
+    array (n,)
+        Distances [m], NaN without a plane.
+    """
+    out = np.full(len(points), np.nan)
+    if cloud.count < neighbours:
+        return out
+    near, indices = cloud.local_query(points, k=neighbours)
+    rows = np.flatnonzero(near[:, 0] <= limit)
+    towards = np.full(3, np.nan) if viewpoint is None else viewpoint - cloud.origin
+    out[rows] = _distances(cloud.points, points[rows] - cloud.origin, indices[rows], towards)
+    out[np.abs(out) > limit] = np.nan
+    return out
+
+
+@njit(cache=True, parallel=True, nogil=True)
+def _distances(points, places, indices, towards):  # type: ignore[no-untyped-def]
+    """One plane per place, by principal components."""
+    out = np.full(len(places), np.nan)
+    count = indices.shape[1]
+    for n in prange(len(places)):
+        mean = np.zeros(3)
+        for k in range(count):
+            mean += points[indices[n, k]] - places[n]
+        mean /= count
+        spread = np.zeros((3, 3))
+        for k in range(count):
+            d = points[indices[n, k]] - places[n] - mean
+            for i in range(3):
+                for j in range(3):
+                    spread[i, j] += d[i] * d[j]
+        values, axes = np.linalg.eigh(spread)
+        if values[0] > _THIN * _THIN * values[1]:
+            continue
+        normal = axes[:, 0]
+        height = -(normal * mean).sum()
+        # beyond a border the middle of the neighbours is further than their width
+        if (mean * mean).sum() - height * height > values[2] / count:
+            continue
+        if np.isnan(towards[0]):
+            side = normal[np.argmax(np.abs(normal))]
+        else:
+            side = (normal * (towards - places[n])).sum()
+        out[n] = height if side > 0 else -height
+    return out
 
 
 @dataclass
 class Tally:
-    """Distances so far: from ``low`` to ``high`` [m], and how many were beyond.
+    """Distances so far, and their figures.
 
     Sums are taken about the middle of the first chunk, so that they lose no digits.
+
+    Attributes
+    ----------
+    low, high
+        Limits of distances that count [m].
+    count, beyond
+        Distances within and beyond the limits.
+    shift
+        What sums are taken about [m].
+    total, squares
+        Sums of distances and their squares, less the shift [m, m^2].
+    bins
+        Histogram from low to high.
     """
 
     low: float
@@ -80,9 +466,19 @@ class Tally:
         return self.beyond / max(self.beyond + self.count, 1)
 
     def quantile(self, share: float) -> float:
-        """The distance [m] that this share does not exceed, to a twenty-thousandth of the limits.
+        """The distance that a share does not exceed, to a twenty-thousandth of the limits.
 
         Within its bin distances are taken as even.
+
+        Parameters
+        ----------
+        share
+            Between 0 and 1.
+
+        Returns
+        -------
+        float
+            Distance [m].
         """
         wanted = share * self.count
         cumulated = np.cumsum(self.bins)
@@ -98,7 +494,21 @@ class Tally:
 
 @dataclass
 class Sample:
-    """Every so-many-th row of a long table: at most ``most`` rows, evenly over all of it."""
+    """Rows of a long table, thinned evenly.
+
+    Attributes
+    ----------
+    most
+        Rows at most.
+    width
+        Columns.
+    step
+        One row of so many is taken.
+    seen
+        Rows that were offered.
+    rows : array (k, width)
+        The rows that were taken.
+    """
 
     most: int
     width: int
@@ -116,331 +526,3 @@ class Sample:
         self.rows = np.concatenate([self.rows, rows[first :: self.step]])
         while len(self.rows) > self.most:
             self.rows, self.step = self.rows[::2], 2 * self.step
-
-
-# Signed distances from the plane through the nearest points of the reference.
-#
-# A plane has no gaps: this takes most of the sampling out of nearest-neighbour distances (method
-# section 9.1). What remains is the noise of both clouds, that of the plane reduced by its points.
-
-
-#: points through which a plane is laid
-NEIGHBOURS = 16
-
-
-#: thickness over the lesser width of points that are still a plane
-_THIN = 0.35
-
-
-def plane_distances(
-    cloud: Neighbours,
-    points: Array,
-    limit: float,
-    viewpoint: Array | None = None,
-    neighbours: int = NEIGHBOURS,
-) -> Array:
-    """Distances (n,) [m] of points (n, 3) from the local planes of a cloud; NaN without one.
-
-    Positive towards a viewpoint (3,); without one, on the side of the largest coordinate of the
-    normal. No plane is there where the neighbours are no plane, lie to one side of the point, or
-    the nearest is beyond the limit.
-    """
-    out = np.full(len(points), np.nan)
-    if cloud.count < neighbours:
-        return out
-    near, found = cloud.local_query(points, k=neighbours)
-    rows = np.flatnonzero(near[:, 0] <= limit)
-    towards = np.full(3, np.nan) if viewpoint is None else viewpoint - cloud.origin
-    out[rows] = _distances(cloud.points, points[rows] - cloud.origin, found[rows], towards)
-    out[np.abs(out) > limit] = np.nan
-    return out
-
-
-@njit(cache=True, parallel=True, nogil=True)
-def _distances(points, places, found, towards):  # type: ignore[no-untyped-def]
-    """One plane per place, by principal components."""
-    out = np.full(len(places), np.nan)
-    count = found.shape[1]
-    for n in prange(len(places)):
-        mean = np.zeros(3)
-        for k in range(count):
-            mean += points[found[n, k]] - places[n]
-        mean /= count
-        spread = np.zeros((3, 3))
-        for k in range(count):
-            d = points[found[n, k]] - places[n] - mean
-            for i in range(3):
-                for j in range(3):
-                    spread[i, j] += d[i] * d[j]
-        values, axes = np.linalg.eigh(spread)
-        if values[0] > _THIN * _THIN * values[1]:
-            continue
-        normal = axes[:, 0]
-        height = -(normal * mean).sum()
-        # beyond a border the middle of the neighbours is further than their width
-        if (mean * mean).sum() - height * height > values[2] / count:
-            continue
-        if np.isnan(towards[0]):
-            side = normal[np.argmax(np.abs(normal))]
-        else:
-            side = (normal * (towards - places[n])).sum()
-        out[n] = height if side > 0 else -height
-    return out
-
-
-#: places at which the pattern is looked at: per million points, and at least so many in a chunk
-_PLACES, _FEWEST = 400, 50
-
-
-#: points for local planes, over all; points on the map; places of the compared cloud
-_PLANES, _MAP, _OWN = 1_000_000, 20_000, 2_000
-
-
-#: a lattice is named as the model of the floor where more of the places than this are on one
-_MOSTLY = 0.5
-
-
-#: below this many points a figure is not worth its name; noise over pitch where debiasing fails
-_FEW, _COARSE = 30, 0.25
-
-
-@dataclass(frozen=True)
-class Pitch:
-    """Medians of the pitch [m] across and upwards, and the share of places that are lattices."""
-
-    across: float
-    up: float
-    lattice: float
-
-
-@dataclass(frozen=True)
-class Signed:
-    """Distances from local planes: mean, standard deviation, RMS, median; 95 % of their size."""
-
-    count: int
-    mean: float
-    std: float
-    rms: float
-    median: float
-    q95: float
-
-
-@dataclass(frozen=True)
-class C2C:
-    """Distances of a cloud of ``count`` points with a neighbour within the limit [m].
-
-    Attributes
-    ----------
-    beyond
-        Share without.
-    floor
-        And pitches are None where no surface was found.
-    debiased
-        RMS across the surface [m], None where nothing is left beside sampling.
-    plane
-        None where no plane was found.
-    sample : array (k, 4)
-        Points and their distances.
-    places, normals : array (p, 3)
-        Where the surface was looked at, NaN where it is none.
-    """
-
-    limit: float
-    count: int
-    beyond: float
-    mean: float | None
-    std: float | None
-    rms: float | None
-    median: float | None
-    q95: float | None
-    floor: Floor | None
-    model: str | None
-    pitch_a: Pitch | None
-    pitch_b: Pitch | None
-    debiased: float | None
-    plane: Signed | None
-    sentences: tuple[str, ...]
-    tally: Tally
-    sample: Array
-    places: Array
-    normals: Array
-
-
-def cloud_to_cloud(
-    compared: Stream,
-    reference: Stream,
-    limit: float,
-    *,
-    viewpoint: Array | None = None,
-    size: int = SIZE,
-    progress: Callable[[int], None] = lambda points: None,
-) -> C2C:
-    """Distances from every point of a cloud to the nearest of a reference within a limit [m].
-
-    Parameters
-    ----------
-    viewpoint : array (3,)
-        Distances from local planes are positive towards it.
-    size
-        Points of a cloud in memory at a time.
-    progress
-        Called with the number of points done.
-
-    Raises
-    ------
-    ValueError
-        The limit is not a length.
-    """
-    work = _Work(limit, viewpoint)
-    for part in parts(compared, reference, limit, size):
-        work.take(part, progress)
-    own = Sample(_OWN, 3)
-    own.add(np.concatenate([np.empty((0, 3)), *work.places]))
-    patterns = [
-        pattern(Neighbours(part.reference), places)
-        for part in parts(in_memory(own.rows), compared, limit, size)
-        for places in part.queries()
-    ]
-    return work.result(SamplingPattern.join(patterns))
-
-
-class _Work:
-    """What has been gathered so far."""
-
-    def __init__(self, limit: float, viewpoint: Array | None) -> None:
-        self.limit, self.viewpoint = limit, viewpoint
-        self.tally = Tally(0.0, limit)
-        self.signed = Tally(-limit, limit)
-        self.sizes = Tally(0.0, limit)
-        self.sample = Sample(_MAP, 4)
-        self.patterns: list[SamplingPattern] = []
-        self.places: list[Array] = []
-        self.weights: list[Array] = []
-        self.done = 0
-
-    def take(self, part: Part, progress: Callable[[int], None]) -> None:
-        """Distances, planes and patterns of one part."""
-        tree = Neighbours(part.reference)
-        for chunk in part.queries():
-            distances, _ = tree.query(chunk, self.limit)
-            self.tally.add(distances)
-            near = np.isfinite(distances)
-            settled = chunk[near]
-            self.sample.add(np.column_stack([settled, distances[near]]))
-            if len(settled):
-                self._look(tree, settled)
-            self.done += len(chunk)
-            progress(self.done)
-
-    def _look(self, tree: Neighbours, settled: Array) -> None:
-        """Patterns and planes at some of the points that have a neighbour."""
-        first = _PLACES - sum(len(places) for places in self.places)
-        some = min(len(settled), max(first, _FEWEST, len(settled) * _PLACES // 1_000_000))
-        places = settled[np.linspace(0, len(settled) - 1, some).astype(np.int64)]
-        self.patterns.append(pattern(tree, places, self.limit))
-        self.places.append(places)
-        self.weights.append(np.full(some, len(settled) / some))
-        left = _PLANES - self.signed.count
-        if left > 0:
-            # the further on, the fewer: every chunk gets at most a quarter of what is left
-            step = max(1, -(-4 * len(settled) // max(left, 1)))
-            signed = plane_distances(tree, settled[::step], self.limit, self.viewpoint)
-            self.signed.add(signed)
-            self.sizes.add(np.abs(signed))
-
-    def result(self, own: SamplingPattern) -> C2C:
-        """All figures."""
-        found = SamplingPattern.join(self.patterns)
-        places = np.concatenate([np.empty((0, 3)), *self.places])
-        weights = np.concatenate([np.empty(0), *self.weights])
-        floor, model = _floor(found, weights)
-        t = self.tally
-        some = t.count > 0
-        rms = t.rms if some else None
-        pitch_b = _pitch(found)
-        debiased = _debiased(rms, floor)
-        return C2C(
-            limit=self.limit,
-            count=t.count,
-            beyond=t.share_beyond,
-            mean=t.mean if some else None,
-            std=t.std if some else None,
-            rms=rms,
-            median=t.quantile(0.5) if some else None,
-            q95=t.quantile(0.95) if some else None,
-            floor=floor,
-            model=model,
-            pitch_a=_pitch(own),
-            pitch_b=pitch_b,
-            debiased=debiased,
-            plane=self._plane(),
-            sentences=tuple(_sentences(t, floor, pitch_b, debiased, self.limit)),
-            tally=t,
-            sample=self.sample.rows,
-            places=places,
-            normals=found.normal,
-        )
-
-    def _plane(self) -> Signed | None:
-        s = self.signed
-        if s.count == 0:
-            return None
-        return Signed(s.count, s.mean, s.std, s.rms, s.quantile(0.5), self.sizes.quantile(0.95))
-
-
-def _floor(found: SamplingPattern, weights: Array) -> tuple[Floor | None, str | None]:
-    """The floor over all places, each for as many points as it stands for; what it rests on."""
-    known = found.known
-    if not known.any():
-        return None, None
-    weight = weights[known]
-    mean = float(np.average(found.mean[known], weights=weight))
-    square = float(np.average(found.square[known], weights=weight))
-    regular = float(np.average(found.lattice[known], weights=weight))
-    return Floor.from_moments(mean, square), "lattice" if regular > _MOSTLY else "measured"
-
-
-def _pitch(found: SamplingPattern) -> Pitch | None:
-    """Medians over the lattices if most places are on one, else over all places."""
-    known = found.known
-    if not known.any():
-        return None
-    share = float(found.lattice[known].mean())
-    rows = found.lattice if share > _MOSTLY else known
-    across, up = np.median(found.pitch[rows], axis=0)
-    return Pitch(float(across), float(up), share)
-
-
-def _debiased(rms: float | None, floor: Floor | None) -> float | None:
-    """What is left of the RMS across the surface; None if nothing."""
-    if rms is None or floor is None or rms <= floor.rms:
-        return None
-    return float(np.sqrt(rms**2 - floor.rms**2))
-
-
-def _sentences(
-    tally: Tally, floor: Floor | None, pitch: Pitch | None, debiased: float | None, limit: float
-) -> list[str]:
-    """What to know before these figures are used."""
-    if tally.count == 0:
-        return ["no point of the compared cloud has a neighbour within the limit"]
-    said = []
-    if tally.count < _FEW:
-        said.append(f"only {tally.count} points have a neighbour within the limit")
-    if floor is None or pitch is None:
-        return [*said, "no surface was found around the points: the sampling floor is not known"]
-    if pitch.lattice <= _MOSTLY:
-        said.append("the reference is no lattice here: its floor was measured on its points")
-    if debiased is None:
-        said.append("the RMS is not above the sampling floor: nothing but sampling is left in it")
-    elif debiased > _COARSE * min(pitch.across, pitch.up):
-        said.append(
-            "the points scatter across the surface by more than a quarter of the pitch, so that "
-            "the nearest one is often nearer than the surface: the debiased RMS is too small"
-        )
-    if floor.mean + 2 * floor.std > limit:
-        said.append(
-            f"the reference is too thin for the limit of {1e3 * limit:g} mm, which cuts distances "
-            f"off that the floor has: give {1e3 * (floor.mean + 3 * floor.std):.0f} mm or more"
-        )
-    return said

@@ -24,13 +24,15 @@ CHUNK = 4_000_000
 
 @dataclass(frozen=True)
 class CloudChunk:
-    """Some points (n, 3) of a cloud [m].
+    """Some points of a cloud.
 
     Attributes
     ----------
-    random
-        Covariances (n, 6) [m^2] as xx, yy, zz, xy, xz, yz of what is new with every point
-        (without the station's part), None where nobody asked for them.
+    xyz : array (n, 3)
+        Points [m].
+    random : array (n, 6)
+        Covariances [m^2] as xx, yy, zz, xy, xz, yz of what is new with every point (without the
+        station's part), None where nobody asked for them.
     """
 
     xyz: Array
@@ -66,11 +68,26 @@ def plain(stream: Callable[[], Iterable[Array]]) -> Source:
 def centred(
     source: Source, origin: Array, low: Array, high: Array, most: int = CHUNK
 ) -> Iterator[CloudChunk]:
-    """Chunks relative to an origin (3,), without points outside a box ``low`` to ``high`` (3,).
+    """Read a cloud relative to an origin, without points outside a box.
 
-    The box [m] is relative to the origin. Coordinates of the size of UTM lose their large part here
-    before anything is multiplied. Small chunks are joined up to ``most`` points, as every chunk is
-    searched from all core points.
+    Coordinates of the size of UTM lose their large part here before anything is multiplied. Small
+    chunks are joined up to ``most`` points, as every chunk is searched from all core points.
+
+    Parameters
+    ----------
+    source
+        The cloud.
+    origin : array (3,)
+        What coordinates are to be relative to [m].
+    low, high : array (3,)
+        Corners of the box, relative to the origin [m].
+    most
+        Points of a chunk at most.
+
+    Yields
+    ------
+    CloudChunk
+        Points relative to the origin.
 
     Raises
     ------

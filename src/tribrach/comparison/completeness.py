@@ -1,10 +1,13 @@
-"""Which surfaces did no station see, or one, or several, and where is the sigma not good enough?
+"""Finds surfaces that no, one or several stations saw, and where the sigma is not reached.
 
 Surfaces are the cells of a grid that hold points: of a model, or of all clouds together. A station
 sees a cell if it has points in it or in one that shares a face with it, so that noise across the
 border of cells does not hide a surface. The sigma of a cell is the root mean square of the
 three-dimensional sigmas of its points from the station that is best there: errors of a station do
-not average out. Metres.
+not average out.
+
+Points are counted chunk by chunk: memory grows with surface, not points. A cell is one number:
+three signed indices of 21 bits from an origin near the points. Metres.
 """
 
 from __future__ import annotations
@@ -23,148 +26,33 @@ from tribrach.errors import InputError
 
 __all__ = ["Completeness", "Gap", "PatchGrid", "SurfacePatches", "assess_completeness", "found_in"]
 
-# Points counted in the cells of a grid, chunk by chunk: memory grows with surface, not points.
-#
-# A cell is one number: three signed indices of 21 bits from an origin near the points. Metres.
-
-
 #: most cells of one cloud in memory: 24 bytes each
 MOST = 60_000_000
-
-
-_HALF = 1 << 20
-
-
-_BITS = 21
-
-
+#: bits of each index of a cell, and what is added so that it is not negative
+_BITS, _HALF = 21, 1 << 20
 #: cells waiting to be merged
 _WAITING = 2_000_000
-
-
-@dataclass(frozen=True)
-class PatchGrid:
-    """Cubic cells of a size [m] around an origin (3,) [m]."""
-
-    origin: Array
-    size: float
-
-    @classmethod
-    def around(cls, xyz: Array, size: float) -> PatchGrid:
-        """The grid for points like these (n, 3), its cells at multiples of the size."""
-        return cls(np.floor(np.median(xyz, axis=0) / size) * size, size)
-
-    def keys(self, xyz: Array) -> Index:
-        """Cells (n,) of points (n, 3) [m].
-
-        Raises
-        ------
-        InputError
-            A point is too far from the origin for cells of this size.
-        """
-        index = np.floor((xyz - self.origin) / self.size)
-        if len(index) and np.abs(index).max() >= _HALF - 1:
-            raise InputError(
-                f"points lie more than {_HALF * self.size / 1000:.0f} km apart, too far for cells "
-                f"of {self.size:g} m",
-                cure="clean the clouds, put all into one frame, or take larger cells",
-            )
-        whole = index.astype(np.int64) + _HALF
-        return (whole[:, 0] << (2 * _BITS)) | (whole[:, 1] << _BITS) | whole[:, 2]
-
-    def indices(self, keys: Index) -> Index:
-        """Signed indices (n, 3) of cells (n,)."""
-        mask = (1 << _BITS) - 1
-        parts = (keys >> (2 * _BITS), (keys >> _BITS) & mask, keys & mask)
-        return np.stack(parts, axis=1) - _HALF
-
-    def centres(self, keys: Index) -> Array:
-        """Middles (n, 3) [m] of cells (n,)."""
-        middle: Array = self.origin + (self.indices(keys) + 0.5) * self.size
-        return middle
-
-    @staticmethod
-    def shifted(keys: Index, step: tuple[int, int, int]) -> Index:
-        """The neighbours (n,) of cells (n,) at a step of cells."""
-        return keys + (step[0] * (1 << (2 * _BITS)) + step[1] * (1 << _BITS) + step[2])
-
-
-@dataclass
-class SurfacePatches:
-    """Cells of one cloud, sorted: how many points each has, the sum of their variances [m^2]."""
-
-    keys: Index = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    counts: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    sums: Array = field(default_factory=lambda: np.zeros(0))
-    _waiting: list[tuple[Index, NDArray[np.int64], Array]] = field(default_factory=list)
-    _size: int = 0
-
-    def add(self, keys: Index, variance: Array | None = None) -> None:
-        """Count points by their cells (n,); variance (n,) [m^2], None where it is not known.
-
-        Raises
-        ------
-        InputError
-            More cells than fit.
-        """
-        found, where, counts = np.unique(keys, return_inverse=True, return_counts=True)
-        sums: Array = np.zeros(len(found))
-        if variance is not None:
-            sums = np.bincount(where, weights=variance, minlength=len(found)).astype(np.float64)
-        self._waiting.append((found, counts.astype(np.int64), sums))
-        self._size += len(found)
-        # merging only what is as large as what is there keeps the work in proportion
-        if self._size > max(_WAITING, len(self.keys)):
-            self.merge()
-
-    def merge(self) -> None:
-        """Bring everything that waits into the sorted cells.
-
-        Raises
-        ------
-        InputError
-            More cells than fit.
-        """
-        if not self._waiting:
-            return
-        parts = [(self.keys, self.counts, self.sums), *self._waiting]
-        keys, counts, sums = (np.concatenate(column) for column in zip(*parts, strict=True))
-        self.keys, where = np.unique(keys, return_inverse=True)
-        if len(self.keys) > MOST:
-            raise InputError(
-                f"the clouds fill more than {MOST / 1e6:.0f} million cells", cure="take larger ones"
-            )
-        total = np.bincount(where, weights=counts, minlength=len(self.keys))
-        self.counts = np.round(total).astype(np.int64)
-        merged = np.bincount(where, weights=sums, minlength=len(self.keys))
-        self.sums = merged.astype(np.float64)
-        self._waiting, self._size = [], 0
-
-
-def found_in(keys: Index, wanted: Index) -> Index:
-    """Places (n,) of wanted cells in sorted ones, -1 where they are not."""
-    if len(keys) == 0:
-        return np.full(len(wanted), -1, dtype=np.int64)
-    place = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
-    return np.where(keys[place] == wanted, place, -1)
-
-
+#: steps to the neighbours that share a face
 _FACES = ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1))
-
-
 #: half of the 26 neighbours: each pair once
 _FORWARD = tuple(
     (i, j, k) for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1) if (i, j, k) > (0, 0, 0)
 )
-
-
 #: a cell of the union with fewer points in all is stray
 _STRAY = 3
 
 
 @dataclass(frozen=True)
 class Gap:
-    """Cells that hang together and lack something: its middle (3,), extents (3,) [m], cells."""
+    """Neighbouring cells that lack something.
+
+    Attributes
+    ----------
+    middle, extent
+        Middle and extents along the axes [m].
+    cells
+        Number of cells.
+    """
 
     middle: tuple[float, float, float]
     extent: tuple[float, float, float]
@@ -178,19 +66,21 @@ class Completeness:
     Attributes
     ----------
     size
-        Of a cell [m].
+        Side of a cell [m].
     modelled
-        Is the surface that of a model, else of all clouds.
+        True if the surface is that of a model, else of all clouds.
     centres : array (n, 3)
-        [m].
+        Middles of the cells [m].
     seen : array (n,)
-        By how many stations.
+        Number of stations that see each.
     sigma : array (n,)
-        Of the best, NaN where none is known [m].
+        Sigma of the best station [m], NaN where none is known.
     required
-        The sigma asked for [m].
+        The sigma asked for [m], None if none.
     shares
-        Of the cells that each station sees.
+        Share of the cells that each station sees.
+    unseen_gaps, single_gaps, weak_gaps
+        Largest gaps seen by no station, by one, and with a larger sigma than required.
     """
 
     size: float
@@ -234,20 +124,20 @@ class Completeness:
         words = [f"{count / n:.1%} by {name}" for name, count in self.classes.items()]
         if not self.modelled:
             words = words[1:]
-        said = [f"Of {what}, {n:,} cells of {self.size:g} m, seen: {', '.join(words)}."]
+        out = [f"Of {what}, {n:,} cells of {self.size:g} m, seen: {', '.join(words)}."]
         if not self.modelled:
-            said.append(
+            out.append(
                 "What no station saw cannot be told from the clouds alone: give a model for that."
             )
         if self.required is not None:
-            found = self.sigmas
-            there = max(1, sum(found.values()))
-            said.append(
+            sigmas = self.sigmas
+            there = max(1, sum(sigmas.values()))
+            out.append(
                 f"The required sigma of {1e3 * self.required:g} mm (3D, best station) is reached "
-                f"on {found['reached'] / there:.1%} of what is seen, not on "
-                f"{found['not reached'] / there:.1%}, unknown on {found['unknown'] / there:.1%}."
+                f"on {sigmas['reached'] / there:.1%} of what is seen, not on "
+                f"{sigmas['not reached'] / there:.1%}, unknown on {sigmas['unknown'] / there:.1%}."
             )
-        return said
+        return out
 
     def to_json(self) -> dict[str, Any]:
         """Plain numbers, names as keys."""
@@ -279,16 +169,25 @@ def assess_completeness(
     required: float | None = None,
     gaps: int = 10,
 ) -> Completeness:
-    """Assess merged patches of stations by name.
+    """Assess what stations saw of a surface.
 
     Parameters
     ----------
-    model
-        Cells (n,) of the surface, the union of the stations if not given.
+    grid
+        The cells.
+    stations
+        Merged patches of each station, by name.
+    model : array (n,)
+        Cells of the surface; the union of the stations if None.
     required
-        Sigma [m].
+        Sigma to be reached [m].
     gaps
         How many of the largest to name of each sort.
+
+    Returns
+    -------
+    Completeness
+        Cells, shares and gaps.
     """
     cells = _union(stations) if model is None else np.unique(model)
     seen = np.zeros(len(cells), dtype=np.int64)
@@ -358,12 +257,145 @@ def _gaps(grid: PatchGrid, cells: Index, most: int) -> tuple[Gap, ...]:
     centres = grid.centres(cells)
     out = []
     for group in np.argsort(-size, kind="stable")[:most]:
-        mine = centres[label == group]
-        low, high = mine.min(axis=0), mine.max(axis=0)
+        members = centres[label == group]
+        low, high = members.min(axis=0), members.max(axis=0)
         extent = high - low + grid.size
         out.append(Gap(_triple((low + high) / 2), _triple(extent), int(size[group])))
     return tuple(out)
 
 
 def _triple(x: Array) -> tuple[float, float, float]:
+    """Three coordinates as plain numbers."""
     return float(x[0]), float(x[1]), float(x[2])
+
+
+@dataclass(frozen=True)
+class PatchGrid:
+    """Cubic cells around an origin.
+
+    Attributes
+    ----------
+    origin : array (3,)
+        Corner of the cell (0, 0, 0) [m].
+    size
+        Side of a cell [m].
+    """
+
+    origin: Array
+    size: float
+
+    @classmethod
+    def around(cls, xyz: Array, size: float) -> PatchGrid:
+        """The grid for points like these (n, 3), its cells at multiples of the size."""
+        return cls(np.floor(np.median(xyz, axis=0) / size) * size, size)
+
+    def keys(self, xyz: Array) -> Index:
+        """Cells (n,) of points (n, 3) [m].
+
+        Raises
+        ------
+        InputError
+            A point is too far from the origin for cells of this size.
+        """
+        index = np.floor((xyz - self.origin) / self.size)
+        if len(index) and np.abs(index).max() >= _HALF - 1:
+            raise InputError(
+                f"points lie more than {_HALF * self.size / 1000:.0f} km apart, too far for cells "
+                f"of {self.size:g} m",
+                cure="clean the clouds, put all into one frame, or take larger cells",
+            )
+        whole = index.astype(np.int64) + _HALF
+        return (whole[:, 0] << (2 * _BITS)) | (whole[:, 1] << _BITS) | whole[:, 2]
+
+    def indices(self, keys: Index) -> Index:
+        """Signed indices (n, 3) of cells (n,)."""
+        mask = (1 << _BITS) - 1
+        parts = (keys >> (2 * _BITS), (keys >> _BITS) & mask, keys & mask)
+        return np.stack(parts, axis=1) - _HALF
+
+    def centres(self, keys: Index) -> Array:
+        """Middles (n, 3) [m] of cells (n,)."""
+        middle: Array = self.origin + (self.indices(keys) + 0.5) * self.size
+        return middle
+
+    @staticmethod
+    def shifted(keys: Index, step: tuple[int, int, int]) -> Index:
+        """The neighbours (n,) of cells (n,) at a step of cells."""
+        return keys + (step[0] * (1 << (2 * _BITS)) + step[1] * (1 << _BITS) + step[2])
+
+
+@dataclass
+class SurfacePatches:
+    """Cells of one cloud, sorted.
+
+    Attributes
+    ----------
+    keys : array (n,)
+        Numbers of the cells.
+    counts : array (n,)
+        Points in each.
+    sums : array (n,)
+        Sums of their variances [m^2].
+    """
+
+    keys: Index = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    counts: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    sums: Array = field(default_factory=lambda: np.zeros(0))
+    _waiting: list[tuple[Index, NDArray[np.int64], Array]] = field(default_factory=list)
+    _size: int = 0
+
+    def add(self, keys: Index, variance: Array | None = None) -> None:
+        """Count points by their cells.
+
+        Parameters
+        ----------
+        keys : array (n,)
+            Cells of the points.
+        variance : array (n,)
+            Of the points [m^2], None where it is not known.
+
+        Raises
+        ------
+        InputError
+            More cells than fit.
+        """
+        cells, where, counts = np.unique(keys, return_inverse=True, return_counts=True)
+        sums: Array = np.zeros(len(cells))
+        if variance is not None:
+            sums = np.bincount(where, weights=variance, minlength=len(cells)).astype(np.float64)
+        self._waiting.append((cells, counts.astype(np.int64), sums))
+        self._size += len(cells)
+        # merging only what is as large as what is there keeps the work in proportion
+        if self._size > max(_WAITING, len(self.keys)):
+            self.merge()
+
+    def merge(self) -> None:
+        """Bring everything that waits into the sorted cells.
+
+        Raises
+        ------
+        InputError
+            More cells than fit.
+        """
+        if not self._waiting:
+            return
+        parts = [(self.keys, self.counts, self.sums), *self._waiting]
+        keys, counts, sums = (np.concatenate(column) for column in zip(*parts, strict=True))
+        self.keys, where = np.unique(keys, return_inverse=True)
+        if len(self.keys) > MOST:
+            raise InputError(
+                f"the clouds fill more than {MOST / 1e6:.0f} million cells", cure="take larger ones"
+            )
+        total = np.bincount(where, weights=counts, minlength=len(self.keys))
+        self.counts = np.round(total).astype(np.int64)
+        merged = np.bincount(where, weights=sums, minlength=len(self.keys))
+        self.sums = merged.astype(np.float64)
+        self._waiting, self._size = [], 0
+
+
+def found_in(keys: Index, wanted: Index) -> Index:
+    """Places (n,) of wanted cells in sorted ones, -1 where they are not."""
+    if len(keys) == 0:
+        return np.full(len(wanted), -1, dtype=np.int64)
+    place = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
+    return np.where(keys[place] == wanted, place, -1)

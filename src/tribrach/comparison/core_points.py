@@ -1,4 +1,10 @@
-"""Where are the clouds compared? One point per cell of a grid: the one nearest to its middle."""
+"""Chooses core points, at which clouds are compared, and the normals there.
+
+Core points are one point per cell of a grid: the one nearest to its middle. The normal at one is
+the direction of least spread of the points within D / 2 (principal components; Lague, Brodu and
+Leroux 2013). Where several scales D are given, that one is taken where the surface is most planar:
+the largest ``(l2 - l3) / l1`` of the sorted variances. Metres.
+"""
 
 from __future__ import annotations
 
@@ -15,30 +21,103 @@ from tribrach.errors import InputError
 
 __all__ = ["Normals", "core_normals", "core_points"]
 
-# Along which direction is the change measured? Normals of core points at a scale D.
-#
-# The normal is the direction of least spread of the points within D / 2 (principal components;
-# Lague, Brodu and Leroux 2013). Where several scales are given, that one is taken where
-# the surface is most planar: the largest ``(l2 - l3) / l1`` of the sorted variances. Metres.
-
-
 #: fewest points that a normal is taken from
 FEWEST = 5
-
-
 _UP = np.array([0.0, 0.0, 1.0])
+#: most core points that are kept
+MOST = 5_000_000
+#: cells along an axis stay whole numbers in 21 bits
+_CELLS = 1 << 21
+
+
+def core_points(cloud: Source, spacing: float, most: int = MOST) -> Array:
+    """Choose of each cubic cell of a grid the point nearest to its middle.
+
+    The grid hangs at the first point, so that large coordinates cost no digits; the order of the
+    parts does not matter but for ties.
+
+    Parameters
+    ----------
+    cloud
+        The cloud.
+    spacing
+        Side of the cells [m].
+    most
+        Core points at most.
+
+    Returns
+    -------
+    array (m, 3)
+        Core points [m].
+
+    Raises
+    ------
+    InputError
+        The spacing is not positive, the cloud is empty, it needs more than ``most`` points, or
+        it is wider than two million cells.
+    """
+    if not spacing > 0:
+        raise InputError("the spacing of core points is not positive", record=f"{spacing:g} m")
+    origin: Array | None = None
+    key, miss, kept = np.empty(0, np.int64), np.empty(0), np.empty((0, 3))
+    for part in cloud():
+        if len(part.xyz) == 0:
+            continue
+        if origin is None:
+            origin = part.xyz[0].copy()
+        new = _keys((part.xyz - origin) / spacing, spacing)
+        key, miss, kept = _merged((key, miss, kept), (*new, part.xyz))
+        if len(key) > most:
+            raise InputError(
+                f"a spacing of {spacing:g} m makes more than {most} core points",
+                cure="take a wider spacing",
+            )
+    if origin is None:
+        raise InputError("the cloud has no points to compare at")
+    return kept
+
+
+def _keys(cells: Array, spacing: float) -> tuple[Index, Array]:
+    """Number (n,) of the cell of each point and its squared miss (n,) of the middle, in cells."""
+    whole = np.floor(cells)
+    if not (np.abs(whole) < _CELLS // 2).all():
+        raise InputError(
+            f"the cloud is wider than {_CELLS // 2} cells of {spacing:g} m, or not a number",
+            cure="take a wider spacing, or drop points far away",
+        )
+    i, j, k = (whole.T + _CELLS // 2).astype(np.int64)
+    miss: Array = ((cells - whole - 0.5) ** 2).sum(axis=1)
+    return (i * _CELLS + j) * _CELLS + k, miss
+
+
+def _merged(
+    old: tuple[Index, Array, Array], new: tuple[Index, Array, Array]
+) -> tuple[Index, Array, Array]:
+    """The nearest point of each cell of both."""
+    key, miss = np.concatenate([old[0], new[0]]), np.concatenate([old[1], new[1]])
+    order = np.lexsort((miss, key))
+    first = np.ones(len(order), dtype=bool)
+    first[1:] = key[order[1:]] != key[order[:-1]]
+    chosen = order[first]
+    split = len(old[0])
+    xyz = np.empty((len(chosen), 3))
+    fresh = chosen >= split
+    xyz[~fresh], xyz[fresh] = old[2][chosen[~fresh]], new[2][chosen[fresh] - split]
+    return key[chosen], miss[chosen], xyz
 
 
 @dataclass(frozen=True)
 class Normals:
-    """Normals (m, 3) of core points, NaN where fewer than five points are near.
+    """Normals of core points.
 
     Attributes
     ----------
+    vectors : array (m, 3)
+        Unit normals, NaN where fewer than five points are near.
     scale : array (m,)
         The diameter D that was used [m].
     roughness : array (m,)
-        Standard deviation [m] of the points along the normal.
+        Standard deviation of the points along the normal [m].
     planarity : array (m,)
         ``(l2 - l3) / l1``.
     count : array (m,)
@@ -60,14 +139,25 @@ def core_normals(
     scanner: Array | None = None,
     direction: Array | None = None,
 ) -> Normals:
-    """Normals at core points (m, 3) from a cloud at one or several scales D [m].
+    """Estimate normals at core points from a cloud.
 
     Parameters
     ----------
+    cloud
+        The cloud.
+    core : array (m, 3)
+        Core points [m].
+    scales
+        One or several diameters D [m].
     scanner : array (3,)
         Normals look towards it.
     direction : array (3,)
-        Else their component along it is positive; upwards if neither is given.
+        Without a scanner their component along it is positive; upwards if neither is given.
+
+    Returns
+    -------
+    Normals
+        Of the most planar scale at each core point.
 
     Raises
     ------
@@ -165,73 +255,3 @@ def _axes(moments, scales, towards, vectors, figures):  # type: ignore[no-untype
                 figures[c, 1] = np.sqrt(max(values[0], 0.0) * total[0] / (total[0] - 1))
         if best < 0.0:
             figures[c, 3] = moments[c, -1, 0]
-
-
-#: most core points that are kept
-MOST = 5_000_000
-
-
-#: cells along an axis stay whole numbers in 21 bits
-_CELLS = 1 << 21
-
-
-def core_points(cloud: Source, spacing: float, most: int = MOST) -> Array:
-    """Core points (m, 3) [m]: of each cubic cell of a grid the point nearest to its middle.
-
-    The grid hangs at the first point, so that large coordinates cost no digits; the order of the
-    parts does not matter but for ties.
-
-    Raises
-    ------
-    InputError
-        The spacing is not positive, the cloud is empty or needs more than ``most`` points,.
-    or it is wider than two million cells.
-    """
-    if not spacing > 0:
-        raise InputError("the spacing of core points is not positive", record=f"{spacing:g} m")
-    origin: Array | None = None
-    key, miss, kept = np.empty(0, np.int64), np.empty(0), np.empty((0, 3))
-    for part in cloud():
-        if len(part.xyz) == 0:
-            continue
-        if origin is None:
-            origin = part.xyz[0].copy()
-        new = _keys((part.xyz - origin) / spacing, spacing)
-        key, miss, kept = _merged((key, miss, kept), (*new, part.xyz))
-        if len(key) > most:
-            raise InputError(
-                f"a spacing of {spacing:g} m makes more than {most} core points",
-                cure="take a wider spacing",
-            )
-    if origin is None:
-        raise InputError("the cloud has no points to compare at")
-    return kept
-
-
-def _keys(cells: Array, spacing: float) -> tuple[Index, Array]:
-    """Number (n,) of the cell of each point and its squared miss (n,) of the middle, in cells."""
-    whole = np.floor(cells)
-    if not (np.abs(whole) < _CELLS // 2).all():
-        raise InputError(
-            f"the cloud is wider than {_CELLS // 2} cells of {spacing:g} m, or not a number",
-            cure="take a wider spacing, or drop points far away",
-        )
-    i, j, k = (whole.T + _CELLS // 2).astype(np.int64)
-    miss: Array = ((cells - whole - 0.5) ** 2).sum(axis=1)
-    return (i * _CELLS + j) * _CELLS + k, miss
-
-
-def _merged(
-    old: tuple[Index, Array, Array], new: tuple[Index, Array, Array]
-) -> tuple[Index, Array, Array]:
-    """The nearest point of each cell of both."""
-    key, miss = np.concatenate([old[0], new[0]]), np.concatenate([old[1], new[1]])
-    order = np.lexsort((miss, key))
-    first = np.ones(len(order), dtype=bool)
-    first[1:] = key[order[1:]] != key[order[:-1]]
-    chosen = order[first]
-    split = len(old[0])
-    xyz = np.empty((len(chosen), 3))
-    fresh = chosen >= split
-    xyz[~fresh], xyz[fresh] = old[2][chosen[~fresh]], new[2][chosen[fresh] - split]
-    return key[chosen], miss[chosen], xyz

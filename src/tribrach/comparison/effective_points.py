@@ -1,9 +1,9 @@
-"""How many independent points are n points whose beam footprints overlap?
+"""Counts how many of n points are independent when their beam footprints overlap.
 
-Neighbours that share a part of their footprints see partly the same surface through partly the
-same light; their correlation is taken as the common share of two discs of diameter ``delta`` at
-distance ``s``: ``r(u) = 2/pi (acos u - u sqrt(1 - u^2))``, ``u = s / delta``. The mean of n points
-on a square lattice of pitch p then has the variance ``sigma^2 f / n`` with ``f = sum r`` over the
+Neighbours that share a part of their footprints see partly the same surface through partly the same
+light; their correlation is taken as the common share of two discs of diameter ``delta`` at distance
+``s``: ``r(u) = 2/pi (acos u - u sqrt(1 - u^2))``, ``u = s / delta``. The mean of n points on a
+square lattice of pitch p then has the variance ``sigma^2 f / n`` with ``f = sum r`` over the
 lattice: 1 while the pitch exceeds the beam, ``pi delta^2 / (4 p^2)`` for dense scans (the integral
 of r over the plane is the area of the disc). ``N_eff = n / f`` (method section 9.2). It is
 cautious: noise of the timing itself is new with every pulse. Metres.
@@ -19,9 +19,10 @@ from tribrach.errors import InputError
 
 __all__ = ["beam_areas", "effective_number", "overlap_factor", "overlap_share"]
 
-
 #: beams wider than this many pitches take the integral, right to 0.3 % there
 _DENSE = 6.0
+#: no incidence is taken as flatter than this cosine, 84 degrees
+_FLATTEST = 0.1
 
 
 def overlap_share(u: Array) -> Array:
@@ -39,9 +40,8 @@ def _lattice_sums(ratio: Array) -> Array:
     return sums
 
 
+#: beams of so many pitches, and the sums of their shares, between which is interpolated
 _RATIOS = np.linspace(1.0, _DENSE, 501)
-
-
 _SUMS = _lattice_sums(_RATIOS)
 
 
@@ -53,32 +53,44 @@ def overlap_factor(ratio: Array) -> Array:
 
 
 def effective_number(count: Array, area: float, footprint: Array) -> Array:
-    """Independent points (m,) among ``count`` (m,) evenly spread ones, at least one.
+    """Count the independent points among evenly spread ones, at least one.
 
     Parameters
     ----------
+    count : array (m,)
+        Points.
     area
-        Of the patch that they lie on [m^2].
-    footprint
-        Area (m,) of the beam on the same surface [m^2], that across the beam over the cosine of
-        the incidence angle.
+        Area of the patch that they lie on [m^2].
+    footprint : array (m,)
+        Area of the beam on the same surface, that across the beam over the cosine of the
+        incidence angle [m^2].
+
+    Returns
+    -------
+    array (m,)
+        Independent points.
     """
     ratio = np.sqrt(4 / np.pi * footprint * count / area)
     number: Array = np.where(count > 0, np.maximum(count / overlap_factor(ratio), 1.0), 0.0)
     return np.minimum(number, count)
 
 
-# How large is the beam on the surface at each core point?
-
-
-#: no incidence is taken as flatter than this cosine, 84 degrees
-_FLATTEST = 0.1
-
-
 def beam_areas(core: Array, normals: Array, placement: Placement) -> Array:
-    """Areas (m,) [m^2] of the footprint at points (m, 3) with normals: ``pi/4 d^2 / cos I``.
+    """Compute the area of the beam on the surface: ``pi/4 d^2 / cos I``.
 
     d is the beam's diameter at the range from the station (method section 5.2).
+
+    Parameters
+    ----------
+    core, normals : array (m, 3)
+        Points and their unit normals.
+    placement
+        Where the scan stands.
+
+    Returns
+    -------
+    array (m,)
+        Areas [m^2].
 
     Raises
     ------

@@ -1,9 +1,19 @@
-"""How far is one cloud from the other, along the surface's normal, and is it a change?
+"""Compares two clouds along the normals of the surface (M3C2), with levels of detection.
 
 M3C2 (Lague, Brodu and Leroux 2013): at every core point the points of both clouds in a cylinder
 about the normal have mean (or median) positions; their difference is the distance, positive where
 the second cloud lies on the side that the normal looks to. Beside the published level of detection
-there is the one whose means count only independent points (method section 9.2). Metres.
+there is the one whose means count only independent points (method section 9.2).
+
+A change beyond the level of detection is no longer explained by uncertainty, with 95 %. With
+``s_noise^2 = s_1^2 / n_1 + s_2^2 / n_2`` of the mean positions and ``reg`` of the registration
+
+* additive: ``1.96 (s_noise + reg)``, as published (eq. 1 there); standard deviations are added, so
+  it is wider than 95 %;
+* quadratic: ``1.96 sqrt(s_noise^2 + reg^2)``: variances of independent errors add, five false
+  alarms in a hundred.
+
+Metres.
 """
 
 from __future__ import annotations
@@ -35,69 +45,32 @@ __all__ = [
     "quadratic_level",
 ]
 
-# From which distance on is a change no longer explained by uncertainty? Levels of detection, 95 %.
-#
-# With ``s_noise^2 = s_1^2 / n_1 + s_2^2 / n_2`` of the mean positions and ``reg`` of the
-# registration
-#
-# - additive : ``1.96 (s_noise + reg)``, as published (Lague, Brodu and Leroux 2013, eq. 1).
-# Standard
-#   deviations are added, so it is wider than 95 %;
-# - quadratic : ``1.96 sqrt(s_noise^2 + reg^2)``: variances of independent errors add, five false
-#   alarms in a hundred.
-#
-# All in metres; any shapes that go together.
-
-
 #: two-sided 95 % of the normal distribution, as the paper rounds it
 NORMAL_95 = 1.96
-
-
-def mean_sigma(spread_1: Array, n_1: Array, spread_2: Array, n_2: Array) -> Array:
-    """Sigma of the difference of two mean positions from spreads [m] and numbers of points."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        sigma: Array = np.sqrt(spread_1**2 / n_1 + spread_2**2 / n_2)
-    return sigma
-
-
-def additive_level(noise: Array, registration: Array | float) -> Array:
-    """``1.96 (s_noise + reg)``."""
-    level: Array = NORMAL_95 * (noise + registration)
-    return level
-
-
-def quadratic_level(noise: Array, registration: Array | float) -> Array:
-    """``1.96 sqrt(s_noise^2 + reg^2)``."""
-    level: Array = NORMAL_95 * np.hypot(noise, registration)
-    return level
-
-
 #: with fewer points in either cylinder there is no distance; with fewer than enough, a warning
 FEWEST, ENOUGH = 5, 20
-
-
 #: variance of a median over that of a mean, for many normal values
 _MEDIAN_COST = np.pi / 2
 
 
 @dataclass(frozen=True)
 class M3C2Settings:
-    """What M3C2 is told.
+    """Settings of M3C2.
 
     Attributes
     ----------
     scales
-        Diameters D of the neighbourhoods for normals [m], the most planar one is taken.
-    diameter
-        d and depth to each side [m] of the cylinder.
+        Diameters D of the neighbourhoods for normals [m]; the most planar one is taken.
+    diameter, depth
+        Diameter d of the cylinder, and its depth to each side [m].
     registration
-        Its sigma along the normal [m].
+        Sigma of the registration along the normal [m].
     median
-        Instead of means.
+        Are medians taken instead of means?
     scanner : array (3,)
         Normals look towards it.
     direction : array (3,)
-        Else along it, upwards if neither is given.
+        Without a scanner normals look along it, upwards if neither is given.
 
     Raises
     ------
@@ -127,12 +100,16 @@ class M3C2:
 
     Attributes
     ----------
+    core : array (m, 3)
+        Core points.
+    normals
+        Their normals.
+    settings
+        How they were compared.
     first, second
         Points, position along the normal and spread in each cloud.
     independent : array (m, 2)
         Effective numbers of points, None where the beams are not known.
-    distance : array (m,)
-        Second minus first, NaN with fewer than five points in either.
     """
 
     core: Array
@@ -144,13 +121,13 @@ class M3C2:
 
     @cached_property
     def usable(self) -> Mask:
-        """Which core points (m,) have at least five points of both clouds."""
+        """True (m,) for core points with at least five points of both clouds."""
         flags: Mask = np.minimum(self.first.count, self.second.count) >= FEWEST
         return flags
 
     @cached_property
     def distance(self) -> Array:
-        """Distances (m,) along the normal, NaN where not usable."""
+        """Distances (m,) along the normal, second minus first; NaN where not usable."""
         return np.where(self.usable, self.second.position - self.first.position, np.nan)
 
     @cached_property
@@ -164,6 +141,7 @@ class M3C2:
         return None if self.independent is None else self._noise(*self.independent.T)
 
     def _noise(self, n_1: Array | NDArray[np.int64], n_2: Array | NDArray[np.int64]) -> Array:
+        """Sigma (m,) of the distance with so many points in each cloud."""
         cost = np.sqrt(_MEDIAN_COST) if self.settings.median else 1.0
         sigma = cost * mean_sigma(
             self.first.spread, np.asarray(n_1, float), self.second.spread, np.asarray(n_2, float)
@@ -217,15 +195,26 @@ def m3c2(
     normals: Normals | None = None,
     footprints: tuple[Array, Array] | None = None,
 ) -> M3C2:
-    """Distances of the second cloud from the first at core points (m, 3) [m].
+    """Compute distances of the second cloud from the first at core points.
 
     Parameters
     ----------
+    first, second
+        The clouds, in one frame.
+    core : array (m, 3)
+        Core points [m].
+    settings
+        Scales, cylinder and registration.
     normals
-        At the core points, from the first cloud if not given.
+        At the core points; from the first cloud if None.
     footprints
-        Areas [m^2] of the beams of both clouds on the surface, each (m,) or one number, for the
+        Areas of the beams of both clouds on the surface [m^2], each (m,) or one number, for the
         effective numbers.
+
+    Returns
+    -------
+    M3C2
+        Distances and their levels of detection.
 
     Raises
     ------
@@ -261,3 +250,22 @@ def checked_core(core: Array) -> None:
         raise InputError("there are no core points to compare at")
     if not np.isfinite(core).all():
         raise InputError("a core point has a coordinate that is not a number")
+
+
+def mean_sigma(spread_1: Array, n_1: Array, spread_2: Array, n_2: Array) -> Array:
+    """Sigma of the difference of two mean positions from spreads [m] and numbers of points."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        sigma: Array = np.sqrt(spread_1**2 / n_1 + spread_2**2 / n_2)
+    return sigma
+
+
+def additive_level(noise: Array, registration: Array | float) -> Array:
+    """The additive level of detection ``1.96 (s_noise + reg)``."""
+    level: Array = NORMAL_95 * (noise + registration)
+    return level
+
+
+def quadratic_level(noise: Array, registration: Array | float) -> Array:
+    """The quadratic level of detection ``1.96 sqrt(s_noise^2 + reg^2)``."""
+    level: Array = NORMAL_95 * np.hypot(noise, registration)
+    return level

@@ -1,14 +1,17 @@
-"""M3C2 with the uncertainty of every point and of the stations: is a change significant?
+"""M3C2 with the uncertainty of every point and of the stations.
 
 ``s_L^2 = n^T (S_1 + S_2 + C_reg(X)) n`` (Winiwarter, Anders and Höfle 2021; method section 9.3):
 S_1, S_2 of the mean positions from the random part of the points, divided by how many of them are
 independent; C_reg from the joint covariance of the two stations, common to all points and never
-divided. Three levels of detection at 95 %:
+divided. Each point weighs ``w = 1 / (n^T C n)`` by its own random covariance C, so that the mean
+along the normal has ``Sigma w d / Sigma w`` and the covariance ``S = Sigma w^2 C / (Sigma w)^2``.
+What the station contributes is not in C: it is common to all points and never averages out. Three
+levels of detection at 95 %:
 
-- quadratic : ``1.96 s_L``, five false alarms in a hundred;
-- additive : ``1.96 (s_noise + s_reg)``, in the manner of plain M3C2, too wide;
-- spatial : ``sqrt(chi2_3 / (n^T C^-1 n))``, as py4dgeo has it: the displacement ``L n``
-  tested in three dimensions with ``C = S_1 + S_2 + C_reg``. For round covariances that is 2.80 s_L.
+* quadratic: ``1.96 s_L``, five false alarms in a hundred;
+* additive: ``1.96 (s_noise + s_reg)``, in the manner of plain M3C2, too wide;
+* spatial: ``sqrt(chi2_3 / (n^T C^-1 n))``, as py4dgeo has it: the displacement ``L n`` tested in
+  three dimensions with ``C = S_1 + S_2 + C_reg``. For round covariances that is 2.80 s_L.
 
 Metres.
 """
@@ -34,104 +37,9 @@ from tribrach.statistics import chi2
 
 __all__ = ["M3C2EP", "m3c2_ep"]
 
-# Weighted mean positions in projection cylinders, with the covariance that single points pass on.
-#
-# Each point weighs ``w = 1 / (n^T C n)`` by its own random covariance C, so that the mean along
-# the normal has ``Sigma w d / Sigma w`` and the covariance ``S = Sigma w^2 C / (Sigma w)^2``
-# (Winiwarter, Anders and Höfle 2021; method section 9.3). What the station contributes is not in
-# C: it is common to all points and never averages out. Metres.
-
-
 #: no point is taken as better known than this along the normal [m^2]: a thousandth of a micrometre
 _SMALLEST = 1e-18
-
-
-@dataclass(frozen=True)
-class WeightedPositions:
-    """A cloud in each cylinder.
-
-    count (m,); position (m,) along the normal [m]; spread (m,) [m] : weighted standard deviation;
-    expected (m,) [m] : what the covariances of the points foretell of it on a plane; covariance
-    (m, 3, 3) [m^2] of the mean, all points independent.
-    """
-
-    count: Index
-    position: Array
-    spread: Array
-    expected: Array
-    covariance: Array
-
-
-def weighted_means(cloud: Source, cylinders: Cylinders) -> WeightedPositions:
-    """Weighted means of a cloud whose points have random covariances; NaN without points.
-
-    Raises
-    ------
-    InputError
-        A part of the cloud has no covariances.
-    """
-    sums = np.zeros((len(cylinders.core), 10))
-    for part in centred(cloud, cylinders.origin, *cylinders.box):
-        if part.random is None:
-            raise InputError(
-                "the points of a cloud have no covariances to propagate",
-                cure="compare with plain M3C2",
-            )
-        cells = PointCells.of(part.xyz, cylinders.radius)
-        _add(
-            cylinders.core,
-            cylinders.normal,
-            cylinders.radius,
-            cylinders.depth,
-            cells.arrays,
-            part.random,
-            cells.order,
-            sums,
-        )
-    return _concluded(sums)
-
-
-def _concluded(sums: Array) -> WeightedPositions:
-    """Figures from counts, sums of weights and the rest."""
-    n, weight, first, second = sums[:, :4].T
-    with np.errstate(invalid="ignore", divide="ignore"):
-        mean = first / weight
-        variance = np.maximum(second / weight - mean**2, 0.0) * n / (n - 1)
-        flat = sums[:, 4:] / weight[:, None] ** 2
-        # sum w (n^T C n) / sum w, and every w (n^T C n) is one
-        expected = np.sqrt(n / weight)
-    covariance = flat[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(-1, 3, 3)
-    spread = np.sqrt(np.where(n > 1, variance, np.nan))
-    return WeightedPositions(n.astype(np.int64), mean, spread, expected, covariance)
-
-
-@njit(cache=True, parallel=True, nogil=True)
-def _add(core, normal, radius, depth, cells, random, order, sums):  # type: ignore[no-untyped-def]
-    """Add count, weight, weighted distances and squares, and ``w^2 C`` of the points within."""
-    xyz = cells[0]
-    for c in prange(len(core)):
-        n0, n1, n2 = normal[c, 0], normal[c, 1], normal[c, 2]
-        if np.isnan(n0):
-            continue
-        out = sums[c]
-        for begin, end in cylinder_ranges(core[c], normal[c], radius, depth, cells):
-            for k in range(begin, end):
-                x, y, z = xyz[k, 0] - core[c, 0], xyz[k, 1] - core[c, 1], xyz[k, 2] - core[c, 2]
-                d = x * n0 + y * n1 + z * n2
-                if abs(d) > depth or x * x + y * y + z * z - d * d > radius * radius:
-                    continue
-                s = random[order[k]]
-                variance = n0 * n0 * s[0] + n1 * n1 * s[1] + n2 * n2 * s[2]
-                variance += 2 * (n0 * n1 * s[3] + n0 * n2 * s[4] + n1 * n2 * s[5])
-                w = 1.0 / max(variance, _SMALLEST)
-                out[0] += 1
-                out[1] += w
-                out[2] += w * d
-                out[3] += w * d * d
-                for e in range(6):
-                    out[4 + e] += w * w * s[e]
-
-
+#: chi-square of three degrees of freedom, 95 %
 _SPATIAL_95 = float(chi2.ppf(0.95, 3))
 
 
@@ -141,6 +49,10 @@ class M3C2EP:
 
     Attributes
     ----------
+    core : array (m, 3)
+        Core points.
+    normals
+        Their normals.
     first, second
         Weighted positions in each cloud.
     independent : array (m, 2)
@@ -221,6 +133,7 @@ class M3C2EP:
         return flags
 
     def _along(self, covariance: Array) -> Array:
+        """Sigma (m,) along the normals of covariances (m, 3, 3)."""
         n = self.normals.vectors
         variance = np.einsum("mi,mij,mj->m", n, covariance, n)
         return np.where(self.usable, np.sqrt(np.maximum(variance, 0.0)), np.nan)
@@ -236,16 +149,25 @@ def m3c2_ep(
     normals: Normals | None = None,
     footprints: tuple[Array, Array] | None = None,
 ) -> M3C2EP:
-    """Distances of the second cloud from the first at core points (m, 3) [m], with their sigmas.
+    """Compute distances of the second cloud from the first, with propagated uncertainty.
 
     Parameters
     ----------
     first, second
-        With the random covariance of every point.
+        The clouds, with the random covariance of every point.
+    core : array (m, 3)
+        Core points [m].
     settings
-        Its registration and median are not used.
+        Scales and cylinder; its registration and median are not used.
+    stations
+        The stations of both clouds with their joint covariance.
     normals, footprints
         As in plain M3C2.
+
+    Returns
+    -------
+    M3C2EP
+        Distances and their levels of detection.
 
     Raises
     ------
@@ -265,3 +187,110 @@ def m3c2_ep(
         sides = [effective_number(counts[:, k], area, footprints[k]) for k in (0, 1)]
         counts = np.stack(sides, axis=1)
     return M3C2EP(core, normals, one, two, counts, stations.registration(core))
+
+
+@dataclass(frozen=True)
+class WeightedPositions:
+    """A cloud in each of m cylinders.
+
+    Attributes
+    ----------
+    count : array (m,)
+        Points.
+    position : array (m,)
+        Weighted mean along the normal [m].
+    spread : array (m,)
+        Weighted standard deviation [m].
+    expected : array (m,)
+        What the covariances of the points foretell of the spread on a plane [m].
+    covariance : array (m, 3, 3)
+        Of the mean, all points independent [m^2].
+    """
+
+    count: Index
+    position: Array
+    spread: Array
+    expected: Array
+    covariance: Array
+
+
+def weighted_means(cloud: Source, cylinders: Cylinders) -> WeightedPositions:
+    """Compute weighted means of a cloud in cylinders; NaN without points.
+
+    Parameters
+    ----------
+    cloud
+        Its points have random covariances.
+    cylinders
+        About the core points.
+
+    Returns
+    -------
+    WeightedPositions
+        Means and their covariances.
+
+    Raises
+    ------
+    InputError
+        A part of the cloud has no covariances.
+    """
+    sums = np.zeros((len(cylinders.core), 10))
+    for part in centred(cloud, cylinders.origin, *cylinders.box):
+        if part.random is None:
+            raise InputError(
+                "the points of a cloud have no covariances to propagate",
+                cure="compare with plain M3C2",
+            )
+        cells = PointCells.of(part.xyz, cylinders.radius)
+        _add(
+            cylinders.core,
+            cylinders.normal,
+            cylinders.radius,
+            cylinders.depth,
+            cells.arrays,
+            part.random,
+            cells.order,
+            sums,
+        )
+    return _concluded(sums)
+
+
+def _concluded(sums: Array) -> WeightedPositions:
+    """Figures from counts, sums of weights and the rest."""
+    n, weight, first, second = sums[:, :4].T
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = first / weight
+        variance = np.maximum(second / weight - mean**2, 0.0) * n / (n - 1)
+        flat = sums[:, 4:] / weight[:, None] ** 2
+        # sum w (n^T C n) / sum w, and every w (n^T C n) is one
+        expected = np.sqrt(n / weight)
+    covariance = flat[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(-1, 3, 3)
+    spread = np.sqrt(np.where(n > 1, variance, np.nan))
+    return WeightedPositions(n.astype(np.int64), mean, spread, expected, covariance)
+
+
+@njit(cache=True, parallel=True, nogil=True)
+def _add(core, normal, radius, depth, cells, random, order, sums):  # type: ignore[no-untyped-def]
+    """Add count, weight, weighted distances and squares, and ``w^2 C`` of the points within."""
+    xyz = cells[0]
+    for c in prange(len(core)):
+        n0, n1, n2 = normal[c, 0], normal[c, 1], normal[c, 2]
+        if np.isnan(n0):
+            continue
+        out = sums[c]
+        for begin, end in cylinder_ranges(core[c], normal[c], radius, depth, cells):
+            for k in range(begin, end):
+                x, y, z = xyz[k, 0] - core[c, 0], xyz[k, 1] - core[c, 1], xyz[k, 2] - core[c, 2]
+                d = x * n0 + y * n1 + z * n2
+                if abs(d) > depth or x * x + y * y + z * z - d * d > radius * radius:
+                    continue
+                s = random[order[k]]
+                variance = n0 * n0 * s[0] + n1 * n1 * s[1] + n2 * n2 * s[2]
+                variance += 2 * (n0 * n1 * s[3] + n0 * n2 * s[4] + n1 * n2 * s[5])
+                w = 1.0 / max(variance, _SMALLEST)
+                out[0] += 1
+                out[1] += w
+                out[2] += w * d
+                out[3] += w * d * d
+                for e in range(6):
+                    out[4 + e] += w * w * s[e]

@@ -1,8 +1,8 @@
-"""How far is every point of a cloud from the nearest point of another?
+"""Finds the nearest points of a cloud.
 
 Trees of pykdtree in float64 on coordinates about the middle of the reference, so that those of a
-projection lose nothing. Neighbouring queries walk the same branches: points in scan order are
-taken as they come, scattered ones along a curve that fills space (Morton order) first. Metres.
+projection lose nothing. Neighbouring queries walk the same branches: points in scan order are taken
+as they come, scattered ones along a curve that fills space (Morton order) first. Metres.
 """
 
 from __future__ import annotations
@@ -31,7 +31,12 @@ _BITS = 16
 
 
 class Neighbours:
-    """The tree of a reference (m, 3) [m].
+    """The tree of a reference.
+
+    Parameters
+    ----------
+    reference : array (m, 3)
+        Points [m].
 
     Raises
     ------
@@ -57,17 +62,33 @@ class Neighbours:
         self._tree = KDTree(self.points, leafsize=_LEAF)
 
     def query(self, points: Array, limit: float = np.inf, k: int = 1) -> tuple[Array, Indices]:
-        """Distances [m] to the nearest points (n, 3) and their indices; (n,), or (n, k) if k > 1.
+        """Find the nearest points of the reference.
 
         Where nothing is nearer than the limit the distance is infinite and the index m.
+
+        Parameters
+        ----------
+        points : array (n, 3)
+            Points in the frame of the reference [m].
+        limit
+            Largest distance that counts [m].
+        k
+            Neighbours of each point.
+
+        Returns
+        -------
+        distances : array (n,), or (n, k) if k > 1
+            Distances [m].
+        indices : array of the same shape
+            Rows of the reference.
 
         Raises
         ------
         ValueError
             Coordinates that are not finite.
         """
-        distances, found = self.local_query(points, limit, k)
-        return distances, found if self._order is None else self._order[found]
+        distances, indices = self.local_query(points, limit, k)
+        return distances, indices if self._order is None else self._order[indices]
 
     def local_query(
         self, points: Array, limit: float = np.inf, k: int = 1
@@ -75,29 +96,45 @@ class Neighbours:
         """The same with indices into :attr:`points`, which is centred and may be reordered."""
         shape = (len(points),) if k == 1 else (len(points), k)
         distances = np.full(shape, np.inf)
-        found = np.full(shape, self.count, dtype=np.uint32)
+        indices = np.full(shape, self.count, dtype=np.uint32)
         if self.count == 0 or len(points) == 0:
-            return distances, found
+            return distances, indices
         order = _order(points, _checked_bounds(points))
         bound = None if np.isinf(limit) else limit
         for first in range(0, len(points), _BLOCK):
             here = slice(first, first + _BLOCK) if order is None else order[first : first + _BLOCK]
             block = np.ascontiguousarray(points[here] - self.origin)
             if k == 1:
-                distances[here], found[here] = self._tree.query(block, distance_upper_bound=bound)
+                distances[here], indices[here] = self._tree.query(block, distance_upper_bound=bound)
                 continue
             # the tree has no answer beyond its number of points
             known = min(k, self.count)
             some, where = self._tree.query(block, k=known, distance_upper_bound=bound)
             distances[here, :known] = some.reshape(len(block), known)
-            found[here, :known] = where.reshape(len(block), known)
-        return distances, found
+            indices[here, :known] = where.reshape(len(block), known)
+        return distances, indices
 
 
 def nearest(query: Array, reference: Array, limit: float = np.inf) -> tuple[Array, Indices]:
-    """Distances (n,) [m] from points (n, 3) to the nearest of a reference (m, 3), its indices (n,).
+    """Find the nearest point of a reference.
 
     Where nothing is nearer than the limit the distance is infinite and the index m.
+
+    Parameters
+    ----------
+    query : array (n, 3)
+        Points [m].
+    reference : array (m, 3)
+        Points [m].
+    limit
+        Largest distance that counts [m].
+
+    Returns
+    -------
+    distances : array (n,)
+        Distances [m].
+    indices : array (n,)
+        Rows of the reference.
 
     Raises
     ------
@@ -133,7 +170,7 @@ def _order(points: Array, bounds: Array) -> NDArray[np.int64] | None:
 def _bounds(points):  # type: ignore[no-untyped-def]
     """Smallest and largest coordinates (2, 3), NaN if there is one among them."""
     blocks = (len(points) + 99_999) // 100_000
-    found = np.empty((blocks, 2, 3))
+    extremes = np.empty((blocks, 2, 3))
     for block in prange(blocks):
         low, high = np.full(3, np.inf), np.full(3, -np.inf)
         for n in range(block * 100_000, min((block + 1) * 100_000, len(points))):
@@ -143,16 +180,16 @@ def _bounds(points):  # type: ignore[no-untyped-def]
                     low[axis], high[axis] = np.nan, np.nan
                 elif not np.isnan(low[axis]):
                     low[axis], high[axis] = min(low[axis], value), max(high[axis], value)
-        found[block, 0], found[block, 1] = low, high
-    out = found[0]
+        extremes[block, 0], extremes[block, 1] = low, high
+    out = extremes[0]
     for block in range(1, blocks):
         for axis in range(3):
             # NaN stays: it is neither below nor above
-            if np.isnan(found[block, 0, axis]):
+            if np.isnan(extremes[block, 0, axis]):
                 out[0, axis] = np.nan
             elif not np.isnan(out[0, axis]):
-                out[0, axis] = min(out[0, axis], found[block, 0, axis])
-                out[1, axis] = max(out[1, axis], found[block, 1, axis])
+                out[0, axis] = min(out[0, axis], extremes[block, 0, axis])
+                out[1, axis] = max(out[1, axis], extremes[block, 1, axis])
     return out
 
 

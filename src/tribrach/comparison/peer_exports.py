@@ -22,12 +22,7 @@ from tribrach.comparison.station_pair import StationPair
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import skew
 
-__all__ = [
-    "SIGMA_FIELDS",
-    "PeerTransformation",
-    "alignment",
-]
-
+__all__ = ["SIGMA_FIELDS", "PeerTransformation", "alignment"]
 
 #: fields of delivered clouds that precision maps are made of, along x, y, z [m]
 SIGMA_FIELDS = ("sigma_x", "sigma_y", "sigma_z")
@@ -35,10 +30,16 @@ SIGMA_FIELDS = ("sigma_x", "sigma_y", "sigma_z")
 
 @dataclass(frozen=True)
 class PeerTransformation:
-    """A transformation of the second cloud with its uncertainty, as py4dgeo's M3C2-EP takes it.
+    """A transformation of the second cloud with its uncertainty, for py4dgeo's M3C2-EP.
 
-    matrix (3, 4); covariance (12, 12) of its elements a11, a12, a13, a21 .. a33, then tx, ty, tz
-    [m]; reference (3,) : x_0 [m].
+    Attributes
+    ----------
+    matrix : array (3, 4)
+        A and t.
+    covariance : array (12, 12)
+        Of the elements a11, a12, a13, a21 .. a33, then tx, ty, tz [m].
+    reference : array (3,)
+        x_0 [m].
     """
 
     matrix: Array
@@ -58,15 +59,22 @@ class PeerTransformation:
 def alignment(
     stations: StationPair, reference: Array, motion: Pose | None = None
 ) -> PeerTransformation:
-    """The uncertainty of the second station against the first for py4dgeo.
+    """Write the uncertainty of the second station against the first for py4dgeo.
 
     Parameters
     ----------
+    stations
+        Both stations with their joint covariance.
     reference : array (3,)
-        Near the clouds, in their frame [m].
+        A place near the clouds, in their frame [m].
     motion
-        What the second cloud still has to be moved by, nothing if it is in the frame of the
-        first, as clouds of one project are.
+        What the second cloud still has to be moved by; None if it is in the frame of the first,
+        as clouds of one project are.
+
+    Returns
+    -------
+    PeerTransformation
+        Arguments of ``py4dgeo.M3C2EP``.
     """
     rotation = np.eye(3) if motion is None else motion.rotation
     # x' = R x + s, written about the reference

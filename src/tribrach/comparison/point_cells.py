@@ -1,4 +1,4 @@
-"""Which points lie in a ball or a cylinder? Points sorted into upright columns of cubic cells.
+"""Finds the points in a ball or a cylinder: points sorted into upright columns of cubic cells.
 
 Every column has its own table of layers, from its lowest point to its highest, so that empty space
 costs little and a search reads where the cells of a column begin and end without looking at points.
@@ -29,22 +29,24 @@ _ROUNDING = 1e-9
 
 
 class PointCells(NamedTuple):
-    """Points (n, 3) in the order of their cells.
+    """Points in the order of their cells.
 
     Attributes
     ----------
+    xyz : array (n, 3)
+        The points [m].
     order : array (n,)
         Where each point was before.
     corner : array (3,)
-        Of the first cell.
+        Corner of the first cell [m].
     size
-        Of a cell [m].
+        Side of a cell [m].
     shape
         Columns along x and y.
     base : array (columns + 1,)
         Where the table of each column, x-major, begins.
     lowest : array (columns,)
-        Its first layer.
+        First layer of each column.
     start : array (cells + 1,)
         First point of each cell.
     """
@@ -60,25 +62,47 @@ class PointCells(NamedTuple):
 
     @classmethod
     def of(cls, xyz: Array, size: float) -> PointCells:
-        """Sort points (n, 3), all finite, into cells of about this size [m], larger if too many."""
+        """Sort points, all finite, into cells.
+
+        Parameters
+        ----------
+        xyz : array (n, 3)
+            Points [m].
+        size
+            Side of a cell [m]; larger if there were too many.
+
+        Returns
+        -------
+        PointCells
+            The points in the order of their cells.
+        """
         corner = xyz.min(axis=0) if len(xyz) else np.zeros(3)
         top = xyz.max(axis=0) if len(xyz) else corner
         while True:
             # the same arithmetic as in the sort, so that the topmost point has the last cell
             nx, ny, nz = (float(np.floor(x)) + 1 for x in (top - corner) / size)
             if nx * ny <= _MOST_COLUMNS and nz <= _MOST_LAYERS:
-                found = _columns(xyz, corner, size, int(nx), int(ny))
-                base = found[2]
+                columns = _columns(xyz, corner, size, int(nx), int(ny))
+                base = columns[2]
                 if base[-1] <= _CELLS_PER_POINT * len(xyz) + _FREE_CELLS:
                     break
             size *= 2
-        column, layer, base, lowest = found
+        column, layer, base, lowest = columns
         order, start = _sort(column, layer, base, lowest)
-        return cls(xyz[order], order, corner, size, (int(nx), int(ny)), base, lowest, start)
+        return cls(
+            xyz=xyz[order],
+            order=order,
+            corner=corner,
+            size=size,
+            shape=(int(nx), int(ny)),
+            base=base,
+            lowest=lowest,
+            start=start,
+        )
 
     @property
     def arrays(self) -> tuple[Array, Array, float, int, int, Index, Short, Index]:
-        """What compiled searches take."""
+        """The arrays that compiled searches take."""
         nx, ny = self.shape
         return self.xyz, self.corner, self.size, nx, ny, self.base, self.lowest, self.start
 

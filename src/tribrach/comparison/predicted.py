@@ -1,11 +1,11 @@
-"""Are two clouds as far apart as their uncertainty says? Predicted against observed, site by site.
+"""Compares the observed distance of two clouds with what their uncertainty predicts.
 
 Predicted along the normal of the surface, from the joint covariance of both stations and the noise
-of single points of each scan (method sections 5.1, 5.2, 9.3):
-``s^2 = n^T (C_1 + C_2 + C_reg) n``. Observed without any sampling in it: the scatter of each
-cloud about its own mean in projection cylinders, and the mean distance of one from the other,
-``o^2 = s_1^2 + s_2^2 + L^2``. The scatter is new with every point, the distance is one draw that
-all points of a site share, and neighbouring sites too. Metres and radians.
+of single points of each scan (method sections 5.1, 5.2, 9.3): ``s^2 = n^T (C_1 + C_2 + C_reg) n``.
+Observed without any sampling in it: the scatter of each cloud about its own mean in projection
+cylinders, and the mean distance of one from the other, ``o^2 = s_1^2 + s_2^2 + L^2``. The scatter
+is new with every point, the distance is one draw that all points of a site share, and neighbouring
+sites too. Metres and radians.
 """
 
 from __future__ import annotations
@@ -50,16 +50,23 @@ def with_random(
     *,
     incidence: bool = True,
 ) -> Source:
-    """A cloud with the random covariance of its points, ``C_int`` carried into its frame.
+    """Give a cloud the random covariance of its points, ``C_int`` carried into its frame.
 
     Parameters
     ----------
     stream
-        Points (n, 3) in the frame of the placement.
+        Points (n, 3) in the frame of the placement [m].
+    placement
+        Where the scan stands, with its noise.
     core, normals : array (m, 3)
         Where the surface is known; a point takes the normal of the nearest.
     incidence
         Are sigmas of ranges divided by the cosine of the incidence angle?
+
+    Returns
+    -------
+    Source
+        The cloud in chunks with covariances.
 
     Raises
     ------
@@ -91,7 +98,8 @@ class Prediction:
     Attributes
     ----------
     noise, scatter
-        Of single points of the first and the second cloud, predicted and observed.
+        Predicted noise and observed scatter of single points, of the first and the second
+        cloud.
     dof
         Degrees of freedom of each scatter.
     registration
@@ -99,13 +107,13 @@ class Prediction:
     offset
         Mean distance of the second cloud from the first.
     offset_noise
-        Sigma of it from the points alone.
-    row : array (6,)
-        What a relative pose about the middle of both stations does to it.
+        Sigma of the offset from the points alone.
+    row
+        What a relative pose (6,) about the middle of both stations does to the offset.
     lod95, lod95_additive, lod95_spatial
         Mean levels of detection with propagated uncertainty.
     changed
-        Share of the distances beyond the first.
+        Share of the distances beyond the first level.
     """
 
     noise: tuple[float, float]
@@ -172,46 +180,55 @@ class Prediction:
 
     @property
     def verdict(self) -> str:
-        """In words."""
-        said = []
+        """The comparison in words."""
+        words = []
         if not self.enough:
-            said.append("too few points to tell 10 %")
+            words.append("too few points to tell 10 %")
         elif not self.noise_agrees:
             more = "more" if self.noise_ratio > 1 else "less"
-            said.append(f"scatter {more} than predicted")
+            words.append(f"scatter {more} than predicted")
         if not self.offset_agrees:
-            said.append("farther apart than predicted")
-        return ", ".join(said) or "as predicted"
+            words.append("farther apart than predicted")
+        return ", ".join(words) or "as predicted"
 
 
-def predict(found: M3C2EP, stations: StationPair, diameter: float) -> Prediction | None:
-    """What distances with propagated uncertainty say of a site; None without any distance.
+def predict(result: M3C2EP, stations: StationPair, diameter: float) -> Prediction | None:
+    """Sum up distances with propagated uncertainty over a site.
 
     Parameters
     ----------
+    result
+        Distances at core points of the site.
+    stations
+        Both stations with their joint covariance.
     diameter
         Of the cylinders [m]; those that share points count for less.
+
+    Returns
+    -------
+    Prediction or None
+        None without any distance.
     """
-    used = found.usable & np.isfinite(found.distance) & np.isfinite(found.sigma)
+    used = result.usable & np.isfinite(result.distance) & np.isfinite(result.sigma)
     if not used.any():
         return None
-    one, two = found.first, found.second
+    one, two = result.first, result.second
     dof = [np.maximum(cloud.count[used] - 1, 0) for cloud in (one, two)]
-    shared = _multiplicity(found.core[used], found.normals.vectors[used], diameter)
+    shared = _multiplicity(result.core[used], result.normals.vectors[used], diameter)
     middle = (stations.first + stations.second) / 2
-    row = along_normals(found.core[used], found.normals.vectors[used], middle).mean(axis=0)
-    spatial = found.lod95_spatial[used]
-    distance, level = found.distance[used], found.lod95_quadratic[used]
+    row = along_normals(result.core[used], result.normals.vectors[used], middle).mean(axis=0)
+    spatial = result.lod95_spatial[used]
+    distance, level = result.distance[used], result.lod95_quadratic[used]
     return Prediction(
         noise=(_pooled(one.expected[used], dof[0]), _pooled(two.expected[used], dof[1])),
         scatter=(_pooled(one.spread[used], dof[0]), _pooled(two.spread[used], dof[1])),
         dof=(int(dof[0].sum() / shared), int(dof[1].sum() / shared)),
         registration=float(np.sqrt(max(row @ stations.relative(middle) @ row, 0.0))),
         offset=float(distance.mean()),
-        offset_noise=float(np.sqrt(shared * (found.sigma_random[used] ** 2).mean() / used.sum())),
+        offset_noise=float(np.sqrt(shared * (result.sigma_random[used] ** 2).mean() / used.sum())),
         row=tuple(row.tolist()),
         lod95=float(level.mean()),
-        lod95_additive=float(found.lod95_additive[used].mean()),
+        lod95_additive=float(result.lod95_additive[used].mean()),
         lod95_spatial=float(np.nanmean(spatial)) if np.isfinite(spatial).any() else None,
         changed=float((np.abs(distance) > level).mean()),
     )
@@ -244,6 +261,8 @@ class OffsetTest:
 
     Attributes
     ----------
+    count
+        Number of sites.
     statistic
         ``L^T C^-1 L`` with ``C = A C_q A^T + D``, what the sites share included.
     least, limit
@@ -274,16 +293,29 @@ class OffsetTest:
         )
 
 
-def compare_offsets(found: Sequence[Prediction], stations: StationPair) -> OffsetTest | None:
-    """All sites of one pair of stations at once; None without any."""
-    if not found:
+def compare_offsets(predictions: Sequence[Prediction], stations: StationPair) -> OffsetTest | None:
+    """Test the offsets of all sites of one pair of stations together.
+
+    Parameters
+    ----------
+    predictions
+        One of each site.
+    stations
+        Both stations with their joint covariance.
+
+    Returns
+    -------
+    OffsetTest or None
+        None without any site.
+    """
+    if not predictions:
         return None
     middle = (stations.first + stations.second) / 2
-    rows = np.array([one.row for one in found])
-    offsets = np.array([one.offset for one in found])
-    noise = np.array([one.offset_noise for one in found])
+    rows = np.array([one.row for one in predictions])
+    offsets = np.array([one.offset for one in predictions])
+    noise = np.array([one.offset_noise for one in predictions])
     covariance = rows @ stations.relative(middle) @ rows.T + np.diag(noise**2)
     statistic = float(offsets @ np.linalg.solve(covariance, offsets))
-    k = len(found)
+    k = len(predictions)
     tail = (1 - _LEVEL) / 2
     return OffsetTest(k, statistic, float(chi2.ppf(tail, k)), float(chi2.ppf(1 - tail, k)))

@@ -1,9 +1,9 @@
-"""What of a cloud lies in the projection cylinders: counts, sums, sorted distances.
+"""Gathers what of a cloud lies in projection cylinders: counts, sums, sorted distances.
 
 A cylinder of diameter d about the normal through each core point reaches the depth to both sides
-(Lague, Brodu and Leroux 2013). Distances along the normal are relative to the core
-point. Sums add up over the parts of a cloud; medians take the distances themselves, in blocks of
-core points that fit into memory. Metres.
+(Lague, Brodu and Leroux 2013). Distances along the normal are relative to the core point. Sums add
+up over the parts of a cloud; medians take the distances themselves, in blocks of core points that
+fit into memory. Metres.
 """
 
 from __future__ import annotations
@@ -29,12 +29,16 @@ _QUARTILES = 1.3489795003921634
 
 @dataclass(frozen=True)
 class Cylinders:
-    """Axes through core points (m, 3) along unit normals (m, 3), relative to ``origin`` (3,).
+    """Cylinders about the normals at core points.
 
     Attributes
     ----------
+    origin : array (3,)
+        What coordinates are relative to [m].
+    core, normal : array (m, 3)
+        Core points and unit normals.
     radius, depth
-        Half the diameter, and how far it reaches to each side [m].
+        Half the diameter, and the reach to each side [m].
     """
 
     origin: Array
@@ -64,7 +68,17 @@ class Cylinders:
 
 @dataclass(frozen=True)
 class Positions:
-    """A cloud in each cylinder: count (m,), position along the normal (m,) and spread (m,) [m]."""
+    """A cloud in each of m cylinders.
+
+    Attributes
+    ----------
+    count : array (m,)
+        Points.
+    position : array (m,)
+        Mean or median along the normal [m].
+    spread : array (m,)
+        Standard deviation, or scaled interquartile range [m].
+    """
 
     count: Index
     position: Array
@@ -85,12 +99,23 @@ def means(cloud: Source, cylinders: Cylinders) -> Positions:
 
 
 def medians(cloud: Source, cylinders: Cylinders, most: int = MOST_KEPT) -> Positions:
-    """Median, and interquartile range over 1.349 as spread, which is sigma for normal noise.
+    """Medians of the distances, and their interquartile range over 1.349 as spread.
+
+    The spread is sigma for normal noise.
 
     Parameters
     ----------
+    cloud
+        The cloud.
+    cylinders
+        About the core points.
     most
         Distances kept at the same time; the cloud is read once more for each such block.
+
+    Returns
+    -------
+    Positions
+        NaN without points.
     """
     count = means(cloud, cylinders).count
     position, spread = np.full(len(count), np.nan), np.full(len(count), np.nan)

@@ -1,9 +1,13 @@
-"""How do the differences between clouds depend on range and incidence, and can one tell?
+"""Fits how the differences between clouds depend on range and incidence.
 
 Each quantity against each cause: a quadratic whose last term is put to a t-test, a straight line
 where it fails; against both causes together the physical model ``a + b D + c / cos I`` (method
-section 5.4). Causes that go together are named, for then no fit can part their effects. Values
-are in the units of the table; incidence in radians only inside the physical model.
+section 5.4). Causes that go together are named, for then no fit can part their effects. Values are
+in the units of the table; incidence in radians only inside the physical model.
+
+A linear model is fitted by ordinary least squares with QR of the scaled columns; ``t = value /
+sigma`` against Student's distribution; ``R^2 = 1 - v^T v / sum (y - mean y)^2`` and the same
+adjusted for the number of terms, ``1 - (1 - R^2) (n - 1) / (n - u)``.
 """
 
 from __future__ import annotations
@@ -22,24 +26,31 @@ from tribrach.units import UNITS
 
 __all__ = ["Regression", "RegressionFit", "Relation", "Term", "fit_terms", "regress"]
 
-# A linear model fitted to a few values, with what each of its terms is worth.
-#
-# Ordinary least squares by QR of the scaled columns; ``t = value / sigma`` against Student's
-# distribution; ``R^2 = 1 - v^T v / sum (y - mean y)^2`` and the same adjusted for the number of
-# terms, ``1 - (1 - R^2) (n - 1) / (n - u)``. Units are those of the columns.
-
-
 #: columns whose rest is smaller than this depend on the others
 _DEPENDENT = 1e-9
-
-
 #: residuals below this share of the spread are rounding, not scatter
 _ROUNDING = 1e-12
+#: causes correlated more than this cannot be told apart in words either
+ALIKE = 0.8
+#: units of angles, and their names in the table of units
+_ANGLES = {"deg": "deg", "°": "deg", "gon": "gon", "rad": "rad"}
 
 
 @dataclass(frozen=True)
 class Term:
-    """A coefficient with its standard deviation, its t and the two-sided probability of that."""
+    """A coefficient of a fitted model.
+
+    Attributes
+    ----------
+    name
+        Of the term.
+    value, sigma
+        Estimate and standard deviation, in units of the columns.
+    t
+        Value over sigma.
+    p
+        Two-sided probability of as much by chance.
+    """
 
     name: str
     value: float
@@ -50,14 +61,24 @@ class Term:
 
 @dataclass(frozen=True)
 class RegressionFit:
-    """A fitted model of ``y``.
+    """A fitted model of one quantity.
 
     Attributes
     ----------
+    model
+        ``line``, ``quadratic`` or ``physical``.
+    y, x
+        Names of the quantity and of its causes.
+    terms
+        Coefficients.
+    n
+        Number of rows.
+    r2, adjusted_r2
+        Share of the variance that the model explains.
     scatter
         Standard deviation of the residuals, in units of y.
     fitted : array (n,)
-        What the model says for each row.
+        What the model gives for each row.
     """
 
     model: str
@@ -132,13 +153,6 @@ def fit_terms(
     )
 
 
-#: causes correlated more than this cannot be told apart in words either
-ALIKE = 0.8
-
-
-_ANGLES = {"deg": "deg", "°": "deg", "gon": "gon", "rad": "rad"}
-
-
 @dataclass(frozen=True)
 class Relation:
     """One quantity against one cause: both fits, and whether the curvature is significant.
@@ -204,20 +218,20 @@ class Regression:
         """Which relations are curved."""
         bent = [r for r in self.relations if r.curved]
         straight = [r for r in self.relations if not r.curved]
-        said = []
+        out = []
         if bent:
             names = _listed([f"{r.y} against {r.x} (t = {r.curvature:.2f})" for r in bent])
             only = "Only " if straight else ""
             verb = "is" if len(bent) == 1 else "are"
-            said.append(f"{only}{names} {verb} significantly curved.")
+            out.append(f"{only}{names} {verb} significantly curved.")
         if straight:
             names = _listed([f"{r.y} against {r.x} (t = {r.curvature:.2f})" for r in straight])
             limit = straight[0].limit
-            said.append(
+            out.append(
                 f"The quadratic term of {names} is not significant (limit {limit:.2f} at "
                 f"{100 * self.confidence:g} %); a straight line describes as much."
             )
-        return [sentence[:1].upper() + sentence[1:] for sentence in said]
+        return [sentence[:1].upper() + sentence[1:] for sentence in out]
 
     def _collinearity(self) -> list[str]:
         return [
@@ -230,15 +244,15 @@ class Regression:
         ]
 
     def _cautions(self) -> list[str]:
-        said = []
+        out = []
         for fit in self.physical:
             weak = [term.name for term in fit.terms[1:] if term.p > 1 - self.confidence]
             if weak:
-                said.append(
+                out.append(
                     f"In the physical model of {fit.y} the term of {_listed(weak)} is not "
                     "significant beside the other."
                 )
-        return said
+        return out
 
 
 def regress(
@@ -248,13 +262,26 @@ def regress(
     units: Mapping[str, str] | None = None,
     confidence: float = 0.95,
 ) -> Regression:
-    """Regressions of quantities ``y`` on causes ``x``, names of columns (n,).
+    """Fit quantities against causes.
 
     Parameters
     ----------
+    values
+        Columns (n,) by name.
+    x
+        Names of the causes.
+    y
+        Names of the quantities.
     units
         By column; the cause in ``deg``, ``gon`` or ``rad``, or whose name begins with ``inc``,
-        is the incidence angle (degrees if not said).
+        is the incidence angle (degrees if its unit is not given).
+    confidence
+        Of the t-test of the quadratic term.
+
+    Returns
+    -------
+    Regression
+        All fits, and what they mean.
 
     Raises
     ------

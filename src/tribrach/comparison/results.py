@@ -1,4 +1,4 @@
-"""What a comparison of two clouds says of each test site.
+"""The result of a comparison of two clouds at each test site.
 
 Metres; incidence in radians.
 """
@@ -19,18 +19,24 @@ __all__ = ["M3C2Figures", "SiteResult"]
 
 @dataclass(frozen=True)
 class M3C2Figures:
-    """Distances along normals over a site: how many, mean and standard deviation [m].
-
-    Figures are None where nothing was usable.
+    """Distances along normals over a site; figures are None where nothing was usable.
 
     Attributes
     ----------
+    count
+        Distances.
+    mean, std
+        Mean and standard deviation [m].
     lod95
-        Mean level of detection as published, lod95_quadratic with variances added.
+        Mean level of detection as published [m].
+    lod95_quadratic
+        Mean level with variances added [m].
     changed
         Share of the distances beyond their quadratic level.
     cylinder, scale
-        Diameters [m] of the cylinders and of the neighbourhoods of the normals.
+        Diameters of the cylinders and of the neighbourhoods of the normals [m].
+    sentences
+        What a reader has to know.
     """
 
     count: int
@@ -44,32 +50,40 @@ class M3C2Figures:
     sentences: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, found: M3C2) -> M3C2Figures:
+    def of(cls, result: M3C2) -> M3C2Figures:
         """Over all usable core points."""
-        rows = found.usable & np.isfinite(found.distance)
-        distance, level = found.distance[rows], found.lod95_quadratic[rows]
+        rows = result.usable & np.isfinite(result.distance)
+        distance, level = result.distance[rows], result.lod95_quadratic[rows]
         some = len(distance) > 0
         return cls(
             count=len(distance),
             mean=float(distance.mean()) if some else None,
             std=float(distance.std()) if some else None,
-            lod95=float(found.lod95[rows].mean()) if some else None,
+            lod95=float(result.lod95[rows].mean()) if some else None,
             lod95_quadratic=float(level.mean()) if some else None,
             changed=float((np.abs(distance) > level).mean()) if some else None,
-            cylinder=found.settings.diameter,
-            scale=float(max(found.settings.scales)),
-            sentences=tuple(found.warnings),
+            cylinder=result.settings.diameter,
+            scale=float(max(result.settings.scales)),
+            sentences=tuple(result.warnings),
         )
 
 
 @dataclass(frozen=True)
 class SiteResult:
-    """A site: points n of the compared cloud in it, how both scanners saw it, its figures.
+    """The figures of a site.
 
     Attributes
     ----------
+    name
+        Of the site.
+    n
+        Points of the compared cloud in it.
     seen_a, seen_b
-        None where the scanner's place is not known.
+        How both scanners saw it, None where the scanner's place is not known.
+    c2c
+        Distances point to point.
+    m3c2
+        Distances along normals.
     prediction
         Of the distance along the normal and what was observed of it, None where the stations
         are not known.

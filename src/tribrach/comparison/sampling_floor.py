@@ -1,4 +1,9 @@
-"""How do the points of a cloud lie on its surface: pitch, normal, and the floor that follows.
+"""Distances that sampling alone makes between clouds, and how the points of a cloud lie.
+
+The nearest point of a rectangular lattice is the middle of the cell that a query falls into, so
+that the distances over a rectangle are the floor (method section 5.5). A scan is such a lattice on
+every small piece of surface: steps of the angles times the range, stretched by the incidence. For
+points at random the floor is that of a Poisson process.
 
 At each place the nearest points give a plane; in it, the shortest two directions between points
 give a lattice, which is fitted to all points near by (a lattice with gaps or noise keeps its
@@ -26,17 +31,31 @@ __all__ = [
     "random_floor",
 ]
 
-# Which distances do two perfect clouds of one surface have, because points are not surfaces?
-#
-# The nearest point of a rectangular lattice is the middle of the cell that a query falls into,
-# so that the distances over a rectangle are the floor (method section 5.5). A scan is such a
-# lattice on every small piece of surface: steps of the angles times the range, stretched by the
-# incidence. For points at random the floor is that of a Poisson process. Lengths in metres.
+#: neighbours around a place; more where their noise hides the plane
+_NEIGHBOURS = (64, 256, 1024, 4096)
+#: places times neighbours at a time; more places are thinned
+_MOST = 200_000
+#: thickness over width of a neighbourhood that is a plane, and whose points are all there
+_THIN = 0.25
+#: share of the neighbourhood's radius within which no point is missing, and for measured floors
+_INNER, _DISC = 0.7, 0.3
+#: the middle of points all around a place is not further from it than this share of their radius
+_ASIDE = 0.25
+#: points that a lattice must explain, and how well: residuals over the pitch, points per cell
+_FEWEST, _MISFIT, _FILLING = 9, 0.2, 0.25
+#: places in the plane at which the floor of one neighbourhood is measured
+_DRAWS = 32
 
 
 @dataclass(frozen=True)
 class Floor:
-    """Mean, standard deviation and RMS [m] of the distances that sampling alone makes."""
+    """Distances that sampling alone makes.
+
+    Attributes
+    ----------
+    mean, std, rms
+        Mean, standard deviation and root mean square [m].
+    """
 
     mean: float
     std: float
@@ -49,10 +68,22 @@ class Floor:
 
 
 def lattice_mean(pitch_x: Array, pitch_y: Array) -> Array:
-    """Mean distances (n,) [m] on lattices of pitches (n,) and (n,) [m] at right angles.
+    """Mean distances on rectangular lattices.
 
-    The mean distance from the corner of a rectangle ``p x q`` with diagonal d to its points,
-    ``d/3 + p^2/(6q) asinh(q/p) + q^2/(6p) asinh(p/q)``, for a quarter of the cell.
+    Parameters
+    ----------
+    pitch_x, pitch_y : array (n,)
+        Pitches at right angles [m].
+
+    Returns
+    -------
+    array (n,)
+        Distances [m].
+
+    Notes
+    -----
+    The mean distance from the corner of a rectangle ``p x q`` with diagonal d to its points, ``d/3
+    + p^2/(6q) asinh(q/p) + q^2/(6p) asinh(p/q)``, for a quarter of the cell.
     """
     p, q = np.asarray(pitch_x) / 2, np.asarray(pitch_y) / 2
     mean: Array = np.hypot(p, q) / 3
@@ -77,40 +108,27 @@ def random_floor(spacing: float) -> Floor:
     return Floor.from_moments(spacing / 2, spacing**2 / np.pi)
 
 
-#: neighbours around a place; more where their noise hides the plane
-_NEIGHBOURS = (64, 256, 1024, 4096)
-
-
-#: places times neighbours at a time; more places are thinned
-_MOST = 200_000
-
-
-#: thickness over width of a neighbourhood that is a plane, and whose points are all there
-_THIN = 0.25
-
-
-#: share of the neighbourhood's radius within which no point is missing, and for measured floors
-_INNER, _DISC = 0.7, 0.3
-
-
-#: the middle of points all around a place is not further from it than this share of their radius
-_ASIDE = 0.25
-
-
-#: points that a lattice must explain, and how well: residuals over the pitch, points per cell
-_FEWEST, _MISFIT, _FILLING = 9, 0.2, 0.25
-
-
-#: places in the plane at which the floor of one neighbourhood is measured
-_DRAWS = 32
-
-
 @dataclass(frozen=True)
 class SamplingPattern:
-    """Of n places: which are on a plane; of these the pitches (n, 2) [m] across and upwards,
-    whether a lattice has them (n,), mean (n,) [m] and mean square (n,) [m^2] of the floor, unit
-    normals (n, 3). On horizontal surfaces upwards is the second axis of the plan. Without a lattice
-    both pitches are the root of the area per point.
+    """How the points of a cloud lie around n places.
+
+    On horizontal surfaces upwards is the second axis of the plan. Without a lattice both pitches
+    are the root of the area per point.
+
+    Attributes
+    ----------
+    known : array (n,)
+        True for places on a plane.
+    pitch : array (n, 2)
+        Pitches across and upwards [m].
+    lattice : array (n,)
+        True where a lattice has these pitches.
+    mean : array (n,)
+        Mean of the floor [m].
+    square : array (n,)
+        Mean square of the floor [m^2].
+    normal : array (n, 3)
+        Unit normals.
     """
 
     known: Mask
@@ -131,12 +149,21 @@ class SamplingPattern:
 
 
 def pattern(cloud: Neighbours, places: Array, limit: float = np.inf) -> SamplingPattern:
-    """How the points of a cloud lie around places (n, 3) on or near its surface.
+    """Find how the points of a cloud lie around places on or near its surface.
 
     Parameters
     ----------
+    cloud
+        The cloud.
+    places : array (n, 3)
+        Places in its frame [m].
     limit
         Distances beyond it have no part in the floor [m].
+
+    Returns
+    -------
+    SamplingPattern
+        Pitches, normals and floor of each place.
     """
     count = len(places)
     figures = np.full((count, 9), np.nan)
@@ -146,8 +173,8 @@ def pattern(cloud: Neighbours, places: Array, limit: float = np.inf) -> Sampling
         if len(rest) == 0 or cloud.count < k:
             break
         rest = rest[:: -(-len(rest) * k // _MOST)]
-        _, found = cloud.local_query(places[rest], k=k)
-        figures[rest] = _places(cloud.points, centred[rest], found, _disc(_DRAWS), limit)
+        _, indices = cloud.local_query(places[rest], k=k)
+        figures[rest] = _places(cloud.points, centred[rest], indices, _disc(_DRAWS), limit)
         rest = rest[np.isnan(figures[rest, 8])]
     known = np.isfinite(figures[:, 0])
     pitch, lattice = figures[:, :2], figures[:, 2] > 0
@@ -167,17 +194,17 @@ def _disc(count: int) -> Array:
 
 
 @njit(cache=True, nogil=True)
-def _places(points, places, found, disc, limit):  # type: ignore[no-untyped-def]
+def _places(points, places, indices, disc, limit):  # type: ignore[no-untyped-def]
     """Pitches, lattice or not, mean and square of the measured floor, normal; NaN if not known.
 
     The last column is set where more neighbours would not help.
     """
     out = np.full((len(places), 9), np.nan)
     for n in range(len(places)):
-        near = np.empty((found.shape[1], 3))
-        for k in range(found.shape[1]):
+        near = np.empty((indices.shape[1], 3))
+        for k in range(indices.shape[1]):
             for i in range(3):
-                near[k, i] = points[found[n, k], i] - places[n, i]
+                near[k, i] = points[indices[n, k], i] - places[n, i]
         radius = np.sqrt(near[-1, 0] ** 2 + near[-1, 1] ** 2 + near[-1, 2] ** 2)
         axes, thin = _plane(near)
         if thin > _THIN:
@@ -236,7 +263,7 @@ def _inner(near, axes, radius):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def _lopsided(uv, radius):  # type: ignore[no-untyped-def]
-    """Do the points lie to one side of the place, as beyond the border of a surface?"""
+    """True if the points lie to one side of the place, as beyond the border of a surface."""
     u, v = 0.0, 0.0
     for k in range(len(uv)):
         u += uv[k, 0]

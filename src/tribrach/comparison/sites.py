@@ -1,8 +1,13 @@
-"""Test sites: pieces of surface on which two clouds are compared, cut from streams of any length.
+"""Test sites: pieces of surface on which two clouds are compared.
 
-A site is a ball or a box with its edges along the axes. Points of the compared cloud count when
-they are in it; those of the reference also within the limit around it, so that no distance is cut
-off at its border. Metres, in the frame of the clouds.
+A site is a ball or a box with its edges along the axes, cut from streams of any length. Points of
+the compared cloud count when they are in it; those of the reference also within the limit around
+it, so that no distance is cut off at its border.
+
+Sites are proposed from samples of both scans with normals: cells of a grid whose points lie on one
+plane in both clouds. Of all such cells those are taken that differ most in range and incidence, so
+that a regression on both has something to hold on to. Metres and radians, in the frame of the
+clouds.
 """
 
 from __future__ import annotations
@@ -18,10 +23,27 @@ from tribrach.comparison.streams import Spool, Stream
 
 __all__ = ["ComparisonSite", "Geometry", "choose_sites", "cut", "seen_from"]
 
+#: sides of the cells [m]; points of each sample that a cell needs
+_SIZE, _FEWEST = 2.0, 8
+#: normals of a flat cell agree to this cosine; points keep to its plane within this [m]
+_AGREE, _FLAT = 0.97, 0.015
+#: no incidence beyond is of use [rad]
+_STEEPEST = np.radians(75.0)
+
 
 @dataclass(frozen=True)
 class ComparisonSite:
-    """A ball about a center (3,) [m], or a box between two corners (3,) [m]."""
+    """A ball about a center, or a box between two corners.
+
+    Attributes
+    ----------
+    name
+        Of the site.
+    low, high
+        Corners of the box that holds it [m].
+    radius
+        Of a ball [m], None for a box.
+    """
 
     name: str
     low: tuple[float, float, float]
@@ -59,7 +81,26 @@ def cut(
     margin: float = 0.0,
     progress: Callable[[int], None] = lambda points: None,
 ) -> Spool:
-    """Points of each site (by its number) and within a margin [m], read once, kept in a folder."""
+    """Cut the points of each site out of a cloud that is read once.
+
+    Parameters
+    ----------
+    cloud
+        The cloud as a stream.
+    sites
+        The sites.
+    folder
+        Where the points are kept.
+    margin
+        Points within it of a site count [m].
+    progress
+        Called with the number of points done.
+
+    Returns
+    -------
+    Spool
+        Points by number of the site.
+    """
     spool, done = Spool(folder, len(sites)), 0
     for chunk in cloud():
         low, high = chunk.min(axis=0, initial=np.inf), chunk.max(axis=0, initial=-np.inf)
@@ -74,9 +115,14 @@ def cut(
 
 @dataclass(frozen=True)
 class Geometry:
-    """How a scanner saw a site: mean range [m] and mean incidence angle [rad].
+    """How a scanner saw a site.
 
-    The incidence is None where no surface was found.
+    Attributes
+    ----------
+    range
+        Mean range [m].
+    incidence
+        Mean incidence angle [rad], None where no surface was seen.
     """
 
     range: float
@@ -84,7 +130,22 @@ class Geometry:
 
 
 def seen_from(scanner: Array, places: Array, normals: Array) -> Geometry | None:
-    """Places (n, 3) with normals (n, 3), NaN where there is no surface, from a scanner (3,)."""
+    """Compute range and incidence of places seen from a scanner.
+
+    Parameters
+    ----------
+    scanner : array (3,)
+        Place of the scanner [m].
+    places : array (n, 3)
+        Places of the surface [m].
+    normals : array (n, 3)
+        Unit normals, NaN where there is no surface.
+
+    Returns
+    -------
+    Geometry or None
+        None without places.
+    """
     if len(places) == 0:
         return None
     beams = scanner - places
@@ -95,41 +156,29 @@ def seen_from(scanner: Array, places: Array, normals: Array) -> Geometry | None:
     return Geometry(float(length.mean()), angle)
 
 
-# Where could two clouds be compared? Flat pieces of surface that both stations saw.
-#
-# From samples of both scans with normals: cells of a grid whose points lie on one plane in both
-# clouds. Of all such cells those are taken that differ most in range and incidence, so that a
-# regression on both has something to hold on to. Metres and radians.
-
-
-#: sides of the cells [m]; points of each sample that a cell needs
-_SIZE, _FEWEST = 2.0, 8
-
-
-#: normals of a flat cell agree to this cosine; points keep to its plane within this [m]
-_AGREE, _FLAT = 0.97, 0.015
-
-
-#: no incidence beyond is of use [rad]
-_STEEPEST = np.radians(75.0)
-
-
 def choose_sites(
     clouds: Sequence[tuple[Array, Array]],
     scanners: Sequence[Array],
     count: int = 16,
     size: float = _SIZE,
 ) -> list[ComparisonSite]:
-    """Up to ``count`` balls on surfaces in both clouds, numbered from 1.
+    """Propose balls on surfaces that both clouds have, numbered from 1.
 
     Parameters
     ----------
     clouds
-        Points (n, 3) and unit normals (n, 3), NaN where unknown, of either, in one frame.
+        Points (n, 3) [m] and unit normals (n, 3), NaN where unknown, of either, in one frame.
     scanners
-        Places (3,) of both.
+        Places (3,) of both [m].
+    count
+        Sites at most.
     size
         Diameter of the balls [m].
+
+    Returns
+    -------
+    list of ComparisonSite
+        Those that differ most in range and incidence.
     """
     origin = np.mean([x.mean(axis=0) for x, _ in clouds if len(x)], axis=0)
     cells = [_cells(*cloud, origin, size) for cloud in clouds]
@@ -144,10 +193,10 @@ def choose_sites(
         ]
         points = [x[at] for (x, _), at in zip(clouds, rows, strict=True)]
         normals = [n[at] for (_, n), at in zip(clouds, rows, strict=True)]
-        found = _flat(points, normals)
-        if found is None:
+        patch = _flat(points, normals)
+        if patch is None:
             continue
-        middle, normal = found
+        middle, normal = patch
         beams = [middle - scanner for scanner in scanners]
         length = [float(np.linalg.norm(beam)) for beam in beams]
         cosine = [abs(float(b @ normal)) / d for b, d in zip(beams, length, strict=True)]

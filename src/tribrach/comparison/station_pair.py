@@ -1,4 +1,4 @@
-"""How well is one station known relative to another? What both share cancels.
+"""The covariance of one station relative to another, in which what both share cancels.
 
 A point X that both stations see is displaced by ``d = (dt_2 + d_2 x (X - t_2)) - (dt_1 + d_1 x (X -
 t_1))`` between their clouds; with the joint covariance of the two poses, errors of the control that
@@ -32,8 +32,8 @@ class StationPair:
 
     Attributes
     ----------
-    first, second
-        Their places (3,) [m].
+    first, second : array (3,)
+        Their places [m].
     covariance : array (12, 12)
         Of translation [m] and left rotation increment [rad] of the first, then of the second.
 

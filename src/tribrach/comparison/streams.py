@@ -30,7 +30,15 @@ _SAMPLE = 200_000
 
 @dataclass(frozen=True)
 class Part:
-    """Points (m, 3) of the reference around a box, and all queries within it as a stream."""
+    """A part of space with the points that matter to it.
+
+    Attributes
+    ----------
+    reference : array (m, 3)
+        Points of the reference in and around a box [m].
+    queries
+        All queries within the box, as a stream.
+    """
 
     reference: Array
     queries: Stream
@@ -93,8 +101,17 @@ def parts(queries: Stream, reference: Stream, limit: float, size: int = SIZE) ->
 
     Parameters
     ----------
+    queries, reference
+        The clouds.
     limit
         How far from its query a point of the reference can matter [m].
+    size
+        Points of the reference in memory.
+
+    Yields
+    ------
+    Part
+        A box with its queries.
 
     Raises
     ------
