@@ -170,7 +170,16 @@ def _binned(xyz: Array, step: tuple[float, float]) -> RangeImage:
     rows = int((v_high - v_low) / step_v + 0.5) + 1
     pixel = _pixels(hv, (h_low, v_low, step_h, step_v), rows, columns)
     index, ranges = _scatter(xyz, pixel, rows, columns)
-    return RangeImage(index, ranges, h_low, v_low, step_h, step_v, wraps, False)
+    return RangeImage(
+        index=index,
+        range=ranges,
+        first_h=h_low,
+        first_v=v_low,
+        step_h=step_h,
+        step_v=step_v,
+        wraps=wraps,
+        gridded=False,
+    )
 
 
 def _phase(angle: NDArray[np.float32], low: float, step: float) -> float:
