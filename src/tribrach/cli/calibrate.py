@@ -12,7 +12,7 @@ from tribrach.calibration.run_comparison import compare_runs
 from tribrach.cli.shell import fail, guarded, refuse_outputs, shown
 from tribrach.io.calibration_file import calibration_text
 from tribrach.io.outputs import write_texts
-from tribrach.job.calibrate import calibrate_project, calibrations_of
+from tribrach.job.calibrate import calibrate_project, calibration_of, calibrations_of
 from tribrach.job.opened import open_job
 from tribrach.project import Project
 from tribrach.report.calibration import calibration_document, calibration_page
@@ -48,6 +48,7 @@ def calibrate(
     def work() -> None:
         refuse_outputs([project], (json_file, html_file, save))
         given = Project.load(project)
+        calibration_of(given)
         with shown(quiet) as progress:
             job = open_job(given, progress)
             result = calibrate_project(job, progress, reduce=estimable)

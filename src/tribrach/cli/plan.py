@@ -11,6 +11,7 @@ from tribrach.cli.shell import guarded, refuse_outputs, shown
 from tribrach.io.outputs import write_texts
 from tribrach.job.opened import open_job
 from tribrach.job.plan.steps import plan_project
+from tribrach.job.plan.survey import plan_of
 from tribrach.job.steps import find_and_name
 from tribrach.project import Project
 from tribrach.report.planning.page import plan_page, plan_text
@@ -34,6 +35,7 @@ def plan(
     def work() -> None:
         refuse_outputs([project], (json_file, html_file, text_file))
         given = Project.load(project)
+        plan_of(given)
         with shown(quiet) as progress:
             job = open_job(given, progress)
             findings = find_and_name(job, given.results, progress) if given.scans else None

@@ -20,24 +20,59 @@ if TYPE_CHECKING:
     from tribrach.project import Project
     from tribrach.project.calibration import CalibrationSection
 
-__all__ = ["calibrate_project", "calibrations_of"]
+__all__ = ["calibrate_project", "calibration_of", "calibrations_of"]
 
 
-def calibrate_project(job: Job, progress: Progress, *, reduce: bool = False) -> SelfCalibration:
-    """Calibrate the scanners of a job; reduce : leave out what cannot be separated.
+def calibration_of(project: Project) -> CalibrationSection:
+    """Give the section of a project that says what is calibrated, before any file is read.
 
-    Without control and without a datum of its own the project has inner constraints.
+    Parameters
+    ----------
+    project : Project
+        Any project.
+
+    Returns
+    -------
+    CalibrationSection
 
     Raises
     ------
-    InputError : the project has no section calibration, or what its files say wrong.
-    RankDefect : unknowns are open, in sentences.
+    InputError
+        It has none.
     """
-    project, section = job.project, job.project.calibration
-    if section is None:
+    if project.calibration is None:
         raise project.error(
             (), "the project has no section calibration", "add [calibration] with a model"
         )
+    return project.calibration
+
+
+def calibrate_project(job: Job, progress: Progress, *, reduce: bool = False) -> SelfCalibration:
+    """Calibrate the scanners of a job.
+
+    Without control and without a datum of its own the project has inner constraints.
+
+    Parameters
+    ----------
+    job : Job
+        An opened project with a section ``[calibration]``.
+    progress : Progress
+        Told of every step that takes long.
+    reduce : bool
+        Leave out what cannot be separated.
+
+    Returns
+    -------
+    SelfCalibration
+
+    Raises
+    ------
+    InputError
+        The project has no section calibration, or what its files say wrong.
+    RankDefect
+        Unknowns are open, in sentences.
+    """
+    project, section = job.project, calibration_of(job.project)
     work = find_and_name(job, project.results, progress) if project.scans else None
     further = None if work is None else work.registered.survey
     progress("calibration", 0, None)
