@@ -1,8 +1,15 @@
 """Tribrach: one least-squares network for scans and survey observations.
 
 >>> import tribrach as tb
->>> job = tb.open_job("campus.toml")                   # doctest: +SKIP
->>> adjustment = tb.adjust(job.network())              # doctest: +SKIP
+>>> report = tb.run("campus.toml")                     # doctest: +SKIP
+>>> report.adjustment.stations["S3"].world_from_scanner  # doctest: +SKIP
+>>> adjustment = tb.adjust("network.gkf")              # doctest: +SKIP
+>>> adjustment.points["B"].xyz                         # doctest: +SKIP
+
+``run`` does everything that a project file asks for and gives its report; ``adjust`` adjusts a
+network, a survey, files or a project without scans; ``read`` gives the survey in files and
+``open_job`` that of a project, to be looked at or changed first; ``place`` puts an array of points
+into the world.
 """
 
 from __future__ import annotations
@@ -15,10 +22,11 @@ if TYPE_CHECKING:
     from tribrach.cloud.placing import place
     from tribrach.io.survey.formats import read
     from tribrach.job.opened import open_job
-    from tribrach.network.adjustment import Adjustment, adjust
+    from tribrach.network.adjustment import Adjustment
     from tribrach.network.network import Datum, Network
     from tribrach.network.quality import assess
     from tribrach.network.survey import Survey
+    from tribrach.pipeline import adjust, run
     from tribrach.project import Project
     from tribrach.transformation.fit import fit_transformation
 
@@ -35,6 +43,7 @@ __all__ = [
     "open_job",
     "place",
     "read",
+    "run",
 ]
 
 _HOMES = {
@@ -43,12 +52,13 @@ _HOMES = {
     "Network": "network.network",
     "Project": "project",
     "Survey": "network.survey",
-    "adjust": "network.adjustment",
+    "adjust": "pipeline",
     "assess": "network.quality",
     "fit_transformation": "transformation.fit",
     "open_job": "job.opened",
     "place": "cloud.placing",
     "read": "io.survey.formats",
+    "run": "pipeline",
 }
 
 
@@ -62,3 +72,8 @@ def __getattr__(name: str) -> Any:
     from importlib import import_module
 
     return getattr(import_module(f"tribrach.{_HOMES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    """The public names."""
+    return [*__all__, "__version__"]

@@ -6,23 +6,27 @@ report, write.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
 from tribrach._types import Progress
+from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
+from tribrach.io.survey.formats import read
 from tribrach.job.antenna_lever_arms import lever_arm_files
 from tribrach.job.antennas import CarriedAntennas, carried_antennas
 from tribrach.job.opened import Job, open_job
 from tribrach.job.results import JobResults
 from tribrach.job.steps import compare, find_and_name, georeference
-from tribrach.network.adjustment import Adjustment
+from tribrach.network.adjustment import Adjustment, Options
+from tribrach.network.adjustment import adjust as adjust_alone
 from tribrach.network.blunders.mistakes import first_adjustment, mistakes
 from tribrach.network.blunders.robust import adjust_robust
 from tribrach.network.blunders.snooping import SnoopingLog, snoop
 from tribrach.network.network import Datum, Network
+from tribrach.network.observed_part import observed_part
 from tribrach.network.placement import placement_sentences
 from tribrach.network.quality import Quality, assess
 from tribrach.network.reactions import constraint_reactions
@@ -40,8 +44,10 @@ from tribrach.report.warnings import ReportWarning, Severity, warned
 __all__ = [
     "AdjustmentSettings",
     "SolvedNetwork",
+    "adjust",
     "adjust_job",
     "adjust_network",
+    "refuse_scans",
     "report",
     "run",
     "solve",
@@ -171,6 +177,67 @@ def write(content: Content, folder: Path, further: Mapping[Path, str] | None = N
     return write_texts(files)
 
 
+def adjust(
+    subject: Network | Survey | Job | Project | str | Path | Iterable[str | Path],
+    *,
+    options: Options | None = None,
+) -> Adjustment:
+    """Adjust a network, a survey, survey files or a project without scans.
+
+    Parameters
+    ----------
+    subject : Network, Survey, Job, Project, path or iterable of paths
+        What to adjust. Points of a survey or file that nothing observes are left out. Of a
+        project everything that its section ``[adjustment]`` says is done.
+    options : Options, optional
+        When the iteration ends; for everything but projects.
+
+    Returns
+    -------
+    Adjustment
+        Points, stations and observations by name.
+
+    Raises
+    ------
+    InputError
+        What a file says wrong; a project with scans, which :func:`run` looks at.
+    AdjustmentError
+        The network cannot be adjusted.
+
+    Examples
+    --------
+    >>> adjustment = adjust("network.gkf")  # doctest: +SKIP
+    >>> adjustment.points["B"].xyz  # doctest: +SKIP
+    """
+    if isinstance(subject, Network):
+        return adjust_alone(subject, options=options)
+    if isinstance(subject, Survey):
+        return adjust_alone(observed_part(subject).network(), options=options)
+    if isinstance(subject, str | Path) and Path(subject).suffix.lower() == ".toml":
+        subject = Project.load(subject)
+    if isinstance(subject, Job | Project):
+        if options is not None:
+            raise InputError("a project is adjusted as it says itself", cure="leave options out")
+        refuse_scans(subject.project if isinstance(subject, Job) else subject)
+        job = subject if isinstance(subject, Job) else open_job(subject)
+        return solve(job.network(), AdjustmentSettings.of(job.project)).adjustment
+    return adjust_alone(observed_part(read(subject)).network(), options=options)
+
+
+def refuse_scans(project: Project) -> None:
+    """Refuse a project that only :func:`run` does justice to.
+
+    Raises
+    ------
+    InputError
+        It has scans.
+    """
+    if project.scans:
+        raise project.error(
+            ("scans",), "the project has scans, which adjust does not look at", "use tribrach run"
+        )
+
+
 def adjust_job(
     job: Job, settings: AdjustmentSettings | None = None, datum: Datum | None = None
 ) -> Content:
@@ -206,17 +273,17 @@ def adjust_job(
 
 
 def run(
-    project: Project,
-    folder: Path | None = None,
+    project: Project | str | Path,
+    folder: str | Path | None = None,
     progress: Progress = lambda what, done, total: None,
 ) -> Content:
     """Run a project and leave its results in a folder.
 
     Parameters
     ----------
-    project : Project
+    project : Project or path
         What is measured and what is wanted of it.
-    folder : Path, optional
+    folder : path, optional
         Folder of the results, the project's own if not given.
     progress : Progress
         Told of every step that takes long.
@@ -224,7 +291,7 @@ def run(
     Returns
     -------
     Content
-        What the report says.
+        The report; ``report.adjustment`` is what was adjusted.
 
     Raises
     ------
@@ -233,7 +300,8 @@ def run(
     AdjustmentError
         The network cannot be adjusted.
     """
-    folder = project.results if folder is None else folder
+    project = project if isinstance(project, Project) else Project.load(project)
+    folder = project.results if folder is None else Path(folder)
     settings = AdjustmentSettings.of(project)
     job = open_job(project, progress)
     ties = find_and_name(job, folder, progress) if project.scans else None

@@ -11,7 +11,6 @@ import typer
 
 from tribrach import pipeline
 from tribrach.cli.shell import fail, guarded, refuse_outputs, shown
-from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
 from tribrach.io.survey.formats import read_files
 from tribrach.job.opened import open_job
@@ -106,12 +105,7 @@ def _project(files: list[Path]) -> Project | None:
     if len(files) != 1 or files[0].suffix.lower() != ".toml":
         return None
     project = Project.load(files[0])
-    if project.scans:
-        raise InputError(
-            "the project has scans, which adjust does not look at",
-            file=files[0],
-            cure="use tribrach run",
-        )
+    pipeline.refuse_scans(project)
     return project
 
 

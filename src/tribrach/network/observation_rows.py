@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 from tribrach._types import Array, Index
 from tribrach.errors import InputError, UnknownName
 from tribrach.network.quality import Quality, check_covariances
+from tribrach.network.roles import scalar_roles
 from tribrach.network.solved import SolvedSystem
 from tribrach.observations.base import Observations, Use
+from tribrach.observations.declaration import End
 
 __all__ = ["ObservationRow", "ObservationRows", "observation_rows"]
 
@@ -137,7 +139,10 @@ class ObservationRows(Sequence[ObservationRow]):
 
     def columns(self) -> dict[str, NDArray[Any]]:
         """All columns by the names that tables and JSON give them: ``from`` and ``to`` for ends."""
-        return {_WRITTEN.get(name, name): column for name, column in self._columns.items()}
+        columns = {_WRITTEN.get(name, name): self._columns[name] for name in _NAMES}
+        where = columns["external_at"]
+        columns["external_at"] = _objects([name or None for name in where])
+        return columns
 
     def __len__(self) -> int:
         return len(self._columns["id"])
@@ -327,7 +332,7 @@ def _columns(
     return {
         "kind": _objects([o.kind] * (n * rows)),
         "component": _objects(list(o.components) * n),
-        "unit": _objects(list(o.units) * n),
+        "unit": _objects([unit for units in _units(adjustment, o) for unit in units]),
         "value": o.values.ravel(),
         "sigma": o.sigma.ravel(),
         "residual": residual.ravel(),
@@ -337,6 +342,15 @@ def _columns(
         **{name: figure.ravel() for name, figure in figures.items()},
         **{name: np.repeat(column, rows) for name, column in each.items()},
     }
+
+
+def _units(adjustment: SolvedSystem, o: Observations) -> list[tuple[str, ...]]:
+    """Units of the values of each observation; a prior of a scalar has that of its scalar."""
+    reference = o.end_field(End.AT)
+    if not o.facts.of_unknown or reference is None:
+        return [o.units] * len(o)
+    roles = scalar_roles(adjustment)
+    return [(roles[i][0],) if i in roles else o.units for i in getattr(o, reference.name).tolist()]
 
 
 def _objects(values: Sequence[Any]) -> NDArray[np.object_]:

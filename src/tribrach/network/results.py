@@ -26,7 +26,7 @@ from tribrach.network.ellipsoids import (
 )
 from tribrach.network.observation_rows import ObservationRows, html_table, observation_rows
 from tribrach.network.quality import Quality, assess, global_test
-from tribrach.network.roles import Role, datum_sentence, point_roles, used_axes
+from tribrach.network.roles import Role, datum_sentence, point_roles, scalar_roles, used_axes
 from tribrach.network.solved import SolvedSystem
 
 if TYPE_CHECKING:
@@ -199,7 +199,9 @@ class ScalarResult:
     name
         Of the unknown.
     value, sigma
-        In its own unit: metres, radians or none.
+        In its own unit; an orientation is in [0, 2 pi).
+    unit, role
+        ``m``, ``rad`` or ``1``; what it is, such as ``orientation``.
     scale
         Whether sigma is a priori or a posteriori.
     """
@@ -207,10 +209,12 @@ class ScalarResult:
     name: str
     value: float
     sigma: float
+    unit: str
+    role: str
     scale: Scale
 
     def __repr__(self) -> str:
-        return f"<{self.name}: {self.value:.9g}, sigma {self.sigma:.3g} {self.scale}>"
+        return f"<{self.name}: {self.value:.9g} {self.unit}, sigma {self.sigma:.3g} {self.scale}>"
 
 
 @dataclass(frozen=True, repr=False)
@@ -284,9 +288,14 @@ class Results:
         """Single unknowns by name."""
         names, values = self.adjustment.layout.names["scalar"], self.adjustment.state.scalars
         sigma = np.sqrt(np.maximum(self._covariances("scalar")[:, 0, 0], 0.0))
+        roles = scalar_roles(self.adjustment)
 
         def scalar(k: int) -> ScalarResult:
-            return ScalarResult(names[k], float(values[k]), float(sigma[k]), self.scale)
+            unit, role, _ = roles.get(k, ("1", "parameter", ""))
+            value = float(values[k])
+            if role == "orientation":
+                value = value % (2 * np.pi) % (2 * np.pi)  # the second brings 2 pi itself to 0
+            return ScalarResult(names[k], value, float(sigma[k]), unit, role, self.scale)
 
         return Names("scalar", names, scalar, self._context)
 

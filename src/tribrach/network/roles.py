@@ -1,14 +1,17 @@
-"""Which points carry the frame of an adjusted network, which are compared, which are free."""
+"""What is each unknown for: which points carry the frame, what a scalar means and measures."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tribrach.instruments.calibration import unit_of
 from tribrach.network.solved import SolvedSystem
 from tribrach.observations.base import Observations, Use
+from tribrach.observations.declaration import IndexField
 
 __all__ = [
     "Role",
@@ -17,6 +20,8 @@ __all__ = [
     "given_coordinates",
     "held_names",
     "point_roles",
+    "scalar_roles",
+    "unknown_references",
     "used_axes",
     "weighted_names",
 ]
@@ -68,6 +73,35 @@ def point_roles(adjustment: SolvedSystem) -> dict[str, Role]:
             elif use == Use.CHECK:
                 roles.setdefault(name, "check")
     return roles
+
+
+def unknown_references(
+    adjustment: SolvedSystem, family: str
+) -> Iterator[tuple[Observations, IndexField, int, int]]:
+    """Table, field, unknown and first observation wherever a table refers to a family."""
+    for o in adjustment.network.observations:
+        for reference in o.references():
+            if reference.family == family and len(o):
+                index = getattr(o, reference.name).reshape(len(o), -1)
+                used, first = np.unique(index, return_index=True)
+                for i, flat in zip(used.tolist(), first.tolist(), strict=True):
+                    if i >= 0:
+                        yield o, reference, i, flat // index.shape[1]
+
+
+def scalar_roles(adjustment: SolvedSystem) -> dict[int, tuple[str, str, str]]:
+    """Unit, role and place of each scalar index, from the first observation that refers to it."""
+    out: dict[int, tuple[str, str, str]] = {}
+    ends: dict[int, list[tuple[str, str]]] = {}
+    for o, reference, i, item in unknown_references(adjustment, "scalar"):
+        if not reference.means or i in out:
+            continue
+        if reference.by_set and id(o) not in ends:
+            ends[id(o)] = o.ends(adjustment.layout)
+        # the name of a calibration parameter says its unit
+        unit = reference.unit or unit_of(adjustment.layout.names["scalar"][i].split("(")[0])
+        out[i] = unit, reference.means, ends[id(o)][item][0] if reference.by_set else ""
+    return out
 
 
 def _carriers(adjustment: SolvedSystem) -> tuple[str, ...]:

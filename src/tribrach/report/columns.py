@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from operator import attrgetter
+from pathlib import PurePath
 from typing import Any
 
 from tribrach.report.numbers import Style
@@ -38,9 +39,9 @@ class ColumnSet:
         return ColumnHead(head, numeric=False, wide=wide), lambda item: text_cell(get(item))
 
     def source(self) -> Spec:
-        """File and line of each item, the file without its folders."""
+        """File and line of each item, of an absolute path the file alone."""
         return ColumnHead("Source", numeric=False), lambda item: text_cell(
-            item.source.replace("\\", "/").rsplit("/", 1)[-1]
+            PurePath(item.source).name if PurePath(item.source).is_absolute() else item.source
         )
 
     def plain(self, head: str, path: str, digits: int = 2, *, wide: bool = False) -> Spec:

@@ -8,11 +8,15 @@ written in the unit of ``ReportSettings.angle`` by the renderings only. Method s
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
+from html import escape
 from typing import Literal
 
 from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.quality import Quality
+from tribrach.network.results import Results
+from tribrach.network.roles import Role
 from tribrach.report.chapter import Chapter
 from tribrach.report.columns import ColumnSet
 from tribrach.report.numbers import Style
@@ -42,7 +46,6 @@ __all__ = [
 Number = float | None
 Triple = tuple[Number, Number, Number]
 Matrix = tuple[tuple[Number, ...], ...]
-Role = Literal["control", "free", "check"]
 
 
 @dataclass(frozen=True)
@@ -430,16 +433,45 @@ class Head:
         return ColumnSet(Style(self.settings.angle))
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Content(Head):
     """Everything a report says: its head, warnings by weight, chapters in their order.
 
-    ``job`` is what the chapters were made from besides the adjustment.
+    Attributes
+    ----------
+    adjustment : Adjustment
+        What was adjusted: points, stations and observations by name, sigmas a priori.
+    results : Results
+        The same scaled, and at the confidence, as the report states it.
+    warnings : tuple[str, ...]
+        What looks wrong or weak, in sentences, the heaviest first.
+    chapters : tuple[Chapter, ...]
+        Tables and words; ``chapter("clouds")`` is one of them.
+    job : JobResults
+        What the chapters were made from besides the adjustment.
     """
 
     warnings: tuple[str, ...]
     chapters: tuple[Chapter, ...] = ()
     job: JobResults = field(default_factory=JobResults, repr=False, compare=False)
+
+    @cached_property
+    def results(self) -> Results:
+        """Points, stations and observations by name, scaled as the report states it."""
+        return self.adjustment.results(
+            posterior=self.settings.posterior, confidence=self.settings.confidence
+        )
+
+    def __repr__(self) -> str:
+        return (
+            f"<Report {self.title!r}: {len(self.chapters)} chapters, "
+            f"{len(self.warnings)} warnings; {repr(self.adjustment)[1:-1]}>"
+        )
+
+    def _repr_html_(self) -> str:
+        """Head, warnings and points for notebooks."""
+        warnings = "".join(f"<li>{escape(text)}</li>" for text in self.warnings)
+        return f"<ul>{warnings}</ul>{self.results._repr_html_()}"
 
     def chapter(self, name: str) -> Chapter | None:
         """The chapter of a name, None if the report has none."""

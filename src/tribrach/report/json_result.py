@@ -7,6 +7,7 @@ as ``sigma0.covariances`` says (``prior`` or ``posterior``).
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from functools import cache
 from typing import Any
 
@@ -40,6 +41,7 @@ def result(content: Content) -> ResultHead:
         "lever_arms": {u.name: _block(u) for u in content.unknowns if u.family == "vector"},
         "planes": {u.name: _plane(u) for u in content.unknowns if u.family == "plane"},
         "observations": [_observation(o) for o in content.observations],
+        "edits": [asdict(edit) for edit in content.adjustment.network.edits],
         "warnings": list(content.warnings),
     }
     return result_model().model_validate(data | _chapters(content))

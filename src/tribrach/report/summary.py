@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.quality import Quality
+from tribrach.network.roles import datum_names, datum_sentence
 from tribrach.observations.base import Observations, Use
 from tribrach.report.content import (
     DatumStatement,
@@ -16,14 +16,7 @@ from tribrach.report.content import (
 )
 from tribrach.report.numbers import number
 
-__all__ = [
-    "datum_statement",
-    "given_coordinates",
-    "held_names",
-    "sigma_origin",
-    "summary",
-    "used_axes",
-]
+__all__ = ["datum_statement", "sigma_origin", "summary"]
 
 
 def sigma_origin(adjustment: Adjustment, posterior: bool) -> str:
@@ -41,79 +34,10 @@ def sigma_origin(adjustment: Adjustment, posterior: bool) -> str:
     return words
 
 
-def held_names(adjustment: Adjustment) -> tuple[str, ...]:
-    """Points that have a coordinate held at a given value."""
-    layout = adjustment.layout
-    held = ~adjustment.network.free[: 3 * layout.count("point")].reshape(-1, 3)
-    held &= used_axes(adjustment)
-    return tuple(np.array(layout.names["point"], dtype=object)[held.any(axis=1)])
-
-
-def used_axes(adjustment: Adjustment) -> NDArray[np.bool_]:
-    """Which of E, N, U (3,) the network has at all: free somewhere, or given and not zero."""
-    layout = adjustment.layout
-    free = adjustment.network.free
-    points = free[: 3 * layout.count("point")].reshape(-1, 3).any(axis=0)
-    given = (np.nan_to_num(adjustment.network.start.points) != 0).any(axis=0)
-    out: NDArray[np.bool_] = points | given | (layout.count("pose") > 0)
-    return out
-
-
-def given_coordinates(adjustment: Adjustment) -> list[Observations]:
-    """Tables of given coordinates: control and check points with a covariance."""
-    tables = adjustment.network.observations
-    return [o for o in tables if o.group == "control" or o.facts.listed_as_control]
-
-
-def _weighted_names(adjustment: Adjustment) -> tuple[str, ...]:
-    """Points whose coordinates are observed and take part."""
-    out: dict[str, None] = {}
-    for o in given_coordinates(adjustment):
-        ends = o.ends(adjustment.layout)
-        out |= {ends[i][0]: None for i in np.flatnonzero(o.use == Use.ACTIVE)}
-    return tuple(out)
-
-
-def _carriers(adjustment: Adjustment) -> tuple[str, ...]:
-    """Names of the points and stations that a mask of datum components marks."""
-    mask, layout = adjustment.network.datum.components, adjustment.layout
-    if mask is None:
-        return ()
-    position = np.arange(layout.count("point") + layout.count("pose"))
-    carries = mask[layout.position_columns(position)].any(axis=1)
-    return tuple(layout.position_name(int(i)) for i in np.flatnonzero(carries))
-
-
-def _listed(names: tuple[str, ...], most: int = 12) -> str:
-    """Names in a sentence, shortened when there are many."""
-    if len(names) > most:
-        return ", ".join(names[:most]) + f" and {len(names) - most} more"
-    return ", ".join(names)
-
-
 def datum_statement(adjustment: Adjustment) -> DatumStatement:
     """The datum in a sentence."""
-    datum = adjustment.network.datum
-    held, weighted = held_names(adjustment), _weighted_names(adjustment)
-    if adjustment.defect:
-        names = datum.names or _carriers(adjustment)
-        who = _listed(names) if names else "all points and stations"
-        motions = f"{adjustment.defect} open motion" + "s" * (adjustment.defect != 1)
-        sentence = (
-            f"Free network: inner constraints over {who} close {motions}; the standard "
-            "deviations of coordinates hold in this datum only."
-        )
-        return DatumStatement("free", sentence, names)
-    parts = []
-    if held:
-        parts.append(f"{_listed(held)} held without error")
-    if weighted:
-        parts.append(f"{_listed(weighted)} weighted by given covariances")
-    if not parts:
-        parts.append("no control point, the observations themselves fix the frame")
-    nouns = {"fixed": "Fixed points", "free": "Inner constraints were asked for but none is needed"}
-    noun = nouns.get(datum.kind, "Control" if held or weighted else "Observations")
-    return DatumStatement(datum.kind, f"{noun}: {'; '.join(parts)}.", held + weighted)
+    kind = "free" if adjustment.defect else adjustment.network.datum.kind
+    return DatumStatement(kind, datum_sentence(adjustment), datum_names(adjustment))
 
 
 def summary(adjustment: Adjustment, quality: Quality) -> Summary:

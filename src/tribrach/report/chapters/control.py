@@ -10,12 +10,12 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
+from tribrach.network.roles import given_coordinates, held_names, used_axes
 from tribrach.observations.base import Observations, Use
 from tribrach.report.chapter import Chapter
 from tribrach.report.content import CheckVerdict, Control, Head, ReportSettings
 from tribrach.report.numbers import sigmas, triple
 from tribrach.report.subject import Subject
-from tribrach.report.summary import given_coordinates, held_names, used_axes
 from tribrach.report.tables import (
     Cell,
     ColumnHead,

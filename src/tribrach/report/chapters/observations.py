@@ -4,20 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from operator import attrgetter
-from typing import Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
-from tribrach._types import Array
 from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
-from tribrach.network.quality import Quality, check_covariances
-from tribrach.observations.base import Observations, Use
-from tribrach.observations.declaration import End
+from tribrach.network.observation_rows import observation_rows
+from tribrach.network.quality import Quality
+from tribrach.observations.base import Use
 from tribrach.observations.registry import kind_named
 from tribrach.report.chapter import Chapter
-from tribrach.report.chapters.unknowns import scalar_roles
 from tribrach.report.columns import ColumnSet
 from tribrach.report.content import Head, Observation
 from tribrach.report.numbers import number
@@ -34,104 +28,16 @@ from tribrach.report.tables import (
 
 __all__ = ["SUBJECT", "observations", "sights", "worst_first"]
 
-_STATES: dict[int, Literal["active", "check", "off"]] = {
-    Use.ACTIVE: "active",
-    Use.CHECK: "check",
-    Use.OFF: "off",
-}
-_FIGURES = ("redundancy", "w", "tau", "mdb", "external")
+_FIGURES = ("residual", "redundancy", "w", "tau", "mdb", "external", "block_test", "block_limit")
 
 
 def observations(adjustment: Adjustment, quality: Quality) -> tuple[Observation, ...]:
     """All values in the order of the network, whatever their state."""
-    out: list[Observation] = []
-    ids = adjustment.network.ids
-    for table, o in enumerate(adjustment.network.observations):
-        out += _rows(adjustment, quality, table, o, ids[table], len(out))
+    out = []
+    for k, row in enumerate(observation_rows(adjustment, quality)):
+        values = vars(row) | {name: number(getattr(row, name)) for name in _FIGURES}
+        out.append(Observation(number=k + 1, **values))
     return tuple(out)
-
-
-def _rows(
-    adjustment: Adjustment,
-    quality: Quality,
-    table: int,
-    o: Observations,
-    ids: NDArray[np.object_],
-    first: int,
-) -> list[Observation]:
-    """Rows of one kind and group."""
-    if len(o) == 0:
-        return []
-    figures = _figures(adjustment, quality, table, o)
-    block, limit = _blocks(quality, table, o)
-    residual = -o.misclosure(adjustment.state)
-    checks = np.flatnonzero(o.use == Use.CHECK)
-    spread = np.sqrt(np.einsum("nii->ni", check_covariances(adjustment, o, checks)))
-    figures["w"][checks] = residual[checks] / spread
-    ends, sigma = o.ends(adjustment.layout), o.sigma
-    units = _units(adjustment, o)
-    position = adjustment.layout.position_name
-    suspicious = np.abs(np.nan_to_num(figures["w"])) > quality.w_critical
-    suspicious |= (np.nan_to_num(block) > limit)[:, None]
-    return [
-        Observation(
-            number=first + i * o.rows + row + 1,
-            id=str(ids[i]),
-            kind=o.kind,
-            component=o.components[row],
-            start=ends[i][0],
-            end=ends[i][1],
-            unit=units[i][row],
-            value=float(o.values[i, row]),
-            sigma=float(sigma[i, row]),
-            residual=number(residual[i, row]),
-            state=_STATES[int(o.use[i])],
-            reason=str(o.reason[i]),
-            source=str(o.source[i]),
-            group=o.group,
-            **{name: number(figures[name][i, row]) for name in _FIGURES},
-            external_at=position(int(where)) if (where := figures["where"][i, row]) >= 0 else "",
-            block_test=number(block[i]),
-            block_limit=number(limit[i]),
-            suspicious=bool(suspicious[i, row]),
-        )
-        for i in range(len(o))
-        for row in range(o.rows)
-    ]
-
-
-def _units(adjustment: Adjustment, o: Observations) -> list[tuple[str, ...]]:
-    """Units of the values of each observation; a prior of a scalar has that of its scalar."""
-    reference = o.end_field(End.AT)
-    if not o.facts.of_unknown or reference is None:
-        return [o.units] * len(o)
-    roles = scalar_roles(adjustment)
-    return [(roles[i][0],) if i in roles else o.units for i in getattr(o, reference.name).tolist()]
-
-
-def _figures(
-    adjustment: Adjustment, quality: Quality, table: int, o: Observations
-) -> dict[str, Array]:
-    """Quality figures (n, rows) of a table; NaN (and position -1) for values not taking part."""
-    rows = adjustment.rows
-    mine = np.flatnonzero(rows.table == table)
-    place = rows.item[mine], rows.row[mine]
-    out = {name: np.full(o.values.shape, np.nan) for name in _FIGURES}
-    for name in _FIGURES:
-        out[name][place] = getattr(quality, name)[mine]
-    out["where"] = np.full(o.values.shape, -1.0)
-    known = np.isfinite(quality.external[mine]) & (quality.external[mine] > 0)
-    out["where"][place] = np.where(known, quality.external_position[mine], -1)
-    return out
-
-
-def _blocks(quality: Quality, table: int, o: Observations) -> tuple[Array, Array]:
-    """Statistic and limit (n,) of whole observations; NaN and infinity where there is none."""
-    statistic, limit = np.full(len(o), np.nan), np.full(len(o), np.inf)
-    mine = quality.blocks.table == table
-    item = quality.blocks.item[mine]
-    statistic[item], limit[item] = quality.blocks.statistic[mine], quality.blocks.critical[mine]
-    return statistic, limit
 
 
 def sights(adjustment: Adjustment) -> tuple[tuple[str, str], ...]:
@@ -187,6 +93,7 @@ def _observation_table(head: Head) -> ReportTable:
         (ColumnHead("block", wide=True), _block),
         (ColumnHead("state", numeric=False), lambda o: text_cell(_state(o))),
         columns.source(),
+        columns.word("id", "id", wide=True),
     ]
     rows = worst_first(head.observations)
     title = "Observations, worst first"

@@ -12,7 +12,7 @@ from tribrach.geodesy.site import EllipsoidSite
 from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.ellipsoids import confidence_factor, plan_ellipses, principal_axes
-from tribrach.observations.base import Use
+from tribrach.network.roles import point_roles, used_axes
 from tribrach.report.chapter import Chapter
 from tribrach.report.columns import AXES, ColumnSet, component
 from tribrach.report.content import (
@@ -21,15 +21,9 @@ from tribrach.report.content import (
     Head,
     Point,
     ReportSettings,
-    Role,
 )
 from tribrach.report.numbers import matrix, sigmas, triple
 from tribrach.report.subject import Subject
-from tribrach.report.summary import (
-    given_coordinates,
-    held_names,
-    used_axes,
-)
 from tribrach.report.tables import Cell, ColumnHead, ReportTable, Spec, build_table, number_cell
 from tribrach.units import format_angle
 
@@ -100,7 +94,7 @@ def points(
     names = adjustment.layout.names["point"]
     xyz = np.where(used_axes(adjustment), adjustment.state.points, np.nan)
     sigma = sigmas(covariances[: len(names)]) if names else np.zeros((0, 3))
-    roles = _roles(adjustment)
+    roles = point_roles(adjustment)
     places = _places(adjustment, covariances)
     return tuple(
         Point(
@@ -139,18 +133,6 @@ def _places(adjustment: Adjustment, covariances: Array) -> dict[str, list[Any]]:
 def _three(row: Array) -> tuple[float, float, float]:
     a, b, c = row.tolist()
     return a, b, c
-
-
-def _roles(adjustment: Adjustment) -> dict[str, Role]:
-    """Points that are control or check; the others are free."""
-    roles: dict[str, Role] = dict.fromkeys(held_names(adjustment), "control")
-    for o in given_coordinates(adjustment):
-        for (name, _), use in zip(o.ends(adjustment.layout), o.use, strict=True):
-            if use == Use.ACTIVE:
-                roles[name] = "control"
-            elif use == Use.CHECK:
-                roles.setdefault(name, "check")
-    return roles
 
 
 def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:

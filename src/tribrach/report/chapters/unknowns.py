@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from tribrach.instruments.calibration import unit_of
 from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
-from tribrach.observations.base import Observations
-from tribrach.observations.declaration import IndexField
+from tribrach.network.roles import scalar_roles, unknown_references
 from tribrach.report.chapter import Chapter
 from tribrach.report.content import CorrelationRow, Head, ReportSettings, Unknown
 from tribrach.report.numbers import Style, matrix, numbers, sigmas
@@ -34,35 +32,6 @@ def other_unknowns(adjustment: Adjustment, settings: ReportSettings) -> tuple[Un
     )
 
 
-def _references(
-    adjustment: Adjustment, family: str
-) -> Iterator[tuple[Observations, IndexField, int, int]]:
-    """Table, field, unknown and first observation wherever a table refers to a family."""
-    for o in adjustment.network.observations:
-        for reference in o.references():
-            if reference.family == family and len(o):
-                index = getattr(o, reference.name).reshape(len(o), -1)
-                used, first = np.unique(index, return_index=True)
-                for i, flat in zip(used.tolist(), first.tolist(), strict=True):
-                    if i >= 0:
-                        yield o, reference, i, flat // index.shape[1]
-
-
-def scalar_roles(adjustment: Adjustment) -> dict[int, tuple[str, str, str]]:
-    """Unit, role and place of each scalar index, from the first observation that refers to it."""
-    out: dict[int, tuple[str, str, str]] = {}
-    ends: dict[int, list[tuple[str, str]]] = {}
-    for o, reference, i, item in _references(adjustment, "scalar"):
-        if not reference.means or i in out:
-            continue
-        if reference.by_set and id(o) not in ends:
-            ends[id(o)] = o.ends(adjustment.layout)
-        # the name of a calibration parameter says its unit
-        unit = reference.unit or unit_of(adjustment.layout.names["scalar"][i].split("(")[0])
-        out[i] = unit, reference.means, ends[id(o)][item][0] if reference.by_set else ""
-    return out
-
-
 def _scalars(adjustment: Adjustment, factor: float) -> list[Unknown]:
     names = adjustment.layout.names["scalar"]
     covariance = adjustment.family_covariances("scalar") * factor
@@ -82,7 +51,7 @@ def _scalars(adjustment: Adjustment, factor: float) -> list[Unknown]:
 
 def _vectors(adjustment: Adjustment, factor: float) -> list[Unknown]:
     covariance = adjustment.family_covariances("vector") * factor
-    roles = {i: r.means for _, r, i, _ in _references(adjustment, "vector") if r.means}
+    roles = {i: r.means for _, r, i, _ in unknown_references(adjustment, "vector") if r.means}
     return [
         Unknown(
             name,

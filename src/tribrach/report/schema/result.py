@@ -17,6 +17,7 @@ __all__ = [
     "AdjustedStation",
     "AdjustedVector",
     "DatumPart",
+    "EditPart",
     "GlobalTestPart",
     "OrientationPart",
     "ReferencePart",
@@ -160,6 +161,17 @@ class AdjustedObservation(DocumentPart):
     """Why it is off or a check."""
 
 
+class EditPart(DocumentPart):
+    """What somebody changed in the network by hand."""
+
+    id: str
+    """Of the observation."""
+    action: str
+    """``off``, or ``sigma`` with the new values [m, rad]."""
+    reason: str
+    by: str
+
+
 class ResultHead(Document):
     """The adjusted network; chapters of the report add their keys."""
 
@@ -173,5 +185,7 @@ class ResultHead(Document):
     lever_arms: dict[str, AdjustedVector]
     planes: dict[str, AdjustedPlane]
     observations: list[AdjustedObservation]
+    edits: list[EditPart]
+    """Observations switched off or given another sigma by hand."""
     warnings: list[str]
     """Sentences, the gravest first."""
