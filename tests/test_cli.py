@@ -81,10 +81,11 @@ def test_adjust_writes_json_html_and_text(tmp_path: Path) -> None:
     result = RUN.invoke(app, ["adjust", str(levelling(tmp_path)), *options])
     assert result.exit_code == 0, result.output
     data = json.loads(files["json"].read_text())
-    assert data["schema"] == 1
+    assert data["schema"] == 2
     assert data["points"]["B"]["xyz"][2] == pytest.approx(11.0005, abs=1e-9)
     assert data["points"]["B"]["covariance"][2][2] == pytest.approx(0.5e-6, rel=1e-9)
     assert data["observations"][0]["source"] == "net.gkf:9"
+    assert data["observations"][0]["id"].endswith(":net.gkf:1")
     assert "datum" in files["text"].read_text().lower()
     assert files["html"].read_text().lstrip().lower().startswith("<!doctype html")
 
