@@ -1,1 +1,1 @@
-"""Clouds against clouds: distances, their floor, what was foretold, what drives them."""
+"""Clouds against clouds: distances, their sampling floor, what was predicted, what drives them."""

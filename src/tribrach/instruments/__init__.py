@@ -1,1 +1,1 @@
-"""Instruments: their calibration models, noise and data sheets."""
+"""Instruments: calibration models, noise, and the reduction of raw readings."""

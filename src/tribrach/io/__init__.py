@@ -1,1 +1,1 @@
-"""Files in and out."""
+"""Every file that is read or written."""

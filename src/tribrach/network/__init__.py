@@ -1,1 +1,1 @@
-"""The core: unknowns, observations, datum, adjustment and its quality."""
+"""The core: survey by names, network by indices, adjustment, its quality and its errors."""

@@ -1,1 +1,1 @@
-"""Which detection is which target, and where stations roughly stand."""
+"""Stations tied to each other: names of targets, planes and clouds, poses with their covariance."""

@@ -1,1 +1,1 @@
-"""What an adjustment says: one content model, rendered as HTML, text and JSON."""
+"""What a job has to say, in chapters, as HTML, text and JSON."""

@@ -1,1 +1,1 @@
-"""Simulated scans and survey observations, with the truth they were drawn from."""
+"""Scanners, scenes and whole surveys, simulated with their truth."""

@@ -1,1 +1,1 @@
-"""Targets: which of them are the same in several stations and in the control."""
+"""Targets in scans: spheres, checkerboards, discs and planes, each with its covariance."""
