@@ -13,7 +13,7 @@ PROMISES = {
     "00": "<point B, free: 100.0040 - - m, sigma 1.41 - - mm a priori>",
     "01": "height_difference:P:Q:line 2:1: residual -1.20 mm, MDB 9.2 mm, redundancy 0.30",
     "02": "stands at field.book:13",
-    "03": "give more control coordinates, heights, an azimuth or GNSS, or ask for inner constraints",
+    "03": "give more control coordinates, heights, an azimuth or GNSS",
     "04": "<station S2: ",
     "05": "horizontal_dist",
     "06": "carried over with sigma",
