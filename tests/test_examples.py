@@ -18,7 +18,7 @@ PROMISES = {
     "05": "horizontal_dist",
     "06": "carried over with sigma",
     "07": "5 targets: station",
-    "08": "levelling.gkf:6",
+    "08": "levelling.gkf:7",
     "09": "written: ",
 }
 LADDER = sorted(EXAMPLES.glob("[0-9][0-9]_*.py"))
