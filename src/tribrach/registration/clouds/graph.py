@@ -208,14 +208,14 @@ def _closed(stations: tuple[str, ...], edges: Sequence[CloudEdge]) -> StationLoo
         covariance += move @ edge.covariance @ move.T
     closure = np.concatenate([pose.translation, log(pose.rotation)])
     return StationLoop(
-        stations,
-        tuple(edges),
-        float(np.linalg.norm(closure[:3])),
-        float(np.linalg.norm(closure[3:])),
-        float(np.sqrt(np.trace(covariance[:3, :3]))),
-        float(np.sqrt(np.trace(covariance[3:, 3:]))),
-        float(closure @ np.linalg.solve(covariance, closure)),
-        float(chi2.ppf(1 - GATES.alpha, 6)),
+        stations=stations,
+        edges=tuple(edges),
+        shift=float(np.linalg.norm(closure[:3])),
+        turn=float(np.linalg.norm(closure[3:])),
+        shift_sigma=float(np.sqrt(np.trace(covariance[:3, :3]))),
+        turn_sigma=float(np.sqrt(np.trace(covariance[3:, 3:]))),
+        statistic=float(closure @ np.linalg.solve(covariance, closure)),
+        limit=float(chi2.ppf(1 - GATES.alpha, 6)),
     )
 
 
