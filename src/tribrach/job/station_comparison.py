@@ -46,12 +46,12 @@ if TYPE_CHECKING:
 
 __all__ = [
     "REGRESSION_UNITS",
+    "RequestedComparison",
     "StationComparison",
-    "Wish",
     "compare_stations",
     "from_facts",
+    "requested_comparisons",
     "to_facts",
-    "wishes",
 ]
 
 # What a comparison found as plain numbers, to be remembered, and back: equal in every digit.
@@ -145,7 +145,7 @@ _SAMPLE = 200_000
 
 
 @dataclass(frozen=True)
-class Wish:
+class RequestedComparison:
     """A comparison that the project asks for; sites None where they are to be chosen."""
 
     section: ComparisonSection
@@ -153,13 +153,15 @@ class Wish:
     b: tuple[StationScan, ...]
     sites: tuple[ComparisonSite, ...] | None
 
-    def of(self, scans: Mapping[str, StationScan]) -> Wish:
+    def of(self, scans: Mapping[str, StationScan]) -> RequestedComparison:
         """The same with the scans of these names, corrected for instance."""
         a, b = (tuple(scans[scan.name] for scan in side) for side in (self.a, self.b))
         return replace(self, a=a, b=b)
 
 
-def wishes(project: Project, scans: Sequence[StationScan]) -> list[Wish]:
+def requested_comparisons(
+    project: Project, scans: Sequence[StationScan]
+) -> list[RequestedComparison]:
     """The comparisons of a project with their scans and sites, before anything is computed.
 
     Raises
@@ -183,7 +185,7 @@ def wishes(project: Project, scans: Sequence[StationScan]) -> list[Wish]:
         sites = None
         if section.sites is not None:
             sites = tuple(read_sites(project.folder / section.sites))
-        comparisons.append(Wish(section, a, b, sites))
+        comparisons.append(RequestedComparison(section, a, b, sites))
     return comparisons
 
 
@@ -274,7 +276,7 @@ def _regression_values(sites: Sequence[SiteResult]) -> dict[str, Array]:
 
 
 def compare_stations(
-    wished: Sequence[Wish],
+    requests: Sequence[RequestedComparison],
     adjustment: Adjustment,
     frame: OutputFrame,
     factor: float,
@@ -286,16 +288,16 @@ def compare_stations(
     factor : on a-priori covariances (a posteriori variance).
     """
     comparisons = []
-    for number, wish in enumerate(wished, start=1):
-        a, b = wish.section.a, wish.section.b
+    for number, request in enumerate(requests, start=1):
+        a, b = request.section.a, request.section.b
         task = _Task(
-            _placed(wish.a, adjustment, factor),
-            _placed(wish.b, adjustment, factor),
+            _placed(request.a, adjustment, factor),
+            _placed(request.b, adjustment, factor),
             frame,
-            _pair(wish, adjustment, frame, factor),
-            wish.sites,
-            wish.section.method,
-            wish.section.limit_mm * MM,
+            _pair(request, adjustment, frame, factor),
+            request.sites,
+            request.section.method,
+            request.section.limit_mm * MM,
         )
         key = state.key(_compared, task)
         product = f"comparison-{number}-{a}-{b}"
@@ -357,13 +359,15 @@ def _placed(scans: Sequence[StationScan], adjustment: Adjustment, factor: float)
     return _PlacedScans(tuple(scan.measured for scan in scans), placement)
 
 
-def _pair(wish: Wish, adjustment: Adjustment, frame: OutputFrame, factor: float) -> StationPair:
+def _pair(
+    request: RequestedComparison, adjustment: Adjustment, frame: OutputFrame, factor: float
+) -> StationPair:
     """Both stations, that of the reference first, with their joint covariance."""
     first, second = (
         place(scans[0], adjustment, factor).delivered(frame).pose.translation
-        for scans in (wish.b, wish.a)
+        for scans in (request.b, request.a)
     )
-    names = (wish.b[0].station, wish.a[0].station)
+    names = (request.b[0].station, request.a[0].station)
     return StationPair(first, second, joint_covariance(adjustment, names, frame, factor))
 
 

@@ -24,7 +24,12 @@ from tribrach.job.name_targets import Named
 from tribrach.job.poses import MOST_STATIONS, joint_covariance, pose_texts, station_order
 from tribrach.job.scans import StationScan, as_adjusted, calibration_sentences, open_scans
 from tribrach.job.state import Remembered
-from tribrach.job.station_comparison import StationComparison, Wish, compare_stations, wishes
+from tribrach.job.station_comparison import (
+    RequestedComparison,
+    StationComparison,
+    compare_stations,
+    requested_comparisons,
+)
 from tribrach.job.tie import Registered, register
 from tribrach.job.truth import TruthRow, against_truth, read_truth
 from tribrach.network.adjustment import Adjustment
@@ -44,7 +49,7 @@ class ScanWork:
     findings: Sequence[Findings]
     registered: Registered
     state: Remembered
-    comparisons: Sequence[Wish] = ()
+    comparisons: Sequence[RequestedComparison] = ()
 
     def corrected(self, adjustment: Adjustment) -> ScanWork:
         """The same with scans corrected by the adjusted calibration of their scanners."""
@@ -52,11 +57,11 @@ class ScanWork:
         new = {scan.name: scan for scan in scans}
         comparisons = [
             replace(
-                wish,
-                a=tuple(new[scan.name] for scan in wish.a),
-                b=tuple(new[scan.name] for scan in wish.b),
+                request,
+                a=tuple(new[scan.name] for scan in request.a),
+                b=tuple(new[scan.name] for scan in request.b),
             )
-            for wish in self.comparisons
+            for request in self.comparisons
         ]
         return replace(self, scans=scans, comparisons=comparisons)
 
@@ -117,12 +122,12 @@ def find_and_name(job: Job, folder: Path, progress: Progress) -> ScanWork:
     project, state = job.project, Remembered(folder)
     scans = open_scans(job)
     refuse_impossible(project, scans)
-    wished = wishes(project, scans)
+    requests = requested_comparisons(project, scans)
     findings: Sequence[Findings] = ()
     if project.targets.wanted:
         findings = extract(scans, project.targets, state, lambda what: progress(what, 0, None))
     registered = register(job, scans, findings, state, progress)
-    return ScanWork(scans, findings, registered, state, wished)
+    return ScanWork(scans, findings, registered, state, requests)
 
 
 def georeference(
@@ -200,9 +205,9 @@ def compare(
     """The comparisons between stations that the project asks for."""
     factor = adjustment.variance_factor(posterior=job.project.adjustment.posterior)
     scans = {scan.name: scan for scan in work.corrected(adjustment).scans}
-    wished = [wish.of(scans) for wish in work.comparisons]
+    requests = [request.of(scans) for request in work.comparisons]
     frame = output_frame(job)
-    return tuple(compare_stations(wished, adjustment, frame, factor, work.state, progress))
+    return tuple(compare_stations(requests, adjustment, frame, factor, work.state, progress))
 
 
 def output_frame(job: Job) -> OutputFrame:

@@ -143,13 +143,13 @@ def _epoch(reference: Reference) -> str:
     return ", ".join(text for text in (reference.frame, when) if text)
 
 
-def _components(found: VarianceComponents | None) -> tuple[ComponentRow, ...]:
+def _components(components: VarianceComponents | None) -> tuple[ComponentRow, ...]:
     """Variance components as the report lists them."""
-    if found is None:
+    if components is None:
         return ()
     return tuple(
         ComponentRow(c.group, c.sigma_factor, number(c.sigma_of_factor), c.redundancy, c.note)
-        for c in found.components
+        for c in components.components
     )
 
 

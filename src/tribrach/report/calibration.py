@@ -47,37 +47,37 @@ def _shown(value: float, unit: str) -> str:
     return f"{scaled:.4g}" if abs(scaled) < 0.01 else f"{scaled:.3f}"
 
 
-def calibration_text(found: SelfCalibration) -> str:
+def calibration_text(calibration: SelfCalibration) -> str:
     """Lines for a terminal: counts, parameters, findings."""
-    adjustment = found.adjustment
+    adjustment = calibration.adjustment
     lines = [
         f"{adjustment.n_observations} observed values, {adjustment.n_unknowns} unknowns, "
         f"redundancy {adjustment.dof}, sigma0 {adjustment.sigma0_posterior:.4f}",
-        f"datum: {found.datum_words}; sigmas {found.sigma_origin}",
+        f"datum: {calibration.datum_words}; sigmas {calibration.sigma_origin}",
     ]
-    width = max(len(p.name) for p in found.parameters)
-    for p in found.parameters:
+    width = max(len(p.name) for p in calibration.parameters)
+    for p in calibration.parameters:
         unit = _shown_unit(p.unit)
         mark = "" if p.significant else "  not significant"
         lines.append(
             f"  {p.name:<{width}} {_shown(p.value, p.unit):>10} {unit:<3} "
             f"sigma {_shown(p.sigma, p.unit):>8}  t {p.t:8.2f}{mark}"
         )
-    return "\n".join([*lines, *(f"! {s}" for s in calibration_sentences(found))])
+    return "\n".join([*lines, *(f"! {s}" for s in calibration_sentences(calibration))])
 
 
-def calibration_sentences(found: SelfCalibration) -> list[str]:
+def calibration_sentences(calibration: SelfCalibration) -> list[str]:
     """Everything that is worth saying, what is most important first."""
-    a = found.adjustment
+    a = calibration.adjustment
     out = [f"{_upper(global_test(a).sentence())}."]
     out += [f"{_upper(words)}." for words in a.warnings]
-    if found.log is not None:
-        out += [f"{_upper(words)}." for words in found.log.sentences()]
-    out += _estimability(found)
-    out += _significance(found)
-    out += _model(found)
-    out += _correlated(found)
-    out += _datum(found)
+    if calibration.log is not None:
+        out += [f"{_upper(words)}." for words in calibration.log.sentences()]
+    out += _estimability(calibration)
+    out += _significance(calibration)
+    out += _model(calibration)
+    out += _correlated(calibration)
+    out += _datum(calibration)
     return out
 
 
@@ -85,18 +85,18 @@ def _upper(words: str) -> str:
     return words[:1].upper() + words[1:]
 
 
-def _estimability(found: SelfCalibration) -> list[str]:
+def _estimability(calibration: SelfCalibration) -> list[str]:
     """What can be separated, what only just, and what would help."""
-    proposal, out = found.proposal, []
-    if found.left_out:
-        reasons = [f"{i.name} ({i.why})" for i in proposal.left if i.name in found.left_out]
+    proposal, out = calibration.proposal, []
+    if calibration.left_out:
+        reasons = [f"{i.name} ({i.why})" for i in proposal.left if i.name in calibration.left_out]
         out.append(f"Left out because they cannot be separated: {'; '.join(reasons)}.")
-    elif not found.estimability.open:
-        out.append(f"All {len(found.parameters)} parameters can be separated.")
+    elif not calibration.estimability.open:
+        out.append(f"All {len(calibration.parameters)} parameters can be separated.")
     else:
-        out += [f"Open: {words}." for words in found.estimability.open]
+        out += [f"Open: {words}." for words in calibration.estimability.open]
     out += [f"{item.name}: {item.why}." for item in proposal.hardly]
-    out += [f"{_upper(words)}." for words in remedy_sentences(proposal, found.remedies)]
+    out += [f"{_upper(words)}." for words in remedy_sentences(proposal, calibration.remedies)]
     return out
 
 
@@ -104,19 +104,19 @@ def _p(p: float) -> str:
     return "p below 1e-16" if p < 1e-16 else f"p = {p:.2g}"
 
 
-def _significance(found: SelfCalibration) -> list[str]:
+def _significance(calibration: SelfCalibration) -> list[str]:
     """Tests of the parameters, single and together, and the set that is worth keeping."""
     out = []
-    weak = [p.name for p in found.parameters if not p.significant]
-    count = len(found.parameters)
-    if found.datums:
+    weak = [p.name for p in calibration.parameters if not p.significant]
+    count = len(calibration.parameters)
+    if calibration.datums:
         words = "no parameter is" if len(weak) == count else f"{count - len(weak)} of {count} are"
         out.append(f"{_upper(words)} significant" + (f"; not {', '.join(weak)}." if weak else "."))
-        out.append(f"All parameters together against zero: {_block(found.together)}.")
-    if found.gain is not None:
-        out.append(f"The residuals against those without parameters: {_block(found.gain)}.")
-    if found.datums and found.suggested and len(found.suggested) < count:
-        out.append(f"Proposed set: {', '.join(found.suggested)}.")
+        out.append(f"All parameters together against zero: {_block(calibration.together)}.")
+    if calibration.gain is not None:
+        out.append(f"The residuals against those without parameters: {_block(calibration.gain)}.")
+    if calibration.datums and calibration.suggested and len(calibration.suggested) < count:
+        out.append(f"Proposed set: {', '.join(calibration.suggested)}.")
     return out
 
 
@@ -126,23 +126,23 @@ def _block(test: BlockTest) -> str:
     return f"{what} = {test.statistic:.3g}, {_p(test.p)}"
 
 
-def _model(found: SelfCalibration) -> list[str]:
+def _model(calibration: SelfCalibration) -> list[str]:
     """Is the model complete, and one for all stations?"""
-    missing = sorted((o for o in found.omitted if o.missing), key=lambda o: -abs(o.w))
+    missing = sorted((o for o in calibration.omitted if o.missing), key=lambda o: -abs(o.w))
     out = [_missing(o) for o in missing[:6]]
-    if found.omitted and not missing:
+    if calibration.omitted and not missing:
         out.append(
-            f"None of {len(found.omitted)} parameters that are no unknowns is called for by the "
-            "residuals."
+            f"None of {len(calibration.omitted)} parameters that are no unknowns is called for by "
+            "the residuals."
         )
     if missing:
         out.append(
             "The model does not describe the residuals: its form, or the meaning of its angles, "
             "may be wrong."
         )
-    if found.differ is not None:
-        verdict = "differ" if found.differ.p < 1e-3 else "do not differ"
-        out.append(f"The parameters of the stations {verdict}: {_block(found.differ)}.")
+    if calibration.differ is not None:
+        verdict = "differ" if calibration.differ.p < 1e-3 else "do not differ"
+        out.append(f"The parameters of the stations {verdict}: {_block(calibration.differ)}.")
     return out
 
 
@@ -154,8 +154,8 @@ def _missing(o: Omitted) -> str:
     )
 
 
-def _correlated(found: SelfCalibration) -> list[str]:
-    c = found.correlations
+def _correlated(calibration: SelfCalibration) -> list[str]:
+    c = calibration.correlations
     counts = ", ".join(f"{c.above(limit)} above {limit:g}" for limit in LIMITS)
     out = [f"Correlations of parameters with each other and with orientations: {counts}."]
     if c.strongest_by_point.size:
@@ -164,11 +164,11 @@ def _correlated(found: SelfCalibration) -> list[str]:
     return out
 
 
-def _datum(found: SelfCalibration) -> list[str]:
+def _datum(calibration: SelfCalibration) -> list[str]:
     """What stays the same in every datum."""
-    if len(found.datums) < 2:
+    if len(calibration.datums) < 2:
         return []
-    own, others = found.datums[0], found.datums[1:]
+    own, others = calibration.datums[0], calibration.datums[1:]
     ratios = np.concatenate([_ratio(d.parameters, own.parameters) for d in others])
     lengths = np.concatenate([_ratio(d.distances, own.distances) for d in others])
     names = " and ".join(d.datum for d in others)
@@ -198,9 +198,9 @@ _MOST_DOTS = 20_000
 _COMPONENTS = ("E", "N", "U", "tilt E", "tilt N", "heading")
 
 
-def calibration_charts(found: SelfCalibration) -> list[Picture]:
+def calibration_charts(calibration: SelfCalibration) -> list[Picture]:
     """All pictures."""
-    c = found.correlations
+    c = calibration.correlations
     axes = [f"{station} {name}" for station in c.stations for name in _COMPONENTS]
     pictures = [
         _heat(
@@ -222,7 +222,7 @@ def calibration_charts(found: SelfCalibration) -> list[Picture]:
             "Largest absolute value over the coordinates of each point.",
         ),
     ]
-    return [p for p in pictures if p is not None] + [_residuals(found)]
+    return [p for p in pictures if p is not None] + [_residuals(calibration)]
 
 
 def _heat(
@@ -255,9 +255,9 @@ def _heat(
     return picture(name, title, figure, caption)
 
 
-def _residuals(found: SelfCalibration) -> Picture:
+def _residuals(calibration: SelfCalibration) -> Picture:
     """Residuals of range, H and V against range, H and V; without and with parameters."""
-    r = found.readings
+    r = calibration.readings
     step = max(1, len(r.polar) // _MOST_DOTS)
     across = [
         ("range [m]", r.polar[::step, 0]),
@@ -281,7 +281,7 @@ def _residuals(found: SelfCalibration) -> Picture:
     return picture("residuals", "Residuals against range and angles", figure, caption)
 
 
-def calibration_page(title: str, found: SelfCalibration, further: Sequence[str] = ()) -> str:
+def calibration_page(title: str, calibration: SelfCalibration, further: Sequence[str] = ()) -> str:
     """A calibration as one HTML file.
 
     Parameters
@@ -293,21 +293,21 @@ def calibration_page(title: str, found: SelfCalibration, further: Sequence[str] 
     further
         Sentences to begin with.
     """
-    footer = f"Datum: {found.datum_words}. Sigmas {found.sigma_origin}."
+    footer = f"Datum: {calibration.datum_words}. Sigmas {calibration.sigma_origin}."
     return page(
         "Self-calibration",
         title,
-        [*further, *calibration_sentences(found)],
-        calibration_charts(found),
+        [*further, *calibration_sentences(calibration)],
+        calibration_charts(calibration),
         [
-            _parameters(found),
-            _left(found),
-            _omitted(found),
-            _pairs(found),
-            _datum_parameters(found),
-            _datum_stations(found),
-            _datum_points(found),
-            _remedies(found),
+            _parameters(calibration),
+            _left(calibration),
+            _omitted(calibration),
+            _pairs(calibration),
+            _datum_parameters(calibration),
+            _datum_stations(calibration),
+            _datum_points(calibration),
+            _remedies(calibration),
         ],
         footer,
     )
@@ -317,7 +317,7 @@ def _small(value: float, unit: str, mark: str = "") -> Cell:
     return number_cell(value, _shown(value, unit), mark)
 
 
-def _parameters(found: SelfCalibration) -> ReportTable:
+def _parameters(calibration: SelfCalibration) -> ReportTable:
     def t_cell(p: Parameter) -> Cell:
         return number_cell(p.t, f"{p.t:.2f}", "good" if p.significant else "")
 
@@ -328,12 +328,14 @@ def _parameters(found: SelfCalibration) -> ReportTable:
         (ColumnHead("Unit", numeric=False), lambda p: text_cell(_shown_unit(p.unit))),
         (ColumnHead("t"), t_cell),
     ]
-    note = f"True = measured + correction. Sigmas {found.sigma_origin}. Significant t are green."
-    return build_table("parameters", "Parameters", note, found.parameters, columns)
+    note = (
+        f"True = measured + correction. Sigmas {calibration.sigma_origin}. Significant t are green."
+    )
+    return build_table("parameters", "Parameters", note, calibration.parameters, columns)
 
 
-def _left(found: SelfCalibration) -> ReportTable:
-    items = [*found.proposal.left, *found.proposal.hardly]
+def _left(calibration: SelfCalibration) -> ReportTable:
+    items = [*calibration.proposal.left, *calibration.proposal.hardly]
     columns = [
         (ColumnHead("Parameter", numeric=False), lambda i: text_cell(i.name)),
         (ColumnHead("Why", numeric=False), lambda i: text_cell(i.why)),
@@ -342,7 +344,7 @@ def _left(found: SelfCalibration) -> ReportTable:
     return build_table("left", "Not or hardly separated", note, items, columns)
 
 
-def _omitted(found: SelfCalibration) -> ReportTable:
+def _omitted(calibration: SelfCalibration) -> ReportTable:
     def w_cell(o: Omitted) -> Cell:
         return number_cell(o.w, f"{o.w:.2f}", "bad" if o.missing else "")
 
@@ -355,10 +357,12 @@ def _omitted(found: SelfCalibration) -> ReportTable:
         (ColumnHead("limit"), lambda o: number_cell(o.limit, f"{o.limit:.2f}")),
     ]
     note = "Each as the only further parameter, from the residuals. Red: they call for it."
-    return build_table("omitted", "Parameters that are no unknowns", note, found.omitted, columns)
+    return build_table(
+        "omitted", "Parameters that are no unknowns", note, calibration.omitted, columns
+    )
 
 
-def _pairs(found: SelfCalibration) -> ReportTable:
+def _pairs(calibration: SelfCalibration) -> ReportTable:
     columns = [
         (ColumnHead("Parameter", numeric=False), lambda p: text_cell(p.a)),
         (ColumnHead("and", numeric=False), lambda p: text_cell(p.b)),
@@ -369,36 +373,40 @@ def _pairs(found: SelfCalibration) -> ReportTable:
     ]
     note = "Above 0.7, strongest first; those with orientations belong to the datum."
     return build_table(
-        "correlations", "Correlations", note, found.correlations.pairs, columns, most=500
+        "correlations", "Correlations", note, calibration.correlations.pairs, columns, most=500
     )
 
 
-def _datum_parameters(found: SelfCalibration) -> ReportTable:
-    rows = list(range(len(found.parameters))) if len(found.datums) > 1 else []
+def _datum_parameters(calibration: SelfCalibration) -> ReportTable:
+    rows = list(range(len(calibration.parameters))) if len(calibration.datums) > 1 else []
     columns = [
-        (ColumnHead("Parameter", numeric=False), lambda k: text_cell(found.names[k])),
+        (ColumnHead("Parameter", numeric=False), lambda k: text_cell(calibration.names[k])),
         (
             ColumnHead("Unit", numeric=False),
-            lambda k: text_cell(_shown_unit(found.parameters[k].unit)),
+            lambda k: text_cell(_shown_unit(calibration.parameters[k].unit)),
         ),
         *[
             (
                 ColumnHead(f"σ, {d.datum}"),
-                lambda k, d=d: _small(float(d.parameters[k]), found.parameters[k].unit),
+                lambda k, d=d: _small(float(d.parameters[k]), calibration.parameters[k].unit),
             )
-            for d in found.datums
+            for d in calibration.datums
         ],
     ]
     note = "A priori. Estimable parameters have the same sigma in every datum."
     return build_table("datum-parameters", "Parameters in other datums", note, rows, columns)
 
 
-def _datum_stations(found: SelfCalibration) -> ReportTable:
-    layout = found.adjustment.layout
+def _datum_stations(calibration: SelfCalibration) -> ReportTable:
+    layout = calibration.adjustment.layout
     names = layout.names["pose"]
-    rows = [(d, s) for d in found.datums for s in range(len(names))] if found.datums else []
-    if len(found.datums) > 1:
-        rows += [(d, -1) for d in found.datums]
+    rows = (
+        [(d, s) for d in calibration.datums for s in range(len(names))]
+        if calibration.datums
+        else []
+    )
+    if len(calibration.datums) > 1:
+        rows += [(d, -1) for d in calibration.datums]
 
     def value(row: tuple[Any, int], k: int) -> Cell:
         d, s = row
@@ -421,24 +429,24 @@ def _datum_stations(found: SelfCalibration) -> ReportTable:
     return build_table("datum-stations", "Stations and points by datum", note, rows, columns)
 
 
-def _datum_points(found: SelfCalibration) -> ReportTable:
+def _datum_points(calibration: SelfCalibration) -> ReportTable:
     """Three-dimensional sigma of every point in every datum."""
-    names = found.adjustment.layout.names["point"]
-    sigmas = [np.sqrt((d.points**2).sum(axis=1)) for d in found.datums]
+    names = calibration.adjustment.layout.names["point"]
+    sigmas = [np.sqrt((d.points**2).sum(axis=1)) for d in calibration.datums]
     columns = [
         (ColumnHead("Point", numeric=False), lambda k: text_cell(names[k])),
         *[
             (ColumnHead(f"σ 3D, {d.datum}", "mm"), lambda k, s=s: _small(float(s[k]), "m"))
-            for d, s in zip(found.datums, sigmas, strict=True)
+            for d, s in zip(calibration.datums, sigmas, strict=True)
         ],
     ]
     note = "A priori. What a point is known by depends on what it is referred to."
-    rows = list(range(len(names))) if len(found.datums) > 1 else []
+    rows = list(range(len(names))) if len(calibration.datums) > 1 else []
     return build_table("datum-points", "Points by datum", note, rows, columns, most=2000)
 
 
-def _remedies(found: SelfCalibration) -> ReportTable:
-    own = dict(zip(found.proposal.names, found.proposal.sigma, strict=True))
+def _remedies(calibration: SelfCalibration) -> ReportTable:
+    own = dict(zip(calibration.proposal.names, calibration.proposal.sigma, strict=True))
 
     def largest(remedy: Remedy) -> float:
         """Largest fall of a sigma."""
@@ -456,19 +464,20 @@ def _remedies(found: SelfCalibration) -> ReportTable:
         ),
     ]
     note = (
-        f"Now {len(found.proposal.names)} are estimable and {len(found.proposal.recommended)} of "
-        "them well separated. Tried out on the design, without observations."
+        f"Now {len(calibration.proposal.names)} are estimable and "
+        f"{len(calibration.proposal.recommended)} of them well separated. "
+        "Tried out on the design, without observations."
     )
-    return build_table("remedies", "What would help", note, found.remedies, columns)
+    return build_table("remedies", "What would help", note, calibration.remedies, columns)
 
 
-def calibration_document(title: str, found: SelfCalibration) -> CalibrationDocument:
+def calibration_document(title: str, calibration: SelfCalibration) -> CalibrationDocument:
     """The calibration as data; metres, radians and their squares."""
-    a = found.adjustment
+    a = calibration.adjustment
     data = heading(SCHEMA) | {
         "title": title,
-        "datum": found.datum_words,
-        "sigma_origin": found.sigma_origin,
+        "datum": calibration.datum_words,
+        "sigma_origin": calibration.sigma_origin,
         "sigma0": {
             "prior": a.sigma0,
             "posterior": number(a.sigma0_posterior),
@@ -490,23 +499,23 @@ def calibration_document(title: str, found: SelfCalibration) -> CalibrationDocum
                 "t": number(p.t),
                 "significant": p.significant,
             }
-            for p in found.parameters
+            for p in calibration.parameters
         ],
-        "covariance": matrix(found.covariance),
-        "stations": _stations_json(found),
-        "open": list(found.estimability.open),
-        "closed_by_datum": list(found.estimability.datum),
-        "left_out": [_left_json(i) for i in found.proposal.left],
-        "hardly_separated": [_left_json(i) for i in found.proposal.hardly],
-        "proposed": list(found.suggested),
-        "remedies": [_remedy_json(r) for r in found.remedies],
+        "covariance": matrix(calibration.covariance),
+        "stations": _stations_json(calibration),
+        "open": list(calibration.estimability.open),
+        "closed_by_datum": list(calibration.estimability.datum),
+        "left_out": [_left_json(i) for i in calibration.proposal.left],
+        "hardly_separated": [_left_json(i) for i in calibration.proposal.hardly],
+        "proposed": list(calibration.suggested),
+        "remedies": [_remedy_json(r) for r in calibration.remedies],
         "tests": {
-            "together": _test_json(found.together),
-            "gain": _test_json(found.gain),
-            "stations_differ": _test_json(found.differ),
-            "omitted": [_omitted_json(o) for o in found.omitted],
+            "together": _test_json(calibration.together),
+            "gain": _test_json(calibration.gain),
+            "stations_differ": _test_json(calibration.differ),
+            "omitted": [_omitted_json(o) for o in calibration.omitted],
         },
-        "correlations": [_pair_json(p) for p in found.correlations.pairs],
+        "correlations": [_pair_json(p) for p in calibration.correlations.pairs],
         "datums": [
             {
                 "datum": d.datum,
@@ -515,17 +524,17 @@ def calibration_document(title: str, found: SelfCalibration) -> CalibrationDocum
                 "points": dict(zip(a.layout.names["point"], matrix(d.points), strict=True)),
                 "distances": numbers(d.distances),
             }
-            for d in found.datums
+            for d in calibration.datums
         ],
-        "sentences": calibration_sentences(found),
+        "sentences": calibration_sentences(calibration),
     }
     return CalibrationDocument.model_validate(data)
 
 
-def _stations_json(found: SelfCalibration) -> dict[str, Any]:
+def _stations_json(calibration: SelfCalibration) -> dict[str, Any]:
     """Poses with their covariance, left increments."""
-    a = found.adjustment
-    blocks = found.factor * a.family_covariances("pose")
+    a = calibration.adjustment
+    blocks = calibration.factor * a.family_covariances("pose")
     out = {}
     for k, name in enumerate(a.layout.names["pose"]):
         frame = np.eye(4)

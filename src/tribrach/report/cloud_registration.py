@@ -20,18 +20,20 @@ from tribrach.report.tables import (
 __all__ = ["cloud_registration_tables"]
 
 
-def cloud_registration_tables(found: CloudRegistration) -> list[ReportTable]:
+def cloud_registration_tables(registration: CloudRegistration) -> list[ReportTable]:
     """Pairs that were registered, loops, and the stations of each group."""
-    out = [_pairs(found)]
-    if found.consistency.loops:
-        out.append(_loops(found))
-    return out + [_stations(group) for group in found.groups if group.adjustment is not None]
+    out = [_pairs(registration)]
+    if registration.consistency.loops:
+        out.append(_loops(registration))
+    return out + [_stations(group) for group in registration.groups if group.adjustment is not None]
 
 
-def _pairs(found: CloudRegistration) -> ReportTable:
+def _pairs(registration: CloudRegistration) -> ReportTable:
     """One row for each registered pair."""
-    pairs = [p for p in found.pairs if p.fit is not None]
-    placed = {frozenset(k): d for group in found.groups for k, d in group.differences.items()}
+    pairs = [p for p in registration.pairs if p.fit is not None]
+    placed = {
+        frozenset(k): d for group in registration.groups for k, d in group.differences.items()
+    }
 
     def fit(p: CloudPair) -> PairFit:
         assert p.fit is not None
@@ -70,13 +72,13 @@ def _pairs(found: CloudRegistration) -> ReportTable:
         (ColumnHead("Observed", "mm", wide=True), lambda p: difference(p, "observed")),
         (ColumnHead("Predicted", "mm", wide=True), lambda p: difference(p, "predicted")),
     ]
-    tried = len(found.pairs)
+    tried = len(registration.pairs)
     title = f"Registered pairs ({len(pairs)} of {tried} tried)"
     note = "Sigmas a priori, of the middle of the overlap, with the floor."
     return build_table("cloud_pairs", title, note, pairs, columns)
 
 
-def _loops(found: CloudRegistration) -> ReportTable:
+def _loops(registration: CloudRegistration) -> ReportTable:
     """One row for each loop."""
     columns = [
         (
@@ -91,7 +93,7 @@ def _loops(found: CloudRegistration) -> ReportTable:
         (ColumnHead("Limit", wide=True), lambda x: number_cell(x.limit, f"{x.limit:.1f}")),
         (ColumnHead("Closes", numeric=False), _closes),
     ]
-    return build_table("cloud_loops", "Loops", "", list(found.consistency.loops), columns)
+    return build_table("cloud_loops", "Loops", "", list(registration.consistency.loops), columns)
 
 
 def _stations(group: CloudGroup) -> ReportTable:

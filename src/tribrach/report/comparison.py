@@ -72,15 +72,15 @@ def comparison_sentences(
     sites: Sequence[SiteResult], offsets: OffsetTest | None = None
 ) -> list[str]:
     """What predictions came to, and what is to be known of single sites."""
-    said: dict[str, list[str]] = {}
+    sites_of_note: dict[str, list[str]] = {}
     for site in sites:
         notes = () if site.c2c is None else site.c2c.sentences
         notes += () if site.m3c2 is None else site.m3c2.sentences
         for note in notes:
-            said.setdefault(note.rstrip("."), []).append(site.name)
+            sites_of_note.setdefault(note.rstrip("."), []).append(site.name)
     return [
         *prediction_sentences(sites, offsets),
-        *(f"{_sites_named(names)}: {note}." for note, names in said.items()),
+        *(f"{_sites_named(names)}: {note}." for note, names in sites_of_note.items()),
     ]
 
 
@@ -99,22 +99,22 @@ def prediction_sentences(
     if not known:
         return []
     enough = [(name, p) for name, p in known if p.enough]
-    said = []
+    sentences = []
     if enough:
         good = sum(p.noise_agrees for _, p in enough)
         ratios = [p.noise_ratio for _, p in enough]
-        said.append(
+        sentences.append(
             f"The scatter of single points is as predicted within 10 % on {good} of {len(enough)} "
             f"sites with enough points (observed over predicted {min(ratios):.2f} to "
             f"{max(ratios):.2f})."
         )
     few = [name for name, p in known if not p.enough]
     if few:
-        said.append(f"Too few points to tell 10 % on {', '.join(few)}.")
+        sentences.append(f"Too few points to tell 10 % on {', '.join(few)}.")
     if offsets is not None:
-        said.append(f"{offsets.sentence()}.")
-    said += [f"Site {name}: {p.verdict}." for name, p in enough if p.verdict != "as predicted"]
-    return said
+        sentences.append(f"{offsets.sentence()}.")
+    sentences += [f"Site {name}: {p.verdict}." for name, p in enough if p.verdict != "as predicted"]
+    return sentences
 
 
 def comparison_page(
@@ -325,15 +325,15 @@ def _map(sites: Sequence[SiteResult]) -> Picture | None:
 
 def _histogram(sites: Sequence[SiteResult], limit: float) -> Picture | None:
     """Share of the distances per bin, all sites together, with the mean floor."""
-    found: list[C2C] = [s.c2c for s in sites if s.c2c is not None and s.c2c.count]
-    if not found:
+    results: list[C2C] = [s.c2c for s in sites if s.c2c is not None and s.c2c.count]
+    if not results:
         return None
-    edges = found[0].tally.histogram(_BINS)[0]
-    counts = np.sum([one.tally.histogram(_BINS)[1] for one in found], axis=0)
+    edges = results[0].tally.histogram(_BINS)[0]
+    counts = np.sum([one.tally.histogram(_BINS)[1] for one in results], axis=0)
     figure = new_figure(figsize=(6.4, 3.2), dpi=100, layout="constrained")
     panel = figure.subplots()
     panel.bar(1e3 * edges[:-1], counts, 1e3 * np.diff(edges), align="edge", color="#4878a8")
-    known = [(one.floor.mean, one.count) for one in found if one.floor is not None]
+    known = [(one.floor.mean, one.count) for one in results if one.floor is not None]
     if known:
         mean = np.average([m for m, _ in known], weights=[n for _, n in known])
         panel.axvline(1e3 * mean, color="#c2571a", ls="--", label=f"mean floor {1e3 * mean:.1f} mm")

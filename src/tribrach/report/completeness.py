@@ -34,36 +34,36 @@ _COLOURS = ("#a3231c", "#e0a030", "#8fbc5a", "#1d6b3a")
 _LABELS = ("no station", "one station", "two stations", "three and more")
 
 
-def completeness_text(found: Completeness) -> str:
+def completeness_text(completeness: Completeness) -> str:
     """What a terminal shows: the findings, the stations, the largest gaps."""
-    lines = found.sentences()
-    lines += [f"{name} sees {share:.1%}" for name, share in found.shares.items()]
-    for title, gaps in _sorts(found):
+    lines = completeness.sentences()
+    lines += [f"{name} sees {share:.1%}" for name, share in completeness.shares.items()]
+    for title, gaps in _sorts(completeness):
         lines += [f"{title}: {_words(gap)}" for gap in gaps[:3]]
     return "\n".join(lines)
 
 
-def completeness_page(title: str, found: Completeness) -> str:
+def completeness_page(title: str, completeness: Completeness) -> str:
     """The whole of it as one HTML file."""
-    pictures = [_map(found)]
-    if found.required is not None:
-        pictures.append(_sigma_map(found))
+    pictures = [_map(completeness)]
+    if completeness.required is not None:
+        pictures.append(_sigma_map(completeness))
     return page(
         "Completeness",
         title,
-        found.sentences(),
+        completeness.sentences(),
         pictures,
-        [_classes(found), _stations(found), *_gap_tables(found)],
-        f"Cells of {found.size:g} m; a station sees a cell if it has points in it or in one that "
-        "shares a face with it.",
+        [_classes(completeness), _stations(completeness), *_gap_tables(completeness)],
+        f"Cells of {completeness.size:g} m; a station sees a cell if it has points in it or in one "
+        "that shares a face with it.",
     )
 
 
-def _sorts(found: Completeness) -> list[tuple[str, Sequence[Gap]]]:
+def _sorts(completeness: Completeness) -> list[tuple[str, Sequence[Gap]]]:
     return [
-        ("Seen by no station", found.unseen_gaps),
-        ("Seen by one station only", found.single_gaps),
-        ("Sigma not reached", found.weak_gaps),
+        ("Seen by no station", completeness.unseen_gaps),
+        ("Seen by one station only", completeness.single_gaps),
+        ("Sigma not reached", completeness.weak_gaps),
     ]
 
 
@@ -80,9 +80,9 @@ def _chosen(count: int) -> NDArray[np.int64]:
     return np.sort(np.random.default_rng(0).choice(count, _SHOWN, replace=False))
 
 
-def _axes_of(found: Completeness, which: NDArray[np.int64]) -> tuple[Array, Array, str]:
+def _axes_of(completeness: Completeness, which: NDArray[np.int64]) -> tuple[Array, Array, str]:
     """Plan (n, 2) and the view from the side (n, 2) along the longer way; words for its axis."""
-    xyz = found.centres[which]
+    xyz = completeness.centres[which]
     plan = xyz[:, :2] - xyz[:, :2].mean(axis=0)
     _, _, axes = np.linalg.svd(plan[:: max(1, len(plan) // 5000)], full_matrices=False)
     along = plan @ axes[0]
@@ -90,9 +90,11 @@ def _axes_of(found: Completeness, which: NDArray[np.int64]) -> tuple[Array, Arra
     return xyz[:, :2], np.stack([along, xyz[:, 2]], axis=1), f"along {azimuth:.0f}° [m]"
 
 
-def _panels(found: Completeness) -> tuple[Figure, Axes, Axes, NDArray[np.int64], Array, Array]:
-    which = _chosen(len(found.seen))
-    plan, side, words = _axes_of(found, which)
+def _panels(
+    completeness: Completeness,
+) -> tuple[Figure, Axes, Axes, NDArray[np.int64], Array, Array]:
+    which = _chosen(len(completeness.seen))
+    plan, side, words = _axes_of(completeness, which)
     figure = new_figure(figsize=(11, 5), dpi=110, layout="constrained")
     left, right = figure.subplots(1, 2)
     origin = np.round(plan.mean(axis=0), -1)
@@ -101,31 +103,31 @@ def _panels(found: Completeness) -> tuple[Figure, Axes, Axes, NDArray[np.int64],
     return figure, left, right, which, plan - origin, side
 
 
-def _map(found: Completeness) -> Picture:
+def _map(completeness: Completeness) -> Picture:
     """Cells by the number of stations, those that lack most on top."""
-    figure, left, right, which, plan, side = _panels(found)
-    level = np.minimum(found.seen[which], 3)
+    figure, left, right, which, plan, side = _panels(completeness)
+    level = np.minimum(completeness.seen[which], 3)
     for k in (3, 2, 1, 0):
-        mine = level == k
-        if mine.any():
+        cells = level == k
+        if cells.any():
             style: dict[str, Any] = {"s": 1.5, "color": _COLOURS[k], "linewidths": 0}
-            left.scatter(*plan[mine].T, label=_LABELS[k], **style)
-            right.scatter(*side[mine].T, **style)
+            left.scatter(*plan[cells].T, label=_LABELS[k], **style)
+            right.scatter(*side[cells].T, **style)
     figure.legend(loc="outside lower center", ncols=4, frameon=False, markerscale=6)
     caption = (
-        f"{len(which):,} of {len(found.seen):,} cells in plan and from the side; what fewer "
+        f"{len(which):,} of {len(completeness.seen):,} cells in plan and from the side; what fewer "
         "stations see lies on top."
     )
     return picture("seen", "Seen by how many stations", figure, caption)
 
 
-def _sigma_map(found: Completeness) -> Picture:
+def _sigma_map(completeness: Completeness) -> Picture:
     """Sigma of the best station, the worst on top."""
-    figure, left, right, which, plan, side = _panels(found)
-    sigma = 1e3 * found.sigma[which]
+    figure, left, right, which, plan, side = _panels(completeness)
+    sigma = 1e3 * completeness.sigma[which]
     order = np.argsort(np.nan_to_num(sigma, nan=-1.0))
     order = order[np.isfinite(sigma[order])]
-    limit = 2e3 * (found.required or 0.0)
+    limit = 2e3 * (completeness.required or 0.0)
     style: dict[str, Any] = {
         "c": sigma[order],
         "s": 1.5,
@@ -140,9 +142,12 @@ def _sigma_map(found: Completeness) -> Picture:
     return picture("sigma", "Required sigma", figure, caption)
 
 
-def _classes(found: Completeness) -> ReportTable:
-    n = max(1, len(found.seen))
-    rows = [*found.classes.items(), *((f"sigma {k}", v) for k, v in found.sigmas.items())]
+def _classes(completeness: Completeness) -> ReportTable:
+    n = max(1, len(completeness.seen))
+    rows = [
+        *completeness.classes.items(),
+        *((f"sigma {k}", v) for k, v in completeness.sigmas.items()),
+    ]
     columns = [
         (ColumnHead("Seen by", numeric=False), lambda row: text_cell(row[0])),
         (ColumnHead("cells"), lambda row: number_cell(row[1], f"{row[1]:,}")),
@@ -152,15 +157,15 @@ def _classes(found: Completeness) -> ReportTable:
     return build_table("classes", "Cells", note, rows, columns)
 
 
-def _stations(found: Completeness) -> ReportTable:
+def _stations(completeness: Completeness) -> ReportTable:
     columns = [
         (ColumnHead("Station", numeric=False), lambda row: text_cell(row[0])),
         (ColumnHead("sees", "%"), lambda row: number_cell(row[1], f"{100 * row[1]:.1f}")),
     ]
-    return build_table("stations", "Stations", "", list(found.shares.items()), columns)
+    return build_table("stations", "Stations", "", list(completeness.shares.items()), columns)
 
 
-def _gap_tables(found: Completeness) -> list[ReportTable]:
+def _gap_tables(completeness: Completeness) -> list[ReportTable]:
     """The largest gaps of every sort."""
     columns = [
         *((ColumnHead(axis, "m"), _middle(k)) for k, axis in enumerate("xyz")),
@@ -170,7 +175,7 @@ def _gap_tables(found: Completeness) -> list[ReportTable]:
     names = ("unseen", "single", "weak")
     return [
         build_table(name, f"Largest places: {title.lower()}", "", gaps, columns)
-        for name, (title, gaps) in zip(names, _sorts(found), strict=True)
+        for name, (title, gaps) in zip(names, _sorts(completeness), strict=True)
     ]
 
 

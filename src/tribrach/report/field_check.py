@@ -28,9 +28,9 @@ _METRES = ("x1n", "x1z", "x2", "x3", "x10")
 _FOUND = 4.132
 
 
-def check_sentences(found: FieldCheck) -> list[str]:
+def check_sentences(check: FieldCheck) -> list[str]:
     """The verdict first, then what each test says, with its limits."""
-    failures = found.failures
+    failures = check.failures
     verdict = (
         "The scanner passes: every test is within its limit."
         if not failures
@@ -39,19 +39,19 @@ def check_sentences(found: FieldCheck) -> list[str]:
     out = [
         verdict,
         f"A scanner that is as precise as stated and has no misalignments fails with at most "
-        f"{found.alpha:.1%}; each test has {found.alpha_each:.2%}.",
+        f"{check.alpha:.1%}; each test has {check.alpha_each:.2%}.",
     ]
-    if found.two_face is not None:
-        out += _two_face_words(found.two_face)
-    for one in found.distances:
+    if check.two_face is not None:
+        out += _two_face_words(check.two_face)
+    for one in check.distances:
         out += _distance_words(one)
-    if found.repeated is not None:
-        out += _series_words(found.repeated)
-    if found.change is not None and found.earlier is not None and found.repeated is not None:
+    if check.repeated is not None:
+        out += _series_words(check.repeated)
+    if check.change is not None and check.earlier is not None and check.repeated is not None:
         out.append(
-            _change_words(found.change, found.repeated, found.earlier.s, found.earlier.title)
+            _change_words(check.change, check.repeated, check.earlier.s, check.earlier.title)
         )
-    return [*out, *(f"{note[:1].upper()}{note[1:]}." for note in found.notes)]
+    return [*out, *(f"{note[:1].upper()}{note[1:]}." for note in check.notes)]
 
 
 def _amount(name: str, value: float) -> str:
@@ -168,28 +168,28 @@ SOURCES = (
 _SHOWN = 40
 
 
-def check_text(found: FieldCheck) -> str:
+def check_text(check: FieldCheck) -> str:
     """What a terminal shows."""
-    lines = [wrapped(f"- {sentence}") for sentence in check_sentences(found)]
-    tables = [table_text(table) for table in _tables(found) if table.rows]
-    return "\n\n".join([found.title, "\n".join(lines), *tables, wrapped(SOURCES)])
+    lines = [wrapped(f"- {sentence}") for sentence in check_sentences(check)]
+    tables = [table_text(table) for table in _tables(check) if table.rows]
+    return "\n\n".join([check.title, "\n".join(lines), *tables, wrapped(SOURCES)])
 
 
-def check_page(found: FieldCheck) -> str:
+def check_page(check: FieldCheck) -> str:
     """The whole check as one HTML file."""
     return page(
         "Field check of a scanner",
-        found.title,
-        check_sentences(found),
-        _pictures(found),
-        _tables(found),
+        check.title,
+        check_sentences(check),
+        _pictures(check),
+        _tables(check),
         SOURCES,
     )
 
 
-def _tables(found: FieldCheck) -> list[ReportTable]:
-    out = [] if found.two_face is None else [_components(found.two_face), _found(found.two_face)]
-    return [*out, *(_distances(one) for one in found.distances)]
+def _tables(check: FieldCheck) -> list[ReportTable]:
+    out = [] if check.two_face is None else [_components(check.two_face), _found(check.two_face)]
+    return [*out, *(_distances(one) for one in check.distances)]
 
 
 def _components(test: TwoFaceTest) -> ReportTable:
@@ -262,10 +262,10 @@ def _distances(test: DistanceCheck) -> ReportTable:
     )
 
 
-def _pictures(found: FieldCheck) -> list[Picture]:
-    if found.two_face is None:
+def _pictures(check: FieldCheck) -> list[Picture]:
+    if check.two_face is None:
         return []
-    pairs = found.two_face.pairs
+    pairs = check.two_face.pairs
     figure = new_figure(figsize=(10.5, 6.2), dpi=100, layout="constrained")
     panels = figure.subplots(2, 3)
     across = [np.degrees(pairs.polar[:, 2]), pairs.polar[:, 0]]
@@ -291,18 +291,18 @@ def _pictures(found: FieldCheck) -> list[Picture]:
     return [picture("faces-chart", "Half differences of the faces", figure, caption)]
 
 
-def check_document(found: FieldCheck) -> CheckDocument:
+def check_document(check: FieldCheck) -> CheckDocument:
     """The check as data: metres and radians, None where there is no number."""
-    two, series = found.two_face, found.repeated
+    two, series = check.two_face, check.repeated
     data = heading(SCHEMA) | {
-        "title": found.title,
-        "passed": found.passed,
-        "failures": found.failures,
-        "alpha": found.alpha,
-        "alpha_each": found.alpha_each,
-        "readings": found.readings,
-        "stations": list(found.stations),
-        "targets": list(found.targets),
+        "title": check.title,
+        "passed": check.passed,
+        "failures": check.failures,
+        "alpha": check.alpha,
+        "alpha_each": check.alpha_each,
+        "readings": check.readings,
+        "stations": list(check.stations),
+        "targets": list(check.targets),
         "two_face": None
         if two is None
         else {
@@ -323,7 +323,7 @@ def check_document(found: FieldCheck) -> CheckDocument:
             "explanation": _explanation_json(two.explanation),
             "detectable": dict(zip(SIGNATURES, (number(x) for x in two.detectable), strict=True)),
         },
-        "distances": [_distance_json(one) for one in found.distances],
+        "distances": [_distance_json(one) for one in check.distances],
         "series": None
         if series is None
         else {
@@ -339,8 +339,8 @@ def check_document(found: FieldCheck) -> CheckDocument:
             "passed": series.passed,
             "stations": _f_json(series.stations),
         },
-        "change": _f_json(found.change),
-        "findings": check_sentences(found),
+        "change": _f_json(check.change),
+        "findings": check_sentences(check),
         "sources": SOURCES,
     }
     return CheckDocument.model_validate(data)

@@ -35,46 +35,52 @@ _NOTE = (
 )
 
 
-def regression_text(found: Regression, units: Mapping[str, str]) -> str:
+def regression_text(regression: Regression, units: Mapping[str, str]) -> str:
     """What a terminal shows: units, one line per relation, then the findings."""
-    lines = [f"{found.n} rows; {_units(found, units)}"]
-    for r in found.relations:
+    lines = [f"{regression.n} rows; {_units(regression, units)}"]
+    for r in regression.relations:
         lines.append(
             f"{r.y} against {r.x}: quadratic R² {r.quadratic.r2:.4f}, line R² {r.line.r2:.4f}, "
             f"t of the curvature {r.curvature:.2f}, taken: {_formula(r.chosen)}"
         )
-    for fit in found.physical:
+    for fit in regression.physical:
         lines.append(f"physical: {_formula(fit)}, R² {fit.r2:.4f}")
-    return "\n".join([*lines, *(f"! {sentence}" for sentence in found.sentences())])
+    return "\n".join([*lines, *(f"! {sentence}" for sentence in regression.sentences())])
 
 
-def regression_page(title: str, values: Values, units: Mapping[str, str], found: Regression) -> str:
+def regression_page(
+    title: str, values: Values, units: Mapping[str, str], regression: Regression
+) -> str:
     """The whole regression as one HTML file."""
     return page(
         "Regression on range and incidence",
         title,
-        found.sentences(),
-        regression_pictures(values, units, found),
-        regression_tables(found, units),
+        regression.sentences(),
+        regression_pictures(values, units, regression),
+        regression_tables(regression, units),
         "Ordinary least squares; all rows have the same weight.",
     )
 
 
 def regression_pictures(
-    values: Values, units: Mapping[str, str], found: Regression
+    values: Values, units: Mapping[str, str], regression: Regression
 ) -> list[Picture]:
     """Fits of every pair, and the physical model where there is one."""
-    return [_curves(values, units, found), *_physical(values, units, found)]
+    return [_curves(values, units, regression), *_physical(values, units, regression)]
 
 
-def regression_tables(found: Regression, units: Mapping[str, str]) -> list[ReportTable]:
+def regression_tables(regression: Regression, units: Mapping[str, str]) -> list[ReportTable]:
     """Fits, coefficients, causes that go together."""
-    return [_fits(found), _terms(found, _units(found, units)), _correlations(found)]
+    return [
+        _fits(regression),
+        _terms(regression, _units(regression, units)),
+        _correlations(regression),
+    ]
 
 
-def _units(found: Regression, units: Mapping[str, str]) -> str:
+def _units(regression: Regression, units: Mapping[str, str]) -> str:
     """What coefficients are in, in words."""
-    names = dict.fromkeys(n for r in found.relations for n in (r.x, r.y))
+    names = dict.fromkeys(n for r in regression.relations for n in (r.x, r.y))
     known = [f"{name} in {units[name]}" for name in names if units.get(name)]
     bare = [name for name in names if not units.get(name)]
     if bare:
@@ -90,13 +96,13 @@ def _formula(fit: RegressionFit) -> str:
     return f"{fit.y} = {first.value:.5g} {' '.join(parts)}"
 
 
-def _curves(values: Values, units: Mapping[str, str], found: Regression) -> Picture:
+def _curves(values: Values, units: Mapping[str, str], regression: Regression) -> Picture:
     """Points, line and quadratic of every pair."""
-    ys = list(dict.fromkeys(r.y for r in found.relations))
-    xs = list(dict.fromkeys(r.x for r in found.relations))
+    ys = list(dict.fromkeys(r.y for r in regression.relations))
+    xs = list(dict.fromkeys(r.x for r in regression.relations))
     figure = new_figure(figsize=(4.6 * len(xs), 3.4 * len(ys)), dpi=100, layout="constrained")
     panels = figure.subplots(len(ys), len(xs), squeeze=False)
-    for relation in found.relations:
+    for relation in regression.relations:
         panel = panels[ys.index(relation.y)][xs.index(relation.x)]
         _panel(panel, values, relation)
         panel.set_xlabel(_titled(relation.x, units))
@@ -117,13 +123,15 @@ def _panel(panel: Axes, values: Values, relation: Relation) -> None:
     panel.legend(fontsize=8, frameon=False)
 
 
-def _physical(values: Values, units: Mapping[str, str], found: Regression) -> list[Picture]:
+def _physical(values: Values, units: Mapping[str, str], regression: Regression) -> list[Picture]:
     """Fitted against given values of the physical model."""
-    if not found.physical:
+    if not regression.physical:
         return []
-    figure = new_figure(figsize=(4.6 * len(found.physical), 3.6), dpi=100, layout="constrained")
-    panels = figure.subplots(1, len(found.physical), squeeze=False)[0]
-    for panel, fit in zip(panels, found.physical, strict=True):
+    figure = new_figure(
+        figsize=(4.6 * len(regression.physical), 3.6), dpi=100, layout="constrained"
+    )
+    panels = figure.subplots(1, len(regression.physical), squeeze=False)[0]
+    for panel, fit in zip(panels, regression.physical, strict=True):
         given = values[fit.y]
         panel.plot(given, fit.fitted, "o", color="#1d2327", markersize=4)
         ends = [min(given.min(), fit.fitted.min()), max(given.max(), fit.fitted.max())]
@@ -138,10 +146,10 @@ def _titled(name: str, units: Mapping[str, str]) -> str:
     return f"{name} [{unit}]" if unit else name
 
 
-def _fits(found: Regression) -> ReportTable:
+def _fits(regression: Regression) -> ReportTable:
     """All fits, the physical ones last."""
-    rows = [(fit, fit is r.chosen) for r in found.relations for fit in (r.quadratic, r.line)]
-    rows += [(fit, False) for fit in found.physical]
+    rows = [(fit, fit is r.chosen) for r in regression.relations for fit in (r.quadratic, r.line)]
+    rows += [(fit, False) for fit in regression.physical]
     columns = [
         (ColumnHead("Quantity", numeric=False), lambda row: text_cell(row[0].y)),
         (ColumnHead("Against", numeric=False), lambda row: text_cell(", ".join(row[0].x))),
@@ -155,11 +163,11 @@ def _fits(found: Regression) -> ReportTable:
     return build_table("fits", "Fits", _NOTE, rows, columns)
 
 
-def _terms(found: Regression, units: str) -> ReportTable:
+def _terms(regression: Regression, units: str) -> ReportTable:
     """Every coefficient."""
-    fits: list[RegressionFit] = [f for r in found.relations for f in (r.quadratic, r.line)]
-    rows = [(fit, term) for fit in (*fits, *found.physical) for term in fit.terms]
-    level = 1 - found.confidence
+    fits: list[RegressionFit] = [f for r in regression.relations for f in (r.quadratic, r.line)]
+    rows = [(fit, term) for fit in (*fits, *regression.physical) for term in fit.terms]
+    level = 1 - regression.confidence
 
     def t_cell(row: tuple[RegressionFit, Term]) -> Cell:
         return fixed_cell(row[1].t, 2, "good" if row[1].p < level else "")
@@ -173,11 +181,11 @@ def _terms(found: Regression, units: str) -> ReportTable:
         (ColumnHead("t"), t_cell),
         (ColumnHead("p"), lambda row: number_cell(row[1].p, f"{row[1].p:.3g}")),
     ]
-    note = f"Units: {units}. Coefficients significant at {found.confidence:.0%} are green."
+    note = f"Units: {units}. Coefficients significant at {regression.confidence:.0%} are green."
     return build_table("terms", "Coefficients", note, rows, columns)
 
 
-def _correlations(found: Regression) -> ReportTable:
+def _correlations(regression: Regression) -> ReportTable:
     columns = [
         (ColumnHead("Cause", numeric=False), lambda c: text_cell(c.a)),
         (ColumnHead("and", numeric=False), lambda c: text_cell(c.b)),
@@ -185,4 +193,4 @@ def _correlations(found: Regression) -> ReportTable:
         (ColumnHead("variance inflation"), lambda c: fixed_cell(c.inflation, 1)),
     ]
     note = "Causes that go together cannot be told apart by any fit to these rows."
-    return build_table("causes", "Causes that go together", note, found.correlations, columns)
+    return build_table("causes", "Causes that go together", note, regression.correlations, columns)

@@ -80,16 +80,16 @@ class _Row:
 def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
     """The chapter, where the network of a project in space has three places or more."""
     adjustment = head.adjustment
-    found = site_accuracy(adjustment, head.variance_factor)
-    if job.project is None or found is None:
+    accuracy = site_accuracy(adjustment, head.variance_factor)
+    if job.project is None or accuracy is None:
         return
     common = sessions(adjustment)
     check = _check_rmse(head)
     free = head.datum.kind == "free" or adjustment.defect > 0
-    rows = _rows(found, common, free)
+    rows = _rows(accuracy, common, free)
     sentences = [
         *_rests_on(head, job.project, adjustment, common),
-        *_words(found, common, free),
+        *_words(accuracy, common, free),
         _checked(check),
     ]
     yield Chapter(
@@ -98,7 +98,7 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
         tuple(f"{text[:1].upper()}{text[1:]}." for text in sentences),
         (),
         (_table(rows, head),),
-        _data(found, common, check, free),
+        _data(accuracy, common, check, free),
     )
 
 
@@ -171,12 +171,12 @@ def _mm(values: Array) -> str:
     )
 
 
-def _words(found: SiteAccuracy, common: list[CommonShift], free: bool) -> list[str]:
+def _words(accuracy: SiteAccuracy, common: list[CommonShift], free: bool) -> list[str]:
     """Absolute and relative in words."""
-    a, b = found.worst_names
+    a, b = accuracy.worst_names
     relative = (
-        f"relative: two places of the site are known to each other to {_mm(found.pair)} (median "
-        f"of all pairs), at worst {_mm(found.worst)} ({a} and {b})"
+        f"relative: two places of the site are known to each other to {_mm(accuracy.pair)} (median "
+        f"of all pairs), at worst {_mm(accuracy.worst)} ({a} and {b})"
     )
     if free:
         return [
@@ -184,17 +184,17 @@ def _words(found: SiteAccuracy, common: list[CommonShift], free: bool) -> list[s
             "of its own",
             relative,
         ]
-    out = [f"absolute: the site as a whole is known to {_mm(found.shift)}"]
+    out = [f"absolute: the site as a whole is known to {_mm(accuracy.shift)}"]
     for session in common:
         out.append(
             f"of that, {_mm(session.sigma)} is the {session.name}, the same for its "
             f"{session.count} positions: no measurement on the site makes it smaller"
         )
-    edge = 1e3 * found.turn * found.radius
+    edge = 1e3 * accuracy.turn * accuracy.radius
     out.append(
-        f"as a whole the site may be turned by {found.turn[2] / SEC:.3g} arcsec in azimuth, "
-        f"{edge[2]:.3g} mm at its edge in {found.radius:.0f} m, and tilted by "
-        f"{np.hypot(*found.turn[:2]) / SEC:.3g} arcsec, {np.hypot(*edge[:2]):.3g} mm in "
+        f"as a whole the site may be turned by {accuracy.turn[2] / SEC:.3g} arcsec in azimuth, "
+        f"{edge[2]:.3g} mm at its edge in {accuracy.radius:.0f} m, and tilted by "
+        f"{np.hypot(*accuracy.turn[:2]) / SEC:.3g} arcsec, {np.hypot(*edge[:2]):.3g} mm in "
         "height there"
     )
     return [*out, relative]
@@ -211,22 +211,22 @@ def _checked(check: tuple[int, Array] | None) -> str:
     return f"independent of that, {points} by {_mm(rmse)} (root mean square)"
 
 
-def _rows(found: SiteAccuracy, common: list[CommonShift], free: bool) -> list[_Row]:
+def _rows(accuracy: SiteAccuracy, common: list[CommonShift], free: bool) -> list[_Row]:
     def row(what: str, sigma: Array, remark: str) -> _Row:
         return _Row(what, (float(sigma[0]), float(sigma[1]), float(sigma[2])), remark)
 
     out = []
     if not free:
         out = [
-            row("absolute, the site as a whole", found.shift, "shift of its centroid"),
+            row("absolute, the site as a whole", accuracy.shift, "shift of its centroid"),
             *(row(f"of that, {s.name}", s.sigma, f"{s.count} positions, a priori") for s in common),
-            row("absolute, one place", found.point, "root mean square of all"),
+            row("absolute, one place", accuracy.point, "root mean square of all"),
         ]
     return [
         *out,
-        row("relative, within the site", found.inner, "without shift and turn of the site"),
-        row("relative, two places", found.pair, "median of all pairs"),
-        row("relative, two places at worst", found.worst, " and ".join(found.worst_names)),
+        row("relative, within the site", accuracy.inner, "without shift and turn of the site"),
+        row("relative, two places", accuracy.pair, "median of all pairs"),
+        row("relative, two places at worst", accuracy.worst, " and ".join(accuracy.worst_names)),
     ]
 
 
@@ -245,24 +245,24 @@ def _table(rows: list[_Row], head: Head) -> ReportTable:
 
 
 def _data(
-    found: SiteAccuracy, common: list[CommonShift], check: tuple[int, Array] | None, free: bool
+    accuracy: SiteAccuracy, common: list[CommonShift], check: tuple[int, Array] | None, free: bool
 ) -> GeoreferencingPart:
     absolute = {
-        "shift": found.shift.tolist(),
-        "turn": found.turn.tolist(),
-        "place": found.point.tolist(),
+        "shift": accuracy.shift.tolist(),
+        "turn": accuracy.turn.tolist(),
+        "place": accuracy.point.tolist(),
         "common": {s.name: {"sigma": s.sigma.tolist(), "positions": s.count} for s in common},
     }
     data = {
         "absolute": None if free else absolute,
         "relative": {
-            "within": found.inner.tolist(),
-            "pair": found.pair.tolist(),
-            "worst": found.worst.tolist(),
-            "worst_between": list(found.worst_names),
+            "within": accuracy.inner.tolist(),
+            "pair": accuracy.pair.tolist(),
+            "worst": accuracy.worst.tolist(),
+            "worst_between": list(accuracy.worst_names),
         },
         "check": None if check is None else {"points": check[0], "rmse": check[1].tolist()},
-        "radius": found.radius,
+        "radius": accuracy.radius,
     }
     return GeoreferencingPart.model_validate(data)
 

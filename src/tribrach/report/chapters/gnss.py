@@ -129,28 +129,28 @@ MOST_NAMED = 5
 
 def gnss_chapter(adjustment: Adjustment, sessions: Sequence[SessionResult] = ()) -> Chapter | None:
     """The chapter; None where no baseline takes part."""
-    found = baselines_of(adjustment)
-    if found is None:
+    baselines = baselines_of(adjustment)
+    if baselines is None:
         return None
-    loops = loops_of(found)
+    loops = loops_of(baselines)
     reference = adjustment.network.reference
     warnings = (
-        *warned(Severity.BLUNDER, _loop_warnings(found, loops)),
+        *warned(Severity.BLUNDER, _loop_warnings(baselines, loops)),
         *warned(Severity.INPUT, raised_antennas(adjustment, sessions)),
     )
     sentences = [
         *_session_sentences(sessions),
-        *_loop_sentences(found, loops),
+        *_loop_sentences(baselines, loops),
         *epoch_sentences(reference, sessions),
     ]
-    tables = [_session_table(sessions), _baseline_table(sessions), _loop_table(found, loops)]
+    tables = [_session_table(sessions), _baseline_table(sessions), _loop_table(baselines, loops)]
     return Chapter(
         "gnss",
         "GNSS baselines and loops",
         tuple(sentences),
-        (_map(adjustment, found, loops, sessions),),
+        (_map(adjustment, baselines, loops, sessions),),
         tuple(table for table in tables if table.rows),
-        _data(found, loops, sessions, reference),
+        _data(baselines, loops, sessions, reference),
         warnings,
     )
 
@@ -194,7 +194,7 @@ def _session_sentences(sessions: Sequence[SessionResult]) -> list[str]:
     return out
 
 
-def _loop_sentences(found: BaselineSet, loops: Sequence[BaselineLoop]) -> list[str]:
+def _loop_sentences(baselines: BaselineSet, loops: Sequence[BaselineLoop]) -> list[str]:
     if not loops:
         return ["The baselines close no loop: nothing checks them."]
     basis = [loop for loop in loops if loop.independent]
@@ -206,12 +206,12 @@ def _loop_sentences(found: BaselineSet, loops: Sequence[BaselineLoop]) -> list[s
     words = (
         f"{counted(len(basis), 'minimal loop')}{more}: the largest closure is "
         f"{1e3 * largest.size:.1f} mm ({largest.ppm:.2f} ppm of {largest.length:.0f} m) in "
-        f"{_path(found, largest)}"
+        f"{_path(baselines, largest)}"
     )
     if steepest is not largest:
         words += (
             f", the largest in proportion {steepest.ppm:.2f} ppm "
-            f"({1e3 * steepest.size:.1f} mm) in {_path(found, steepest)}"
+            f"({1e3 * steepest.size:.1f} mm) in {_path(baselines, steepest)}"
         )
     verb = "fails" if failing in (0, 1) else "fail"
     out = [f"{words}; {failing or 'none'} of {len(loops)} {verb} the test at 5 %."]
@@ -225,12 +225,12 @@ def _loop_sentences(found: BaselineSet, loops: Sequence[BaselineLoop]) -> list[s
     return out
 
 
-def _loop_warnings(found: BaselineSet, loops: Sequence[BaselineLoop]) -> list[str]:
+def _loop_warnings(baselines: BaselineSet, loops: Sequence[BaselineLoop]) -> list[str]:
     bad = sorted((loop for loop in loops if not loop.passes), key=lambda loop: -loop.statistic)
     # a share of the tests fails by chance: only closures far beyond are worth a warning
     far = [loop for loop in bad if loop.statistic > 2 * loop.limit]
     words = [
-        f"GNSS loop {_path(found, loop)} does not close by {1e3 * loop.size:.1f} mm "
+        f"GNSS loop {_path(baselines, loop)} does not close by {1e3 * loop.size:.1f} mm "
         f"({loop.ppm:.1f} ppm): its test is {loop.statistic:.1f}, the limit {loop.limit:.1f}."
         for loop in far[:MOST_NAMED]
     ]
@@ -239,8 +239,8 @@ def _loop_warnings(found: BaselineSet, loops: Sequence[BaselineLoop]) -> list[st
     return words
 
 
-def _path(found: BaselineSet, loop: BaselineLoop) -> str:
-    return "-".join(found.names[k] for k in (*loop.points, loop.points[0]))
+def _path(baselines: BaselineSet, loop: BaselineLoop) -> str:
+    return "-".join(baselines.names[k] for k in (*loop.points, loop.points[0]))
 
 
 def _session_table(sessions: Sequence[SessionResult]) -> ReportTable:
@@ -308,9 +308,9 @@ def _ambiguities(baseline: Baseline) -> Cell:
     return text_cell(baseline.ambiguities, "" if baseline.ambiguities == "fixed" else "bad")
 
 
-def _loop_table(found: BaselineSet, loops: Sequence[BaselineLoop]) -> ReportTable:
+def _loop_table(baselines: BaselineSet, loops: Sequence[BaselineLoop]) -> ReportTable:
     columns: list[tuple[ColumnHead, Callable[[BaselineLoop], Cell]]] = [
-        (ColumnHead("Loop", numeric=False), lambda loop: text_cell(_path(found, loop))),
+        (ColumnHead("Loop", numeric=False), lambda loop: text_cell(_path(baselines, loop))),
         (ColumnHead("minimal", numeric=False), lambda loop: text_cell(_yes(loop.independent))),
         (ColumnHead("length", "m"), lambda loop: fixed_cell(loop.length, 1)),
         *(
@@ -343,21 +343,23 @@ def _verdict(loop: BaselineLoop) -> Cell:
 
 def _map(
     adjustment: Adjustment,
-    found: BaselineSet,
+    baselines: BaselineSet,
     loops: Sequence[BaselineLoop],
     sessions: Sequence[SessionResult],
 ) -> Any:
     of_ends = {frozenset(b.names): (s.name, b.ambiguities) for s, b in _all(sessions)}
     bad = {k for loop in loops if not loop.passes for k, _ in loop.walk}
     lines = []
-    for k, (a, b) in enumerate(zip(found.start.tolist(), found.end.tolist(), strict=True)):
-        session, state = of_ends.get(frozenset((found.names[a], found.names[b])), ("", "fixed"))
+    for k, (a, b) in enumerate(zip(baselines.start.tolist(), baselines.end.tolist(), strict=True)):
+        session, state = of_ends.get(
+            frozenset((baselines.names[a], baselines.names[b])), ("", "fixed")
+        )
         lines.append(MapLine(a, b, session, state == "float", k in bad))
-    return baseline_map(adjustment.state.positions[:, :2], found.names, lines)
+    return baseline_map(adjustment.state.positions[:, :2], baselines.names, lines)
 
 
 def _data(
-    found: BaselineSet,
+    baselines: BaselineSet,
     loops: Sequence[BaselineLoop],
     sessions: Sequence[SessionResult],
     reference: Reference,
@@ -371,7 +373,7 @@ def _data(
         ],
         "loops": [
             {
-                "points": [found.names[k] for k in loop.points],
+                "points": [baselines.names[k] for k in loop.points],
                 "closure": loop.closure.tolist(),
                 "covariance": loop.covariance.tolist(),
                 "length": loop.length,

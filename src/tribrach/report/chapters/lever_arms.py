@@ -67,11 +67,11 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
 
 
 def _chapter(
-    found: Sequence[EstimatedLeverArm], head: Head, warnings: tuple[ReportWarning, ...]
+    arms: Sequence[EstimatedLeverArm], head: Head, warnings: tuple[ReportWarning, ...]
 ) -> Chapter:
     """What the job says of its lever arms, of which there is at least one."""
     rows = []
-    for arm in found:
+    for arm in arms:
         how = "as adjusted" if arm.free is None else "with levelling, as adjusted"
         rows.append(_Row(arm.name, how, tuple(arm.vector), tuple(arm.sigma)))
         if arm.free is not None:
@@ -87,14 +87,14 @@ def _chapter(
         "From the origin of the scanner to the antenna or prism, in the scanner frame. "
         f"{head.sigma_origin}"
     )
-    sentences = [sentence for arm in found for sentence in _sentences(arm)]
+    sentences = [sentence for arm in arms for sentence in _sentences(arm)]
     return Chapter(
         _NAME,
         "Lever arms",
         tuple(sentences),
         (),
         (build_table("lever-arms", "Lever arms", note, rows, specs),),
-        {arm.name: _part(arm) for arm in found},
+        {arm.name: _part(arm) for arm in arms},
         warnings,
     )
 

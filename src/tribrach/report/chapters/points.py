@@ -106,7 +106,7 @@ def points(
             ellipse=uncertainty.ellipse(i),
             height_interval=uncertainty.height(i),
             ellipsoid=uncertainty.ellipsoid(i),
-            **{key: found[i] for key, found in places.items()},
+            **{key: coordinates[i] for key, coordinates in places.items()},
         )
         for i, name in enumerate(names)
     )
@@ -119,15 +119,15 @@ def _places(adjustment: Adjustment, covariances: Array) -> dict[str, list[Any]]:
         return {}
     turn = site.w_from_ecef
     turned = turn.T @ covariances[: len(x)] @ turn
-    found: dict[str, list[Any]] = {
+    places: dict[str, list[Any]] = {
         "geodetic": [_three(row) for row in site.geodetic(x)],
         "ecef": [_three(row) for row in site.to_ecef(x)],
         "ecef_covariance": [matrix(block) for block in turned],
     }
     grid = adjustment.network.reference.grid
     if grid is not None:
-        found["projected"] = [_three(row) for row in grid.from_work(x)]
-    return found
+        places["projected"] = [_three(row) for row in grid.from_work(x)]
+    return places
 
 
 def _three(row: Array) -> tuple[float, float, float]:

@@ -108,10 +108,10 @@ class Reductions(DocumentPart):
 
 def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
     """The chapter, where files of total stations were reduced."""
-    found = reductions(head.adjustment.network.facts)
-    if found is not None:
-        tables = found.tables(head.columns)
-        yield Chapter("reductions", "Raw files", tables=tables, data=found)
+    reduced = reductions(head.adjustment.network.facts)
+    if reduced is not None:
+        tables = reduced.tables(head.columns)
+        yield Chapter("reductions", "Raw files", tables=tables, data=reduced)
 
 
 def reductions(facts: Iterable[Fact]) -> Reductions | None:
@@ -203,16 +203,16 @@ def _sets(file: ReducedFile) -> list[SetRow]:
 
 
 def _closures(file: ReducedFile) -> list[Closure]:
-    found = file.reduction.closures
+    closures = file.reduction.closures
     return [
         Closure(
-            station=str(file.station[found.setup[i]]),
-            target=str(file.target[found.target[i]]),
-            set=int(found.set[i]) + 1,
-            face=int(found.face[i]),
-            difference=number(found.difference[i]),
+            station=str(file.station[closures.setup[i]]),
+            target=str(file.target[closures.target[i]]),
+            set=int(closures.set[i]) + 1,
+            face=int(closures.face[i]),
+            difference=number(closures.difference[i]),
         )
-        for i in range(len(found.setup))
+        for i in range(len(closures.setup))
     ]
 
 

@@ -98,21 +98,21 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
     if job.registered is None:
         return
     registered, adjustment = job.registered, head.adjustment
-    found = edges(adjustment)
-    if not found:
+    pair_edges = edges(adjustment)
+    if not pair_edges:
         return
     seen = _views(registered, adjustment)
-    pairs = [_Pair(e, seen.get(frozenset((e.first, e.second)))) for e in found]
+    pairs = [_Pair(e, seen.get(frozenset((e.first, e.second)))) for e in pair_edges]
     yield Chapter(
         "registration",
         "Registration",
-        _sentences([*registered.sentences, *_verdict(found)]),
-        (_graph(adjustment, found),),
+        _sentences([*registered.sentences, *_verdict(pair_edges)]),
+        (_graph(adjustment, pair_edges),),
         (_table(pairs, head.columns),),
         RegistrationPart(
             edges=[_record(pair) for pair in pairs], sentences=list(registered.sentences)
         ),
-        warned(Severity.BLUNDER, [*_outliers(found), *_contradictions(seen)]),
+        warned(Severity.BLUNDER, [*_outliers(pair_edges), *_contradictions(seen)]),
     )
 
 
@@ -134,20 +134,20 @@ def _views(registered: Registered, adjustment: Adjustment) -> dict[frozenset[str
     return out
 
 
-def _verdict(found: Sequence[Edge]) -> list[str]:
+def _verdict(pair_edges: Sequence[Edge]) -> list[str]:
     """How many pairs agree with the network."""
-    tested = [e for e in found if e.statistic is not None]
+    tested = [e for e in pair_edges if e.statistic is not None]
     bad = [e for e in tested if e.outlying]
     return [
-        f"{len(found)} pairs of stations have observations in common; of {len(tested)} that others "
-        f"control, {len(bad)} contradict the network at {100 * ALPHA:g} %"
+        f"{len(pair_edges)} pairs of stations have observations in common; of {len(tested)} that "
+        f"others control, {len(bad)} contradict the network at {100 * ALPHA:g} %"
     ]
 
 
-def _outliers(found: Sequence[Edge]) -> list[str]:
+def _outliers(pair_edges: Sequence[Edge]) -> list[str]:
     """Pairs that the network contradicts, the worst first, and a station that all of them share."""
-    bad = sorted((e for e in found if e.outlying), key=lambda e: -(e.ratio or 0.0))
-    said = [
+    bad = sorted((e for e in pair_edges if e.outlying), key=lambda e: -(e.ratio or 0.0))
+    sentences = [
         f"{e.first} and {e.second} by {kind_named(e.kind).facts.common_to_stations}: their own "
         f"relative pose differs from the network by {_size(e.shift, e.turn)}, expected "
         f"{_size(e.shift_sigma, e.turn_sigma)} (test {e.statistic:.1f} against {e.limit:.1f})"
@@ -155,8 +155,10 @@ def _outliers(found: Sequence[Edge]) -> list[str]:
     ]
     if len(bad) > 2:
         shared = set.intersection(*({e.first, e.second} for e in bad))
-        said += [f"all of these pairs have station {name} in common" for name in sorted(shared)]
-    return said
+        sentences += [
+            f"all of these pairs have station {name} in common" for name in sorted(shared)
+        ]
+    return sentences
 
 
 def _size(shift: float, turn: float) -> str:
@@ -232,16 +234,16 @@ def _record(pair: _Pair) -> EdgePart:
     return edge.model_copy(update=views)
 
 
-def _graph(adjustment: Adjustment, found: Sequence[Edge]) -> Picture:
+def _graph(adjustment: Adjustment, pair_edges: Sequence[Edge]) -> Picture:
     """Stations in plan, pairs coloured by the worst of their tests."""
     layout, state = adjustment.layout, adjustment.state
-    names = sorted({name for e in found for name in (e.first, e.second)})
+    names = sorted({name for e in pair_edges for name in (e.first, e.second)})
     plan = {name: state.pose_t[layout.index("pose", name), :2] for name in names}
     figure = new_figure(figsize=(8, 5.5), dpi=100, layout="constrained")
     axes = figure.subplots()
-    for first, second in sorted({(e.first, e.second) for e in found}):
-        mine = [e for e in found if (e.first, e.second) == (first, second)]
-        _line(axes, mine, np.array([plan[first], plan[second]]))
+    for first, second in sorted({(e.first, e.second) for e in pair_edges}):
+        group = [e for e in pair_edges if (e.first, e.second) == (first, second)]
+        _line(axes, group, np.array([plan[first], plan[second]]))
     xy = np.array([plan[name] for name in names])
     axes.plot(xy[:, 0], xy[:, 1], "^", color="#222222", markersize=9, zorder=3)
     for name in names:
@@ -259,13 +261,13 @@ def _graph(adjustment: Adjustment, found: Sequence[Edge]) -> Picture:
     return picture("registration-graph", "Graph of the registration", figure, caption)
 
 
-def _line(axes: Axes, mine: Sequence[Edge], ends: np.ndarray[Any, Any]) -> None:
+def _line(axes: Axes, group: Sequence[Edge], ends: np.ndarray[Any, Any]) -> None:
     """One pair of stations."""
-    ratios = [e.ratio for e in mine if e.ratio is not None]
+    ratios = [e.ratio for e in group if e.ratio is not None]
     worst = max(ratios, default=None)
     color = "#999999" if worst is None else colours("RdYlGn_r")(min(worst / _WORST, 1.0))
-    style = "-" if max(e.held for e in mine) == 6 else "--"
-    width = 1.0 + min(len(mine), 3)
+    style = "-" if max(e.held for e in group) == 6 else "--"
+    width = 1.0 + min(len(group), 3)
     axes.plot(ends[:, 0], ends[:, 1], style, color=color, linewidth=width, zorder=2)
 
 

@@ -65,7 +65,7 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
         yield Chapter("rigid_model", _TITLE, warnings=warned(Severity.WEAK, [text]))
 
 
-def _chapter(found: RigidModel, adjustment: Adjustment, columns: ColumnSet) -> Chapter:
+def _chapter(rigid: RigidModel, adjustment: Adjustment, columns: ColumnSet) -> Chapter:
     """Differences of both solutions at every place that is known without scans."""
     rows = [
         _Row(
@@ -75,7 +75,7 @@ def _chapter(found: RigidModel, adjustment: Adjustment, columns: ColumnSet) -> C
             tuple(place.xyz - adjusted_place(adjustment, place)),
         )
         for place, check, difference in zip(
-            found.places, found.fit.points.check, found.fit.difference, strict=True
+            rigid.places, rigid.fit.points.check, rigid.fit.difference, strict=True
         )
     ]
     specs: list[Spec] = [columns.word("Place", "name"), columns.word("Use", "use")]
@@ -87,20 +87,20 @@ def _chapter(found: RigidModel, adjustment: Adjustment, columns: ColumnSet) -> C
     )
     table = build_table("rigid-model", "Rigid model and adjustment", note, rows, specs)
     data: dict[str, Any] = {
-        "parameters": found.fit.model.count,
-        "sigma0": found.fit.sigma0,
-        "dof": found.fit.dof,
+        "parameters": rigid.fit.model.count,
+        "sigma0": rigid.fit.sigma0,
+        "dof": rigid.fit.dof,
         "check_rms_rigid": _rms(rows, "check", "rigid"),
         "check_rms_adjusted": _rms(rows, "check", "adjusted"),
         "poses": {
             name: {
-                "world_from_scanner": found.pose(name).matrix.tolist(),
-                "covariance": found.covariance(name).tolist(),
+                "world_from_scanner": rigid.pose(name).matrix.tolist(),
+                "covariance": rigid.covariance(name).tolist(),
             }
-            for name in found.model.layout.names["pose"]
+            for name in rigid.model.layout.names["pose"]
         },
     }
-    sentences = _sentences(found, rows, adjustment)
+    sentences = _sentences(rigid, rows, adjustment)
     return Chapter(
         "rigid_model", _TITLE, sentences, (), (table,), RigidModelPart.model_validate(data)
     )
@@ -111,8 +111,8 @@ def _rms(rows: Sequence[_Row], use: str, path: str) -> float | None:
     return float(np.sqrt((np.array(values) ** 2).mean())) if values else None
 
 
-def _sentences(found: RigidModel, rows: Sequence[_Row], adjustment: Adjustment) -> tuple[str, ...]:
-    fit, n = found.fit, sum(row.use == "control" for row in rows)
+def _sentences(model: RigidModel, rows: Sequence[_Row], adjustment: Adjustment) -> tuple[str, ...]:
+    fit, n = model.fit, sum(row.use == "control" for row in rows)
     sigma0 = "without redundancy" if fit.sigma0 is None else f"sigma0 {fit.sigma0:.2f}"
     residual = 1e3 * (_rms(rows, "control", "rigid") or 0.0)
     out = [
@@ -126,10 +126,10 @@ def _sentences(found: RigidModel, rows: Sequence[_Row], adjustment: Adjustment) 
             f"Check places differ by {1e3 * rigid:.1f} mm a coordinate from the rigid model and by "
             f"{1e3 * adjusted:.1f} mm from the adjustment of everything."
         )
-    names = found.model.layout.names["pose"]
+    names = model.model.layout.names["pose"]
     state, layout = adjustment.state, adjustment.layout
     shift = [
-        found.pose(name).translation - state.pose_t[layout.index("pose", name)] for name in names
+        model.pose(name).translation - state.pose_t[layout.index("pose", name)] for name in names
     ]
     size = np.linalg.norm(shift, axis=1)
     worst = int(np.argmax(size))

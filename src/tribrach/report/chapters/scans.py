@@ -268,8 +268,8 @@ def _cloud(
     summary, known = product.summary, len(product.summary.sample) > 0
     weakest = None
     if known and len(product.scans) == 1:
-        found = _weakest(summary, placements[product.scans[0]], frame)
-        weakest = found.sigma, found.azimuth, found.elevation
+        direction = _weakest(summary, placements[product.scans[0]], frame)
+        weakest = direction.sigma, direction.azimuth, direction.elevation
     return WrittenCloud(
         name=", ".join(product.scans[:4]) + ("" if len(product.scans) < 5 else ", ..."),
         file=product.path.name,
@@ -371,7 +371,7 @@ def _precision(products: Sequence[Product], frame: OutputFrame) -> list[str]:
             f"(rounding {1e3 * coarsest / np.sqrt(12):.2g} mm)"
         )
     left = f"{1e3 * single:.0f}" if single > 0.01 else f"{1e3 * single:.2g}"
-    said = [
+    sentences = [
         f"Precision budget: {stored}; a program that reads them as 32-bit "
         f"floats without a shift would leave {left} mm."
     ]
@@ -380,18 +380,18 @@ def _precision(products: Sequence[Product], frame: OutputFrame) -> list[str]:
     if frame.kind == "projected" and frame.crs is not None:
         middle = (low + high) / 2
         scale = grid_scale(frame.crs, middle)
-        said.append(
+        sentences.append(
             f"In {frame.crs} lengths differ from those on the ground by {1e6 * scale:+.1f} ppm, "
             f"{1e3 * scale * extent:+.1f} mm over the {extent:.0f} m of the clouds"
             + ("." if rigid else _CONVERTED)
         )
     elif frame.kind == "work":
         sag = (extent / 2) ** 2 / (2 * _EARTH)
-        said.append(
+        sentences.append(
             f"Heights are along the vertical of the work frame; the Earth falls away by "
             f"{1e3 * sag:.2g} mm at the edge of the clouds."
         )
-    return said
+    return sentences
 
 
 def _truth_table(truth: Sequence[TruthRow], columns: ColumnSet) -> ReportTable:

@@ -228,26 +228,26 @@ def _pictures(plan: DesignResult) -> list[Picture]:
     ]
 
 
-def _figures_json(found: Figures | None) -> Any:
-    if found is None:
+def _figures_json(figures: Figures | None) -> Any:
+    if figures is None:
         return None
     return {
-        "sigma": dict(zip(found.names, numbers(found.sigma), strict=True)),
-        "redundancy": {"value": number(found.redundancy), "at": found.redundancy_at},
-        "undetected": {"value": number(found.undetected), "at": found.undetected_at},
-        "correlation": {"value": number(found.correlation), "at": found.correlation_at},
+        "sigma": dict(zip(figures.names, numbers(figures.sigma), strict=True)),
+        "redundancy": {"value": number(figures.redundancy), "at": figures.redundancy_at},
+        "undetected": {"value": number(figures.undetected), "at": figures.undetected_at},
+        "correlation": {"value": number(figures.correlation), "at": figures.correlation_at},
     }
 
 
 def plan_document(plan: DesignResult, page: PlanPage) -> PlanDocument:
     """The plan as data: metres and radians, names as keys, None where there is no number."""
-    found, content = plan.adjustment, page.network
-    layout = found.layout
+    adjustment, content = plan.adjustment, page.network
+    layout = adjustment.layout
     new = {p.name for p in plan.proposals}
-    covariances = found.position_covariances()
+    covariances = adjustment.position_covariances()
     places = {
         name: {
-            "xyz": numbers(found.state.positions[k]),
+            "xyz": numbers(adjustment.state.positions[k]),
             "covariance": [numbers(row) for row in covariances[k]],
             "new": name in new,
         }
@@ -266,7 +266,7 @@ def plan_document(plan: DesignResult, page: PlanPage) -> PlanDocument:
             "redundancy": s.redundancy,
             "undetected": s.undetected,
         }
-        for s in sights_of(content, found)
+        for s in sights_of(content, adjustment)
     ]
     data = heading(SCHEMA) | {
         "title": plan.title,
@@ -283,7 +283,7 @@ def plan_document(plan: DesignResult, page: PlanPage) -> PlanDocument:
         "points": dict(list(places.items())[:points]),
         "stations": dict(list(places.items())[points:]),
         "parameters": {
-            u: number(math.sqrt(found.covariance(u)[0, 0])) for u in layout.names["scalar"]
+            u: number(math.sqrt(adjustment.covariance(u)[0, 0])) for u in layout.names["scalar"]
         },
         "sights": sights,
         "designs_judged": plan.judged,

@@ -35,19 +35,19 @@ _Row = tuple[str, Array]
 _GAP = np.radians(180.0)
 
 
-def _rows(found: LeverArmForecast) -> list[_Row]:
+def _rows(forecast: LeverArmForecast) -> list[_Row]:
     """The solutions in words, with their covariances."""
-    rows = [("as it is known", found.prior)]
-    if found.before is not None:
-        rows.append(("with the targets of the plan", found.before))
-    if found.before is None or not np.array_equal(found.before, found.after):
-        rows.append(("with what is proposed", found.after))
+    rows = [("as it is known", forecast.prior)]
+    if forecast.before is not None:
+        rows.append(("with the targets of the plan", forecast.before))
+    if forecast.before is None or not np.array_equal(forecast.before, forecast.after):
+        rows.append(("with what is proposed", forecast.after))
     return rows
 
 
-def lever_arm_table(found: LeverArmForecast | None) -> ReportTable:
+def lever_arm_table(forecast: LeverArmForecast | None) -> ReportTable:
     """Sigmas and correlations of each solution; no rows without a lever arm."""
-    rows = [] if found is None else _rows(found)
+    rows = [] if forecast is None else _rows(forecast)
 
     def mm(row: _Row, axis: int) -> float:
         return float(np.sqrt(row[1][axis, axis]))
@@ -80,39 +80,39 @@ def lever_arm_table(found: LeverArmForecast | None) -> ReportTable:
     return build_table("lever-arm", "The lever arm", note, rows, columns)
 
 
-def lever_arm_sentences(found: LeverArmForecast | None) -> list[str]:
+def lever_arm_sentences(forecast: LeverArmForecast | None) -> list[str]:
     """What the plan makes of the lever arm, and whether its targets stand all around."""
-    if found is None:
+    if forecast is None:
         return []
     out = []
-    for words, covariance in _rows(found)[1:]:
+    for words, covariance in _rows(forecast)[1:]:
         size = ", ".join(
             f"{axis} {1e3 * s:.2g} mm"
             for axis, s in zip("xyz", np.sqrt(np.diag(covariance)), strict=True)
         )
-        out.append(f"Lever arm {found.name} {words}: sigma {size}.")
-    if found.gaps[1] > _GAP:
+        out.append(f"Lever arm {forecast.name} {words}: sigma {size}.")
+    if forecast.gaps[1] > _GAP:
         out.append(
-            f"The targets leave {np.degrees(found.gaps[1]):.0f} degrees of the horizon free: the "
-            "scanner's place is extrapolated from them. Targets on the other side serve most."
+            f"The targets leave {np.degrees(forecast.gaps[1]):.0f} degrees of the horizon free: "
+            "the scanner's place is extrapolated from them. Targets on the other side serve most."
         )
     return out
 
 
-def lever_arm_json(found: LeverArmForecast | None) -> Any:
+def lever_arm_json(forecast: LeverArmForecast | None) -> Any:
     """Covariances [m^2] of a lever arm, free parts of the horizon [rad]; None without one."""
-    if found is None:
+    if forecast is None:
         return None
 
     def matrix(covariance: Array | None) -> Any:
         return None if covariance is None else [numbers(row) for row in covariance]
 
     return {
-        "name": found.name,
-        "prior": matrix(found.prior),
-        "before": matrix(found.before),
-        "plan": matrix(found.after),
-        "horizon_without_targets": {"before": found.gaps[0], "plan": found.gaps[1]},
+        "name": forecast.name,
+        "prior": matrix(forecast.prior),
+        "before": matrix(forecast.before),
+        "plan": matrix(forecast.after),
+        "horizon_without_targets": {"before": forecast.gaps[0], "plan": forecast.gaps[1]},
     }
 
 
@@ -205,17 +205,17 @@ def _stations(plan: DesignResult, sights: tuple[PlannedSight, ...]) -> ReportTab
 
 
 def _targets(plan: DesignResult, sights: tuple[PlannedSight, ...]) -> ReportTable:
-    found = plan.adjustment
-    layout = found.layout
+    adjustment = plan.adjustment
+    layout = adjustment.layout
     names = layout.names["point"]
-    sigma = largest_sigma(found.family_covariances("point")) if names else np.zeros(0)
+    sigma = largest_sigma(adjustment.family_covariances("point")) if names else np.zeros(0)
     new = {p.name for p in plan.proposals}
     seen: dict[str, list[str]] = {n: [] for n in names}
     for s in sights:
         if s.end in seen:
             seen[s.end].append(s.start)
     rows = list(range(len(names)))
-    xyz = found.state.points
+    xyz = adjustment.state.points
     columns = [
         (ColumnHead("Target or point", numeric=False), lambda i: text_cell(names[i])),
         (ColumnHead("", numeric=False), lambda i: text_cell("new" if names[i] in new else "")),
@@ -249,10 +249,10 @@ def _proposals(plan: DesignResult) -> ReportTable:
 def _criteria(plan: DesignResult) -> ReportTable:
     kinds = list(CRITERIA)
 
-    def cell(found: Figures | None, kind: CriterionKind) -> Cell:
-        if found is None:
+    def cell(figures: Figures | None, kind: CriterionKind) -> Cell:
+        if figures is None:
             return text_cell("")
-        return _shown_cell(kind, found.value(kind))
+        return _shown_cell(kind, figures.value(kind))
 
     at = {
         "sigma": plan.after.names[int(np.argmax(plan.after.sigma))] if plan.after.names else "",

@@ -97,13 +97,13 @@ class RegistrationDocument(Document):
     sentences: list[str]
 
 
-def registration_document(found: RegisteredFiles) -> RegistrationDocument:
+def registration_document(files: RegisteredFiles) -> RegistrationDocument:
     """All figures; metres and radians."""
-    registration = found.registration
+    registration = files.registration
     data = heading(SCHEMA) | {
         "scans": [
-            {"scan": name, "file": scan.path.name, "points": found.points[name]}
-            for name, scan in found.scans.items()
+            {"scan": name, "file": scan.path.name, "points": files.points[name]}
+            for name, scan in files.scans.items()
         ],
         "pairs": [
             {
