@@ -98,8 +98,8 @@ def _gap(adjustment: Adjustment, station: int) -> float | None:
     around: list[float] = []
     for o in adjustment.network.observations:
         if isinstance(o, TargetCentres):
-            mine = (o.station == station) & (o.use == Use.ACTIVE)
-            around += np.arctan2(o.values[mine, 1], o.values[mine, 0]).tolist()
+            active = (o.station == station) & (o.use == Use.ACTIVE)
+            around += np.arctan2(o.values[active, 1], o.values[active, 0]).tolist()
     if not around:
         return None
     angles = np.sort(around)
@@ -122,12 +122,12 @@ def _unlevelled(adjustment: Adjustment) -> Adjustment | None:
 
 
 def lever_arm_files(
-    found: Sequence[EstimatedLeverArm], folder: Path, datum: str, sigma_origin: str
+    arms: Sequence[EstimatedLeverArm], folder: Path, datum: str, sigma_origin: str
 ) -> dict[Path, str]:
     """Contents of ``lever-arm-NAME.toml`` by their paths."""
     today = datetime.date.today().isoformat()
     texts = {}
-    for arm in found:
+    for arm in arms:
         plain = "".join(ch if ch.isalnum() or ch in "-_" else "_" for ch in arm.name)
         result = LeverArmResult(
             arm.name, arm.vector, arm.covariance, arm.stations, today, datum, sigma_origin

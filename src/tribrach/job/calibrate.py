@@ -97,7 +97,7 @@ def _has_control(network: Network) -> bool:
     return not points.all() or any(o.group == "control" for o in network.observations)
 
 
-def calibrations_of(job: Job, found: SelfCalibration) -> dict[str, Calibration]:
+def calibrations_of(job: Job, calibration: SelfCalibration) -> dict[str, Calibration]:
     """The calibrations as they go into files, by instrument.
 
     Raises
@@ -118,32 +118,32 @@ def calibrations_of(job: Job, found: SelfCalibration) -> dict[str, Calibration]:
             "a minimum-norm solution is no calibration and is not saved",
             cure='say open = "refuse" and leave out what cannot be separated',
         )
-    return {name: _calibration(project, section, found, name) for name in names}
+    return {name: _calibration(project, section, calibration, name) for name in names}
 
 
 def _calibration(
-    project: Project, section: CalibrationSection, found: SelfCalibration, instrument: str
+    project: Project, section: CalibrationSection, calibration: SelfCalibration, instrument: str
 ) -> Calibration:
     """What was found of one instrument."""
-    mine = [k for k, p in enumerate(found.parameters) if p.owner == instrument]
-    if not mine:
+    own = [k for k, p in enumerate(calibration.parameters) if p.owner == instrument]
+    if not own:
         raise InputError(
             f"no parameter of {instrument} was estimated",
             cure="give observations from its stations, or do not name it in [calibration]",
         )
-    a = found.adjustment
+    a = calibration.adjustment
     return Calibration(
         instrument=instrument,
         serial=project.instruments[instrument].serial,
         model=section.model,
-        parameters=tuple(found.parameters[k].plain for k in mine),
-        values=np.array([found.parameters[k].value for k in mine]),
-        covariance=found.covariance[np.ix_(mine, mine)],
+        parameters=tuple(calibration.parameters[k].plain for k in own),
+        values=np.array([calibration.parameters[k].value for k in own]),
+        covariance=calibration.covariance[np.ix_(own, own)],
         unit_lengths=tuple(section.unit_lengths_m),
         architecture=section.scanner,
         date=datetime.date.today(),
-        datum=found.datum_words,
-        sigma_origin=found.sigma_origin,
+        datum=calibration.datum_words,
+        sigma_origin=calibration.sigma_origin,
         observations=a.n_observations,
         redundancy=a.dof,
     )

@@ -1,4 +1,4 @@
-"""Which calibration does each scanner station have: known from a file, sought, or both?"""
+"""The calibration of each scanner station: known from a file, sought, or both."""
 
 from __future__ import annotations
 

@@ -50,8 +50,8 @@ def survey_to_check(path: Path, precision: Precision, progress: Progress) -> tup
             "the project looks for no targets", file=path, cure="add a section [targets]"
         )
     for station, names in work.named.identification.names.items():
-        found = zip(names, work.named.targets[station], strict=True)
-        own = {name: d for name, d in found if name}
+        detections = zip(names, work.named.targets[station], strict=True)
+        own = {name: d for name, d in detections if name}
         survey.station(station)
         observe_readings(survey, station, own, work.scans, work.findings)
     return survey, project.title
@@ -71,16 +71,16 @@ def readings_of(survey: Survey) -> ScannerReadings:
     for o in network.observations:
         if not isinstance(o, ScannerPolar | TargetCentres):
             continue
-        mine = np.flatnonzero(o.use == Use.ACTIVE)
+        active = np.flatnonzero(o.use == Use.ACTIVE)
         if isinstance(o, ScannerPolar):
-            polar, face = folded(o.values[mine], o.face[mine])
-            covariance = o.covariance[mine]
+            polar, face = folded(o.values[active], o.face[active])
+            covariance = o.covariance[active]
         else:
             polar, covariance = polar_of_centres(
-                o.values[mine], o.covariance[mine], list(o.source[mine])
+                o.values[active], o.covariance[active], list(o.source[active])
             )
-            face = np.ones(len(mine))
-        ends = [o.ends(network.start.layout)[i] for i in mine]
+            face = np.ones(len(active))
+        ends = [o.ends(network.start.layout)[i] for i in active]
         split = [
             start.rpartition(SERIES) if SERIES in start else (start, "", "") for start, _ in ends
         ]
@@ -92,7 +92,7 @@ def readings_of(survey: Survey) -> ScannerReadings:
                 face,
                 polar,
                 covariance,
-                o.source[mine],
+                o.source[active],
             )
         )
     if not parts or not sum(len(part) for part in parts):

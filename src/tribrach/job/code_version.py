@@ -1,4 +1,4 @@
-"""Which code makes a result, and has it changed?
+"""The version of the code that makes a result: a digest of its source.
 
 The version of some modules is a digest of their own source, of the source of all modules of this
 package that they import, directly and through others, and of the versions of the libraries that

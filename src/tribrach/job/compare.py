@@ -99,9 +99,9 @@ def compare_clouds(
     return results if method != "m3c2" else [replace(r, c2c=None) for r in results]
 
 
-def offset_test(found: Sequence[SiteResult], stations: StationPair | None) -> OffsetTest | None:
+def offset_test(results: Sequence[SiteResult], stations: StationPair | None) -> OffsetTest | None:
     """The offsets of all sites against the joint covariance; None without any prediction."""
-    known = [site.prediction for site in found if site.prediction is not None]
+    known = [site.prediction for site in results if site.prediction is not None]
     return None if stations is None else compare_offsets(known, stations)
 
 
@@ -197,10 +197,10 @@ class _Work:
             with_random(stream, where, core, normals.vectors, incidence=self.incidence)
             for stream, where in ((pair.reference, one), (pair.around, two))
         )
-        found = m3c2_ep(
+        propagated = m3c2_ep(
             one_with, two_with, core, settings, stations, normals=normals, footprints=beams
         )
-        return M3C2Figures.of(plainly), predict(found, stations, settings.diameter)
+        return M3C2Figures.of(plainly), predict(propagated, stations, settings.diameter)
 
     def _settings(self, c2c: C2C) -> M3C2Settings:
         """Cylinders for the coarser pitch, normals for it and for the roughness."""

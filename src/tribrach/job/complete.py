@@ -166,10 +166,10 @@ def _count(
             stations.setdefault(own, SurfacePatches()).add(keys, variance)
         else:
             for number in np.unique(numbers):
-                mine = numbers == number
-                part = None if variance is None else variance[mine]
+                members = numbers == number
+                part = None if variance is None else variance[members]
                 name = names.of_number(int(number)) or f"{own} {number:g}"
-                stations.setdefault(name, SurfacePatches()).add(keys[mine], part)
+                stations.setdefault(name, SurfacePatches()).add(keys[members], part)
         done += len(chunk)
         progress(scan.source, done, scan.records)
 

@@ -106,22 +106,22 @@ def baselines_of(adjustment: Adjustment) -> BaselineSet | None:
     )
 
 
-def loops_of(found: BaselineSet, alpha: float = 0.05) -> list[BaselineLoop]:
+def loops_of(baselines: BaselineSet, alpha: float = 0.05) -> list[BaselineLoop]:
     """Minimal loops and further triangles, with their closures."""
-    length = np.linalg.norm(found.vectors, axis=1)
-    basis = minimal_loops(found.start, found.end, length)
+    length = np.linalg.norm(baselines.vectors, axis=1)
+    basis = minimal_loops(baselines.start, baselines.end, length)
     there = {frozenset(k for k, _ in walk) for walk in basis}
     more = [
         walk
-        for walk in triangles(found.start, found.end)
+        for walk in triangles(baselines.start, baselines.end)
         if frozenset(k for k, _ in walk) not in there
     ]
     return close_loops(
         [*basis, *more],
-        found.start,
-        found.end,
-        found.vectors,
-        found.covariance,
+        baselines.start,
+        baselines.end,
+        baselines.vectors,
+        baselines.covariance,
         independent=len(basis),
         alpha=alpha,
     )

@@ -1,4 +1,4 @@
-"""Which scans go into which file of clouds?
+"""The files of clouds, and the scans that go into each.
 
 One file per scan, or one for all of them. Points of E57 files stay in the frames of their
 scanners: with ``format = "e57"`` the scans of one E57 source stay together in one copy of it.
@@ -32,11 +32,11 @@ class Group:
     scans: tuple[StationScan, ...]
 
 
-def groups(scans: Sequence[StationScan], wish: CloudSection) -> list[Group]:
+def groups(scans: Sequence[StationScan], section: CloudSection) -> list[Group]:
     """Every file with its scans, in the order of the scans; no two files of one name."""
-    if wish.merged:
+    if section.merged:
         named = [("cloud", tuple(scans))]
-    elif wish.format == "e57":
+    elif section.format == "e57":
         named = _by_source(scans)
     else:
         named = [(scan.name, (scan,)) for scan in scans]
@@ -47,7 +47,7 @@ def groups(scans: Sequence[StationScan], wish: CloudSection) -> list[Group]:
         while free.casefold() in taken:
             free, number = f"{stem}-{number}", number + 1
         taken.add(free.casefold())
-        out.append(Group(name, free + _SUFFIX[wish.format], members))
+        out.append(Group(name, free + _SUFFIX[section.format], members))
     return out
 
 
@@ -83,8 +83,8 @@ def refuse_impossible(project: Project, scans: Sequence[StationScan]) -> None:
     InputError
         Several scans for one E57 file that are not all scans of one E57 source.
     """
-    wish = project.cloud
-    one_file = wish.write and wish.merged and wish.format == "e57"
+    section = project.cloud
+    one_file = section.write and section.merged and section.format == "e57"
     if one_file and len(scans) > 1 and not whole_source(scans):
         raise project.error(
             ("cloud", "merged"),

@@ -1,4 +1,4 @@
-"""Which scans does a project have, where was each taken, with what instrument?"""
+"""The scans of a project, each with its station and its instrument."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What has been made already, and from which inputs?
+"""Products of earlier runs, remembered with a digest of what they were made from.
 
 Beside the results lies a folder of small JSON files, one for each product. Each holds the key of
 the product: a digest of everything that it depends on. If the key is unchanged and the product is

@@ -1,4 +1,4 @@
-"""A simulated project against its truth: is every error as large as it was said to be?
+"""A simulated project against its truth: every error tested against its stated covariance.
 
 For each station and point ``e^T C^-1 e`` against chi-square, at a level at which the largest of
 them all passes in 99 % of all jobs; for all of them jointly on both sides, since errors smaller
@@ -106,10 +106,10 @@ def _true_names(truth: Mapping[str, Any], named: Named) -> dict[str, list[str]]:
     targets = {n: np.array(truth["points"][n]) for n in truth["targets"]}
     names, xyz = list(targets), np.array(list(targets.values()))
     out = {}
-    for station, found in named.targets.items():
+    for station, detections in named.targets.items():
         matrix = np.array(truth["stations"][station]["world_from_scanner"])
         here = []
-        for d in found:
+        for d in detections:
             distance = np.linalg.norm(xyz - matrix[:3, :3] @ d.center - matrix[:3, 3], axis=1)
             k = int(np.argmin(distance))
             here.append(names[k] if distance[k] < _NEAR else "")
@@ -345,12 +345,12 @@ def cloud_error(
     shared = np.zeros((6, 6))
     for chunk in scan.scan.chunks():
         a, b = np.searchsorted(number, [first, first + len(chunk)])
-        mine = number[a:b] - first
-        xyz = chunk.xyz[mine]
+        rows = number[a:b] - first
+        xyz = chunk.xyz[rows]
         first += len(chunk)
         if a == b:
             continue
-        cosine = incidence_cosines(chunk.xyz, rows=mine) if incidence else None
+        cosine = incidence_cosines(chunk.xyz, rows=rows) if incidence else None
         noise += _squares(xyz, alone, place[a:b], cosine)[0]
         square, part = _squares(xyz, where, place[a:b], cosine)
         whole, shared, used = whole + square, shared + part, used + b - a

@@ -1,4 +1,4 @@
-"""Which observations is the uncertainty of a station made of?
+"""The uncertainty of a station, divided among the observations that it comes from.
 
 ``dx = Q A^T P w`` makes every adjusted unknown a linear function of the observations. Those of
 one group alone give ``C_g = Q A_g^T P_g A_g Q``, and since ``Q N Q = Q`` the groups add up to the

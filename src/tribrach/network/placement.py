@@ -1,4 +1,4 @@
-"""What does GNSS contribute: how well is the network placed, and how well is it known in itself?
+"""What GNSS contributes: the placement of a network as a whole, beside its precision within.
 
 A satellite position of some metres places a scan without making it worse: relative positions come
 from the scanner. Both are said, so that nobody takes the one for the other (method section 2.6).

@@ -631,14 +631,14 @@ class Survey:
             The same point defined with different coordinates in both.
         """
         for name, given in other.points.items():
-            mine = self.points.get(name)
-            if mine is not None and not np.isnan(mine.xyz).all() and not np.isnan(given.xyz).all():
+            own = self.points.get(name)
+            if own is not None and not np.isnan(own.xyz).all() and not np.isnan(given.xyz).all():
                 raise InputError(
-                    f"point {name} is defined in both {mine.source or 'one survey'} and "
+                    f"point {name} is defined in both {own.source or 'one survey'} and "
                     f"{given.source or 'the other'}",
                     cure="keep one definition",
                 )
-            if mine is None or np.isnan(mine.xyz).all():
+            if own is None or np.isnan(own.xyz).all():
                 self.points[name] = given
         self.stations |= other.stations
         self.planes |= other.planes
@@ -716,11 +716,11 @@ class Survey:
 
     def named(self, kind: type[Observations], field_name: str) -> set[str]:
         """Names that the observations of a kind have in one of its fields."""
-        found: set[str] = set()
+        names: set[str] = set()
         for table in self._tables:
             if table.kind is kind and field_name in table.columns:
-                found |= {str(name) for name in np.ravel(table.columns[field_name]) if name}
-        return found
+                names |= {str(name) for name in np.ravel(table.columns[field_name]) if name}
+        return names
 
     def network(self) -> Network:
         """Resolve all names and give the network.

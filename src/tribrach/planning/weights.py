@@ -1,4 +1,4 @@
-"""How often must be measured, and how precisely? Weights of a design (second order).
+"""Weights of a design (second order): numbers of sets, and the precision that is needed.
 
 A set more is one more repetition of everything that a station observes, so n sets divide the
 covariances of its observations by n; what does not come from the readings (control, scale bars)
@@ -223,8 +223,8 @@ def _rows_of(adjustment: Adjustment, parts: list[tuple[int, NDArray[np.bool_]]])
     """Rows of the design that are read at a station."""
     rows = adjustment.rows
     chosen = [
-        np.flatnonzero((rows.table == number) & mine[np.minimum(rows.item, len(mine) - 1)])
-        for number, mine in parts
+        np.flatnonzero((rows.table == number) & mask[np.minimum(rows.item, len(mask) - 1)])
+        for number, mask in parts
     ]
     return np.concatenate([np.zeros(0, dtype=np.int64), *chosen])
 
@@ -253,8 +253,8 @@ def _with_sets(
 ) -> Network:
     factors = [np.ones(o.values.shape) for o in network.observations]
     for name, count in sets.items():
-        for number, mine in readers[name]:
-            factors[number][mine] /= np.sqrt(count)
+        for number, mask in readers[name]:
+            factors[number][mask] /= np.sqrt(count)
     given = {id(o): f for o, f in zip(network.observations, factors, strict=True)}
     return scaled(network, lambda o: given[id(o)])
 

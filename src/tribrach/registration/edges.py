@@ -1,4 +1,4 @@
-"""What does each pair of stations say by itself, and does the network agree?
+"""The relative pose of each pair of stations by itself, tested against the network.
 
 The observations that two stations have in common (planes, targets, a registration of their clouds)
 give a relative pose of their own, with the other stations left out. Its difference q to the
@@ -200,19 +200,19 @@ def _reduced(
     used = np.unique(design.indices)
     matrix = design[:, used].toarray()
     place = {int(c): k for k, c in enumerate(used)}
-    mine = np.zeros((len(matrix), 6))
+    own_columns = np.zeros((len(matrix), 6))
     for k, column in enumerate(own):
         if int(column) in place:
-            mine[:, k] = matrix[:, place[int(column)]]
+            own_columns[:, k] = matrix[:, place[int(column)]]
     rest = matrix[:, ~np.isin(used, np.concatenate([own, other]))]
     shared = rest[:, (rest != 0).any(axis=0)]
     if shared.shape[1]:
         size = np.linalg.norm(shared, axis=0)
         q, r = np.linalg.qr(shared / size)
         q = q[:, np.abs(np.diag(r)) > 1e-10]
-        mine = mine - q @ (q.T @ mine)
+        own_columns = own_columns - q @ (q.T @ own_columns)
         misclosure = misclosure - q @ (q.T @ misclosure)
-    return mine.T @ mine, mine.T @ misclosure
+    return own_columns.T @ own_columns, own_columns.T @ misclosure
 
 
 def _test(step: Array, alone: Array, known: Array) -> tuple[float, int, Array]:

@@ -1,4 +1,4 @@
-"""Do the targets of a scanner station stand well, and does its scan stay among them?
+"""Warnings on targets that stand badly around a scanner station, and on scans beyond them.
 
 Angles at the station between 20 and 160 degrees, targets on more than one side, not all on one
 line where no compensator levels the axis, one more than it takes (method section 5.3); and how
@@ -77,36 +77,36 @@ class TargetsAround:
         count, needed = len(self.targets), 2 if self.levelled else 3
         if count == 0:
             return []
-        said = []
+        sentences = []
         if count <= needed:
-            said.append(
+            sentences.append(
                 f"station {self.station} is tied to {count} "
                 f"target{'s' if count > 1 else ''} ({', '.join(self.names)}), no more than it "
                 "takes: an error in one of them stays unseen"
             )
         degrees = np.degrees(self.sector)
         if count > 1 and self.sector < _NARROW:
-            said.append(
+            sentences.append(
                 f"the targets of station {self.station} lie within {degrees:.0f}° as seen from it: "
                 "its heading and its place across that direction are weak; 20 to 160° are better"
             )
         elif count == 2 and self.sector > _FLAT:
-            said.append(
+            sentences.append(
                 f"station {self.station} stands almost on the line between its two targets "
                 f"({degrees:.0f}°): its place rests on distances along that line; 20 to 160° are "
                 "better"
             )
         elif count > 2 and self.sector < _ONE_SIDED:
-            said.append(
+            sentences.append(
                 f"the targets of station {self.station} are on one side of it, within "
                 f"{degrees:.0f}°: what was scanned on the other sides is extrapolated"
             )
         if not self.levelled and count > 2 and self.slenderness < _COLLINEAR:
-            said.append(
+            sentences.append(
                 f"the targets of station {self.station} lie almost on one line and its axis is "
                 "not levelled: its turn about that line is weak"
             )
-        return said
+        return sentences
 
 
 def geometry_sentences(adjustment: Adjustment) -> list[str]:

@@ -1,4 +1,4 @@
-"""How was the network adjusted, in which datum, and does it fit? (report chapters 2 and 6)"""
+"""The adjustment in figures, its datum, and its global test (report chapters 2 and 6)."""
 
 from __future__ import annotations
 
@@ -81,9 +81,9 @@ def _kinds(adjustment: Adjustment, quality: Quality) -> tuple[KindCount, ...]:
     pull = adjustment.whitener.T @ adjustment.whitened_residuals
     share = adjustment.residuals * pull
     for number_, o in enumerate(adjustment.network.observations):
-        mine = adjustment.rows.table == number_
-        r = float(quality.redundancy[mine].sum())
-        square = float(share[mine].sum())
+        rows = adjustment.rows.table == number_
+        r = float(quality.redundancy[rows].sum())
+        square = float(share[rows].sum())
         controlled = r > 1e-6 and square >= 0
         out.append(
             KindCount(

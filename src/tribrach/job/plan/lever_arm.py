@@ -170,8 +170,8 @@ def forecast(
 def _covariance(adjustment: Adjustment, name: str) -> Array:
     """Covariance (3, 3) [m^2] of a lever arm, zero for held components."""
     index = adjustment.layout.index("vector", name)
-    found: Array = adjustment.family_covariances("vector")[index]
-    return found
+    covariance: Array = adjustment.family_covariances("vector")[index]
+    return covariance
 
 
 def _gap(adjustment: Adjustment, stations: Sequence[str]) -> float:

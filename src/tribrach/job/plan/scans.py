@@ -82,10 +82,10 @@ class PlannedScans:
     ) -> None:
         """Add the planned scans of stations (s,) to targets (n,) that they see (s, n)."""
         xyz, names = np.array(list(targets.values())).reshape(-1, 3), np.array(list(targets))
-        for (station, place), mine in zip(stations.items(), seen, strict=True):
-            if not mine.any():
+        for (station, place), visible in zip(stations.items(), seen, strict=True):
+            if not visible.any():
                 continue
-            polar = polar_from_xyz((xyz[mine] - place.position) @ place.rotation)
+            polar = polar_from_xyz((xyz[visible] - place.position) @ place.rotation)
             sigma = self._sigma(station, polar)
             for face in (1.0, -1.0)[: self.plan.faces]:
                 survey.add(
@@ -93,7 +93,7 @@ class PlannedScans:
                     values=polar,
                     sigma=sigma,
                     station=[station] * len(polar),
-                    target=[str(n) for n in names[mine]],
+                    target=[str(n) for n in names[visible]],
                     face=np.full(len(polar), face),
                     source=[f"{_SOURCE} {station}"] * len(polar),
                 )

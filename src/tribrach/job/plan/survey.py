@@ -78,8 +78,8 @@ class PlanSurvey:
         project = job.project
         assert project.plan is not None
         self.job, self.project, self.plan, self.further = job, project, project.plan, further
-        wish = project.plan.lever_arm
-        self.arm = None if wish is None else PlannedLeverArm(project, wish)
+        section = project.plan.lever_arm
+        self.arm = None if section is None else PlannedLeverArm(project, section)
         self._bare = self._plain({})
         self.context = Context(frame=self._bare.frame)
         surveyed = self._surveyed()
@@ -123,13 +123,13 @@ class PlanSurvey:
         if all(table.kind.facts.role is Role.GIVEN for table in survey.tables()):
             return {}
         try:
-            found = adjust(survey.network())
+            adjustment = adjust(survey.network())
         except AdjustmentError as error:
             raise InputError(
                 "what the project has measured cannot be adjusted by itself",
                 cure="leave it out of the plan, or plan it as observations: " + str(error),
             ) from error
-        layout, state = found.layout, found.state
+        layout, state = adjustment.layout, adjustment.state
         self.points |= dict(zip(layout.names["point"], state.points, strict=True))
         poses = zip(layout.names["pose"], state.pose_t, state.pose_r, strict=True)
         self.measured = {name: ScannerPlace(t, r) for name, t, r in poses}

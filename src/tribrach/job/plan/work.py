@@ -175,14 +175,14 @@ class PlanWork:
             if survey.arm is None or around is None:
                 return {}
             return named(survey.arm.places(around), "P", set(survey.points) | set(stations))
-        found = surface_places(
+        candidates = surface_places(
             scene,
             np.array([place.position for place in stations.values()]).reshape(-1, 3),
             self.plan.spacing_m,
             longest=self.plan.longest_m,
             steepest=float(np.radians(self.plan.steepest_deg)),
         )
-        return named(list(found.round(2)), "P", set(survey.points) | set(stations))
+        return named(list(candidates.round(2)), "P", set(survey.points) | set(stations))
 
     def add_stations(self, count: int) -> None:
         """Propose up to so many stations."""

@@ -185,8 +185,8 @@ class _Candidates:
             [*self._heights(), *self._shifts()], key=lambda g: -int(self.large[g[1]].sum())
         )
         most = min(_MOST, max(_NUMBERS // max(len(self.large), 1), 10))
-        for words, mine, columns in groups[:most]:
-            yield self._cause(words, True, mine, columns)
+        for words, rows, columns in groups[:most]:
+            yield self._cause(words, True, rows, columns)
 
     def _single(self) -> Iterator[_Cause]:
         """Whole observations that the tests reject."""
@@ -270,17 +270,17 @@ class _Candidates:
                 by_scans |= set(np.asarray(getattr(o, target.name)).tolist())
         layout = self.adjustment.layout
         for place in sorted(by_sights.keys() & by_scans):
-            mine = self._rows_of(by_sights[place])
+            rows = self._rows_of(by_sights[place])
             columns = self.adjustment.reduced[layout.position_columns(np.array([place]))[0]]
-            if (columns < 0).any() or not self.large[mine].any():
+            if (columns < 0).any() or not self.large[rows].any():
                 continue
             part = self.adjustment.design[:, columns].toarray()
-            part[~mine] = 0.0
+            part[~rows] = 0.0
             words = (
                 f"target {layout.position_name(place)} is not in one place, total station less "
                 "scanner"
             )
-            yield words, mine, part
+            yield words, rows, part
 
 
 @dataclass(frozen=True)
@@ -396,8 +396,8 @@ def _pairs(network: Network, adjustment: Adjustment | None) -> Iterator[tuple[in
             continue
         size = np.zeros(len(o))
         if adjustment is not None and w is not None:
-            mine = adjustment.rows.table == table
-            np.maximum.at(size, adjustment.rows.item[mine], w[mine])
+            rows = adjustment.rows.table == table
+            np.maximum.at(size, adjustment.rows.item[rows], w[rows])
         for k in np.flatnonzero(o.use == Use.ACTIVE):
             key = (int(ends[0][k]), int(ends[1][k]))
             worst[key] = max(worst.get(key, 0.0), float(size[k]))

@@ -1,4 +1,4 @@
-"""Which columns may a CSV file have, and what do they say?
+"""The columns that a CSV file may have, and their meaning.
 
 A measured column is a quantity and its unit, ``slope_distance_m``; the unit must be there. Key
 columns hold names. Which keys and quantities a file has decides what kind of table it is; a column

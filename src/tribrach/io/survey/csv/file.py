@@ -75,8 +75,8 @@ class CsvTable:
 
     def number(self, column: str) -> Array:
         """Values (n,) of a column; NaN if there is no such column."""
-        found = self.numbers.get(column)
-        return np.full(len(self), np.nan) if found is None else found
+        values = self.numbers.get(column)
+        return np.full(len(self), np.nan) if values is None else values
 
     def columns(self, *names: str) -> Array:
         """Values (n, k) of columns that must be filled.

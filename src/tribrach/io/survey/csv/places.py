@@ -198,15 +198,15 @@ class PositionReader(_Placed):
         if share == 0:
             names = np.full(len(names), "", dtype=object)
         for name in dict.fromkeys(names[names != ""]):
-            mine = names == name
-            own[mine] *= 1 - share
+            members = names == name
+            own[members] *= 1 - share
             self.survey.vectors[name] = (np.zeros(3), True)
             self.survey.add(
                 VectorPriors,
                 values=np.zeros((1, 3)),
-                covariance=share * covariance[mine].mean(axis=0)[None],
+                covariance=share * covariance[members].mean(axis=0)[None],
                 vector=[name],
-                source=[str(self.sources[np.flatnonzero(mine)[0]])],
+                source=[str(self.sources[np.flatnonzero(members)[0]])],
             )
         return own, names
 
@@ -259,12 +259,12 @@ class CoordinateReader(_Placed):
                     source=self.sources[row],
                 )
         for role in ("control", "check"):
-            mine = roles == role
-            whole = np.flatnonzero(mine & known.all(axis=1))
+            members = roles == role
+            whole = np.flatnonzero(members & known.all(axis=1))
             if len(whole):
                 _, turned = self.to_work(given[whole], covariance[whole])
                 self._whole(role, whole, xyz, turned, names)
-            rest = np.flatnonzero(mine & ~known.all(axis=1))
+            rest = np.flatnonzero(members & ~known.all(axis=1))
             if len(rest):
                 self._single(role, rest, given, sigma, names)
 
@@ -321,10 +321,10 @@ class CoordinateReader(_Placed):
     def _single(self, role: str, rows: Index, given: Array, sigma: Array, names: list[str]) -> None:
         """Coordinates of points that lack others."""
         for axis in range(3):
-            mine = rows[~np.isnan(given[rows, axis])]
-            values, own = given[mine, axis], sigma[mine, axis]
+            chosen = rows[~np.isnan(given[rows, axis])]
+            values, own = given[chosen, axis], sigma[chosen, axis]
             own = np.where(np.isnan(own), CHECK_SIGMA, own)
-            self._observe(role, Coordinate, mine, names, values=values, sigma=own, axis=axis)
+            self._observe(role, Coordinate, chosen, names, values=values, sigma=own, axis=axis)
 
     def _observe(
         self,

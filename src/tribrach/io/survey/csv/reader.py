@@ -132,8 +132,8 @@ class Reader(ABC):
         empty = np.flatnonzero(np.isnan(given))
         if len(empty) == 0:
             return given
-        found = default()
-        given = given if found is None else np.where(np.isnan(given), found, given)
+        default_sigma = default()
+        given = given if default_sigma is None else np.where(np.isnan(given), default_sigma, given)
         empty = np.flatnonzero(np.isnan(given))
         if len(empty):
             raise self.table.error(
@@ -175,8 +175,8 @@ def located(path: Path) -> Iterator[None]:
         raise InputError(error.what, file=path, line=int(line), cure=error.cure) from None
 
 
-def _part(column: Any, mine: NDArray[np.bool_]) -> Any:
+def _part(column: Any, rows: NDArray[np.bool_]) -> Any:
     """Rows of a column; a single value stays as it is."""
     if isinstance(column, list):
         column = np.array(column, dtype=object)
-    return column[mine] if isinstance(column, np.ndarray) and column.ndim else column
+    return column[rows] if isinstance(column, np.ndarray) and column.ndim else column

@@ -66,7 +66,7 @@ class SightReader(_Sighted):
         """All values of the file; a cell that is empty was not measured."""
         measured = [name for name in SIGHT_KINDS if name in self.table.numbers]
         rows = {name: np.flatnonzero(~np.isnan(self.table.numbers[name])) for name in measured}
-        if not any(len(found) for found in rows.values()):
+        if not any(len(index) for index in rows.values()):
             raise self.table.error(
                 None, "no row has a measured value", "add a column such as direction_gon"
             )
