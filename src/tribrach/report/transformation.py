@@ -96,8 +96,10 @@ def _parameters(outcome: Outcome) -> list[_Parameter]:
         for k, a in enumerate(axes)
     ]
     values = t.values
+    # a free turn is written as omega, phi, kappa below
+    turns = range(d, d + 3) if t.model.turn == "free" else range(0)
     for k, (name, unit) in enumerate(t.model.parameters):
-        if k >= d and not name.startswith("rotation about"):
+        if k >= d and k not in turns:
             out.append(_Parameter(name, float(values[k]), float(sigma[k]), unit))
     if t.model.turn == "free":
         opk = euler.opk_from_world_from_scanner(t.rotation)

@@ -100,8 +100,8 @@ def _add_baselines(survey: Survey, stations: Stations, clusters: Sequence[GnssCl
     owner = [cluster for cluster in clusters for _ in cluster.entries]
     start = np.array([stations.ecef[entry.first] for entry in entries])
     vector = np.array([_cartesian(entry) for entry in entries])
-    a = _in_network_frame(survey, stations, owner, start, positions=False)
-    b = _in_network_frame(survey, stations, owner, start + vector, positions=False)
+    ends = np.concatenate([start, start + vector])
+    a, b = np.split(_in_network_frame(survey, stations, [*owner, *owner], ends, positions=False), 2)
     w_from_ecef = stations.site.w_from_ecef
     maps = w_from_ecef @ _scaling(stations, owner, start + vector / 2)
     _add(
@@ -255,9 +255,9 @@ def _other_epoch(
             f"{what}, and no station velocities are known",
             "give stations and measurements in a plate-fixed frame or at one epoch",
         )
-    text = f"{what}: the turn of the plate in between is neglected in the baselines"
-    if not any(name in old and old.endswith("in the baselines") for old in survey.warnings):
-        survey.warnings.append(f"{cluster.place}: {text}")
+    survey.warnings.append(
+        f"{cluster.place}: {what}: the turn of the plate in between is neglected in the baselines"
+    )
 
 
 def _year(cluster: GnssCluster) -> float:
