@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from tribrach.network.survey import Survey
     from tribrach.pipeline import adjust, run
     from tribrach.project import Project
+    from tribrach.report.content import Report
     from tribrach.transformation.fit import fit_transformation
 
 __version__ = "0.1.0"
@@ -36,6 +37,7 @@ __all__ = [
     "Datum",
     "Network",
     "Project",
+    "Report",
     "Survey",
     "adjust",
     "assess",
@@ -51,6 +53,7 @@ _HOMES = {
     "Datum": "network.network",
     "Network": "network.network",
     "Project": "project",
+    "Report": "report.content",
     "Survey": "network.survey",
     "adjust": "pipeline",
     "assess": "network.quality",

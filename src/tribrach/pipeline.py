@@ -37,7 +37,7 @@ from tribrach.project import Project
 from tribrach.registration.geometry_warnings import geometry_sentences
 from tribrach.report import html, json_result, text
 from tribrach.report.build import build
-from tribrach.report.content import Content
+from tribrach.report.content import Report
 from tribrach.report.summary import sigma_origin
 from tribrach.report.warnings import ReportWarning, Severity, warned
 
@@ -144,7 +144,7 @@ def report(
     settings: AdjustmentSettings,
     facts: Mapping[str, str] | None = None,
     job: JobResults | None = None,
-) -> Content:
+) -> Report:
     """Everything there is to say of a solution, and of what a job left besides."""
     return build(
         solution.adjustment,
@@ -162,12 +162,12 @@ def report(
 
 def adjust_network(
     network: Network, settings: AdjustmentSettings, facts: Mapping[str, str] | None = None
-) -> Content:
+) -> Report:
     """Adjust a network as the settings say; the content of its report."""
     return report(solve(network, settings), settings, facts)
 
 
-def write(content: Content, folder: Path, further: Mapping[Path, str] | None = None) -> list[Path]:
+def write(content: Report, folder: Path, further: Mapping[Path, str] | None = None) -> list[Path]:
     """Write report.html, report.txt and result.json into a folder, and further files by path."""
     files = dict(further or {}) | {
         folder / "report.html": html.render(content),
@@ -240,7 +240,7 @@ def refuse_scans(project: Project) -> None:
 
 def adjust_job(
     job: Job, settings: AdjustmentSettings | None = None, datum: Datum | None = None
-) -> Content:
+) -> Report:
     """Adjust a job without its scans and say everything there is to say; nothing is written.
 
     Parameters
@@ -254,7 +254,7 @@ def adjust_job(
 
     Returns
     -------
-    Content
+    Report
 
     Raises
     ------
@@ -276,7 +276,7 @@ def run(
     project: Project | str | Path,
     folder: str | Path | None = None,
     progress: Progress = lambda what, done, total: None,
-) -> Content:
+) -> Report:
     """Run a project and leave its results in a folder.
 
     Parameters
@@ -290,7 +290,7 @@ def run(
 
     Returns
     -------
-    Content
+    Report
         The report; ``report.adjustment`` is what was adjusted.
 
     Raises

@@ -31,7 +31,7 @@ from tribrach.gnss.engine import engines
 from tribrach.io.scans.formats import read_scans
 from tribrach.pipeline import run
 from tribrach.project import Project
-from tribrach.report.content import Content
+from tribrach.report.content import Report
 
 needs_engine = pytest.mark.skipif(not engines(), reason="RTKLIB is not installed")
 ECEF = 'frame = "ecef"'
@@ -199,7 +199,7 @@ def test_an_antenna_with_a_height_over_a_mark_is_asked_about(
     assert result(job)["gnss"]["baselines"][0]["antenna_heights"][1] == 0.2
 
 
-def by_position_alone(folder: Path, **options: Any) -> tuple[Job, Content]:
+def by_position_alone(folder: Path, **options: Any) -> tuple[Job, Report]:
     """A run without files of receivers: the antenna's position is given."""
     job = write_project(
         folder,

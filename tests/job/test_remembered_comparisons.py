@@ -24,7 +24,7 @@ from tribrach.network.adjustment import Adjustment
 from tribrach.pipeline import run
 from tribrach.project import Project
 from tribrach.report.chapters.comparisons import comparison_chapter
-from tribrach.report.content import Content
+from tribrach.report.content import Report
 
 __all__ = ["job"]  # a fixture
 
@@ -78,7 +78,7 @@ class Calls:
 
 
 @pytest.fixture(scope="module")
-def second(job: tuple[Path, Content]) -> tuple[Calls, Content]:
+def second(job: tuple[Path, Report]) -> tuple[Calls, Report]:
     """A second run of the job, which compares nothing; then every comparison is counted."""
     folder, _ = job
     calls = Calls(folder, ())
@@ -100,7 +100,7 @@ def second(job: tuple[Path, Content]) -> tuple[Calls, Content]:
 
 
 def test_a_second_run_compares_nothing_and_says_the_same(
-    job: tuple[Path, Content], second: tuple[Calls, Content]
+    job: tuple[Path, Report], second: tuple[Calls, Report]
 ) -> None:
     calls, content = second
     assert calls.count == 0
@@ -111,7 +111,7 @@ def test_a_second_run_compares_nothing_and_says_the_same(
     assert [p.png for p in one.pictures] == [p.png for p in other.pictures]
 
 
-def test_nothing_is_lost_in_the_record(job: tuple[Path, Content]) -> None:
+def test_nothing_is_lost_in_the_record(job: tuple[Path, Report]) -> None:
     (chapter,) = job[1].job.comparisons
     sites, offsets = list(chapter.sites), chapter.offsets
     text = json.dumps(to_facts(sites, offsets, ["so"]))
@@ -120,7 +120,7 @@ def test_nothing_is_lost_in_the_record(job: tuple[Path, Content]) -> None:
     assert same(from_facts(to_facts([bare], None, [])), ([bare], None, []))
 
 
-def test_what_it_depends_on_makes_it_anew(second: tuple[Calls, Content]) -> None:
+def test_what_it_depends_on_makes_it_anew(second: tuple[Calls, Report]) -> None:
     calls, _ = second
     section, sites = calls.wish.section, calls.wish.sites
     assert calls.again()[0] == 0
@@ -153,7 +153,7 @@ def _shifted(adjustment: Adjustment) -> Adjustment:
     return replace(adjustment, state=replace(state, pose_t=places))
 
 
-def test_points_of_a_scan(second: tuple[Calls, Content]) -> None:
+def test_points_of_a_scan(second: tuple[Calls, Report]) -> None:
     """A new date of the file changes nothing, one new point does."""
     calls, _ = second
     _, before = calls.again()
@@ -174,7 +174,7 @@ def test_points_of_a_scan(second: tuple[Calls, Content]) -> None:
 
 
 @pytest.mark.parametrize("harm", ["cut", "other", "packed"])
-def test_damaged_records_are_made_anew(second: tuple[Calls, Content], harm: str) -> None:
+def test_damaged_records_are_made_anew(second: tuple[Calls, Report], harm: str) -> None:
     calls, _ = second
     _, before = calls.again()
     (path,) = (calls.folder / "out" / ".tribrach").glob("comparison-1-*.json")

@@ -16,7 +16,7 @@ from tribrach.io.twins import write_twin
 from tribrach.job.poses import JOINT, read_poses
 from tribrach.pipeline import run
 from tribrach.project import Project
-from tribrach.report.content import Content
+from tribrach.report.content import Report
 from tribrach.simulate.aiming import fine_scan
 from tribrach.simulate.twins.hanoi_facade import CHECKS, FINE_STEP
 
@@ -24,7 +24,7 @@ SOME = (0, 4, 9, 15)
 
 
 @pytest.fixture(scope="module")
-def job(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Content]:
+def job(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Report]:
     """Stations S3 and S4 of the twin: their boards, and four of the sites coarsely."""
     folder, made = tmp_path_factory.mktemp("compared"), twin(1)
     stations = [made.station(name) for name in ("S3", "S4")]
@@ -41,7 +41,7 @@ def job(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Content]:
     return folder, run(Project.load(path))
 
 
-def test_the_report_has_a_chapter_of_the_comparison(job: tuple[Path, Content]) -> None:
+def test_the_report_has_a_chapter_of_the_comparison(job: tuple[Path, Report]) -> None:
     folder, content = job
     (chapter,) = content.job.comparisons
     assert (chapter.a, chapter.b) == ("S3 S3-sites", "S4 S4-sites")
@@ -68,7 +68,7 @@ def test_the_report_has_a_chapter_of_the_comparison(job: tuple[Path, Content]) -
     assert f"predicted-observed-{slug}" in {f.get("id") for f in root.iter("figure")}
 
 
-def test_the_joint_covariance_is_beside_the_poses(job: tuple[Path, Content]) -> None:
+def test_the_joint_covariance_is_beside_the_poses(job: tuple[Path, Report]) -> None:
     folder, content = job
     poses = read_poses(folder / "out" / "clouds" / "poses.json")
     assert poses.stations == ("S3", "S4")
@@ -93,7 +93,7 @@ def content_noise() -> float:
     return float(line.split("=")[1]) / 1e3
 
 
-def test_compare_says_the_same_from_the_files(job: tuple[Path, Content], tmp_path: Path) -> None:
+def test_compare_says_the_same_from_the_files(job: tuple[Path, Report], tmp_path: Path) -> None:
     folder, content = job
     clouds, out = folder / "out" / "clouds", tmp_path / "c.json"
     said = works("compare", clouds / "S3_S3-sites.laz", clouds / "S4_S4-sites.laz",
@@ -121,7 +121,7 @@ def test_compare_says_the_same_from_the_files(job: tuple[Path, Content], tmp_pat
 
 
 def test_clouds_without_the_joint_covariance_have_no_prediction(
-    job: tuple[Path, Content], tmp_path: Path
+    job: tuple[Path, Report], tmp_path: Path
 ) -> None:
     folder, _ = job
     clouds = folder / "out" / "clouds"
@@ -140,7 +140,7 @@ def test_clouds_without_the_joint_covariance_have_no_prediction(
 
 @pytest.mark.parametrize("harm", ["pickle", "short", "other shape", "nan", "absent", "huge"])
 def test_a_joint_covariance_that_is_none_is_refused(
-    job: tuple[Path, Content], tmp_path: Path, harm: str
+    job: tuple[Path, Report], tmp_path: Path, harm: str
 ) -> None:
     clouds = job[0] / "out" / "clouds"
     (tmp_path / "poses.json").write_bytes((clouds / "poses.json").read_bytes())
@@ -173,7 +173,7 @@ def test_a_joint_covariance_that_is_none_is_refused(
     ],
 )
 def test_wrong_wishes_are_refused_at_once(
-    job: tuple[Path, Content], old: str, new: str, words: str
+    job: tuple[Path, Report], old: str, new: str, words: str
 ) -> None:
     text = (job[0] / "hanoi-facade.toml").read_text()
     assert old in text
@@ -184,7 +184,7 @@ def test_wrong_wishes_are_refused_at_once(
 
 
 @pytest.mark.slow
-def test_sites_are_chosen_where_none_are_given(job: tuple[Path, Content]) -> None:
+def test_sites_are_chosen_where_none_are_given(job: tuple[Path, Report]) -> None:
     """Flat pieces of the facade; the four windows that both stations scanned."""
     text = (job[0] / "hanoi-facade.toml").read_text()
     path = job[0] / "chosen.toml"

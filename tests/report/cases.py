@@ -16,13 +16,13 @@ from tribrach.observations.levelling import HeightDifferences
 from tribrach.observations.scanner import TargetCentres
 from tribrach.observations.sights import Directions, SlopeDistances
 from tribrach.report.build import build
-from tribrach.report.content import Content
+from tribrach.report.content import Report
 
 #: names that would run as markup if a report did not escape them
 EVIL = "<script>alert(1)</script>"
 
 
-def levelling(**options: object) -> Content:
+def levelling(**options: object) -> Report:
     """A - B - C - A levelled with sigma 1 mm each and a misclosure of 3 mm; A is held.
 
     Each line takes a third of the misclosure: v = -1 mm (sign of the sum), r = 1/3, |w| = sqrt 3,
@@ -44,7 +44,7 @@ def levelling(**options: object) -> Content:
     return build(adjustment, assess(adjustment), date="2026-01-01", **options)  # type: ignore[arg-type]
 
 
-def mean_of_two() -> Content:
+def mean_of_two() -> Report:
     """P given twice as weighted control (1 mm, 3 mm apart in E) and once as a check point.
 
     The mean has sigma 1/sqrt 2 mm, so a check point of sigma 1 mm differs with sqrt(1.5) mm.
@@ -114,7 +114,7 @@ def _titled(network: Network) -> Network:
     return replace(network, title=f"Site {EVIL}")
 
 
-def scanner_content(evil: bool = False, **options: object) -> Content:
+def scanner_content(evil: bool = False, **options: object) -> Report:
     """Content of the scanner network."""
     adjustment = scanner(evil)
     return build(adjustment, assess(adjustment), date="2026-01-01", **options)  # type: ignore[arg-type]

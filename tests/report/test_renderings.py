@@ -17,7 +17,7 @@ from tribrach.network.survey import Survey
 from tribrach.observations.gnss import GnssBaselines
 from tribrach.report import html, json_result, text
 from tribrach.report.build import build
-from tribrach.report.content import Content
+from tribrach.report.content import Report
 from tribrach.report.map import network_map, round_down
 
 
@@ -26,7 +26,7 @@ def refuse(constant: str) -> float:
     raise AssertionError(constant)
 
 
-def parsed(content: Content) -> dict[str, object]:
+def parsed(content: Report) -> dict[str, object]:
     """JSON of a content, read strictly."""
     return json.loads(json_result.dumps(content), parse_constant=refuse)  # type: ignore[no-any-return]
 

@@ -17,7 +17,7 @@ from tribrach.job.opened import open_job
 from tribrach.network.observed_part import observed_part
 from tribrach.project import Project, parse_datum
 from tribrach.report import html, json_result, text
-from tribrach.report.content import Content
+from tribrach.report.content import Report
 
 __all__ = ["adjust", "finish", "run"]
 
@@ -83,7 +83,7 @@ def adjust(
             network = observed_part(read_files(files)).network()
             network = network if other is None else network.with_datum(other)
             content = pipeline.adjust_network(network, pipeline.AdjustmentSettings(**given))
-        outputs: list[tuple[Path | None, Callable[[Content], str]]] = [
+        outputs: list[tuple[Path | None, Callable[[Report], str]]] = [
             (json_file, json_result.dumps),
             (html_file, html.render),
             (text_file, text.render),
@@ -126,7 +126,7 @@ def run(
     guarded(work)
 
 
-def finish(content: Content, quiet: bool, folder: Path | None = None) -> None:
+def finish(content: Report, quiet: bool, folder: Path | None = None) -> None:
     """Print the summary; without redundancy say so and end with 2."""
     if not quiet:
         typer.echo(text.brief(content))

@@ -21,7 +21,7 @@ from tribrach.report.chapters.observations import observations, sights
 from tribrach.report.chapters.points import points, position_uncertainty
 from tribrach.report.chapters.stations import stations
 from tribrach.report.chapters.unknowns import correlations, other_unknowns
-from tribrach.report.content import ComponentRow, Content, Head, ReportSettings, SnoopingRow
+from tribrach.report.content import ComponentRow, Head, Report, ReportSettings, SnoopingRow
 from tribrach.report.numbers import number
 from tribrach.report.summary import datum_statement, sigma_origin, summary
 from tribrach.report.warnings import ReportWarning, in_order
@@ -46,7 +46,7 @@ def build(
     components: VarianceComponents | None = None,
     warnings: Iterable[ReportWarning] = (),
     job: JobResults = NOTHING,
-) -> Content:
+) -> Report:
     """Everything a report says about an adjustment.
 
     Parameters
@@ -99,7 +99,7 @@ def build(
     chapters = tuple(chapter for subject in SUBJECTS for chapter in subject.chapters(head, job))
     graded = [*adjustment_warnings(head), *warnings]
     graded += [warning for chapter in chapters for warning in chapter.warnings]
-    return Content(**vars(head), warnings=in_order(graded), chapters=chapters, job=job)
+    return Report(**vars(head), warnings=in_order(graded), chapters=chapters, job=job)
 
 
 def _facts(

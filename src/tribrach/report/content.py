@@ -25,7 +25,6 @@ from tribrach.report.tables import ReportTable
 __all__ = [
     "CheckVerdict",
     "ComponentRow",
-    "Content",
     "Control",
     "CorrelationRow",
     "DatumStatement",
@@ -36,6 +35,7 @@ __all__ = [
     "KindCount",
     "Observation",
     "Point",
+    "Report",
     "ReportSettings",
     "SnoopingRow",
     "StationRow",
@@ -434,7 +434,7 @@ class Head:
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Content(Head):
+class Report(Head):
     """Everything a report says: its head, warnings by weight, chapters in their order.
 
     Attributes

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tribrach.report.content import Content
+from tribrach.report.content import Report
 from tribrach.report.environment import render_page
 from tribrach.report.histogram import histogram
 from tribrach.report.map import network_map
@@ -13,7 +13,7 @@ __all__ = ["ROW_LIMIT", "render"]
 ROW_LIMIT = 2000
 
 
-def render(content: Content, *, row_limit: int = ROW_LIMIT) -> str:
+def render(content: Report, *, row_limit: int = ROW_LIMIT) -> str:
     """The whole report; tables end after ``row_limit`` rows and say so."""
     return render_page(
         "report.html.j2",

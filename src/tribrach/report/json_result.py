@@ -14,7 +14,7 @@ from typing import Any
 from pydantic import Field, create_model
 
 from tribrach.report.chapters import SUBJECTS
-from tribrach.report.content import Content, Observation, Point, StationRow, Unknown
+from tribrach.report.content import Observation, Point, Report, StationRow, Unknown
 from tribrach.report.schema.base import document_text, heading
 from tribrach.report.schema.result import SCHEMA, ResultHead
 
@@ -23,7 +23,7 @@ __all__ = ["SCHEMA", "dumps", "result", "result_model"]
 _DOCUMENT = "What ``tribrach run`` and ``tribrach adjust --json`` write."
 
 
-def result(content: Content) -> ResultHead:
+def result(content: Report) -> ResultHead:
     """The result as a document."""
     data = heading(SCHEMA) | {
         "tribrach": content.version,
@@ -47,7 +47,7 @@ def result(content: Content) -> ResultHead:
     return result_model().model_validate(data | _chapters(content))
 
 
-def _chapters(content: Content) -> dict[str, Any]:
+def _chapters(content: Report) -> dict[str, Any]:
     """Data of the chapters by their keys; a list where a subject may have several chapters."""
     several = {subject.key for subject in SUBJECTS if subject.several}
     data: dict[str, Any] = {}
@@ -73,12 +73,12 @@ def result_model() -> type[ResultHead]:
     return create_model("Result", __base__=ResultHead, __doc__=_DOCUMENT, **keys)
 
 
-def dumps(content: Content) -> str:
+def dumps(content: Report) -> str:
     """The result as strict JSON text; NaN or infinity in it would be an error of this program."""
     return document_text(result(content))
 
 
-def _sigma0(content: Content) -> dict[str, Any]:
+def _sigma0(content: Report) -> dict[str, Any]:
     """Sigma of unit weight, redundancy, global test, and what covariances are scaled by."""
     summary, test = content.summary, content.summary.test
     posterior = content.settings.posterior and summary.dof > 0
@@ -106,7 +106,7 @@ def _point(point: Point) -> dict[str, Any]:
     return out | {key: value for key, value in known.items() if value is not None}
 
 
-def _stations(content: Content) -> dict[str, Any]:
+def _stations(content: Report) -> dict[str, Any]:
     """Scanner stations by their pose; set-ups on points by their orientation unknowns."""
     out: dict[str, Any] = {station.name: _station(station) for station in content.stations}
     for unknown in content.unknowns:
@@ -124,7 +124,7 @@ def _station(station: StationRow) -> dict[str, Any]:
     return {"world_from_scanner": station.world_from_scanner, "covariance": station.covariance}
 
 
-def _calibrations(content: Content) -> list[Unknown]:
+def _calibrations(content: Report) -> list[Unknown]:
     """Scalars that are not listed as the orientation of a station."""
     return [
         u

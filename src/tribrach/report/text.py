@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 
-from tribrach.report.content import Content
+from tribrach.report.content import Report
 from tribrach.report.tables import ColumnHead, ReportTable, Row
 
 __all__ = ["WIDTH", "brief", "render", "table_text", "wrapped"]
@@ -14,7 +14,7 @@ WIDTH = 100
 _LEGEND = {"suspicious": "! suspicious", "check": "c held out as a check", "off": "x switched off"}
 
 
-def render(content: Content) -> str:
+def render(content: Report) -> str:
     """The whole report; rows that are switched off start with ``x``, checks with ``c``."""
     parts = [
         _head(content),
@@ -27,7 +27,7 @@ def render(content: Content) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def brief(content: Content) -> str:
+def brief(content: Report) -> str:
     """What a terminal shows after an adjustment: warnings, fit, datum, worst observations."""
     summary = content.summary
     worst = next(table for table in content.tables(5) if table.name == "observations")
@@ -45,21 +45,21 @@ def brief(content: Content) -> str:
     return "\n".join([wrapped(line) for line in lines] + (["", _grid(worst)] if worst.rows else []))
 
 
-def _sigma0(content: Content) -> str:
+def _sigma0(content: Report) -> str:
     summary = content.summary
     after = summary.sigma0_posterior
     words = "not estimated (no redundancy)" if after is None else f"{after:.4f}"
     return f"sigma0 a priori {summary.sigma0:g}, a posteriori {words}"
 
 
-def _head(content: Content) -> str:
+def _head(content: Report) -> str:
     rule = "=" * WIDTH
     facts = [wrapped(f"{name}: {value}") for name, value in content.facts]
     made = f"Tribrach {content.version}, {content.date}"
     return "\n".join([rule, textwrap.fill(content.title, WIDTH), made, rule, *facts])
 
 
-def _facts(content: Content) -> list[str]:
+def _facts(content: Report) -> list[str]:
     """The adjustment in lines."""
     summary = content.summary
     return [

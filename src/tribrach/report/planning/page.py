@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tribrach._types import Array
-from tribrach.report.content import Content
+from tribrach.report.content import Report
 from tribrach.report.environment import render_page
 from tribrach.report.figures import Picture, new_figure, picture
 from tribrach.report.map import network_map
@@ -26,7 +26,7 @@ class PlanPage:
     sentences: tuple[str, ...]
     warnings: tuple[str, ...]
     tables: tuple[ReportTable, ...]
-    network: Content
+    network: Report
     pictures: tuple[Picture, ...] = ()
 
 

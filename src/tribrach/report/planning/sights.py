@@ -8,7 +8,7 @@ import numpy as np
 
 from tribrach.network.adjustment import Adjustment
 from tribrach.observations.registry import kind_named
-from tribrach.report.content import Content, Observation
+from tribrach.report.content import Observation, Report
 
 __all__ = ["PlannedSight", "sights_of"]
 
@@ -42,7 +42,7 @@ class PlannedSight:
     undetected: float | None
 
 
-def sights_of(content: Content, adjustment: Adjustment) -> tuple[PlannedSight, ...]:
+def sights_of(content: Report, adjustment: Adjustment) -> tuple[PlannedSight, ...]:
     """Sights between positions of a predicted network, in the order of its observations."""
     layout, positions = adjustment.layout, adjustment.state.positions
     known = set(layout.names["point"]) | set(layout.names["pose"])
