@@ -41,8 +41,10 @@ __all__ = [
 class IdentifyGates:
     """When scans are placed by their targets, and when two targets are one.
 
-    Chosen by hand on simulated chains and rings of stations (tests/registration/test_identify); no
-    source but where one is named.
+    Notes
+    -----
+    Chosen by hand on simulated chains and rings of stations (tests/registration/test_identify);
+    where a number has a source, it is named.
     """
 
     #: a target and a point are the same within this many sigmas of their distance ...

@@ -27,8 +27,10 @@ __all__ = ["Matching", "match"]
 class MatchingGates:
     """When targets and points match (method section 8.4).
 
-    Chosen by hand on simulated lists with false targets (tests/targets/test_matching); no source
-    but where one is named.
+    Notes
+    -----
+    Chosen by hand on simulated lists with false targets (tests/targets/test_matching); where a
+    number has a source, it is named.
     """
 
     #: distances and heights may differ by this many sigmas

@@ -36,9 +36,11 @@ __all__ = [
 class ViewGates:
     """How a station's view is kept, and when a point contradicts it.
 
+    Notes
+    -----
     Chosen by hand on simulated yards, rooms and corridors (tests/registration/test_station_view,
-    tests/registration/test_plane_poses, benchmarks/plane_registration); no source but where one is
-    named.
+    tests/registration/test_plane_poses, benchmarks/plane_registration); where a number has a
+    source, it is named.
     """
 
     #: directions that are kept apart [rad]

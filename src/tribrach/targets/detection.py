@@ -21,14 +21,36 @@ Kind = Literal["sphere", "checkerboard", "disc", "plane"]
 class Detection:
     """One target found in a scan.
 
-    kind, scan : what it is and the name of the scan; center (3,), covariance (3, 3) : scanner
-    frame [m, m^2], floor included; radius : of a sphere or disc, half the side of a checkerboard,
-    radius of the circle of equal area for a plane [m]; rms : of the residuals of the inliers [m];
-    points, inliers : points looked at and points that determined the centre; range : from scanner
-    to centre [m]; incidence : mean angle between beam and surface normal of the inliers [rad], both
-    NaN where the scanner is unknown;
-    coverage : share of the expected pixels that are inliers, 0 to 1; facts : further numbers by
-    name with the unit in the name; sentences : what was odd about it.
+    Attributes
+    ----------
+    kind : Kind
+        What it is.
+    scan : str
+        Name of the scan.
+    center : array (3,)
+        Centre in the scanner frame [m].
+    covariance : array (3, 3)
+        Its covariance, floor included [m^2].
+    radius : float
+        Radius of a sphere or disc, half the side of a checkerboard, radius of the circle of equal
+        area for a plane [m].
+    rms : float
+        Root mean square of the residuals of the inliers [m].
+    points : int
+        Number of points looked at.
+    inliers : int
+        Number of points that determined the centre.
+    range : float
+        Distance from scanner to centre [m]; NaN where the scanner is unknown.
+    incidence : float
+        Mean angle between beam and surface normal of the inliers [rad]; NaN where the scanner is
+        unknown.
+    coverage : float
+        Share of the expected pixels that are inliers, 0 to 1.
+    facts : mapping of str to float
+        Further numbers by name, with the unit in the name.
+    sentences : tuple of str
+        What was odd about it.
     """
 
     kind: Kind
@@ -51,7 +73,7 @@ class Detection:
         return np.asarray(np.sqrt(np.diag(self.covariance)))
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form: metres, incidence in radians, covariance row by row; None if not known."""
+        """JSON form: metres, radians, covariance row by row, None for what is not known."""
         return {
             "kind": self.kind,
             "scan": self.scan,
@@ -70,7 +92,7 @@ class Detection:
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Self:
-        """The same from its JSON form."""
+        """Read a detection from its JSON form."""
         arrays = {name: np.array(data[name], dtype=float) for name in ("center", "covariance")}
         unknown = {k: float("nan") for k in ("range", "incidence") if data[k] is None}
         return cls(**{**data, **arrays, **unknown, "sentences": tuple(data["sentences"])})
@@ -78,20 +100,30 @@ class Detection:
 
 @dataclass(frozen=True, eq=False)
 class Rejected:
-    """A candidate (center (3,) [m], scanner frame) that was no target, and why in one sentence."""
+    """A candidate that was not a target.
+
+    Attributes
+    ----------
+    kind : Kind
+        What it was a candidate for.
+    center : array (3,)
+        Its place in the scanner frame [m].
+    reason : str
+        Why it was refused, one sentence.
+    """
 
     kind: Kind
     center: Array
     reason: str
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
+        """JSON form, in metres."""
         center = [float(x) for x in self.center]
         return {"kind": self.kind, "center": center, "reason": self.reason}
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Self:
-        """The same from its JSON form."""
+        """Read a rejection from its JSON form."""
         return cls(data["kind"], np.array(data["center"], dtype=float), data["reason"])
 
 
@@ -101,10 +133,33 @@ def _number(value: float) -> float | None:
 
 
 def lies_on(center: Array, detections: Iterable[Detection], radii: float = 1.0) -> bool:
-    """Is a place (3,) [m] within so many radii of the centre of one of the detections?"""
+    """True if a place lies on one of several detections.
+
+    Parameters
+    ----------
+    center : array (3,)
+        The place [m].
+    detections : iterable of Detection
+        The detections.
+    radii : float
+        Largest distance from a detection's centre, in its radii.
+    """
     return any(np.linalg.norm(d.center - center) < radii * d.radius for d in detections)
 
 
 def with_floor(covariance: Array, sigma: float) -> Array:
-    """Covariance (3, 3) plus ``sigma`` [m] in every direction (the target-type floor, 6.3)."""
+    """Add the floor of a target type to a covariance (method section 6.3).
+
+    Parameters
+    ----------
+    covariance : array (3, 3)
+        Covariance [m^2].
+    sigma : float
+        Sigma added in every direction [m].
+
+    Returns
+    -------
+    array (3, 3)
+        The sum [m^2].
+    """
     return np.asarray(covariance + sigma**2 * np.eye(len(covariance)))

@@ -25,11 +25,13 @@ __all__ = ["Plane", "find_planes"]
 
 @dataclass(frozen=True)
 class PlaneGates:
-    """What a plane of a scan is: how regions grow, are fitted and joined, and which are kept.
+    """How plane regions grow, are fitted and joined, and which of them are kept.
 
+    Notes
+    -----
     Chosen by hand on simulated rooms and halls with columns, steps, clutter and waves
-    (tests/targets/test_planes, benchmarks/plane_registration; method section 8.3); no source but
-    where one is named.
+    (tests/targets/test_planes, benchmarks/plane_registration; method section 8.3); where a number
+    has a source, it is named.
     """
 
     #: a block of pixels has about this edge on a surface at the median range [m] ...
@@ -129,20 +131,28 @@ _MOST_UNIT_SIGMA = GATES.most_unit_sigma
 _GRAZING_RAD = GATES.grazing_rad
 
 
-# Fit: planes through labelled pixels, least squares along the lines of sight, all in one pass.
-#
-# A plane is m . x = 1, so a beam d meets it at rho = 1 / (m . d). Residuals are ranges; the
-# variance of one is s_rho^2 + rho^2 s_ang^2 tan^2 psi; those beyond three sigmas are trimmed.
-
-
 @dataclass(frozen=True, eq=False)
 class PlaneFits:
-    """Planes (k) and what their points say.
+    """Planes fitted to the k regions of a scan.
 
-    m (k, 3) : m . x = 1 [1/m]; normal (k, 3, 3) : normal matrix of m; square (k,) : weighted sum of
-    squared residuals; points (k,) : number of inliers; rms (k,) : along the line of sight [m];
-    center (k, 3) : mean of the inliers [m]; area (k,) : [m^2] of the pixels; incidence (k,) : mean
-    angle [rad].
+    Attributes
+    ----------
+    m : array (k, 3)
+        Planes as ``m . x = 1`` [1/m].
+    normal : array (k, 3, 3)
+        Normal matrices of ``m``.
+    square : array (k,)
+        Weighted sums of squared residuals.
+    points : array (k,)
+        Numbers of inliers.
+    rms : array (k,)
+        Root mean squares of the residuals along the line of sight [m].
+    center : array (k, 3)
+        Means of the inliers [m].
+    area : array (k,)
+        Areas of the pixels [m^2].
+    incidence : array (k,)
+        Mean angles between beam and normal [rad].
     """
 
     m: Array
@@ -169,10 +179,33 @@ def fit_planes(
     *,
     coarse: bool = False,
 ) -> PlaneFits:
-    """Planes through the pixels of every label below ``count``.
+    """Fit planes through the pixels of every label, along the lines of sight.
 
-    noise : sigma of range [m] and angle [rad]; coarse : some of the pixels will do; else ``labels``
-    of trimmed pixels become -1.
+    Parameters
+    ----------
+    xyz : array (n, 3)
+        Points in the scanner frame [m].
+    image : RangeImage
+        Range image of the points.
+    labels : array of int (rows, columns)
+        Region of every pixel, -1 for none; unless ``coarse``, trimmed pixels become -1.
+    count : int
+        Number of regions.
+    noise : tuple of float
+        Sigma of range [m] and of angle [rad].
+    coarse : bool
+        Fit to a part of the pixels only.
+
+    Returns
+    -------
+    PlaneFits
+        The planes.
+
+    Notes
+    -----
+    A plane is ``m . x = 1``, so a beam d meets it at ``rho = 1 / (m . d)``. Residuals are ranges;
+    the variance of one is ``s_rho^2 + rho^2 s_ang^2 tan^2 psi``; those beyond three sigmas are
+    trimmed.
     """
     m = np.full((count, 3), np.nan)
     s0 = np.full(count, np.nan)
@@ -237,8 +270,11 @@ def _pass(
 ) -> Array:
     """Sums (k, 20) over the points of every label, of every ``stride``-th row and column.
 
-    0-5 normal matrix, 6-8 right side, 9 points, 10 weighted squares, 11 squares, 12-14 coordinates,
-    15 area, 16 incidence. Planes not yet known (NaN) are started from m . d = 1 / rho.
+    Notes
+    -----
+    Columns: 0-5 normal matrix, 6-8 right side, 9 points, 10 weighted squares, 11 squares, 12-14
+    coordinates, 15 area, 16 incidence. Planes not yet known (NaN) are started from
+    ``m . d = 1 / rho``.
     """
     rows, columns = index.shape
     v0, step_h, step_v = frame
@@ -306,7 +342,22 @@ def _add(s: Array, d: Array, value: float, root: float) -> None:
 
 
 def joint(fits: PlaneFits, a: int, b: int) -> tuple[float, float]:
-    """Variances of unit weight of two planes apart and as one plane (closed form)."""
+    """Variances of unit weight of two planes apart and as one plane, in closed form.
+
+    Parameters
+    ----------
+    fits : PlaneFits
+        Fitted planes.
+    a, b : int
+        Numbers of the two planes.
+
+    Returns
+    -------
+    apart : float
+        With two planes.
+    together : float
+        With one plane.
+    """
     apart = fits.square[a] + fits.square[b]
     n = fits.points[a] + fits.points[b]
     both = np.linalg.inv(np.linalg.inv(fits.normal[a]) + np.linalg.inv(fits.normal[b]))
@@ -316,23 +367,49 @@ def joint(fits: PlaneFits, a: int, b: int) -> tuple[float, float]:
 
 
 def taken_up(labels: Labels, group: Index) -> Labels:
-    """Labels renamed by ``group`` (k,); -1 stays."""
+    """Rename labels by the groups that regions were joined into.
+
+    Parameters
+    ----------
+    labels : array of int (rows, columns)
+        Region of every pixel; -1 stays.
+    group : array of int (k,)
+        New label of each region.
+
+    Returns
+    -------
+    array of int (rows, columns)
+        The new labels.
+    """
     table = np.append(group, -1).astype(np.int32)
     return np.asarray(table[labels])
 
 
-# Growing: regions of blocks of pixels first, then the pixels around them.
-#
-# The image is cut into blocks. A block whose points are flat is a seed or joins the region
-# beside it if it lies in its plane; the region's plane follows from sums over its blocks. In the
-# end pixels of blocks across edges are given to the region whose plane they lie in (method
-# section 8.3).
-
-
 def grow_planes(xyz: Array, image: RangeImage, sigma: float) -> tuple[Labels, int]:
-    """Region (rows, columns) int32 of every pixel, -1 for none, and the number of regions.
+    """Grow plane regions in the range image.
 
-    xyz (n, 3) : points of the image [m]; sigma : range noise [m].
+    Parameters
+    ----------
+    xyz : array (n, 3)
+        Points of the image in the scanner frame [m].
+    image : RangeImage
+        Range image.
+    sigma : float
+        Range noise [m].
+
+    Returns
+    -------
+    labels : array of int (rows, columns)
+        Region of every pixel, -1 for none.
+    count : int
+        Number of regions.
+
+    Notes
+    -----
+    The image is cut into blocks. A block whose points are flat is a seed, or joins the region
+    beside it if it lies in its plane; the region's plane follows from sums over its blocks. At the
+    end pixels of blocks across edges are given to the region in whose plane they lie (method
+    section 8.3).
     """
     edge = _block_edge(image)
     sums = _block_sums(xyz, image.index, edge)
@@ -532,14 +609,29 @@ Labels = NDArray[np.int32]
 
 @dataclass(frozen=True, eq=False)
 class Plane:
-    """A plane patch: normal . (x - center) = 0.
+    """A plane patch, ``normal . (x - center) = 0``.
 
-    normal (3,) : towards the scanner; center (3,) : on the plane, at the centroid [m]; tangents
-    (2, 3) : in-plane unit vectors; covariance (3, 3) : of the tilt of the normal along both
-    tangents [rad] and of the offset along the normal at the centre [m], floor included; area :
-    [m^2] that the scan sees; outline (k, 3) : convex outline [m]; sample (s, 3) : one place on the
-    plane for every occupied cell of width ``spacing`` [m]; detection : the same for lists of
-    targets.
+    Attributes
+    ----------
+    normal : array (3,)
+        Unit normal towards the scanner.
+    center : array (3,)
+        Place on the plane at the centroid [m].
+    tangents : array (2, 3)
+        Unit vectors in the plane.
+    covariance : array (3, 3)
+        Covariance of the tilt of the normal along both tangents [rad] and of the offset along the
+        normal at the centre [m], floor included.
+    area : float
+        Area that the scan sees [m^2].
+    outline : array (k, 3)
+        Convex outline [m].
+    sample : array (s, 3)
+        One place on the plane for every occupied cell [m].
+    spacing : float
+        Width of the cells [m].
+    detection : Detection
+        The same patch for lists of targets.
     """
 
     normal: Array
@@ -553,7 +645,7 @@ class Plane:
     detection: Detection
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form: that of the detection with normal, tangents, their covariance, outline."""
+        """JSON form: that of the detection with normal, tangents, their covariance and outline."""
         return {
             **self.detection.to_dict(),
             "normal": [float(x) for x in self.normal],
@@ -574,12 +666,31 @@ def find_planes(
     floor: float = GATES.floor_m,
     scan: str = "",
 ) -> tuple[list[Plane], list[Rejected]]:
-    """Planes among points (n, 3) [m] of the scanner frame, largest first.
+    """Find the planes of a scan.
 
-    image : of the same points; sigma_range [m] : of one range, from the scan itself if None;
-    sigma_angle [rad]; least_area [m^2]; floor [m] : sigma added to the offset, and over the
-    patch's radius to the tilt; scan : its name. Regions below half the least area
-    are not worth a rejection.
+    Parameters
+    ----------
+    xyz : array (n, 3)
+        Points in the scanner frame [m].
+    image : RangeImage
+        Range image of the same points.
+    sigma_range : float or None
+        Sigma of one range, estimated from the scan if None [m].
+    sigma_angle : float
+        Sigma of the angles of one point [rad].
+    least_area : float
+        Smallest area of a plane [m^2].
+    floor : float
+        Sigma added to the offset, and over the patch's radius to the tilt [m].
+    scan : str
+        Name of the scan.
+
+    Returns
+    -------
+    planes : list of Plane
+        Planes, largest first.
+    rejections : list of Rejected
+        Regions that are no planes, with reasons; those below half the least area are not listed.
     """
     sigma = estimate_range_noise(image) if sigma_range is None else sigma_range
     noise = (float(sigma), float(sigma_angle))
@@ -620,10 +731,19 @@ def _reason(fits: PlaneFits, k: int, sigma: float, least_area: float) -> str:
 
 
 def _curved(m: Array, points: Array) -> str:
-    """Why points (n, 3) are on a curved surface and not on the plane m; empty if they are not.
+    """Tell why points lie on a curved surface and not on a plane; empty if they do not.
 
-    Columns and vaults are flat in narrow strips; a quadric through the distances to the plane
-    tells them by its bow.
+    Parameters
+    ----------
+    m : array (3,)
+        The plane ``m . x = 1`` [1/m].
+    points : array (n, 3)
+        The points [m].
+
+    Notes
+    -----
+    Columns and vaults are flat in narrow strips; a quadric through the distances to the plane shows
+    them by its bow.
     """
     size = float(np.linalg.norm(m))
     center = points.mean(axis=0)
@@ -686,9 +806,24 @@ def _members(
 
 
 def _plane(fits: PlaneFits, k: int, points: Array, floor: float, scan: str) -> Plane:
-    """The patch of one fitted region with its points (n, 3).
+    """The patch of one fitted region.
 
-    Looking back at the scanner reverses tilts and offset alike and leaves their covariance.
+    Parameters
+    ----------
+    fits : PlaneFits
+        Fitted planes.
+    k : int
+        Number of the region.
+    points : array (n, 3)
+        Its points [m].
+    floor : float
+        Sigma added to the offset [m].
+    scan : str
+        Name of the scan.
+
+    Notes
+    -----
+    A normal turned towards the scanner reverses tilts and offset alike and leaves their covariance.
     """
     size = float(np.linalg.norm(fits.m[k]))
     outward = fits.m[k] / size
@@ -727,8 +862,17 @@ def _plane(fits: PlaneFits, k: int, points: Array, floor: float, scan: str) -> P
 
 
 def _correlation(flat: Array, away: Array) -> float:
-    """How many points count as one, at least 1: places (n, 2) and residuals (n,) [m].
+    """Number of correlated points that count as one, at least 1.
 
+    Parameters
+    ----------
+    flat : array (n, 2)
+        Places in the plane [m].
+    away : array (n,)
+        Residuals [m].
+
+    Notes
+    -----
     Sums of the residuals' pulls on the plane over parts of the patch vary as the sums of so many
     points do if the points are independent, and more if waves of the surface or the scanner's
     errors run through neighbours (the sandwich estimator of White 1980, in clusters).

@@ -1,4 +1,4 @@
-"""Range noise of a scan from the scan itself, where nobody states it."""
+"""Estimates the range noise of a scan from the scan itself, where it is not given."""
 
 from __future__ import annotations
 
@@ -15,10 +15,12 @@ __all__ = ["GATES", "RangeNoiseGates", "estimate_range_noise"]
 
 @dataclass(frozen=True)
 class RangeNoiseGates:
-    """How the noise of ranges is told from a scan.
+    """How the noise of ranges is estimated from a scan.
 
+    Notes
+    -----
     Chosen by hand on simulated halls and the raw files of NIST (tests/targets/test_sphere_search:
-    the noise is that of the scanner); no source but where one is named.
+    the noise is that of the scanner); where a number has a source, it is named.
     """
 
     #: smaller noise [m] is not believed: points on disk have steps
@@ -40,12 +42,24 @@ _EDGE_M = GATES.edge_m
 
 
 def estimate_range_noise(image: RangeImage) -> float:
-    """Sigma [m] of one range from second differences of neighbours in the rows of the image.
+    """Estimate the sigma of one range from second differences of neighbours in the rows.
 
-    On a plane r(j-1) - 2 r(j) + r(j+1) is noise of variance 6 sigma^2 up to the curvature of
-    1/cos over three pixels; the lower quartile of its size is proof against edges, curved surfaces
-    and leaves on more than half of the image. Smoothed scans (a scanner's filter) come out too
-    small.
+    Parameters
+    ----------
+    image : RangeImage
+        Range image of the scan.
+
+    Returns
+    -------
+    float
+        Sigma of one range [m].
+
+    Notes
+    -----
+    On a plane ``r(j-1) - 2 r(j) + r(j+1)`` is noise of variance ``6 sigma^2``, up to the curvature
+    of 1/cos over three pixels. The lower quartile of its size is proof against edges, curved
+    surfaces and leaves on more than half of the image. Scans that the scanner has smoothed give too
+    small a sigma.
     """
     stride = max(1, image.index.size // GATES.sample)
     differences = _second_differences(image.range, stride | 1)

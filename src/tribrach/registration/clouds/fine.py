@@ -30,8 +30,10 @@ __all__ = ["FINE", "FineAlignment", "FineAlignmentGates", "Indexed", "Matches", 
 class FineAlignmentGates:
     """How surfels of two scans are matched and fitted.
 
+    Notes
+    -----
     Chosen by hand on simulated yards and real rooms (tests/registration/clouds: errors as large as
-    their covariances say, benchmarks/registration); no source but where one is named.
+    their covariances say, benchmarks/registration); where a number has a source, it is named.
     """
 
     #: limits of the residuals, one after the other [m]

@@ -34,9 +34,11 @@ __all__ = ["CloudPair", "Origin", "PairFit", "register_pair"]
 class CloudPairGates:
     """Which poses of two scans are looked at, and when one of them is taken.
 
+    Notes
+    -----
     Chosen by hand on simulated yards, facades, corridors and rooms, so that no wrong pose is taken
-    (tests/registration/clouds/test_pair), and on real rooms (test_real_scans); no source but where
-    one is named. A size is that of the coarse surfels.
+    (tests/registration/clouds/test_pair), and on real rooms (test_real_scans); where a number has a
+    source, it is named. A size is that of the coarse surfels.
     """
 
     #: gates of the first and of the second look [sizes], and steps at each

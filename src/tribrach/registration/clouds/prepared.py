@@ -26,9 +26,11 @@ __all__ = ["AT_SURFACE", "BEHIND", "SEEN_THROUGH", "UNSEEN", "PreparedScan", "Ra
 class PreparedScanGates:
     """How fine surfels and views are, and how many are kept.
 
+    Notes
+    -----
     Chosen by hand for time and memory on scans of 1 to 50 million points, and on coarse ones of
-    rooms and models (tests/registration/clouds/test_surfels, benchmarks/registration); no source
-    but where one is named.
+    rooms and models (tests/registration/clouds/test_surfels, benchmarks/registration); where a
+    number has a source, it is named.
     """
 
     #: rows of the finest image of ranges, twice as many columns: half a degree

@@ -35,8 +35,10 @@ __all__ = ["GATES", "CloudCovarianceGates", "RelativeCovariance", "relative_cova
 class CloudCovarianceGates:
     """What makes the covariance of a pair of clouds honest.
 
+    Notes
+    -----
     Chosen by hand on simulated yards and corridors: errors are as large as their covariances say
-    (tests/registration/clouds/test_covariance); no source but where one is named.
+    (tests/registration/clouds/test_covariance); where a number has a source, it is named.
     """
 
     #: sigmas of what residuals never show: of shifts [m] and of turns [rad]

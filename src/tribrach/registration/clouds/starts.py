@@ -26,9 +26,11 @@ __all__ = ["kiss_pose", "plan_poses"]
 class PlanSearchGates:
     """How one plan is sought in another, and which places are worth a look.
 
+    Notes
+    -----
     Chosen by hand on simulated yards, rooms and facades and on real rooms
-    (tests/registration/clouds/test_pair, benchmarks/registration); no source but where one is
-    named.
+    (tests/registration/clouds/test_pair, benchmarks/registration); where a number has a source, it
+    is named.
     """
 
     #: cells of the plan along an edge

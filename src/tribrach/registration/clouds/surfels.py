@@ -24,8 +24,10 @@ __all__ = ["CellSum", "CubeSums", "Surfels", "coarser", "surfels_of"]
 class SurfelGates:
     """Which cubes of points are pieces of surface.
 
+    Notes
+    -----
     Chosen by hand on simulated yards with edges and leaves (tests/registration/clouds/test_surfels,
-    benchmarks/registration); no source but where one is named.
+    benchmarks/registration); where a number has a source, it is named.
     """
 
     #: points that make a plane

@@ -46,8 +46,10 @@ __all__ = [
 class DifferenceGates:
     """Which places of two placed clouds are compared (method section 9.5).
 
+    Notes
+    -----
     Chosen by hand on simulated yards: clouds differ as predicted
-    (tests/registration/clouds/test_covariance): no source.
+    (tests/registration/clouds/test_covariance); no source.
     """
 
     #: differences beyond this are other surfaces [m]

@@ -22,8 +22,10 @@ __all__ = ["Verdict", "judge"]
 class VerdictGates:
     """When surfels of one scan agree with another, and what that is worth.
 
+    Notes
+    -----
     Chosen by hand on simulated yards, facades and rooms, so that no wrong pose wins
-    (tests/registration/clouds/test_pair): no source.
+    (tests/registration/clouds/test_pair); no source.
     """
 
     #: what may lie nearer without being seen through [m], and per metre of range

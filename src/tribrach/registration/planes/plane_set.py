@@ -25,8 +25,10 @@ __all__ = ["PlaneSet", "overlap"]
 class SamePlaneGates:
     """When planes of two scans of one station are one surface.
 
+    Notes
+    -----
     Chosen by hand on simulated yards with several scans at a station
-    (tests/registration/test_plane_poses): no source.
+    (tests/registration/test_plane_poses); no source.
     """
 
     #: their normals differ by less than this [rad] ...

@@ -37,9 +37,11 @@ __all__ = [
 class PlanePairGates:
     """How the relative pose of two stations is sought by their planes, and when it is decided.
 
+    Notes
+    -----
     Chosen by hand on simulated yards, symmetric rooms, corridors and repeated facades, so that no
-    wrong pose is decided (tests/registration/test_plane_poses, benchmarks/plane_registration); no
-    source but where one is named.
+    wrong pose is decided (tests/registration/test_plane_poses, benchmarks/plane_registration);
+    where a number has a source, it is named.
     """
 
     #: normals of one surface differ by less than this, and so do the angles between two [rad]

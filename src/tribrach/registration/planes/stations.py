@@ -33,8 +33,10 @@ __all__ = ["PlaneRegistration", "lacking_words", "register_by_planes"]
 class StationJoinGates:
     """When a pair of stations may be joined by its planes alone.
 
+    Notes
+    -----
     Chosen by hand on simulated yards, facades and corridors, so that no wrong pair is joined
-    (tests/registration/test_plane_poses, tests/job/test_tying): no source.
+    (tests/registration/test_plane_poses, tests/job/test_tying); no source.
     """
 
     #: a pair that no loop confirms has at most this share of points in empty space ...

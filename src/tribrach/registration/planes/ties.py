@@ -29,8 +29,10 @@ __all__ = ["PlaneTies", "tie_planes"]
 class PlaneTieGates:
     """When planes of two stations are one surface, once both have poses.
 
+    Notes
+    -----
     Chosen by hand on simulated yards with panels on walls (tests/registration/test_plane_ties,
-    tests/registration/test_edges: statistics of edges are chi-square): no source.
+    tests/registration/test_edges: statistics of edges are chi-square); no source.
     """
 
     #: planes that are one agree within these [rad], [m] even where the covariances are small ...

@@ -1,9 +1,9 @@
 """Measures a black and white checkerboard of 2x2 quadrants (method section 8.2).
 
-A first round takes the plane of what lies around the start, a second that of the board alone; in
-either the pattern is fitted by least squares, and what passes every test gets its edges refined.
-The blur is foretold by the footprint. Points near an edge are uncertain by their angles as well.
-Scanner frame, metres.
+A first round fits the plane of the points around the start, a second one that of the board alone.
+In both rounds the pattern is fitted by least squares; a board that passes all tests gets its edges
+refined. The blur is predicted from the footprint. Points near an edge are uncertain also by their
+angles. Scanner frame, metres.
 """
 
 from __future__ import annotations
@@ -34,11 +34,13 @@ __all__ = ["CheckerboardFit", "fit_checkerboard"]
 
 @dataclass(frozen=True)
 class BoardGates:
-    """What a black and white checkerboard is, and what is refused.
+    """The numbers that decide whether a fitted pattern is a checkerboard.
 
+    Notes
+    -----
     Chosen by hand on simulated boards among stripes, tiles and panels, so that all boards pass and
-    nothing else (tests/targets/test_checkerboards, benchmarks/target_search); no source but where
-    one is named.
+    nothing else (tests/targets/test_checkerboards, benchmarks/target_search); where a number has a
+    source, it is named.
     """
 
     #: points looked at lie within this many sides of the start
@@ -115,14 +117,37 @@ GATES = BoardGates()
 
 
 def skew_of(p: Array) -> float:
-    """Deviation of the edges from a right angle [rad]; p (7,) : as fitted."""
+    """Deviation of the two edges from a right angle.
+
+    Parameters
+    ----------
+    p : array (7,)
+        Parameters of the fitted pattern.
+
+    Returns
+    -------
+    float
+        Deviation [rad].
+    """
     return float((p[3] - p[2]) % np.pi - np.pi / 2)
 
 
 def not_square(skew: float, points: int, more: float = 0.0) -> str:
-    """Do the edges meet at a wrong angle? "" if not.
+    """Tell why the edges do not meet at a right angle.
 
-    points : within the board, their rows let an edge turn a little; more [rad] : that is allowed.
+    Parameters
+    ----------
+    skew : float
+        Deviation from a right angle [rad].
+    points : int
+        Number of points within the board; the rows of few points let an edge turn a little.
+    more : float
+        Further deviation that is allowed [rad].
+
+    Returns
+    -------
+    str
+        The reason, empty if the edges are square.
     """
     rows = GATES.square_rows / float(np.sqrt(max(1, points)))
     if abs(skew) <= max(GATES.square_rad, rows) + more:
@@ -133,10 +158,29 @@ def not_square(skew: float, points: int, more: float = 0.0) -> str:
 def doubt(
     flat: Array, light: Array, p: Array, half: float, points: int, contrast: float, explained: float
 ) -> str:
-    """Why a converged fit is no board of this size; "" if it is one.
+    """Tell why a converged fit is not a board of this size.
 
-    flat (n, 2) [m], light (n,) : on and around the board; p (7,) : as fitted; half : of the side
-    [m]; points : within the board; contrast : over noise; explained : share of the variance.
+    Parameters
+    ----------
+    flat : array (n, 2)
+        Coordinates in the plane of the points on and around the board [m].
+    light : array (n,)
+        Their intensities.
+    p : array (7,)
+        Parameters of the fitted pattern.
+    half : float
+        Half the side [m].
+    points : int
+        Number of points within the board.
+    contrast : float
+        Black to white over the noise.
+    explained : float
+        Share of the variance of intensity that the pattern explains.
+
+    Returns
+    -------
+    str
+        The reason, empty if it is a board.
     """
     reason = not_square(skew_of(p), points)
     if reason:
@@ -164,9 +208,14 @@ def doubt(
 
 
 def _goes_on(a: Array, b: Array, light: Array) -> bool:
-    """Are there larger quadrants, or tiles of their size on two sides of the board or more?
+    """True if larger quadrants, or tiles of their size, continue the pattern on two sides or more.
 
-    a, b (n,) : distances from the edges over half the side; light (n,) over its half swing.
+    Parameters
+    ----------
+    a, b : array (n,)
+        Distances from the edges over half the side.
+    light : array (n,)
+        Intensity over half its swing.
     """
     far, sign = np.maximum(np.abs(a), np.abs(b)), np.sign(a * b)
     if (
@@ -191,13 +240,6 @@ def _alike(light: Array, sign: Array, use: NDArray[np.bool_]) -> float:
     )
 
 
-# The two edges, each from the points beside it, once the pattern is known.
-#
-# What the least squares of :mod:`~tribrach.targets.checkerboards.pattern` gives is a start;
-# where an edge lies is then the posterior of :mod:`~tribrach.targets.prints.edges` (section
-# 8.2).
-
-
 def refine_edges(
     flat: Array,
     light: Array,
@@ -205,9 +247,30 @@ def refine_edges(
     scale: tuple[float, float, float],
     plane: BoardPlane,
 ) -> BoardPattern:
-    """Centre and turns from the posteriors of the two edges; ``solved`` if one has too few points.
+    """Refine centre and turns of a pattern edge by edge, from the points beside each edge.
 
-    flat (n, 2) [m] in the plane, light (n,); scale : half the side, blur, error by the angles [m].
+    Parameters
+    ----------
+    flat : array (n, 2)
+        Coordinates of the points in the plane [m].
+    light : array (n,)
+        Their intensities.
+    solved : BoardPattern
+        The pattern from least squares.
+    scale : tuple of float
+        Half the side, blur, and error of a point's place by its angles [m].
+    plane : BoardPlane
+        The plane of the board.
+
+    Returns
+    -------
+    BoardPattern
+        The refined pattern; ``solved`` itself if an edge has too few points.
+
+    Notes
+    -----
+    Least squares (:mod:`~tribrach.targets.checkerboards.pattern`) give the start; where an edge
+    lies is then the posterior of :mod:`~tribrach.targets.prints.edges` (method section 8.2).
     """
     half, blur, jitter = scale
     p, covariance = solved.p.copy(), solved.covariance.copy()
@@ -285,12 +348,34 @@ def _levels(flat: Array, light: Array, p: Array, clear: float) -> tuple[Array, f
 
 @dataclass(frozen=True)
 class CheckerboardFit:
-    """A measured board.
+    """A measured checkerboard.
 
-    center (3,), covariance (3, 3) : scanner frame; plane; flat (2, 2) : covariance in the plane;
-    rms [m] : of the range residuals; contrast : black to white over the noise; explained : share
-    of the variance of intensity; incidence, turn, skew [rad] : turn of the edges in the plane,
-    deviation from a right angle; blur [m]; points used.
+    Attributes
+    ----------
+    center : array (3,)
+        Centre in the scanner frame [m].
+    covariance : array (3, 3)
+        Its covariance, floor included [m^2].
+    plane : BoardPlane
+        Plane of the board.
+    flat : array (2, 2)
+        Covariance of the centre in the plane [m^2].
+    rms : float
+        Root mean square of the range residuals [m].
+    contrast : float
+        Black to white over the noise.
+    explained : float
+        Share of the variance of intensity that the pattern explains.
+    incidence : float
+        Angle between beam and normal of the board [rad].
+    turn : float
+        Turn of the edges in the plane [rad].
+    skew : float
+        Deviation of the edges from a right angle [rad].
+    blur : float
+        Sigma of the blurred edges [m].
+    points : int
+        Number of points used.
     """
 
     center: Array
@@ -317,10 +402,29 @@ def fit_checkerboard(
     sigma_angle: float = 4e-5,
     floor: float = 3e-4,
 ) -> CheckerboardFit | Refused:
-    """The board of a side [m] near a place (3,), wrong by up to a third of the side, any turn.
+    """Fit a checkerboard of a known side near a place, at any turn.
 
-    footprint : diameter of the beam [m]; sigma_angle [rad] : of one point, its place in the
-    footprint included; floor : added to the covariance in each direction [m].
+    Parameters
+    ----------
+    xyz : array (n, 3)
+        Points in the scanner frame [m].
+    intensity : array (n,)
+        Their intensities.
+    start : array (3,)
+        The place, wrong by up to a third of the side [m].
+    side : float
+        Side of the board [m].
+    footprint : float
+        Diameter of the beam [m].
+    sigma_angle : float
+        Sigma of the angles of one point, its place in the footprint included [rad].
+    floor : float
+        Sigma added to the covariance in each direction [m].
+
+    Returns
+    -------
+    CheckerboardFit or Refused
+        The board, or why the points are not one.
     """
     close = np.linalg.norm(xyz - start, axis=1) < GATES.reach_sides * side
     if close.sum() < PATTERN.fewest_points:
@@ -365,9 +469,29 @@ def _round(
     scale: tuple[float, float, float],
     footprint: float,
 ) -> tuple[BoardPlane, BoardPattern] | Refused:
-    """Plane of the points ``use`` around a place (3,) and the pattern in it.
+    """Fit the plane of some points around a place and the pattern in it.
 
-    before (7,) : the pattern in the plane of the first round, None in the first round.
+    Parameters
+    ----------
+    xyz : array (n, 3)
+        Points in the scanner frame [m].
+    light : array (n,)
+        Their intensities.
+    use : array of bool (n,)
+        Points that take part.
+    near : array (3,)
+        The place [m].
+    before : array (7,) or None
+        The pattern in the plane of the first round, None in the first round.
+    scale : tuple of float
+        Half the side, blur, and error of a point's place by its angles [m].
+    footprint : float
+        Diameter of the beam [m].
+
+    Returns
+    -------
+    tuple[BoardPlane, BoardPattern]
+        Plane and pattern, or why there is none.
     """
     plane = _plane(xyz, light, use, near, footprint)
     if isinstance(plane, Refused):

@@ -1,9 +1,10 @@
-"""Fits the pattern of a 2x2 checkerboard in its plane: a guess, then least squares (method 8.2).
+"""Fits the pattern of a 2x2 checkerboard in its plane (method section 8.2).
 
-``I = I0 + dI erf(a / (sqrt2 s)) erf(b / (sqrt2 s))``, a and b the signed distances from the two
-edge lines ``(x - x0) cos t + (y - y0) sin t``. The parameters p (7,) are x0, y0 [m], t1, t2 [rad],
-I0, dI, ln s; points are ``flat`` (n, 2) [m] with ``light`` (n,). A scale is half the side, the blur
-that is foretold and what the angles of a point are wrong by, all in metres of the plane.
+A search over turns and shifts gives the start, least squares the pattern ``I = I0 + dI erf(a /
+(sqrt2 s)) erf(b / (sqrt2 s))``, with a and b the signed distances from the two edge lines ``(x -
+x0) cos t + (y - y0) sin t``. The parameters p (7,) are x0, y0 [m], t1, t2 [rad], I0, dI, ln s.
+Points are ``flat`` (n, 2) [m] with intensities ``light`` (n,). A ``scale`` holds half the side, the
+predicted blur, and the error of a point's place by its angles, all in metres of the plane.
 """
 
 from __future__ import annotations
@@ -33,8 +34,10 @@ __all__ = [
 class PatternGates:
     """How the pattern of four quadrants is guessed and fitted to light.
 
+    Notes
+    -----
     Chosen by hand on simulated boards from 5 to 60 pixels wide, seen straight to 60 degrees
-    (tests/targets/test_checkerboards); no source but where one is named.
+    (tests/targets/test_checkerboards); where a number has a source, it is named.
     """
 
     #: fewest points within the board
@@ -86,7 +89,19 @@ _GUESS_FEWEST = GATES.guess_fewest
 
 @dataclass(frozen=True)
 class BoardPattern:
-    """Parameters (7,), their covariance (7, 7), points used, noise of light."""
+    """A fitted pattern of four quadrants.
+
+    Attributes
+    ----------
+    p : array (7,)
+        Parameters x0, y0 [m], t1, t2 [rad], I0, dI, ln s.
+    covariance : array (7, 7)
+        Their covariance.
+    use : array of bool (n,)
+        Points used.
+    noise : float
+        Noise of the intensities.
+    """
 
     p: Array
     covariance: Array
@@ -95,9 +110,21 @@ class BoardPattern:
 
 
 def guess_pattern(flat: Array, light: Array, side: float) -> Array | None:
-    """Parameters (7,) from a search over turns and shifts; None if no pattern shows.
+    """Search for a pattern over turns and shifts.
 
-    flat (n, 2), side [m]; light (n,). The blur is not looked for: its logarithm is 0.
+    Parameters
+    ----------
+    flat : array (n, 2)
+        Coordinates of the points in the plane [m].
+    light : array (n,)
+        Their intensities.
+    side : float
+        Side of the board [m].
+
+    Returns
+    -------
+    array (7,) or None
+        Parameters, None if no pattern shows. The blur is not searched: its logarithm is 0.
     """
     keep = slice(None, None, max(1, len(flat) // GATES.guess_points))
     middle = float(np.median(light[keep]))
@@ -115,10 +142,12 @@ def guess_pattern(flat: Array, light: Array, side: float) -> Array | None:
 
 @njit(cache=True, nogil=True)
 def _patterns(x, light, side, turns, shifts):  # type: ignore[no-untyped-def]
-    """Score of the best pattern of four quadrants, its turn, shifts along its axes, half swing.
+    """Score of the best pattern of four quadrants, its turn, shifts along its axes and half swing.
 
-    The score is the correlation of light and pattern within the board, times the root of its share
-    of the points.
+    Notes
+    -----
+    The score is the correlation of intensity and pattern within the board, times the root of the
+    board's share of the points.
     """
     best, pattern = 0.0, (0.0, 0.0, 0.0, 0.0)
     a, b = np.empty(len(x)), np.empty(len(x))
@@ -149,7 +178,22 @@ def _patterns(x, light, side, turns, shifts):  # type: ignore[no-untyped-def]
 
 
 def pattern_light(flat: Array, p: Array) -> tuple[Array, Array]:
-    """Intensities (n,) and derivatives (n, 7) by x0, y0, t1, t2, I0, dI, ln s."""
+    """Intensities of a pattern and their derivatives.
+
+    Parameters
+    ----------
+    flat : array (n, 2)
+        Places in the plane [m].
+    p : array (7,)
+        Parameters of the pattern.
+
+    Returns
+    -------
+    light : array (n,)
+        Intensities.
+    derivatives : array (n, 7)
+        By x0, y0, t1, t2, I0, dI, ln s.
+    """
     s = np.exp(p[6])
     d = flat - p[:2]
     out, terms = [], []
@@ -174,11 +218,31 @@ def pattern_light(flat: Array, p: Array) -> tuple[Array, Array]:
 def solve_pattern(
     flat: Array, light: Array, guess: Array, scale: tuple[float, float, float], steps: int
 ) -> BoardPattern | None:
-    """The pattern with its blur going from wide to narrow, then with a free blur.
+    """Fit the pattern with its blur going from wide to narrow, then with a free blur.
 
-    Where points lie far apart the second may lead an edge over a row of points, which are then
-    trimmed and hold it no more; what explains less light than before is not taken. None if it
-    does not converge. steps : at most, those with a given blur included.
+    Parameters
+    ----------
+    flat : array (n, 2)
+        Coordinates of the points in the plane [m].
+    light : array (n,)
+        Their intensities.
+    guess : array (7,)
+        Start values of the parameters.
+    scale : tuple of float
+        Half the side, predicted blur, and error of a point's place by its angles [m].
+    steps : int
+        Largest number of steps, those with a given blur included.
+
+    Returns
+    -------
+    BoardPattern or None
+        The pattern, None if it does not converge.
+
+    Notes
+    -----
+    Where points lie far apart, the free blur may lead an edge over a row of points, which are then
+    trimmed and no longer hold it. A solution that explains less of the intensity than the one
+    before is therefore not taken.
     """
     narrow = max(
         scale[1], GATES.least_blur_pitches * pitch(inside_board(flat, guess, scale[0]), scale[0])
@@ -211,9 +275,22 @@ def _descend(
     narrow: float,
     steps: range,
 ) -> BoardPattern | None:
-    """Damped Gauss-Newton with trimming; steps : the first ones have blurs that are given.
+    """Damped Gauss-Newton steps with trimming.
 
-    narrow : the blur that is foretold [m].
+    Parameters
+    ----------
+    flat : array (n, 2)
+        Coordinates of the points in the plane [m].
+    light : array (n,)
+        Their intensities.
+    start : array (7,)
+        Start values of the parameters.
+    scale : tuple of float
+        Half the side, predicted blur, and error of a point's place by its angles [m].
+    narrow : float
+        The predicted blur [m].
+    steps : range
+        Numbers of the steps; the first ones have a given blur.
     """
     half, _, jitter = scale
     p, noise, blurs = start.copy(), 0.0, GATES.first_blurs_halves
@@ -267,7 +344,22 @@ def _descend(
 
 
 def inside_board(flat: Array, p: Array, half: float) -> NDArray[np.bool_]:
-    """Mask (n,) of points within the board's square, a little inside of its rim."""
+    """Mask of the points within the board's square, a little inside of its rim.
+
+    Parameters
+    ----------
+    flat : array (n, 2)
+        Coordinates of the points in the plane [m].
+    p : array (7,)
+        Parameters of the pattern.
+    half : float
+        Half the side [m].
+
+    Returns
+    -------
+    array of bool (n,)
+        True within the board.
+    """
     d = flat - p[:2]
     limit = GATES.inside_halves * half
     a = d @ [np.cos(p[2]), np.sin(p[2])]
@@ -276,5 +368,18 @@ def inside_board(flat: Array, p: Array, half: float) -> NDArray[np.bool_]:
 
 
 def pitch(use: NDArray[np.bool_], half: float) -> float:
-    """Mean distance [m] of the points within the board, a mask (n,); half : of the side [m]."""
+    """Mean distance of the points within the board.
+
+    Parameters
+    ----------
+    use : array of bool (n,)
+        Mask of the points within the board.
+    half : float
+        Half the side [m].
+
+    Returns
+    -------
+    float
+        Distance [m].
+    """
     return 2 * half / float(np.sqrt(max(1, int(use.sum()))))

@@ -1,9 +1,9 @@
-"""Finds the checkerboards of known sides in a whole scan, and says what it refused (8.2).
+"""Finds the checkerboards of known sides in a scan and lists the refused ones (method section 8.2).
 
 Around the centre of a 2x2 checkerboard intensity changes sign at every quarter turn: the second
-harmonic along a circle is strong, opposite samples are alike. The circle has a size in metres on
-the surface that the neighbours of a pixel tell, and is an ellipse of pixels where that is seen
-obliquely. The pixels with the strongest harmonics are candidates that are fitted.
+harmonic along a circle is strong and opposite samples are alike. The circle has a size in metres on
+the surface that the neighbours of a pixel define, and is an ellipse of pixels where the surface is
+seen obliquely. The pixels with the strongest harmonics are candidates and are fitted.
 """
 
 from __future__ import annotations
@@ -30,9 +30,11 @@ __all__ = ["find_checkerboards"]
 class SaddleGates:
     """What the search for boards takes for a saddle of light, and how many it follows up.
 
+    Notes
+    -----
     Chosen by hand on simulated walls and halls with boards, stripes and tiles: all boards found and
-    nothing else (tests/targets/test_checkerboards, benchmarks/target_search); no source but where
-    one is named.
+    nothing else (tests/targets/test_checkerboards, benchmarks/target_search); where a number has a
+    source, it is named.
     """
 
     #: radii of the two circles over the side of the board
@@ -97,7 +99,22 @@ _APART_SIDES = GATES.apart_sides
 def candidates(
     image: RangeImage, intensity: NDArray[np.float32], side: float
 ) -> list[PrintCandidate]:
-    """Pixels where light is a saddle, strongest first, none within half a side of another."""
+    """Pixels where intensity has a saddle, as at the centre of a board.
+
+    Parameters
+    ----------
+    image : RangeImage
+        Range image of the points.
+    intensity : array (n,)
+        Intensities of the points.
+    side : float
+        Side of the boards [m].
+
+    Returns
+    -------
+    list of PrintCandidate
+        Candidates, strongest first, none within half a side of another.
+    """
     light = _light(image.index, intensity)
     sv = np.maximum(np.abs(np.sin(image.v())), 0.05)
     steps = np.stack([np.full_like(sv, image.step_v), image.step_h * sv], axis=1)
@@ -256,16 +273,41 @@ def find_checkerboards(
     floor: float = 3e-4,
     scan: str = "",
 ) -> tuple[list[Detection], list[Rejected]]:
-    """Boards of the given sides [m] among points (n, 3) [m] with intensities (n,).
+    """Find checkerboards of given sides in a scan.
 
-    image : of the same points; sigma_range [m] is estimated from each board and not used;
-    sigma_angle [rad] : of one point; footprint : exit diameter [m] and divergence [rad, full] of
-    the beam; floor [m] : of a centre in each coordinate; scan : its name. A place that fits
-    several sides becomes one board, of the side whose pattern explains most.
+    Parameters
+    ----------
+    xyz : array (n, 3)
+        Points in the scanner frame [m].
+    intensity : array (n,)
+        Their intensities.
+    image : RangeImage
+        Range image of the same points.
+    sides : sequence of float
+        Sides of the boards [m].
+    sigma_range : float or None
+        Not used: the range noise is estimated from each board [m].
+    sigma_angle : float
+        Sigma of the angles of one point [rad].
+    footprint : tuple of float
+        Exit diameter [m] and full divergence [rad] of the beam.
+    floor : float
+        Sigma added to each coordinate of a centre [m].
+    scan : str
+        Name of the scan.
+
+    Returns
+    -------
+    detections : list of Detection
+        Boards. A place that fits several sides becomes one board, of the side whose pattern
+        explains most.
+    rejections : list of Rejected
+        Candidates that are no boards, with reasons.
 
     Raises
     ------
-    InputError : a side that is not positive.
+    InputError
+        If a side is not positive.
     """
     if not all(side > 0 for side in sides):
         raise InputError("the side of a checkerboard must be positive")

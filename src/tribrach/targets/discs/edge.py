@@ -1,9 +1,10 @@
-"""The edge of a printed disc in the light of points of its plane, by least squares.
+"""Fits the edge of a printed disc to the intensities of the points of its plane, by least squares.
 
-``I = I1 + g Phi((R - s^2/(2R) - |x - c|) / s)``: two levels of light and the circular edge between
-them, blurred by the footprint. Seen under the incidence angle i the footprint is longer by 1/cos i
-along the slope, and so is s for edges across it. The shift of s^2/(2R) keeps the area of the disc.
-Points near the edge are uncertain by their angles as well, by how much they tell themselves.
+``I = I1 + g Phi((R - s^2/(2R) - |x - c|) / s)``: two levels of intensity and the circular edge
+between them, blurred by the footprint. Seen under the incidence angle i the footprint is longer by
+1/cos i along the slope, and so is s for edges across it. The shift of s^2/(2R) keeps the area of
+the disc. Points near the edge are uncertain also by their angles; by how much is estimated from the
+points themselves.
 """
 
 from __future__ import annotations
@@ -35,10 +36,12 @@ __all__ = [
 
 @dataclass(frozen=True)
 class CircleEdgeGates:
-    """How the edge of a disc is fitted and its centre told.
+    """How the edge of a disc is fitted and how its centre follows from it.
 
+    Notes
+    -----
     Chosen by hand on simulated discs from 1 to 40 pixels wide (tests/targets/test_discs: the errors
-    of the centres are as large as their covariances say); no source but where one is named.
+    of the centres are as large as their covariances say); where a number has a source, it is named.
     """
 
     #: points up to this many radii from the centre take part
@@ -125,9 +128,23 @@ _ASTRAY_SHARE = LIGHT.astray_share
 class DiscShape:
     """What is known of a disc and its points before the fit.
 
-    radius [m], radius_sigma [m]; slope (2,) : in the plane, along it the beam falls off, its length
-    the tangent of incidence; blur [m] : sigma of the edge seen straight; blur_share : how well that
-    is foretold (logarithm); jitter [m] : sigma of a point's place; pitch [m] : between points.
+    Attributes
+    ----------
+    radius : float
+        Radius [m].
+    radius_sigma : float
+        Its sigma [m].
+    slope : array (2,)
+        Direction in the plane along which the beam falls off; its length is the tangent of the
+        incidence angle.
+    blur : float
+        Sigma of the edge seen straight [m].
+    blur_share : float
+        Sigma of the logarithm of the predicted blur.
+    jitter : float
+        Sigma of a point's place [m].
+    pitch : float
+        Distance between points [m].
     """
 
     radius: float
@@ -140,22 +157,22 @@ class DiscShape:
 
     @property
     def coarse(self) -> bool:
-        """Are points so far apart that few see the slope of the edge?"""
+        """True if points are so far apart that few of them see the slope of the edge."""
         return self.pitch > GATES.coarse_pitch_blurs * self.blur
 
     @property
     def narrow(self) -> float:
-        """Least blur [m] that least squares find a slope with."""
+        """Smallest blur with which least squares still see a slope [m]."""
         return max(self.blur, GATES.least_blur_pitches * self.pitch)
 
     @property
     def misfit(self) -> float:
-        """Error of the edge's model over the gain: shape of beams, and a blur that is too wide."""
+        """Error of the edge's model over the gain, for the shape of beams and too wide a blur."""
         return GATES.misfit_share + GATES.widened_misfit_share * (1 - self.blur / self.narrow)
 
     @property
     def step(self) -> float:
-        """Sigma [m] of the mean radius that points far apart leave open."""
+        """Sigma of the mean radius that points far apart leave open [m]."""
         if not self.coarse:
             return 0.0
         return (
@@ -167,7 +184,21 @@ class DiscShape:
 
 @dataclass(frozen=True)
 class EdgeFit:
-    """Parameters (6,) x, y, level outside, gain, ln s, R; covariance; noise; jitter; use (n,)."""
+    """The edge of a disc, fitted by least squares.
+
+    Attributes
+    ----------
+    p : array (6,)
+        Centre x, y [m], level outside, gain, ln s, radius R [m].
+    covariance : array (6, 6)
+        Covariance of the parameters.
+    noise : float
+        Noise of the intensities.
+    jitter : float
+        Sigma of a point's place [m].
+    use : array of bool (n,)
+        Points used.
+    """
 
     p: Array
     covariance: Array
@@ -177,7 +208,24 @@ class EdgeFit:
 
 
 def light_of(flat: Array, p: Array, slope: Array) -> tuple[Array, Array]:
-    """Light (n,) of places (n, 2) [m] and its derivatives (n, 6) by the parameters."""
+    """Intensities of a disc and their derivatives.
+
+    Parameters
+    ----------
+    flat : array (n, 2)
+        Places in the plane [m].
+    p : array (6,)
+        Parameters as in :class:`EdgeFit`.
+    slope : array (2,)
+        Slope of the beam in the plane.
+
+    Returns
+    -------
+    light : array (n,)
+        Intensities.
+    derivatives : array (n, 6)
+        By the parameters.
+    """
     d = flat - p[:2]
     away = np.maximum(np.hypot(d[:, 0], d[:, 1]), 1e-9)
     n = d / away[:, None]
@@ -194,7 +242,24 @@ def light_of(flat: Array, p: Array, slope: Array) -> tuple[Array, Array]:
 
 
 def solve(flat: Array, light: Array, start: Array, shape: DiscShape) -> EdgeFit | None:
-    """Damped Gauss-Newton from x, y, level, gain (4,), the blur from wide to narrow, then free."""
+    """Fit the edge by damped Gauss-Newton, the blur going from wide to narrow and then free.
+
+    Parameters
+    ----------
+    flat : array (n, 2)
+        Coordinates of the points in the plane [m].
+    light : array (n,)
+        Their intensities.
+    start : array (4,)
+        Start values of x, y [m], level outside and gain.
+    shape : DiscShape
+        What is known before the fit.
+
+    Returns
+    -------
+    EdgeFit or None
+        The edge, None if the fit fails.
+    """
     narrow = shape.narrow
     p = np.array([*start, np.log(narrow), shape.radius])
     jitter, noise, use, n = shape.jitter, 0.0, np.ones(len(light), dtype=bool), np.eye(6)
@@ -307,9 +372,26 @@ def _jitter(v: Array, edge: Array, noise: Array, foretold: float) -> float:
 
 
 def departure(flat: Array, light: Array, fit: EdgeFit, shape: DiscShape) -> tuple[float, float]:
-    """By how much the edge departs from a circle [m], and the sigma of that [m].
+    """Largest departure of the edge from a circle.
 
-    Of the waves of two to four periods around it the one that exceeds its sigma by most.
+    Parameters
+    ----------
+    flat : array (n, 2)
+        Coordinates of the points in the plane [m].
+    light : array (n,)
+        Their intensities.
+    fit : EdgeFit
+        The fitted edge.
+    shape : DiscShape
+        What is known of the disc.
+
+    Returns
+    -------
+    departure : float
+        Amplitude, of the waves with two to four periods around the edge the one that exceeds its
+        sigma by most [m].
+    sigma : float
+        Its sigma [m].
     """
     value, j = light_of(flat, fit.p, shape.slope)
     d = flat - fit.p[:2]
@@ -334,19 +416,34 @@ def departure(flat: Array, light: Array, fit: EdgeFit, shape: DiscShape) -> tupl
     return float(size[worst]), float(error[worst])
 
 
-# The centre from the points near the edge, once least squares have found about where it is.
-#
-# As with the edges of checkerboards each point's light says how far its beam was from the edge,
-# or only on which side of it. The posterior of the centre is summed over a grid that closes in
-# on it, for several blurs and radii, so that scans much coarser than the beam, where any circle
-# between two rings of points fits and least squares has no slope, are treated like dense ones.
-
-
 def posterior(flat: Array, light: Array, fit: EdgeFit, shape: DiscShape) -> tuple[Array, Array]:
-    """Mean (2,) and covariance (2, 2) of the centre [m] over all that points allow.
+    """Mean and covariance of the disc's centre over all positions that the points allow.
 
-    flat (n, 2) [m], light (n,) : of the points of the plane; fit : by least squares, with the
-    radius known to what ``shape`` says.
+    Parameters
+    ----------
+    flat : array (n, 2)
+        Coordinates of the points of the plane [m].
+    light : array (n,)
+        Their intensities.
+    fit : EdgeFit
+        The edge by least squares, with the radius known as well as ``shape`` says.
+    shape : DiscShape
+        What is known of the disc.
+
+    Returns
+    -------
+    mean : array (2,)
+        Centre in the plane [m].
+    covariance : array (2, 2)
+        Its covariance [m^2].
+
+    Notes
+    -----
+    As with the edges of checkerboards, the intensity of each point says how far its beam was from
+    the edge, or only on which side of it. The posterior of the centre is summed over a grid that
+    closes in on it, for several blurs and radii. Scans much coarser than the beam, where any circle
+    between two rings of points fits and least squares have no slope, are so treated like dense
+    ones.
     """
     d = flat - fit.p[:2]
     away = np.maximum(np.hypot(d[:, 0], d[:, 1]), 1e-9)

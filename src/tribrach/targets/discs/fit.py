@@ -1,9 +1,9 @@
 """Measures a printed disc of known radius: the plane of the print, then its edge.
 
-Light is carried along its beams into the plane. The edge tells the centre's direction, the plane
-its distance; the covariance is that of both. Discs whose print reads another range than the ground
-around them by much (retroreflecting sheets) take their distance from the ground (method section
-8.2). Scanner frame, metres.
+Intensities are carried along their beams into the plane. The edge gives the direction of the
+centre, the plane its distance; the covariance is that of both. Discs whose print reads a range very
+different from the ground around them (retroreflecting sheets) take their distance from the ground
+(method section 8.2). Scanner frame, metres.
 """
 
 from __future__ import annotations
@@ -27,11 +27,13 @@ __all__ = ["DiscFit", "fit_disc"]
 
 @dataclass(frozen=True)
 class DiscGates:
-    """What a printed disc is, and what is refused.
+    """The numbers that decide whether a fitted spot is a printed disc.
 
+    Notes
+    -----
     Chosen by hand on simulated discs among tiles, squares, knobs and plates, so that all discs pass
-    and nothing else (tests/targets/test_discs, benchmarks/target_search); no source but where one
-    is named.
+    and nothing else (tests/targets/test_discs, benchmarks/target_search); where a number has a
+    source, it is named.
     """
 
     #: points looked at lie within this many radii of the start
@@ -150,10 +152,23 @@ GATES = DiscGates()
 
 
 def bend(place: Array, residual: Array, bright: Mask) -> tuple[float, float]:
-    """Largest bend of a print [m] over its radius, and its sigma, from a second-degree surface.
+    """Largest bend of a print over its radius, from a surface of second degree.
 
-    place (n, 2) : in units of the radius around the centre; residual (n,) : range minus plane [m];
-    bright (n,) : each colour may have an offset of its own.
+    Parameters
+    ----------
+    place : array (n, 2)
+        Places around the centre, in units of the radius.
+    residual : array (n,)
+        Range minus plane [m].
+    bright : array of bool (n,)
+        Bright points; each colour may have a range offset of its own.
+
+    Returns
+    -------
+    bend : float
+        The bend [m].
+    sigma : float
+        Its sigma [m].
     """
     x, y = place.T
     a = np.column_stack([bright, ~bright, x, y, x * x, x * y, y * y]).astype(float)
@@ -182,13 +197,35 @@ def distance(
     radius: float,
     sigma: float,
 ) -> tuple[float, float]:
-    """Distance of the surface at the centre minus that of the plane [m], and its sigma [m].
+    """Distance of the surface at the centre minus that of the plane.
 
-    Least squares with tilt and the offset of the other colour free. place (n, 2) [m] : around the
-    centre; residual (n,) : range minus plane [m]; telling (n,) : of the colour whose range is the
-    true one; sigma [m] : of one range, 0 if not known. Neighbours that err together (filtered
-    ranges, an uneven print) show in means over cells that scatter more than their numbers allow,
-    and raise the sigma.
+    Parameters
+    ----------
+    place : array (n, 2)
+        Places around the centre [m].
+    residual : array (n,)
+        Range minus plane [m].
+    bright : array of bool (n,)
+        Bright points.
+    telling : array of bool (n,)
+        Points of the colour whose range is the true one.
+    radius : float
+        Radius of the disc [m].
+    sigma : float
+        Sigma of one range, 0 if not known [m].
+
+    Returns
+    -------
+    distance : float
+        Difference of distance [m].
+    sigma : float
+        Its sigma [m].
+
+    Notes
+    -----
+    Least squares with the tilt and the range offset of the other colour free. Where neighbours err
+    together (filtered ranges, an uneven print), means over cells scatter more than their numbers of
+    points allow, and the sigma is raised accordingly.
     """
     x = place / radius
     a = np.column_stack([np.ones(len(x)), x, ~telling]).astype(float)
@@ -247,11 +284,40 @@ def _excess(x: Array, left: Array) -> float:
 class DiscFit:
     """A measured disc.
 
-    center (3,), covariance (3, 3) : scanner frame; plane; flat (2, 2) : covariance in the plane;
-    distance_sigma [m] : along the beam; rms [m] : of the range residuals; gain : light of the disc
-    minus that of the ground; contrast : the same over the noise, positive; explained : share of the
-    variance of light; radius, blur [m] : as seen; coverage : share of the edge; split [m] : range
-    of the disc minus that of the ground; incidence [rad]; points : on and around the disc; inliers.
+    Attributes
+    ----------
+    center : array (3,)
+        Centre in the scanner frame [m].
+    covariance : array (3, 3)
+        Its covariance, floor included [m^2].
+    plane : BoardPlane
+        Plane of the print.
+    flat : array (2, 2)
+        Covariance of the centre in the plane [m^2].
+    distance_sigma : float
+        Sigma of the centre along the beam [m].
+    rms : float
+        Root mean square of the range residuals [m].
+    gain : float
+        Intensity of the disc minus that of the ground.
+    contrast : float
+        Size of the gain over the noise.
+    explained : float
+        Share of the variance of intensity that the disc explains.
+    radius : float
+        Radius as seen [m].
+    blur : float
+        Sigma of the edge as seen [m].
+    coverage : float
+        Share of the edge that was seen.
+    split : float
+        Range of the disc minus that of the ground [m].
+    incidence : float
+        Angle between beam and normal of the print [rad].
+    points : int
+        Number of points on and around the disc.
+    inliers : int
+        Number of points that determined the centre.
     """
 
     center: Array
@@ -273,7 +339,7 @@ class DiscFit:
 
     @property
     def retro(self) -> bool:
-        """Does the print throw the beam back, so that the distance is that of the ground?"""
+        """True if the print is retroreflecting, so that the distance is that of the ground."""
         return abs(self.split) > GATES.retro_m
 
 
@@ -288,11 +354,31 @@ def fit_disc(
     sigma_angle: float | None = None,
     floor: float = 0.0,
 ) -> DiscFit | Refused:
-    """The disc of a radius [m] near a place (3,), wrong by up to half the radius.
+    """Fit a disc of known radius near a place.
 
-    footprint : diameter of the beam there [m]; sigma_range [m], sigma_angle [rad] : of one point;
-    each is told by the points where it is not given; floor : added to the covariance in each
-    direction [m].
+    Parameters
+    ----------
+    xyz : array (n, 3)
+        Points in the scanner frame [m].
+    intensity : array (n,)
+        Their intensities.
+    start : array (3,)
+        The place, wrong by up to half the radius [m].
+    radius : float
+        Radius of the disc [m].
+    footprint : float or None
+        Diameter of the beam at the place, estimated from the points if None [m].
+    sigma_range : float or None
+        Sigma of the range of one point, estimated from the points if None [m].
+    sigma_angle : float or None
+        Sigma of the angles of one point, estimated from the points if None [rad].
+    floor : float
+        Sigma added to the covariance in each direction [m].
+
+    Returns
+    -------
+    DiscFit or Refused
+        The disc, or why the points are not one.
     """
     light = np.asarray(intensity, dtype=float)
     close = (np.linalg.norm(xyz - start, axis=1) < GATES.reach_radii * radius) & np.isfinite(light)
@@ -573,9 +659,11 @@ class _Patch:
 
 
 def _explained(flat: Array, light: Array, fit: EdgeFit, shape: DiscShape) -> float:
-    """Share of the variance of light around a disc that is the disc's.
+    """Share of the variance of intensity around a disc that the disc explains.
 
-    Where points are far apart those next to the edge tell nothing about it and are left out.
+    Notes
+    -----
+    Where points are far apart, those next to the edge say nothing about it and are left out.
     """
     away = np.hypot(*(flat - fit.p[:2]).T)
     near = away < EDGE.patch_radii * shape.radius

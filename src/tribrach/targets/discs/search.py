@@ -1,9 +1,9 @@
-"""Finds the flat printed discs of known radii in a whole scan, and says what it refused (8.2).
+"""Finds the flat printed discs of known radii in a scan and lists the refused ones.
 
-At every pixel the surface is taken as the plane that its neighbours at the distance of the disc's
-radius tell, so that a circle in metres on the surface becomes its ellipse in pixels. Light on a
-circle inside of the disc is compared with light on a circle outside of it: where both differ much
-a round spot, lighter or darker than its ground, is a candidate that is fitted.
+At every pixel the surface is taken as the plane through its neighbours at the distance of the
+disc's radius, so that a circle in metres on the surface becomes its ellipse in pixels. Intensity on
+a circle inside of the disc is compared with that on a circle outside of it: where both differ much,
+a round spot, lighter or darker than its ground, is a candidate and is fitted (method section 8.2).
 """
 
 from __future__ import annotations
@@ -28,10 +28,13 @@ __all__ = ["find_discs"]
 
 @dataclass(frozen=True)
 class SpotGates:
-    """What the search for discs takes for a round spot, and how many it follows up.
+    """Which round spots of intensity are candidates for discs, and how many of them are fitted.
 
+    Notes
+    -----
     Chosen by hand on simulated halls with discs, knobs, tiles and windows (tests/targets/test_discs
-    and benchmarks/target_search: all discs found, nothing else); no source but where one is named.
+    and benchmarks/target_search: all discs found, nothing else); where a number has a source, it is
+    named.
     """
 
     #: radii of the circles inside of the disc and on its ground, over its radius
@@ -88,7 +91,22 @@ _STEEPEST_TANGENT_SQUARED = GATES.steepest_tangent_squared
 def candidates(
     image: RangeImage, intensity: NDArray[np.float32], radius: float
 ) -> list[PrintCandidate]:
-    """Pixels of round spots for a radius [m], strongest first, none within a radius of another."""
+    """Pixels at the middle of round spots of a given radius.
+
+    Parameters
+    ----------
+    image : RangeImage
+        Range image of the points.
+    intensity : array (n,)
+        Intensities of the points.
+    radius : float
+        Radius of the discs [m].
+
+    Returns
+    -------
+    list of PrintCandidate
+        Candidates, strongest first, none within a radius of another.
+    """
     light = np.where(image.index >= 0, intensity[np.maximum(image.index, 0)], np.nan)
     light = light.astype(np.float32)
     ranges = image.filled()
@@ -214,17 +232,46 @@ def find_discs(
     floor: float = 0.0,
     scan: str = "",
 ) -> tuple[list[Detection], list[Rejected]]:
-    """Discs of the given radii [m] among points (n, 3) [m] with intensities (n,).
+    """Find printed discs of given radii in a scan.
 
-    White on dark, dark on white or retroreflecting; ground of one plane and shade reaches to half
-    a radius beyond the edge. image : of the same points; sigma_range [m], sigma_angle [rad] : of
-    one point; footprint : exit diameter [m] and divergence [rad, full] of the beam; the points
-    tell what is not given; floor [m] : of a centre in each coordinate; scan : its name. A place
-    that fits several radii becomes one disc, of the radius that explains most of its light.
+    Parameters
+    ----------
+    xyz : array (n, 3)
+        Points in the scanner frame [m].
+    intensity : array (n,)
+        Their intensities.
+    image : RangeImage
+        Range image of the same points.
+    radii : sequence of float
+        Radii of the discs [m].
+    sigma_range : float or None
+        Sigma of the range of one point, estimated from the points if None [m].
+    sigma_angle : float or None
+        Sigma of the angles of one point, estimated from the points if None [rad].
+    footprint : tuple of float or None
+        Exit diameter [m] and full divergence [rad] of the beam, estimated if None.
+    floor : float
+        Sigma added to each coordinate of a centre [m].
+    scan : str
+        Name of the scan.
+
+    Returns
+    -------
+    detections : list of Detection
+        Discs. A place that fits several radii becomes one disc, of the radius that explains most of
+        its intensity.
+    rejections : list of Rejected
+        Candidates that are no discs, with reasons.
 
     Raises
     ------
-    InputError : a radius that is not positive.
+    InputError
+        If a radius is not positive.
+
+    Notes
+    -----
+    Discs may be white on dark, dark on white or retroreflecting. The ground must be of one plane
+    and one shade to half a radius beyond the edge.
     """
     if not all(radius > 0 for radius in radii):
         raise InputError("the radius of a disc must be positive")

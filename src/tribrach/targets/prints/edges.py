@@ -1,10 +1,11 @@
-"""Locates a straight edge of print, with its covariance, from the light of the points near it.
+"""Locates a straight edge of print, with its covariance, from the intensities of points near it.
 
-A point's light says how far its beam was from the edge where the footprint lay on both colours,
-and on which side it was where not. Its place is known to the jitter of the angles, the profile of
-the footprint to a share of its width. The posterior of an edge's shift and turn is summed over a
-grid that closes in on it, so scans much coarser than the beam, where any line between two rows of
-points fits and least squares has no slope, are treated like dense ones (method section 8.2).
+A point's intensity says how far its beam was from the edge where the footprint lay on both colours,
+and on which side of it where not. The place of a point is known to the jitter of the angles, the
+profile of the footprint to a share of its width. The posterior of an edge's shift and turn is
+summed over a grid that closes in on it. Scans much coarser than the beam, where any line between
+two rows of points fits and least squares have no slope, are so treated like dense ones (method
+section 8.2).
 """
 
 from __future__ import annotations
@@ -24,11 +25,13 @@ __all__ = ["BLURS", "GATES", "EdgePoints", "EdgePosteriorGates", "locate_edge", 
 
 @dataclass(frozen=True)
 class EdgePosteriorGates:
-    """What light says of an edge, and the grid on which its place is summed over.
+    """What intensities say of an edge, and the grid over which its posterior is summed.
 
+    Notes
+    -----
     Chosen by hand on simulated boards and discs, so that the errors of their centres are as large
-    as their covariances say (tests/targets/test_checkerboards, tests/targets/test_discs); no source
-    but where one is named.
+    as their covariances say (tests/targets/test_checkerboards, tests/targets/test_discs); where a
+    number has a source, it is named.
     """
 
     #: nodes of the grid in each direction, and most rounds of closing in
@@ -87,9 +90,18 @@ _SLOPES = np.gradient(_LEVELS, _PLACES)
 class EdgePoints:
     """Points near one edge.
 
-    along, across (n,) : coordinates along the edge and across it, from its presumed place [m];
-    level (n,) : light, -1 on its negative side and 1 on its positive side; noise : of the level;
-    blur, jitter [m] : sigma of the footprint and of a point's place, across the edge.
+    Attributes
+    ----------
+    along, across : array (n,)
+        Coordinates along the edge and across it, from its presumed place [m].
+    level : array (n,)
+        Intensity scaled to -1 on the negative side of the edge and 1 on the positive side.
+    noise : float
+        Noise of the level.
+    blur : float
+        Sigma of the footprint across the edge [m].
+    jitter : float
+        Sigma of a point's place across the edge [m].
     """
 
     along: Array
@@ -101,9 +113,23 @@ class EdgePoints:
 
 
 def locate_edge(points: EdgePoints, shift: float, turn: float) -> tuple[Array, Array]:
-    """Mean (2,) and covariance (2, 2) of the edge's shift [m] across itself and turn [rad].
+    """Posterior mean and covariance of an edge's shift across itself and turn.
 
-    shift, turn : how far from the presumed place the edge is looked for.
+    Parameters
+    ----------
+    points : EdgePoints
+        The points near the edge.
+    shift : float
+        How far from the presumed place the edge is searched [m].
+    turn : float
+        How far from the presumed direction it is searched [rad].
+
+    Returns
+    -------
+    mean : array (2,)
+        Shift [m] and turn [rad].
+    covariance : array (2, 2)
+        Their covariance.
     """
     mean, reach = np.zeros(2), np.array([shift, turn])
     told = [
@@ -138,9 +164,26 @@ def messages(
 ) -> tuple[Array, Array, Kinds]:
     """What each point says of its distance from the edge.
 
-    level (n,), noise, blur, jitter [m] as of :class:`EdgePoints`, the last two also for each point.
-    Place (n,) and sigma (n,) of that distance [m], kind (n,) : 0 where it is told, 1 or -1 where it
-    is only told to be more, or less, than the place.
+    Parameters
+    ----------
+    level : array (n,)
+        Levels as in :class:`EdgePoints`.
+    noise : float
+        Noise of the level.
+    blur : float or array (n,)
+        Sigma of the footprint across the edge, common or for each point [m].
+    jitter : float or array (n,)
+        Sigma of a point's place across the edge, common or for each point [m].
+
+    Returns
+    -------
+    place : array (n,)
+        Distance from the edge [m].
+    sigma : array (n,)
+        Its sigma [m].
+    kind : array of int (n,)
+        0 where the distance is known; 1 or -1 where it is only known to be more, or less, than
+        ``place``.
     """
     plain = max(GATES.plain_swing, GATES.plain_sigmas * noise)
     width = np.hypot(jitter, GATES.profile_blurs * blur)

@@ -1,9 +1,10 @@
-"""The plane of a flat target, black and white print weighed by its own noise.
+"""Fits the plane of a flat target, with black and white print weighted each by its own noise.
 
-Dark print returns less light, ranges noisier, and by a constant longer or shorter, millimetres
-where it is very dark. Each colour gets a sigma of its own and the dark one an offset: offset, two
-tilts and that difference are estimated together from residuals along the beams (method section
-8.2). Points are carried along their beams into the plane, so that range noise does not blur print.
+Dark print returns less light: its ranges are noisier and by a constant longer or shorter, by
+millimetres where it is very dark. Each colour gets a sigma of its own and the dark one an offset;
+offset, two tilts and that difference are estimated together from residuals along the beams (method
+section 8.2). Points are carried along their beams into the plane, so that range noise does not blur
+the print.
 """
 
 from __future__ import annotations
@@ -23,8 +24,10 @@ __all__ = ["BoardPlane", "fit_board_plane"]
 class PrintPlaneGates:
     """How the plane of a print is fitted.
 
+    Notes
+    -----
     Chosen by hand on simulated and real boards (tests/targets/test_checkerboards: the errors of
-    centres are as large as their covariances say); no source but where one is named.
+    centres are as large as their covariances say); where a number has a source, it is named.
     """
 
     #: residuals beyond this many sigmas take no part
@@ -55,12 +58,27 @@ GATES = PrintPlaneGates()
 
 @dataclass(frozen=True)
 class BoardPlane:
-    """Plane ``normal . x = offset`` of the scanner frame and its axes.
+    """Plane ``normal . x = offset`` of the scanner frame, with axes in it.
 
-    normal (3,) towards the scanner; axes (2, 3) : across and up in the plane; origin (3,) in it;
-    use (n,) : points that lie on it; cofactor (3, 3) : covariance of its shift along the normal [m]
-    at the origin and of its slopes on both axes; rms : of the residuals along the beam [m]; split :
-    white minus black along the beam [m].
+    Attributes
+    ----------
+    normal : array (3,)
+        Unit normal towards the scanner.
+    offset : float
+        Offset of the plane [m].
+    axes : array (2, 3)
+        Unit vectors across and up in the plane.
+    origin : array (3,)
+        Origin of the coordinates in the plane [m].
+    use : array of bool (n,)
+        Points that lie on it.
+    cofactor : array (3, 3)
+        Covariance of the plane's shift along the normal at the origin [m] and of its slopes along
+        both axes.
+    rms : float
+        Root mean square of the residuals along the beam [m].
+    split : float
+        White minus black along the beam [m].
     """
 
     normal: Array
@@ -73,23 +91,67 @@ class BoardPlane:
     split: float
 
     def project(self, xyz: Array) -> Array:
-        """Coordinates (n, 2) [m] in the plane of points (n, 3), along their beams."""
+        """Carry points along their beams into the plane.
+
+        Parameters
+        ----------
+        xyz : array (n, 3)
+            Points in the scanner frame [m].
+
+        Returns
+        -------
+        array (n, 2)
+            Coordinates in the plane [m].
+        """
         beam = xyz * (self.offset / (xyz @ self.normal))[:, None]
         flat: Array = (beam - self.origin) @ self.axes.T
         return flat
 
     def at(self, flat: Array) -> Array:
-        """The point (3,) of the plane with these coordinates (2,)."""
+        """The point of the plane with given coordinates.
+
+        Parameters
+        ----------
+        flat : array (2,)
+            Coordinates in the plane [m].
+
+        Returns
+        -------
+        array (3,)
+            Place in the scanner frame [m].
+        """
         point: Array = self.origin + flat @ self.axes
         return point
 
     def sigma(self, flat: Array) -> float:
-        """Standard deviation [m] of the plane along its normal at coordinates (2,)."""
+        """Standard deviation of the plane along its normal.
+
+        Parameters
+        ----------
+        flat : array (2,)
+            Coordinates of the place in the plane [m].
+
+        Returns
+        -------
+        float
+            Standard deviation [m].
+        """
         row = np.array([1.0, *flat])
         return float(np.sqrt(row @ self.cofactor @ row))
 
     def stretch(self, direction: Array) -> float:
-        """How much longer is a footprint in this direction (2,) of the plane than its diameter?"""
+        """Length of a footprint along a direction of the plane over its diameter.
+
+        Parameters
+        ----------
+        direction : array (2,)
+            Unit direction in the plane.
+
+        Returns
+        -------
+        float
+            Factor, 1 or more.
+        """
         beam = self.axes @ self.origin / abs(self.normal @ self.origin)
         return float(np.sqrt(1 + (beam @ direction) ** 2))
 
@@ -97,9 +159,23 @@ class BoardPlane:
 def fit_board_plane(
     xyz: Array, bright: NDArray[np.bool_], near: Array, spacing: float
 ) -> BoardPlane | None:
-    """The plane through points (n, 3) [m] around a place (3,), None if there is none.
+    """Fit the plane of a print to points around a place.
 
-    bright (n,) : white print; spacing : distance [m] of points that are independent of each other.
+    Parameters
+    ----------
+    xyz : array (n, 3)
+        Points in the scanner frame [m].
+    bright : array of bool (n,)
+        Points on white print.
+    near : array (3,)
+        The place [m].
+    spacing : float
+        Distance of points that are independent of each other [m].
+
+    Returns
+    -------
+    BoardPlane or None
+        The plane, None if there is none.
     """
     use = np.ones(len(xyz), dtype=bool)
     unit = xyz / np.linalg.norm(xyz, axis=1, keepdims=True)
@@ -138,10 +214,13 @@ def fit_board_plane(
 def _step(
     flat: Array, residual: Array, slope: Array, bright: NDArray[np.bool_], own: Array
 ) -> tuple[Array, Array] | None:
-    """Shift along the normal, its slopes on both axes, offset of dark print along the beam.
+    """Correct the plane and the range offset of dark print by residuals along the beams.
 
-    The plane is ``shift + slope_x x + slope_y y`` above the present one; with the cofactor (3, 3)
-    of these three. None if the points do not determine it.
+    Notes
+    -----
+    The plane is ``shift + slope_x x + slope_y y`` above the present one. Returned are shift, both
+    slopes and the offset of dark print along the beam, with the cofactor (3, 3) of the first three;
+    None if the points do not determine them.
     """
     least = GATES.colour_points
     both = least <= bright.sum() <= len(bright) - least

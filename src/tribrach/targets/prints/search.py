@@ -21,22 +21,27 @@ __all__ = ["BestFits", "PrintCandidate", "PrintFit", "PrintSearch", "Refused", "
 
 
 class PrintFit(Protocol):
-    """What the search asks of a fit: centre (3,) [m], share of the variance of light explained."""
+    """What the search for printed targets needs of a fit."""
 
     @property
     def center(self) -> Array:
-        """Scanner frame [m]."""
+        """Centre (3,) in the scanner frame [m]."""
 
     @property
     def explained(self) -> float:
-        """0 to 1."""
+        """Share of the variance of intensity that the fit explains, 0 to 1."""
 
 
 @dataclass(frozen=True)
 class Refused:
-    """Why points are no target, in one sentence without the stop.
+    """Why points are no target.
 
-    texture : nothing like a target is there, which is not worth a line in the report.
+    Attributes
+    ----------
+    reason : str
+        One sentence without the full stop.
+    texture : bool
+        True if nothing like a target is there, which is not worth a line in the report.
     """
 
     reason: str
@@ -47,7 +52,12 @@ class Refused:
 class PrintCandidate:
     """A pixel of the range image that may look at the centre of a target.
 
-    notable : its refusal is worth a line even if it looks like texture.
+    Attributes
+    ----------
+    row, column : int
+        Indices of the pixel.
+    notable : bool
+        True if its refusal is worth a line even if it looks like texture.
     """
 
     row: int
@@ -61,7 +71,10 @@ Fit = TypeVar("Fit", bound=PrintFit)
 class BestFits(Generic[Fit]):
     """Fits with the sizes [m] that they were made for, one at each place.
 
-    apart : fits nearer than this many of the larger of their sizes are at one place.
+    Parameters
+    ----------
+    apart : float
+        Fits nearer than this many times the larger of their sizes are at one place.
     """
 
     def __init__(self, apart: float) -> None:
@@ -69,7 +82,17 @@ class BestFits(Generic[Fit]):
         self.fits: list[tuple[Fit, float]] = []
 
     def near(self, place: Array, sizes: float, of_size: float | None = None) -> bool:
-        """Is there a fit within so many of its sizes of a place (3,)? of_size : of this size."""
+        """True if there is a fit near a place.
+
+        Parameters
+        ----------
+        place : array (3,)
+            The place in the scanner frame [m].
+        sizes : float
+            Largest distance from the fit, in its sizes.
+        of_size : float or None
+            Only fits of this size count, all if None [m].
+        """
         return any(
             np.linalg.norm(fit.center - place) < sizes * size
             for fit, size in self.fits
@@ -77,7 +100,15 @@ class BestFits(Generic[Fit]):
         )
 
     def keep(self, fit: Fit, size: float) -> None:
-        """Add a fit unless a better one is at the same place; then it replaces a worse one."""
+        """Add a fit unless a better one is at the same place; it replaces a worse one there.
+
+        Parameters
+        ----------
+        fit : Fit
+            The fit.
+        size : float
+            Size it was made for [m].
+        """
         for k, (other, other_size) in enumerate(self.fits):
             if np.linalg.norm(other.center - fit.center) < self.apart * max(other_size, size):
                 if fit.explained > other.explained:
@@ -92,19 +123,19 @@ class PrintSearch(Generic[Fit]):
 
     Attributes
     ----------
-    kind
-        Of the detections.
-    candidates
-        Candidates for a size [m], the strongest first.
-    fit
+    kind : Kind
+        Kind of the detections.
+    candidates : callable
+        Returns the candidates for a size [m], the strongest first.
+    fit : callable
         Fits the points with numbers (k,) around a place (3,) [m] to a target of a size [m].
-    reach_sizes
+    reach_sizes : float
         Half the window of points around a candidate, over the size.
-    same_start_sizes
-        A candidate nearer than this many of its sizes to a fit is that target ...
-    same_size_only
-        ... if the fit is of the size that is sought.
-    same_target_sizes
+    same_start_sizes : float
+        A candidate nearer to a fit than this many of its sizes is the same target.
+    same_size_only : bool
+        True if ``same_start_sizes`` only counts for fits of the size that is searched.
+    same_target_sizes : float
         Fits nearer than this many of the larger of their sizes are one target.
     """
 
@@ -119,7 +150,22 @@ class PrintSearch(Generic[Fit]):
     def run(
         self, image: RangeImage, sizes: Sequence[float]
     ) -> tuple[list[tuple[Fit, float]], list[Rejected]]:
-        """Fits with their sizes, one at each place, and the refusals that are worth a line."""
+        """Fit the candidates of all sizes and keep the best fit at each place.
+
+        Parameters
+        ----------
+        image : RangeImage
+            Range image of the points.
+        sizes : sequence of float
+            Sizes of the targets [m].
+
+        Returns
+        -------
+        fits : list of tuple[Fit, float]
+            Fits with their sizes [m], one at each place.
+        rejections : list of Rejected
+            The refusals that are worth a line.
+        """
         best: BestFits[Fit] = BestFits(self.same_target_sizes)
         rejected: list[Rejected] = []
         for size in sizes:
@@ -139,5 +185,18 @@ class PrintSearch(Generic[Fit]):
 
 
 def footprint_at(footprint: tuple[float, float], place: Array) -> float:
-    """Diameter [m] of a beam at a place (3,); footprint : exit diameter [m], divergence [rad]."""
+    """Diameter of a beam at a place.
+
+    Parameters
+    ----------
+    footprint : tuple of float
+        Exit diameter [m] and full divergence [rad].
+    place : array (3,)
+        The place in the scanner frame [m].
+
+    Returns
+    -------
+    float
+        Diameter [m].
+    """
     return float(np.hypot(footprint[0], footprint[1] * np.linalg.norm(place)))

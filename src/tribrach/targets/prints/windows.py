@@ -1,4 +1,4 @@
-"""Around a pixel of a range image: the points in a window, and circles on the surface.
+"""Collects the points around a pixel of a range image and lays circles on the surface there.
 
 A circle in metres on a surface is an ellipse of pixels that follows the slope of the surface.
 """
@@ -21,10 +21,24 @@ _MOST_POINTS = 20_000
 def points_around(
     image: RangeImage, row: int, column: int, reach: float
 ) -> tuple[NDArray[np.int32], Array | None]:
-    """Points (k,) of the pixels around one, thinned if there are very many, and its place (3,).
+    """Collect the points of the pixels around one pixel.
 
-    reach [m] : half the size of the window at the range of the pixel. The place of a hole is that
-    of its neighbours; None, without points, where there are none or nearer than the reach.
+    Parameters
+    ----------
+    image : RangeImage
+        The range image.
+    row, column : int
+        The pixel.
+    reach : float
+        Half the size of the window at the range of the pixel [m].
+
+    Returns
+    -------
+    points : array of int (k,)
+        Numbers of the points, thinned if there are very many.
+    place : array (3,) or None
+        Place of the pixel [m], for a hole that of its neighbours. None, without points, where there
+        are no neighbours or they are nearer than the reach.
     """
     near = _range(image, row, column)
     if not near > reach:
@@ -59,10 +73,13 @@ def _range(image: RangeImage, row: int, column: int) -> float:
 
 @njit(cache=True, nogil=True, inline="always")
 def slope(ranges, i, j, rx, ry, steps, wraps):  # type: ignore[no-untyped-def]
-    """Change of range per metre across the beam, along columns and along rows; infinite if open.
+    """Change of range per metre across the beam, along columns and along rows.
 
-    rx, ry : size of the surface that counts, a radius in columns and in rows of pixel (i, j);
-    steps (rows, 2) [rad] : angular steps of a row in V and, across the beam, in H.
+    Notes
+    -----
+    The surface counts within rx columns and ry rows of pixel (i, j); ``steps`` (rows, 2) [rad] are
+    the angular steps of a row in V and, across the beam, in H. The slope is infinite where the
+    surface has gaps.
     """
     rows, columns = ranges.shape
     a, b = max(1, int(0.5 * ry + 0.5)), max(1, int(0.5 * rx + 0.5))
@@ -81,7 +98,7 @@ def slope(ranges, i, j, rx, ry, steps, wraps):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True, inline="always")
 def shortening(p, q):  # type: ignore[no-untyped-def]
-    """What ``on_circle`` takes of the slopes p and q, once for a circle."""
+    """Factors that ``on_circle`` takes from the slopes p and q, computed once for a circle."""
     square = p * p + q * q
     # a vector across the beam is shortened along the slope by the cosine of incidence
     return (1 - 1 / np.sqrt(1 + square)) / square if square > 1e-12 else 0.0
@@ -89,6 +106,6 @@ def shortening(p, q):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True, inline="always")
 def on_circle(cosine, sine, size, p, q, short):  # type: ignore[no-untyped-def]
-    """Place [m] across the beam, along columns and along rows, of a direction on a circle."""
+    """Place of a direction on a circle, across the beam along columns and along rows [m]."""
     along = short * (p * cosine + q * sine)
     return size * (cosine - along * p), size * (sine - along * q)

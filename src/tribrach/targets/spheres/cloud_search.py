@@ -1,7 +1,7 @@
-"""Finds spheres in clouds whose scanner is unknown: merged, cleaned, exported.
+"""Finds spheres in clouds whose scanner is unknown: merged, cleaned or exported ones.
 
-Without lines of sight there is no range image: normals come from neighbours in space, both sides
-of the surface vote for a centre, and distances to the centre are fitted. Such centres are drawn
+Without lines of sight there is no range image: normals come from neighbours in space, both sides of
+the surface vote for a centre, and distances to the centre are fitted. Such centres are pulled
 towards the scanner under range noise (method section 6.3), which every detection says.
 """
 
@@ -25,11 +25,13 @@ __all__ = ["find_spheres_in_cloud"]
 
 @dataclass(frozen=True)
 class CloudSphereGates:
-    """What a sphere in a cloud without lines of sight is.
+    """Which fits are spheres in a cloud without lines of sight.
 
+    Notes
+    -----
     Chosen by hand on simulated clouds with spheres, balls of other sizes and columns, so that all
-    spheres pass and nothing else (tests/targets/test_sphere_cloud); no source but where one is
-    named.
+    spheres pass and nothing else (tests/targets/test_sphere_cloud); where a number has a source, it
+    is named.
     """
 
     #: one point per voxel of this many radii votes
@@ -67,13 +69,31 @@ GATES = CloudSphereGates()
 def find_spheres_in_cloud(
     xyz: Array, radii: Sequence[float], *, sigma: float | None = None, scan: str = ""
 ) -> tuple[list[Detection], list[Rejected]]:
-    """Spheres of the given radii [m] among points (n, 3) [m] whose scanner is unknown.
+    """Find spheres of given radii in a cloud whose scanner is unknown.
 
-    sigma : of one point along the normal [m], from the neighbours of each point if None.
+    Parameters
+    ----------
+    xyz : array (n, 3)
+        Points of the cloud [m].
+    radii : sequence of float
+        Radii of the spheres [m].
+    sigma : float or None
+        Sigma of one point along the normal, estimated from the neighbours of each point if None
+        [m].
+    scan : str
+        Name of the cloud.
+
+    Returns
+    -------
+    detections : list of Detection
+        Spheres.
+    rejections : list of Rejected
+        Candidates that are no spheres, with reasons.
 
     Raises
     ------
-    InputError : a radius that is not positive, or fewer than 30 finite points.
+    InputError
+        If a radius is not positive, or fewer than 30 points are finite.
     """
     if not all(r > 0 for r in radii):
         raise InputError("the radius of a sphere must be positive")

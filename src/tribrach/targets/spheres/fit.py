@@ -1,9 +1,9 @@
-"""Centre of a sphere from scan points along their lines of sight (method section 6.3).
+"""Fits the centre of a sphere to scan points along their lines of sight (method section 6.3).
 
 The scanner measures ranges along directions it knows well, so the residual is the measured range
 minus the range at which the beam meets the sphere. Fitting distances to the centre instead pulls
-the centre towards the scanner under range noise; that model only serves clouds whose scanner
-origin is unknown, and says so.
+the centre towards the scanner under range noise; that model only serves clouds whose scanner origin
+is unknown, and its results say so.
 """
 
 from __future__ import annotations
@@ -24,9 +24,11 @@ __all__ = ["GATES", "SphereFit", "SphereFitGates", "fit_sphere", "fit_sphere_ort
 class SphereFitGates:
     """How a sphere is fitted to points.
 
+    Notes
+    -----
     Chosen by hand on simulated spheres (tests/targets/test_sphere_fit: errors as large as their
-    covariances say, and equal to the closed forms of method section 6.3); no source but where one
-    is named.
+    covariances say, and equal to the closed forms of method section 6.3); where a number has a
+    source, it is named.
     """
 
     #: incidence beyond this is left out [rad]: mixed pixels and edge effects (method section 6.3)
@@ -77,13 +79,34 @@ _DETERMINANT = GATES.determinant
 
 @dataclass(frozen=True, eq=False)
 class SphereFit:
-    """A sphere and how well the points determine it.
+    """A fitted sphere and how well the points determine it.
 
-    center (3,), covariance (3, 3) : [m], [m^2], floor included; formal (3, 3) : without it;
-    radius, sigma_radius : [m], sigma 0 for a given radius; rms : of the residuals along the line
-    of sight [m]; s0 : standard deviation of unit weight; masked, inliers (n,) : points within the
-    mask of incidence, and those of them that were not trimmed; incidence (n,) : [rad], NaN beside
-    the sphere; residuals (n,) : [m], NaN beside the sphere.
+    Attributes
+    ----------
+    center : array (3,)
+        Centre in the scanner frame [m].
+    covariance : array (3, 3)
+        Its covariance, floor included [m^2].
+    formal : array (3, 3)
+        Its covariance without the floor [m^2].
+    radius : float
+        Radius [m].
+    sigma_radius : float
+        Sigma of the radius, 0 for a given radius [m].
+    rms : float
+        Root mean square of the residuals along the line of sight [m].
+    s0 : float
+        Standard deviation of unit weight.
+    masked : array of bool (n,)
+        Points within the mask of incidence.
+    inliers : array of bool (n,)
+        Those of them that were not trimmed.
+    incidence : array (n,)
+        Angles of incidence [rad], NaN beside the sphere.
+    residuals : array (n,)
+        Residuals [m], NaN beside the sphere.
+    sentences : tuple of str
+        What was odd about the fit.
     """
 
     center: Array
@@ -111,14 +134,36 @@ def fit_sphere(
     mask: float = GATES.mask_rad,
     floor: float = GATES.floor_m,
 ) -> SphereFit:
-    """Sphere through points (n, 3) [m] of the scanner frame, from a centre (3,) good to ~R/3.
+    """Fit a sphere along the lines of sight.
 
-    radius : [m], given, or the start value with ``free_radius``; sigma_range [m] and sigma_angle
-    [rad] : of one point; mask : largest incidence [rad]; floor : added to the covariance [m].
+    Parameters
+    ----------
+    xyz : array (n, 3)
+        Points in the scanner frame [m].
+    start : array (3,)
+        Start value of the centre, good to about a third of the radius [m].
+    radius : float
+        The radius, or its start value with ``free_radius`` [m].
+    sigma_range : float
+        Sigma of the range of one point [m].
+    sigma_angle : float
+        Sigma of the angles of one point [rad].
+    free_radius : bool
+        True to estimate the radius as well.
+    mask : float
+        Largest angle of incidence [rad].
+    floor : float
+        Sigma added to the covariance in each direction [m].
+
+    Returns
+    -------
+    SphereFit
+        The sphere.
 
     Raises
     ------
-    InputError : fewer than 30 points left, scanner inside the sphere, or no solution.
+    InputError
+        If fewer than 30 points are left, the scanner is inside the sphere, or there is no solution.
     """
     if not np.linalg.norm(start) > radius > 0:
         raise InputError("the scanner would be inside the sphere")
@@ -136,13 +181,32 @@ def fit_sphere_orthogonal(
     free_radius: bool = False,
     floor: float = GATES.floor_m,
 ) -> SphereFit:
-    """Sphere by distances to the centre, for points (n, 3) [m] that do not know their scanner.
+    """Fit a sphere by distances to the centre, for points whose scanner is unknown.
 
-    sigma : of one point along the normal [m]. Incidence is unknown (NaN) and nothing is masked.
+    Parameters
+    ----------
+    xyz : array (n, 3)
+        Points [m].
+    start : array (3,)
+        Start value of the centre, good to about a third of the radius [m].
+    radius : float
+        The radius, or its start value with ``free_radius`` [m].
+    sigma : float
+        Sigma of one point along the normal [m].
+    free_radius : bool
+        True to estimate the radius as well.
+    floor : float
+        Sigma added to the covariance in each direction [m].
+
+    Returns
+    -------
+    SphereFit
+        The sphere. Incidence is unknown (NaN) and nothing is masked.
 
     Raises
     ------
-    InputError : fewer than 30 points left or no solution.
+    InputError
+        If fewer than 30 points are left or there is no solution.
     """
     state = _orthogonal(np.ascontiguousarray(xyz), start, radius, free_radius, float(sigma))
     sentences = (
@@ -198,9 +262,12 @@ def _los(
     noise: tuple[float, float],
     cos_mask: float,
 ) -> State:
-    """Gauss-Newton with trimming; the last element tells whether it settled.
+    """Gauss-Newton along the lines of sight, with trimming.
 
-    The returned normal matrix (5, 5) holds the unknowns x, y, z, R and the sum of squares last.
+    Notes
+    -----
+    The returned normal matrix (5, 5) holds the unknowns x, y, z, R and last the sum of squares. The
+    last returned element is True if the iteration settled.
     """
     n = len(xyz)
     x = np.array([start[0], start[1], start[2], radius])
@@ -243,7 +310,10 @@ def _beams(
 ) -> None:
     """Residual, its sigma and derivatives of every beam; NaN where a beam misses the sphere.
 
-    rho = b - sqrt(R^2 - |c|^2 + b^2), b = d . c; variance s_rho^2 + rho^2 s_ang^2 tan^2 psi.
+    Notes
+    -----
+    The beam meets the sphere at ``rho = b - sqrt(R^2 - |c|^2 + b^2)`` with ``b = d . c``; the
+    variance of the residual is ``s_rho^2 + rho^2 s_ang^2 tan^2 psi``.
     """
     outside = x[0] ** 2 + x[1] ** 2 + x[2] ** 2
     for i in range(len(xyz)):

@@ -1,8 +1,8 @@
-"""Finds the spheres of known radii in a scan, and says what it refused (method section 6.4).
+"""Finds the spheres of known radii in a scan and lists the refused ones (method section 6.4).
 
-Candidates come from free-standing components of the range image and from votes of the surface;
-each is fitted along the lines of sight and has to pass: fit, share of inliers, radius when it is
-left free, form, coverage of the pixels that should see it.
+Candidates come from free-standing components of the range image and from votes of the surface. Each
+is fitted along the lines of sight and tested: fit, share of inliers, radius when it is left free,
+form, and coverage of the pixels that should see it.
 """
 
 from __future__ import annotations
@@ -28,11 +28,14 @@ __all__ = ["find_spheres"]
 
 @dataclass(frozen=True)
 class SphereGates:
-    """What a sphere in a scan is: candidates that stand free, and what a fit has to pass.
+    """Which parts of a scan are candidates for spheres, and which tests a fit must pass.
 
+    Notes
+    -----
     Chosen by hand on simulated halls with balls of other sizes, columns, leaves and machinery, and
     on the raw files of NIST, so that all spheres pass and nothing else (method section 6.4,
-    tests/targets/test_sphere_search, benchmarks/target_search); no source but where one is named.
+    tests/targets/test_sphere_search, benchmarks/target_search); where a number has a source, it is
+    named.
     """
 
     #: runs of pixels are kept whose width is within these multiples of the diameter
@@ -91,19 +94,18 @@ _RUN_DIAMETERS = GATES.run_diameters
 _FEWEST_IN_RUN = GATES.fewest_in_run
 
 
-# Candidates that stand free: things of about the size of a sphere in the range image.
-#
-# Rows are cut at jumps of range into runs. A run much narrower than the sphere (its pole or rod) or
-# much wider (walls) is dropped; the others are joined with those above them into components, whose
-# width and height must be those of the sphere.
-
-
 @dataclass(frozen=True, eq=False)
 class SphereSizedParts:
-    """Components of about the sphere's size.
+    """Free-standing components of about the sphere's size.
 
-    center (n, 3) : [m], the radius behind the nearest points along the mean direction;
-    width, height (n,) : multiples of the diameter; fits (n,) : do width and height pass?
+    Attributes
+    ----------
+    center : array (n, 3)
+        Presumed centres, the radius behind the nearest points along the mean direction [m].
+    width, height : array (n,)
+        Sizes in multiples of the diameter.
+    fits : array of bool (n,)
+        True where width and height are those of the sphere.
     """
 
     center: Array
@@ -113,7 +115,26 @@ class SphereSizedParts:
 
 
 def find_components(image: RangeImage, radius: float) -> SphereSizedParts:
-    """Components of the image that may be spheres of ``radius`` [m], and those nearly so."""
+    """Find the components of a range image that are about as large as a sphere.
+
+    Parameters
+    ----------
+    image : RangeImage
+        The range image.
+    radius : float
+        Radius of the sphere [m].
+
+    Returns
+    -------
+    SphereSizedParts
+        Components that may be the sphere, and those nearly of its size.
+
+    Notes
+    -----
+    Rows are cut at jumps of range into runs. A run much narrower than the sphere (its pole or rod)
+    or much wider (walls) is dropped; the others are joined with those above them into components,
+    whose width and height must be those of the sphere.
+    """
     ranges = image.filled(GATES.filled_px)
     frame = (image.first_h, image.first_v, image.step_h, image.step_v)
     runs = _runs(ranges, frame, radius, min(GATES.jump_m, radius))
@@ -275,15 +296,36 @@ def find_spheres(
     floor: float = FIT.floor_m,
     scan: str = "",
 ) -> tuple[list[Detection], list[Rejected]]:
-    """Spheres of the given radii [m] among points (n, 3) [m] of the scanner frame.
+    """Find spheres of given radii in a scan.
 
-    image : of the same points; sigma_range [m] : of one range, from the scan itself if None;
-    sigma_angle [rad]; floor [m] : of a centre in each coordinate; scan : its name. A place that
-    fits several radii becomes one sphere, of the radius that fits best.
+    Parameters
+    ----------
+    xyz : array (n, 3)
+        Points in the scanner frame [m].
+    image : RangeImage
+        Range image of the same points.
+    radii : sequence of float
+        Radii of the spheres [m].
+    sigma_range : float or None
+        Sigma of one range, estimated from the scan if None [m].
+    sigma_angle : float
+        Sigma of the angles of one point [rad].
+    floor : float
+        Sigma added to each coordinate of a centre [m].
+    scan : str
+        Name of the scan.
+
+    Returns
+    -------
+    detections : list of Detection
+        Spheres. A place that fits several radii becomes one sphere, of the radius that fits best.
+    rejections : list of Rejected
+        Candidates that are no spheres, with reasons.
 
     Raises
     ------
-    InputError : a radius that is not positive.
+    InputError
+        If a radius is not positive.
     """
     if not all(r > 0 for r in radii):
         raise InputError("the radius of a sphere must be positive")
@@ -486,10 +528,12 @@ def _form_reason(points: Array, fit: SphereFit, noise: _Noise) -> tuple[str, flo
 
 
 def _form(points: Array, fit: SphereFit) -> tuple[float, float]:
-    """Root mean square of the form of second degree that the residuals show, and its sigma [m].
+    """Root mean square of the second-degree form that the residuals show, and its sigma [m].
 
-    Normal residuals are explained by centre, radius and an ellipsoid; what the ellipsoid adds
-    to centre and radius is the form.
+    Notes
+    -----
+    Normal residuals are explained by centre, radius and an ellipsoid; what the ellipsoid adds to
+    centre and radius is the form.
     """
     on = fit.inliers
     n = (points[on] - fit.center) / fit.radius

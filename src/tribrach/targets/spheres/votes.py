@@ -1,8 +1,8 @@
-"""Proposes centres of spheres by votes of the surface, also of those that touch a wall.
+"""Proposes centres of spheres by votes of the surface, also of spheres that touch a wall.
 
-A pixel whose neighbours fall back from it, both along its row and its column, as they would on a
-sphere of the radius votes for the point one radius behind it along its normal. Many votes in one
-place are a candidate (method section 6.4, second detector).
+A pixel whose neighbours fall back from it along its row and its column, as they would on a sphere
+of the radius, votes for the point one radius behind it along its normal. Many votes in one place
+are a candidate (method section 6.4, second detector).
 """
 
 from __future__ import annotations
@@ -23,8 +23,10 @@ __all__ = ["apart", "gather", "vote_for_centers"]
 class VoteGates:
     """Which pixels vote for the centre of a sphere, and which places with votes are candidates.
 
+    Notes
+    -----
     Chosen by hand on simulated rooms whose walls cast votes by their noise, and halls with balls
-    and columns (tests/targets/test_sphere_search); no source but where one is named.
+    and columns (tests/targets/test_sphere_search); where a number has a source, it is named.
     """
 
     #: neighbours are looked up at this many radii
@@ -73,9 +75,23 @@ _MOST_VOTES = GATES.most_votes
 
 
 def vote_for_centers(xyz: Array, image: RangeImage, radius: float, sigma: float) -> Array:
-    """Centres (k, 3) [m] that many points voted for, most votes first.
+    """Places that many pixels vote for as the centre of a sphere.
 
-    sigma : range noise [m].
+    Parameters
+    ----------
+    xyz : array (n, 3)
+        Points in the scanner frame [m].
+    image : RangeImage
+        Range image of the points.
+    radius : float
+        Radius of the sphere [m].
+    sigma : float
+        Range noise [m].
+
+    Returns
+    -------
+    array (k, 3)
+        Centres, most votes first [m].
     """
     frame = (image.first_v, image.step_h, image.step_v)
     votes = _votes(xyz, image.index, image.range, frame, image.wraps, radius, sigma)
@@ -95,7 +111,22 @@ def vote_for_centers(xyz: Array, image: RangeImage, radius: float, sigma: float)
 
 
 def gather(votes: Array, radius: float) -> tuple[Array, NDArray[np.int64]]:
-    """Places (k, 3) where votes (n, 3) for centres [m] are densest, and their votes (k,)."""
+    """Places where votes are densest.
+
+    Parameters
+    ----------
+    votes : array (n, 3)
+        Votes for centres [m].
+    radius : float
+        Radius of the sphere [m].
+
+    Returns
+    -------
+    places : array (k, 3)
+        The places [m].
+    counts : array of int (k,)
+        Their numbers of votes.
+    """
     cell = max(GATES.voxel_radii * radius, GATES.least_voxel_m)
     keys = np.floor(votes / cell).astype(np.int64)
     keys -= keys.min(axis=0)
@@ -163,9 +194,12 @@ def _votes(
 
 @njit(cache=True, nogil=True)
 def _plausible(sag: float, half: float, radius: float, sigma: float) -> bool:
-    """Can a height along the beam [m] over a chord of this half length be that of a sphere?
+    """True if a height along the beam over a chord of a given half length may be that of a sphere.
 
-    Tilted towards the beam the height along it grows, by up to five times where points still vote.
+    Notes
+    -----
+    Lengths in metres. Where the surface is tilted towards the beam, the height along the beam
+    grows, by up to five times where points still vote.
     """
     height = half * half / (2 * radius)
     noise = _HEIGHT_SIGMA * sigma
@@ -233,7 +267,20 @@ def _peaks(
 
 @njit(cache=True, nogil=True)
 def apart(peaks: Array, distance: float) -> Array:
-    """Peaks (k, 3), the first ones first, none nearer than ``distance`` [m] to an earlier one."""
+    """Keep the first of several peaks that are near each other.
+
+    Parameters
+    ----------
+    peaks : array (k, 3)
+        Peaks, the best first [m].
+    distance : float
+        Smallest distance between peaks that are kept [m].
+
+    Returns
+    -------
+    array (m, 3)
+        The peaks that are kept, in their order [m].
+    """
     out = np.empty_like(peaks)
     n = 0
     for k in range(len(peaks)):
