@@ -43,26 +43,32 @@ MOST = 3000
 
 @dataclass(frozen=True)
 class Edge:
-    """A pair of stations by one kind of observations.
+    """Two stations and one kind of observations that they have in common.
 
-    Parameters
+    Attributes
     ----------
     first, second : str
         Names of the stations.
     kind : str
         Name of the observation kind.
     count : int
-        Surfaces, targets or registrations in common.
+        Number of surfaces, targets or registrations in common.
     rms : float
         Root mean square of the adjusted residuals of their lengths [m].
     held : int
-        Directions of six that they hold.
-    shift, turn : float
-        Of the pair's own relative pose against the adjusted one, along what it holds [m], [rad].
-    shift_sigma, turn_sigma : float
-        Predicted for them.
-    statistic, limit : float or None
-        Of the test, None where nothing controls the pair.
+        Number of the six directions that they hold.
+    shift : float
+        Shift of the pair's own relative pose against the adjusted one, along what it holds [m].
+    shift_sigma : float
+        Predicted for the shift [m].
+    turn : float
+        Turn of the pair's own relative pose against the adjusted one, along what it holds [rad].
+    turn_sigma : float
+        Predicted for the turn [rad].
+    statistic : float or None
+        Test statistic, None where nothing controls the pair.
+    limit : float or None
+        Its limit, None where nothing controls the pair.
     freedom : int
         Degrees of freedom of the test, 0 where nothing controls the pair.
     """
@@ -83,21 +89,33 @@ class Edge:
 
     @property
     def outlying(self) -> bool:
-        """Does the network contradict it?"""
+        """True if the network contradicts the pair."""
         return self.statistic is not None and self.limit is not None and self.statistic > self.limit
 
     @property
     def ratio(self) -> float | None:
-        """Test over its limit."""
+        """Test statistic over its limit."""
         if self.statistic is None or self.limit is None:
             return None
         return self.statistic / self.limit
 
 
 def edges(adjustment: Adjustment, alpha: float = ALPHA, most: int = MOST) -> list[Edge]:
-    """All pairs of stations that share observations, kind by kind, in the order of stations.
+    """Compare all pairs of stations that share observations with the network, kind by kind.
 
-    most : of each kind no more than so many, those that have most in common.
+    Parameters
+    ----------
+    adjustment : Adjustment
+        The adjusted network.
+    alpha : float
+        Level of significance of the tests.
+    most : int
+        Largest number of pairs of each kind; those that have most in common are kept.
+
+    Returns
+    -------
+    list of Edge
+        Edges in the order of stations.
     """
     out = []
     for number, observations in enumerate(adjustment.network.observations):
@@ -195,7 +213,9 @@ def _reduced(
 ) -> tuple[Array, Array]:
     """Normal matrix (6, 6) and right side (6,) of the second pose with the first one held.
 
-    What both see is eliminated; unknowns of instruments keep their adjusted values.
+    Notes
+    -----
+    Unknowns that both stations see are eliminated; those of instruments keep their adjusted values.
     """
     used = np.unique(design.indices)
     matrix = design[:, used].toarray()
@@ -218,7 +238,14 @@ def _reduced(
 def _test(step: Array, alone: Array, known: Array) -> tuple[float, int, Array]:
     """Statistic, degrees of freedom and covariance (r, r) of a difference (r,).
 
-    alone (r,) : variances of the pair's own estimate; known (r, r) : covariance of the adjusted.
+    Parameters
+    ----------
+    step : array (r,)
+        The difference.
+    alone : array (r,)
+        Variances of the pair's own estimate.
+    known : array (r, r)
+        Covariance of the adjusted one.
     """
     root = np.sqrt(alone)
     share = known / root[:, None] / root

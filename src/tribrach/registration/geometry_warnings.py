@@ -1,9 +1,9 @@
 """Warnings on targets that stand badly around a scanner station, and on scans beyond them.
 
-Angles at the station between 20 and 160 degrees, targets on more than one side, not all on one
-line where no compensator levels the axis, one more than it takes (method section 5.3); and how
-far the points reach beyond the hull of the targets, where errors of the station are extrapolated
-(11.3). Metres and radians of the work frame.
+Angles at the station should be between 20 and 160 degrees, targets on more than one side, not all
+on one line where no compensator levels the axis, and one more than needed (method section 5.3).
+Where points reach beyond the hull of the targets, errors of the station are extrapolated (method
+section 11.3). Metres and radians of the work frame.
 """
 
 from __future__ import annotations
@@ -34,18 +34,18 @@ _BREADTH = 0.5
 class TargetsAround:
     """A scanner station and the targets it was tied to.
 
-    Parameters
+    Attributes
     ----------
     station : str
-        Its name.
+        Name of the station.
     place : array (3,)
-        In the work frame [m].
+        Its place in the work frame [m].
     names : tuple of str (k,)
-        Of the targets.
+        Names of the targets.
     targets : array (k, 3)
         Their places in the work frame [m].
     levelled : bool
-        Does an observed inclination hold its axis?
+        True if an observed inclination holds the axis of the station.
     """
 
     station: str
@@ -56,7 +56,7 @@ class TargetsAround:
 
     @property
     def sector(self) -> float:
-        """The smallest horizontal sector at the station that holds all targets [rad]."""
+        """Smallest horizontal sector at the station that holds all targets [rad]."""
         if len(self.targets) < 2:
             return 0.0
         plan = (self.targets - self.place)[:, :2]
@@ -73,7 +73,7 @@ class TargetsAround:
         return float(values[1] / max(values[0], 1e-12))
 
     def sentences(self) -> list[str]:
-        """What is weak about the geometry, each with what it does."""
+        """What is weak about the geometry, each sentence with its consequence."""
         count, needed = len(self.targets), 2 if self.levelled else 3
         if count == 0:
             return []
@@ -110,13 +110,36 @@ class TargetsAround:
 
 
 def geometry_sentences(adjustment: Adjustment) -> list[str]:
-    """The sentences of all scanner stations that are tied to targets only."""
+    """Warnings for all scanner stations that are tied to targets only.
+
+    Parameters
+    ----------
+    adjustment : Adjustment
+        The adjusted network.
+
+    Returns
+    -------
+    list of str
+        Sentences.
+    """
     return [text for one in targets_around(adjustment) for text in one.sentences()]
 
 
 def targets_around(adjustment: Adjustment) -> list[TargetsAround]:
     """Every scanner station that is tied to targets only, with its targets.
 
+    Parameters
+    ----------
+    adjustment : Adjustment
+        The adjusted network.
+
+    Returns
+    -------
+    list of TargetsAround
+        Stations with their targets.
+
+    Notes
+    -----
     Stations that planes, other stations or antennas hold as well are left out. What a station is
     tied to follows from the declared ends of the observation kinds.
     """
@@ -163,9 +186,23 @@ def targets_around(adjustment: Adjustment) -> list[TargetsAround]:
 def extrapolation_factor(
     targets: Array, station: Array, points: Array, share: float = 0.95
 ) -> float:
-    """By how much the hull of targets and station must grow to hold a share of the points.
+    """Factor by which the hull of targets and station must grow to hold a share of the points.
 
-    In plan, about the hull's centre; 1 and less lie inside. targets (k, 3), points (n, 3).
+    Parameters
+    ----------
+    targets : array (k, 3)
+        Places of the targets [m].
+    station : array (3,)
+        Place of the station [m].
+    points : array (n, 3)
+        Points of the scan, in the same frame [m].
+    share : float
+        Share of the points, 0 to 1.
+
+    Returns
+    -------
+    float
+        Factor in plan about the hull's centre; up to 1 the points lie inside.
     """
     corners = np.concatenate([targets[:, :2], station[None, :2]])
     # targets have a breadth, so that those on one line have a hull too

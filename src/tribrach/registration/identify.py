@@ -2,9 +2,9 @@
 
 Each scan is matched by the distances between its targets to the points that are known; a placed
 scan adds its other targets to the known points, so that scans which see no control at all follow
-(method section 8.4). What fits in more than one way is not guessed: it waits until more points
-are known, and if it stays ambiguous it is refused. Targets that two scans see and nobody named
-become tie points. Stations whose relative poses are known already, from planes or clouds, are
+(method section 8.4). A scan that fits in more than one way is not guessed: it waits until more
+points are known, and if it stays ambiguous it is refused. Targets that two scans see and nobody
+named become tie points. Stations whose relative poses are known already, from planes or clouds, are
 matched as one. Where targets are too few, an antenna on the scanner whose place and lever arm are
 known counts as one more. Metres; poses are world from scanner.
 """
@@ -72,7 +72,13 @@ _TIE = "tie "
 
 
 def is_tie_point(name: str) -> bool:
-    """Was a target named here, because two stations see it and nobody else names it?"""
+    """True if a name was given here to a target that two stations see and nobody else names.
+
+    Parameters
+    ----------
+    name : str
+        Name of a target.
+    """
     return name.startswith(_TIE)
 
 
@@ -85,7 +91,15 @@ class Obstacle(Enum):
 
 @dataclass(frozen=True)
 class Unplaced:
-    """A station, or several joined ones, that targets do not place; ``words`` say why."""
+    """A station, or several joined ones, that targets do not place.
+
+    Attributes
+    ----------
+    obstacle : Obstacle
+        What keeps it from being placed.
+    words : str
+        The reason in words.
+    """
 
     obstacle: Obstacle
     words: str
@@ -106,11 +120,21 @@ class _Placed:
 
 @dataclass(frozen=True)
 class Identification:
-    """Names by station and detection number, approximate poses, and what is to be said.
+    """Names of targets, poses of stations, and how they came about.
 
-    names : station to (n,) names, "" for a target that nothing else saw; poses : placed stations;
-    sentences : how each station was placed; unplaced : why the others were not; adrift : the poses
-    are in the frame of a station, because no scan sees given points.
+    Attributes
+    ----------
+    names : mapping of str to tuple of str
+        Names by station (n,), in the order of its detections; empty for a target that nothing else
+        saw.
+    poses : mapping of str to Pose
+        Poses of the placed stations, world from scanner.
+    sentences : tuple of str
+        How each station was placed.
+    unplaced : mapping of str to Unplaced
+        Why the other stations were not placed.
+    adrift : bool
+        True if the poses are in the frame of a station, because no scan sees given points.
     """
 
     names: Mapping[str, tuple[str, ...]]
@@ -132,17 +156,17 @@ def identify(
 
     Parameters
     ----------
-    sightings
+    sightings : sequence of Sighting
         What each scan saw.
-    points
-        Name to coordinates (3,) and one sigma [m] of what is known without the scans.
-    free
-        Something else places the stations: if none sees three of the points, the unit with most
-        targets becomes the frame, as it does without points.
-    groups
+    points : mapping of str to tuple[Array, float]
+        Coordinates (3,) and one sigma [m] by name of the points known without the scans.
+    free : bool
+        True if something else places the stations: if none sees three of the points, the unit with
+        most targets becomes the frame, as it does without points.
+    groups : sequence of mapping of str to Pose
         Stations whose poses relative to each other are known, each group in a frame of its own.
-    partial
-        What cannot be placed is left to others, with the reason, instead of refused.
+    partial : bool
+        True to leave out what cannot be placed, with the reason, instead of refusing it.
 
     Returns
     -------
@@ -152,7 +176,7 @@ def identify(
     Raises
     ------
     InputError
-        A scan fits nowhere or in more than one way, with what would decide it.
+        If a scan fits nowhere or in more than one way; the message says what would decide it.
     """
     search = _Search(Pool(points))
     waiting = rigid_units(sightings, groups)
@@ -187,10 +211,12 @@ def identify(
 class _Search:
     """Units placed one after the other, by the points known so far.
 
-    pool : these points; poses : of the placed stations; drift : how uncertain a pose makes the
-    targets of its station (n,) [m]; adrift : the poses are in the frame of a station, not in that
-    of the points; unplaced : by the name of a unit why it was not placed when last tried;
-    sentences : how units were placed.
+    Notes
+    -----
+    ``pool`` holds these points, ``poses`` the placed stations, ``drift`` how uncertain a pose makes
+    the targets of its station (n,) [m]. ``adrift`` is true if the poses are in the frame of a
+    station, not in that of the points. ``unplaced`` says by the name of a unit why it was not
+    placed when last tried, ``sentences`` how units were placed.
     """
 
     def __init__(self, pool: Pool) -> None:
@@ -261,7 +287,14 @@ class _Search:
     def _settle(self, unit: RigidUnit, pose: Pose, matching: Matching | None) -> None:
         """Note the poses of a unit's stations and what they see.
 
-        matching : that the pose is of, None for the frame.
+        Parameters
+        ----------
+        unit : RigidUnit
+            The unit.
+        pose : Pose
+            Its pose.
+        matching : Matching or None
+            The matching that gave the pose, None for the frame.
         """
         for station, in_unit in unit.members.items():
             self.poses[station] = pose @ in_unit
@@ -279,10 +312,12 @@ def _antennas(count: int) -> str:
 
 
 def _by_antennas(sighting: Sighting, pool: Pool) -> _Placed | Unplaced | None:
-    """The matching of targets that are too few by themselves, with the antennas on the scanners.
+    """Match targets that are too few by themselves, together with the antennas on the scanners.
 
-    Its pairs are those of the targets. None where the antennas do not fit; unplaced where they
-    leave several ways.
+    Notes
+    -----
+    The pairs of the matching are those of the targets. None where the antennas do not fit; unplaced
+    where they leave several ways.
     """
     try:
         matching = _match(sighting, pool, mounted=sighting.mounted)
@@ -300,8 +335,10 @@ def _by_antennas(sighting: Sighting, pool: Pool) -> _Placed | Unplaced | None:
 
 
 def _by_one_station(sighting: Sighting, pool: Pool) -> Matching | None:
-    """The best matching with what one placed station saw; None if there is none without doubt.
+    """The best matching with what one placed station saw; None if none is free of doubt.
 
+    Notes
+    -----
     Points from both ends of a chain of stations lie beside each other by its drift: all together
     they fit nothing, those of a single station fit.
     """
@@ -328,10 +365,20 @@ def _match(
     chosen: Index | None = None,
     mounted: Sequence[Mounted] = (),
 ) -> Matching:
-    """The targets of a scan against the pool, its coordinates in the order of the axes.
+    """Match the targets of a scan to the pool.
 
-    chosen : numbers of the points that count, all if not given; mounted : antennas that count as
-    targets and points behind the others.
+    Parameters
+    ----------
+    sighting : Sighting
+        What the scan saw.
+    pool : Pool
+        The points known so far.
+    axes : tuple of int
+        Order in which coordinates of the pool are taken.
+    chosen : array of int or None
+        Numbers of the points that count, all if None.
+    mounted : sequence of Mounted
+        Antennas that count as targets, and as points behind the others.
     """
     needed = 2 if sighting.levelled else 3
     n = len(sighting.centers)
@@ -355,7 +402,7 @@ def _match(
 
 
 def _decided(matching: Matching) -> bool:
-    """Does a large matching have only rivals that share all but one of its pairs?"""
+    """True if all rivals of a large matching share all but one of its pairs."""
     if len(matching.pairs) < GATES.sure_targets:
         return False
     pairs = {(int(i), int(j)) for i, j in matching.pairs}
@@ -387,7 +434,7 @@ def _refusal(
 
 
 def _mirrored(sighting: Sighting, given: Pool) -> bool:
-    """Does a scan fit the given points with East and North swapped?"""
+    """True if a scan fits the given points with East and North swapped."""
     try:
         swapped = _match(sighting, given, (1, 0, 2))
     except InputError:
@@ -419,8 +466,14 @@ def _alone_sentences(names: Mapping[str, tuple[str, ...]]) -> list[str]:
 class Pool:
     """The points known so far: given ones, and those that placed stations saw.
 
-    Coordinates xyz (m, 3) and sigmas (m,) [m]; points : name to coordinates and sigma of those that
-    are given.
+    Parameters
+    ----------
+    points : mapping of str to tuple[Array, float]
+        Coordinates (3,) and sigma [m] by name of the given points.
+
+    Notes
+    -----
+    ``xyz`` (m, 3) and ``sigmas`` (m,) are the coordinates of all points and their sigmas [m].
     """
 
     def __init__(self, points: Mapping[str, tuple[Array, float]]) -> None:
@@ -435,11 +488,25 @@ class Pool:
     def add(
         self, station: str, xyz: Array, sigmas: Array, kinds: Sequence[str], drift: Array
     ) -> None:
-        """Assign targets (n, 3) of a placed station, one to one; the rest become new points.
+        """Assign targets of a placed station one to one; those left over become new points.
 
-        drift (n,) : how uncertain the station's place makes them [m]. It is common to what one
-        station saw, so it counts when a chain of stations meets its beginning, and not in the
-        distances between points of one station.
+        Parameters
+        ----------
+        station : str
+            Name of the station.
+        xyz : array (n, 3)
+            Its targets in the frame of the points [m].
+        sigmas : array (n,)
+            Their sigmas [m].
+        kinds : sequence of str (n,)
+            Their kinds.
+        drift : array (n,)
+            Uncertainty that the station's pose adds to them [m].
+
+        Notes
+        -----
+        The drift is common to what one station saw, so it counts when a chain of stations meets its
+        beginning, and not in the distances between points of one station.
         """
         place = self._assign(xyz, sigmas, kinds, drift)
         for i in np.flatnonzero(place < 0).tolist():
@@ -454,7 +521,7 @@ class Pool:
         self._seen[station] = place
 
     def drift_of(self, numbers: Index) -> float:
-        """Drift of some points (k,), root of the mean square [m]."""
+        """Drift of some points (k,), as the root of the mean square [m]."""
         return float(np.sqrt((self._drift[numbers] ** 2).mean())) if len(numbers) else 0.0
 
     def seen_by(self, station: str) -> Index:
@@ -463,11 +530,11 @@ class Pool:
 
     @property
     def stations(self) -> list[str]:
-        """Stations that were added."""
+        """Names of the stations that were added."""
         return list(self._seen)
 
     def names_of(self, station: str) -> list[str]:
-        """Name of each target of a station; "" for those that nothing else saw."""
+        """Name of each target of a station, empty for those that nothing else saw."""
         used = np.bincount(np.concatenate(list(self._seen.values())), minlength=len(self.names))
         alone = (used < 2) & (np.arange(len(self.names)) >= self._given)
         return ["" if alone[j] else self._final(int(j), alone) for j in self._seen[station]]

@@ -1,10 +1,10 @@
 """Matches targets of a scan to a list of points by distances, without pose and names.
 
-Pairs (i, j) that could be the same are the nodes of an association graph; two nodes are joined
-if the distance between the targets equals that between the points (for levelled scans also the
-height difference). The largest cliques are the candidates; a rigid fit and a chi-square decide,
-and a second solution of the same size makes the matching ambiguous (method section 8.4).
-Coordinates (n, 3) and sigmas in metres.
+Pairs (i, j) that could be the same are the nodes of an association graph; two nodes are joined if
+the distance between the targets equals that between the points (for levelled scans also the height
+difference). The largest cliques are the candidates; a rigid fit and a chi-square test decide, and a
+second solution of the same size makes the matching ambiguous (method section 8.4). Coordinates (n,
+3) and sigmas in metres.
 """
 
 from __future__ import annotations
@@ -51,12 +51,25 @@ GATES = MatchingGates()
 
 @dataclass(frozen=True)
 class Matching:
-    """Pairs of targets and points, and how sure they are.
+    """Pairs of targets and points, and how certain they are.
 
-    pairs (k, 2): target and point numbers; rotation (3, 3), translation (3,) world from scanner;
-    chi_square: weighted sum of squared residuals; others: pairs of every other solution that
-    fits as well; cofactor (6, 6): covariance of translation [m] and rotation [rad] about centre
-    (3,), zero for what is not estimated.
+    Attributes
+    ----------
+    pairs : array of int (k, 2)
+        Numbers of target and point.
+    rotation : array (3, 3)
+        World from scanner.
+    translation : array (3,)
+        World from scanner [m].
+    chi_square : float
+        Weighted sum of squared residuals.
+    others : tuple of array of int
+        Pairs of every other solution that fits as well.
+    centre : array (3,)
+        Place in the world that rotations are about [m].
+    cofactor : array (6, 6)
+        Covariance of translation [m] and rotation [rad] about ``centre``, zero for what is not
+        estimated.
     """
 
     pairs: Index
@@ -68,7 +81,18 @@ class Matching:
     cofactor: Array = field(default_factory=lambda: np.zeros((6, 6)))
 
     def placed_sigma(self, local: Array) -> Array:
-        """How uncertain the motion makes points (n, 3) that it carries, (n,) [m] a coordinate."""
+        """Uncertainty that the motion gives to points that it carries.
+
+        Parameters
+        ----------
+        local : array (n, 3)
+            Points in the scanner frame [m].
+
+        Returns
+        -------
+        array (n,)
+            Sigma of a coordinate [m].
+        """
         world = local @ self.rotation.T + self.translation
         lever = _lever(world - self.centre)
         variance = np.einsum("nij,jk,nik->n", lever, self.cofactor, lever)
@@ -77,7 +101,7 @@ class Matching:
 
     @property
     def ambiguous(self) -> bool:
-        """True if another solution fits as well: name one target."""
+        """True if another solution fits as well; naming one target by hand then decides."""
         return len(self.others) > 0
 
     def __str__(self) -> str:
@@ -97,13 +121,33 @@ def match(
     levelled: bool = False,
     known: Mapping[int, int] | None = None,
 ) -> Matching:
-    """Match targets (n, 3) in a scanner frame to points (m, 3), sigmas (n,), (m,) or one.
+    """Match targets of a scan to points.
 
-    known : point number of targets whose names are given; other pairs of either are not formed.
+    Parameters
+    ----------
+    targets : array (n, 3)
+        Targets in the scanner frame [m].
+    points : array (m, 3)
+        Points [m].
+    sigma_targets : array (n,) or float
+        Sigmas of the targets, or one for all [m].
+    sigma_points : array (m,) or float
+        Sigmas of the points, or one for all [m].
+    levelled : bool
+        True if the z axis of the scanner is the plumb line.
+    known : mapping of int to int or None
+        Numbers of the points of those targets whose names are given; other pairs of either are not
+        formed.
+
+    Returns
+    -------
+    Matching
+        The pairs and the motion.
 
     Raises
     ------
-    InputError : more than 3600 possible pairs, or fewer than three targets (two if levelled)
+    InputError
+        If there are more than 3600 possible pairs, or fewer than three targets (two if levelled)
         that fit any points.
     """
     n, m = len(targets), len(points)

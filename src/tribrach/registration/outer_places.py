@@ -1,6 +1,7 @@
-"""Places in the work frame that are known without any scan: antennas on scanners, marks, control.
+"""Collects places that are known without any scan: antennas on scanners, marks, control points.
 
-They can place a model of stations as one rigid body, or check it (method section 7.3). Metres.
+They can place a model of stations as one rigid body, or check it (method section 7.3). Work frame,
+metres.
 """
 
 from __future__ import annotations
@@ -26,9 +27,20 @@ _ANTENNA = "antenna on {}"
 
 @dataclass(frozen=True, eq=False)
 class OuterPlace:
-    """A place by name: a point, or the end of the lever arm ``arm`` of ``station``.
+    """A point, or the end of a lever arm of a station, that is known without any scan.
 
-    xyz (3,) in W; covariance (3, 3).
+    Attributes
+    ----------
+    name : str
+        Name of the place.
+    xyz : array (3,)
+        Coordinates in the work frame [m].
+    covariance : array (3, 3)
+        Their covariance [m^2].
+    station : str
+        Name of the station whose lever arm ends there, empty for a point.
+    arm : str
+        Name of the lever arm, empty for a point.
     """
 
     name: str
@@ -39,14 +51,33 @@ class OuterPlace:
 
 
 def places_to_hold(survey: Survey, points: set[str]) -> tuple[list[OuterPlace], Array]:
-    """Antennas, and those points that marks and control determine; their covariance (3n, 3n).
+    """Antennas, and those points that marks and control determine.
 
-    The network of all that is measured without scans is adjusted, with the shifts that positions
-    of one session share.
+    Parameters
+    ----------
+    survey : Survey
+        The survey.
+    points : set[str]
+        Names of the points.
+
+    Returns
+    -------
+    places : list of OuterPlace
+        The places.
+    covariance : array (3n, 3n)
+        Covariance of their coordinates [m^2].
 
     Raises
     ------
-    RankDefect : that network has no datum or leaves points open; NotConverged.
+    RankDefect
+        If the network without scans has no datum or leaves points open.
+    NotConverged
+        If its adjustment does not converge.
+
+    Notes
+    -----
+    All that is measured without scans is adjusted as a network of its own, with the shifts that
+    positions of one session share.
     """
     outer, ends = _outer(survey)
     names_to_hold = points | set(ends)
@@ -104,7 +135,20 @@ def _place(adjustment: Adjustment, name: str, ends: dict[str, tuple[str, str]]) 
 
 
 def places_to_check(survey: Survey, points: set[str]) -> list[OuterPlace]:
-    """Antennas and points that are held out: compared with the model, not used to place it."""
+    """Antennas and points that are held out: compared with the model, not used to place it.
+
+    Parameters
+    ----------
+    survey : Survey
+        The survey.
+    points : set[str]
+        Names of the points.
+
+    Returns
+    -------
+    list of OuterPlace
+        The places.
+    """
     places: list[OuterPlace] = []
     for table in survey.tables():
         use = as_column(table.columns.get("use", 0), table.n).astype(int)

@@ -1,9 +1,9 @@
-"""Joins stations by relative poses, as far as loops do not speak against them.
+"""Joins stations by relative poses that loops do not contradict.
 
-Joints that several loops confirm are believed; loops that do not close cost the joint that nothing
-else confirms: of several the ones that cannot stand alone, or all, since none is better than
-another. A joint in no loop at all stands on the agreement of its own two views. Poses are in the
-frame of the first station of their group until something ties the group to the world.
+Joints that several loops confirm are believed. A loop that does not close costs the joint that
+nothing else confirms: of several the ones that cannot stand alone, or all, since none is better
+than another. A joint in no loop at all rests on the agreement of its own two views. Poses are in
+the frame of the first station of their group until something ties the group to the world.
 """
 
 from __future__ import annotations
@@ -39,8 +39,18 @@ GATES = LoopGates()
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """A relative pose first from second; strength : what it is worth among others; alone : is it
-    good enough without any loop that confirms it?
+    """A relative pose of two stations.
+
+    Attributes
+    ----------
+    first, second : str
+        Names of the stations.
+    pose : Pose
+        First from second.
+    strength : float
+        What it is worth among others.
+    alone : bool
+        True if it is good enough without any loop that confirms it.
     """
 
     first: str
@@ -51,7 +61,7 @@ class Joint:
 
     @property
     def ends(self) -> frozenset[str]:
-        """Both stations."""
+        """Names of both stations."""
         return frozenset((self.first, self.second))
 
     def from_to(self, start: str) -> Pose:
@@ -61,8 +71,16 @@ class Joint:
 
 @dataclass(frozen=True, eq=False)
 class PoseGraph:
-    """Groups of stations with poses in the frame of each group, the largest first; joints that are
-    held to be good; sentences on those that are not.
+    """Groups of stations and the joints that hold them together.
+
+    Attributes
+    ----------
+    groups : tuple of mapping of str to Pose
+        Poses of the stations in the frame of each group, the largest group first.
+    joints : tuple of Joint
+        Joints that are held to be good.
+    sentences : tuple of str
+        What is wrong with the others.
     """
 
     groups: tuple[Mapping[str, Pose], ...]
@@ -80,15 +98,25 @@ class _Loop:
 
     @property
     def closes(self) -> bool:
-        """Within the tolerance for so many joints?"""
+        """True if it closes within the tolerance for so many joints."""
         room = np.sqrt(len(self.joints) / 3)
         return bool(self.gap < GATES.gap_m * room and self.turn < GATES.turn_rad * room)
 
 
 def join(stations: Sequence[str], joints: Sequence[Joint]) -> PoseGraph:
-    """Groups of stations that good joints hold together; single stations are groups of their own.
+    """Join stations by those joints that are good.
 
-    stations : all names; joints : at most one for every pair.
+    Parameters
+    ----------
+    stations : sequence of str
+        Names of all stations.
+    joints : sequence of Joint
+        At most one for every pair.
+
+    Returns
+    -------
+    PoseGraph
+        Groups of stations; single stations are groups of their own.
     """
     kept, sentences = _consistent(list(joints))
     good = {id(j) for loop in _loops(kept) for j in loop.joints}

@@ -1,6 +1,6 @@
-"""All stations as one rigid body: registered among each other first, then placed as a whole.
+"""Places all stations as one rigid body: registered among each other first, then placed as a whole.
 
-The way of the published chain: cloud registration makes a model, a rigid motion (six parameters;
+This is the published chain: cloud registration makes a model, and a rigid motion (six parameters;
 four if the scans are levelled) fits it to the places of antennas and control. A rigid motion cannot
 take up the bending of the model; adjusting everything together can. Both are computed so that the
 difference is seen (method section 7.3).
@@ -27,15 +27,21 @@ __all__ = ["RigidModel", "TooFewPlaces", "rigid_model"]
 
 
 class TooFewPlaces(InputError):
-    """Fewer places are known without scans than a rigid motion needs."""
+    """Raised where fewer places are known without scans than a rigid motion needs."""
 
 
 @dataclass(frozen=True, eq=False)
 class RigidModel:
     """A model of stations and where it was placed.
 
-    model : stations and points among themselves, a free network; fit : of the places, held and
-    checked ones in the order of ``places``.
+    Attributes
+    ----------
+    model : Adjustment
+        Stations and points among themselves, a free network.
+    fit : TransformationFit
+        Fit of the model to the places, held and checked ones in the order of ``places``.
+    places : tuple of OuterPlace
+        The places.
     """
 
     model: Adjustment
@@ -43,15 +49,27 @@ class RigidModel:
     places: tuple[OuterPlace, ...]
 
     def pose(self, station: str) -> Pose:
-        """World from scanner."""
+        """Pose of a station, world from scanner."""
         state, t = self.model.state, self.fit.transformation
         k = self.model.layout.index("pose", station)
         return Pose(t.rotation @ state.pose_r[k], t(state.pose_t[k][None])[0])
 
     def covariance(self, station: str) -> Array:
-        """Covariance (6, 6) of a station: translation E, N, U, left rotation increments; a priori.
+        """A-priori covariance of a station's pose.
 
-        Of the placement, and of the station within the model (inner constraints over all
+        Parameters
+        ----------
+        station : str
+            Name of the station.
+
+        Returns
+        -------
+        array (6, 6)
+            Of the translation E, N, U [m] and of left rotation increments [rad].
+
+        Notes
+        -----
+        It is that of the placement and of the station within the model (inner constraints over all
         stations). What bends the model beyond its stated sigmas is in neither.
         """
         k = self.model.layout.index("pose", station)
@@ -69,20 +87,45 @@ class RigidModel:
         return out
 
     def differences(self, check: bool) -> Array:
-        """Measured minus placed (n, 3) [m] of the held places, or of those to check."""
+        """Measured minus placed coordinates of the places.
+
+        Parameters
+        ----------
+        check : bool
+            True for the places to check, False for the held ones.
+
+        Returns
+        -------
+        array (n, 3)
+            Differences [m].
+        """
         chosen = self.fit.points.check if check else self.fit.points.used
         return self.fit.difference[chosen]
 
 
 def rigid_model(survey: Survey, arms: Mapping[str, Array] | None = None) -> RigidModel:
-    """The stations of a survey as one rigid model on its antennas, marks and control.
+    """Place the stations of a survey as one rigid model on its antennas, marks and control.
 
-    arms : lever arms (3,) [m] in the scanner frame that stand for those given in the survey.
+    Parameters
+    ----------
+    survey : Survey
+        The survey.
+    arms : mapping of str to array or None
+        Lever arms (3,) in the scanner frame that replace those given in the survey [m].
+
+    Returns
+    -------
+    RigidModel
+        The placed model.
 
     Raises
     ------
-    TooFewPlaces : fewer places than a rigid motion needs; RankDefect : stations that nothing ties
-        to each other, or places on one line; NotConverged.
+    TooFewPlaces
+        If there are fewer places than a rigid motion needs.
+    RankDefect
+        If nothing ties some stations to each other, or the places lie on one line.
+    NotConverged
+        If an adjustment does not converge.
     """
     inner = survey.of_stations()
     levelled = any(table.kind.facts.levels_station for table in inner.tables())

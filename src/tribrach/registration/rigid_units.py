@@ -1,6 +1,7 @@
-"""What is matched to known points as one rigid body: a station, or several with relative poses.
+"""Makes the units that are matched to known points as one rigid body.
 
-Stations that planes or clouds join are one unit; their targets are put together in its frame.
+A unit is one station, or several that planes or clouds join; their targets are then put together in
+the frame of the unit.
 """
 
 from __future__ import annotations
@@ -25,8 +26,16 @@ _SAME_TARGET_M = 0.05
 class Mounted:
     """An antenna or prism on a scanner whose place is known without the scan.
 
-    arm (3,) : its lever arm in the scanner frame; xyz (3,) : where it is in the world; sigma_arm,
-    sigma : of one coordinate of either. All in metres.
+    Attributes
+    ----------
+    arm : array (3,)
+        Its lever arm in the scanner frame [m].
+    xyz : array (3,)
+        Its place in the world [m].
+    sigma_arm : float
+        Sigma of one coordinate of the lever arm [m].
+    sigma : float
+        Sigma of one coordinate of the place [m].
     """
 
     arm: Array
@@ -37,11 +46,24 @@ class Mounted:
 
 @dataclass(frozen=True)
 class Sighting:
-    """What one scan saw.
+    """The targets that one scan saw.
 
-    centers (n, 3) scanner frame; sigmas (n,) [m]; kinds (n,) such as ``sphere``; levelled : z is
-    the plumb line; known : names that the user gave, by detection number; mounted : antennas on
-    the scanner, which count as targets where those do not suffice.
+    Attributes
+    ----------
+    station : str
+        Name of the station.
+    centers : array (n, 3)
+        Centres in the scanner frame [m].
+    sigmas : array (n,)
+        Their sigmas [m].
+    kinds : sequence of str (n,)
+        Their kinds, such as ``sphere``.
+    levelled : bool
+        True if z is the plumb line.
+    known : mapping of int to str
+        Names that the user gave, by number of the detection.
+    mounted : tuple of Mounted
+        Antennas on the scanner, which count as targets where those do not suffice.
     """
 
     station: str
@@ -57,8 +79,14 @@ class Sighting:
 class RigidUnit:
     """Stations that are matched as one.
 
-    sighting : all their targets in the frame of the unit; members : station to pose in that frame;
-    own : what each station saw itself, in its scanner frame.
+    Attributes
+    ----------
+    sighting : Sighting
+        All their targets in the frame of the unit.
+    members : mapping of str to Pose
+        Poses of the stations in that frame.
+    own : tuple of Sighting
+        What each station saw itself, in its scanner frame.
     """
 
     sighting: Sighting
@@ -67,19 +95,32 @@ class RigidUnit:
 
     @property
     def name(self) -> str:
-        """The stations in words."""
+        """The names of the stations in words."""
         names = list(self.members)
         return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
     def apart(self) -> list[RigidUnit]:
-        """Its stations one by one, those without targets left out."""
+        """The stations as units of their own, those without targets left out."""
         return [_alone(s) for s in self.own]
 
 
 def rigid_units(
     sightings: Sequence[Sighting], groups: Sequence[Mapping[str, Pose]]
 ) -> list[RigidUnit]:
-    """Units of all sightings, those with most targets first."""
+    """Make the units of all sightings.
+
+    Parameters
+    ----------
+    sightings : sequence of Sighting
+        What each scan saw.
+    groups : sequence of mapping of str to Pose
+        Poses of stations relative to each other, each group in a frame of its own.
+
+    Returns
+    -------
+    list of RigidUnit
+        The units, those with most targets first.
+    """
     grouped = {name for group in groups for name in group}
     units = [_alone(s) for s in sightings if s.station not in grouped]
     by_name = {s.station: s for s in sightings}

@@ -1,10 +1,10 @@
-"""Views of stations, and whether the points of another station can be where a pose puts them.
+"""Keeps what stations see and tests whether a relative pose puts points where others saw nothing.
 
 A place that lies in front of the surface which a scanner sees in that direction is empty: its beam
 went through. Points of another scan that fall into empty space, or into open sky, contradict the
-relative pose that carries them there; points behind what the scanner sees say nothing. Of two
-poses that planes alone do not tell apart, as those of a room and its half turn, the wrong one puts
-walls into the air. Scanner frame, metres and radians.
+relative pose that carries them there; points behind what the scanner sees say nothing. Of two poses
+that planes alone do not tell apart, as those of a room and its half turn, the wrong one puts walls
+into the air. Scanner frame, metres and radians.
 """
 
 from __future__ import annotations
@@ -75,8 +75,16 @@ _REACH_SHARE = GATES.reach_share
 class Surroundings:
     """Planes and views of a station or of a group.
 
-    name : of the station, of the first one of a group; planes : in its frame; views : what each
-    scanner sees, and its pose in that frame; levelled : is the third axis plumb?
+    Attributes
+    ----------
+    name : str
+        Name of the station, of a group that of its first one.
+    planes : PlaneSet
+        Planes in its frame.
+    views : sequence of tuple[Pose, StationView]
+        What each scanner sees, with its pose in that frame.
+    levelled : bool
+        True if the third axis is plumb.
     """
 
     name: str
@@ -86,14 +94,24 @@ class Surroundings:
 
     @classmethod
     def of(cls, name: str, planes: PlaneSet, view: StationView, levelled: bool) -> Surroundings:
-        """Those of one station."""
+        """Planes and view of one station."""
         return cls(name, planes, ((Pose.identity(), view),), levelled)
 
 
 def merged(stations: Mapping[str, Surroundings], poses: Mapping[str, Pose]) -> Surroundings:
-    """Stations at poses, as one: in the frame of the poses, which is plumb if all stations are.
+    """Merge stations at given poses into one.
 
-    poses : of some of the stations, the first of which gives the name.
+    Parameters
+    ----------
+    stations : mapping of str to Surroundings
+        Planes and views by name of station.
+    poses : mapping of str to Pose
+        Poses of some of the stations, the first of which gives the name.
+
+    Returns
+    -------
+    Surroundings
+        Planes and views in the frame of the poses, which is plumb if all stations are.
     """
     parts = [(pose, stations[name]) for name, pose in poses.items()]
     return Surroundings(
@@ -107,10 +125,25 @@ def merged(stations: Mapping[str, Surroundings], poses: Mapping[str, Pose]) -> S
 def seen(
     first: Surroundings, second: Surroundings, first_from_second: Pose
 ) -> tuple[Agreement, float, float]:
-    """How the points of either stand in the views of the other; overlaps.
+    """Compare the points of either station with the views of the other.
 
-    The overlap is the share of points that the other sees, of the two views that share most: of
-    the second's points, and of the first's.
+    Parameters
+    ----------
+    first, second : Surroundings
+        Planes and views of the stations.
+    first_from_second : Pose
+        Their relative pose.
+
+    Returns
+    -------
+    agreement : Agreement
+        How the points stand in the views, all pairs of views together.
+    of_second : float
+        Largest share of the points of a view of the second station that a view of the first one
+        sees.
+    of_first : float
+        Largest share of the points of a view of the first station that a view of the second one
+        sees.
     """
     total, there, back = Agreement(0, 0, 0, 0, 0), 0.0, 0.0
     for at, view_a in first.views:
@@ -128,10 +161,18 @@ _ROWS, _COLUMNS = round(np.pi / GATES.step_rad), round(2 * np.pi / GATES.step_ra
 
 @dataclass(frozen=True, eq=False)
 class StationView:
-    """Nearest and farthest range by direction, and points of the surfaces.
+    """Nearest and farthest range of a station by direction, and points of the surfaces.
 
-    near, far (360, 720) float32 : [m], NaN without a return; looked (360, 720) : was the scanner
-    pointed there? points (n, 3) : spread over the surfaces [m]; reach : largest range [m].
+    Attributes
+    ----------
+    near, far : array of float32 (360, 720)
+        Ranges [m], NaN without a return.
+    looked : array of bool (360, 720)
+        True where the scanner was pointed.
+    points : array (n, 3)
+        Points spread over the surfaces [m].
+    reach : float
+        Largest range [m].
     """
 
     near: Single
@@ -152,9 +193,18 @@ class StationView:
 class Agreement:
     """How the points of one station stand in the view of another.
 
-    agree : on a surface that the other sees; hidden : behind one; through : in front of one;
-    sky : where the other looked and saw nothing; outside : where it did not look. Numbers of
-    points.
+    Attributes
+    ----------
+    agree : int
+        Number of points on a surface that the other sees.
+    hidden : int
+        Number of points behind one.
+    through : int
+        Number of points in front of one.
+    sky : int
+        Number of points where the other looked and saw nothing.
+    outside : int
+        Number of points where it did not look.
     """
 
     agree: int
@@ -180,13 +230,26 @@ class Agreement:
 
     @property
     def conflict(self) -> float:
-        """Share of points in empty space among those that the other should see."""
+        """Share of points in empty space among those that the other station should see."""
         wrong = self.through + self.sky
         return wrong / max(self.agree + wrong, 1)
 
 
 def view_of(xyz: Array, image: RangeImage) -> StationView:
-    """The view of one scan: points (n, 3) [m] and their range image."""
+    """The view of one scan.
+
+    Parameters
+    ----------
+    xyz : array (n, 3)
+        Points in the scanner frame [m].
+    image : RangeImage
+        Their range image.
+
+    Returns
+    -------
+    StationView
+        The view.
+    """
     near = np.full((_ROWS, _COLUMNS), np.nan, dtype=np.float32)
     far, looked = near.copy(), np.zeros((_ROWS, _COLUMNS), dtype=np.bool_)
     _fill(xyz, near, far)
@@ -205,7 +268,18 @@ def view_of(xyz: Array, image: RangeImage) -> StationView:
 
 
 def merged_view(views: Sequence[StationView]) -> StationView:
-    """One view of all scans of a station."""
+    """Merge the views of all scans of a station.
+
+    Parameters
+    ----------
+    views : sequence of StationView
+        The views.
+
+    Returns
+    -------
+    StationView
+        One view.
+    """
     if len(views) == 1:
         return views[0]
     points = np.concatenate([view.points for view in views])
@@ -219,7 +293,22 @@ def merged_view(views: Sequence[StationView]) -> StationView:
 
 
 def agreement(view: StationView, other: StationView, other_from_mine: Pose) -> Agreement:
-    """The points of one station in the view of another, carried there by a relative pose."""
+    """Compare the points of one station with the view of another.
+
+    Parameters
+    ----------
+    view : StationView
+        View of the station whose points are carried.
+    other : StationView
+        View of the other station.
+    other_from_mine : Pose
+        Relative pose.
+
+    Returns
+    -------
+    Agreement
+        How the points stand in the other view.
+    """
     moved = other_from_mine @ view.points
     counts = _compare(moved, other.near, other.far, other.looked, other.reach)
     return Agreement(*(int(c) for c in counts))

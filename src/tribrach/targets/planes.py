@@ -490,7 +490,7 @@ def _block_planes(sums: Array, full: int) -> Array:
 
 @njit(cache=True, nogil=True)
 def _joins(block: Array, plane: Array, sigma: float) -> bool:
-    """Does a flat block lie in the plane of a region?"""
+    """True if a flat block lies in the plane of a region."""
     turn = (block[3:6] * plane[3:6]).sum()
     if turn < np.cos(_JOINS_RAD):
         return False

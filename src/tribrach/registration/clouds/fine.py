@@ -3,7 +3,7 @@
 The mean of every surfel is compared with the plane of the nearest one of the other scan, both ways
 (Chen and Medioni 1992). Residuals are weighted by what is known of them and by Tukey's loss with
 the gate as its limit; the gate shrinks from 0.2 over 0.05 to 0.015 m, or to 4.5 sigmas of the
-residuals where that is more. Directions that the surfaces do not hold are left alone. Metres and
+residuals where that is more. Directions that the surfaces do not hold are not corrected. Metres and
 radians; X_a = T X_b, corrections are turns about and shifts of the middle of the overlap.
 """
 
@@ -71,24 +71,45 @@ FINE = FineAlignmentGates()
 
 @dataclass(frozen=True, eq=False)
 class Indexed:
-    """Surfels with their tree."""
+    """Surfels with their search tree.
+
+    Attributes
+    ----------
+    surfels : Surfels
+        The surfels.
+    tree : KDTree
+        Tree of their means.
+    """
 
     surfels: Surfels
     tree: KDTree
 
     @classmethod
     def of(cls, surfels: Surfels) -> Indexed:
-        """Plant the tree."""
+        """Build the tree of some surfels."""
         return cls(surfels, KDTree(np.ascontiguousarray(surfels.center), leafsize=16))
 
 
 @dataclass(frozen=True, eq=False)
 class Matches:
-    """Matches (n,) of both directions in the frame of a.
+    """Matched surfels of two scans a and b, both ways, in the frame of a.
 
-    first (n,) : surfels of a, second (n,) : of b; forward (n,) : is the plane that of a?; point
-    (n, 3) : the compared mean; normal (n, 3) : of the plane; residual (n,) : of the point from it
-    [m]; sigma (n,) : of the residual [m].
+    Attributes
+    ----------
+    first : array of int (n,)
+        Numbers of the surfels of a.
+    second : array of int (n,)
+        Numbers of the surfels of b.
+    forward : array of bool (n,)
+        True where the plane is that of a.
+    point : array (n, 3)
+        Means that are compared with the planes [m].
+    normal : array (n, 3)
+        Unit normals of the planes.
+    residual : array (n,)
+        Distances of the points from the planes [m].
+    sigma : array (n,)
+        Sigmas of the residuals [m].
     """
 
     first: Index
@@ -103,14 +124,26 @@ class Matches:
         return len(self.residual)
 
     def subset(self, chosen: NDArray[np.bool_]) -> Matches:
-        """Some of them, by a mask."""
+        """Some of the matches, by a mask (n,)."""
         columns = (self.first, self.second, self.forward, self.point, self.normal)
         return Matches(*(c[chosen] for c in (*columns, self.residual, self.sigma)))  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True, eq=False)
 class FineAlignment:
-    """The pose of b in a, its matches within the last gate [m], and whether it settled."""
+    """An alignment of scan b with scan a.
+
+    Attributes
+    ----------
+    pose : Pose
+        Pose of b in a.
+    matches : Matches
+        Matches within the last gate.
+    gate : float
+        The last gate [m].
+    settled : bool
+        True if the iteration settled.
+    """
 
     pose: Pose
     matches: Matches
@@ -131,7 +164,24 @@ def align(
     gates: Sequence[float] = FINE.gates_m,
     steps: int = FINE.most_steps,
 ) -> FineAlignment:
-    """Move b onto a from a pose within the first gate or so of the true one."""
+    """Move scan b onto scan a.
+
+    Parameters
+    ----------
+    a, b : Indexed
+        Surfels of the scans.
+    start : Pose
+        Approximate pose of b in a, within the first gate or so of the true one.
+    gates : sequence of float
+        Largest distances of matched surfels, one round after the other [m].
+    steps : int
+        Largest number of steps with each gate.
+
+    Returns
+    -------
+    FineAlignment
+        The alignment.
+    """
     pose, settled = start, False
     pairs = _Pairs(a, b)
     spread = np.inf
@@ -154,7 +204,22 @@ def align(
 
 
 def matched(a: Indexed, b: Indexed, pose: Pose, gate: float) -> Matches:
-    """Matches of two scans as they lie, within a gate [m]."""
+    """Match two scans as they lie.
+
+    Parameters
+    ----------
+    a, b : Indexed
+        Surfels of the scans.
+    pose : Pose
+        Pose of b in a.
+    gate : float
+        Largest distance of matched surfels [m].
+
+    Returns
+    -------
+    Matches
+        The matches.
+    """
     pairs = _Pairs(a, b)
     pairs.look_up(pose, gate, anew=True)
     matches = pairs.matches(pose)

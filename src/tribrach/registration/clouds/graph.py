@@ -2,8 +2,8 @@
 
 Every pair is a relative pose with its covariance. Around a loop these compose to no motion at all;
 what is left has a covariance of its own and is tested (chi-square, six degrees of freedom). A pair
-that only loops contain which do not close is named and left out; the rest becomes observations of
-one network with the first station held. Metres and radians.
+whose loops all fail to close is named and left out; the rest becomes observations of one network
+with the first station held. Metres and radians.
 """
 
 from __future__ import annotations
@@ -48,10 +48,17 @@ GATES = CloudLoopGates()
 
 @dataclass(frozen=True, eq=False)
 class CloudEdge:
-    """A pose of the second station in the first.
+    """A relative pose of two stations from their clouds.
 
-    covariance (6, 6) : in the order of
-    :class:`~tribrach.observations.poses.RelativePoses`.
+    Attributes
+    ----------
+    first, second : str
+        Names of the stations.
+    pose : Pose
+        Pose of the second station in the first.
+    covariance : array (6, 6)
+        Its covariance in the order of :class:`~tribrach.observations.poses.RelativePoses` [m],
+        [rad].
     """
 
     first: str
@@ -61,20 +68,37 @@ class CloudEdge:
 
     @property
     def ends(self) -> frozenset[str]:
-        """Both names."""
+        """Names of both stations."""
         return frozenset((self.first, self.second))
 
     @property
     def name(self) -> str:
-        """Both names, for sentences."""
+        """Names of both stations, for sentences."""
         return f"{self.first} - {self.second}"
 
 
 @dataclass(frozen=True, eq=False)
 class StationLoop:
-    """What is left around a loop of stations: shift [m], turn [rad], their test.
+    """The closure of a loop of stations and its test.
 
-    shift_sigma, turn_sigma : predicted for them (of the length of three components).
+    Attributes
+    ----------
+    stations : tuple of str
+        Names of the stations around the loop.
+    edges : tuple of CloudEdge
+        Edges of the loop.
+    shift : float
+        Shift that is left around the loop [m].
+    turn : float
+        Turn that is left around the loop [rad].
+    shift_sigma : float
+        Predicted for the shift, as the length of three components [m].
+    turn_sigma : float
+        Predicted for the turn, as the length of three components [rad].
+    statistic : float
+        Test statistic.
+    limit : float
+        Its limit.
     """
 
     stations: tuple[str, ...]
@@ -88,12 +112,12 @@ class StationLoop:
 
     @property
     def closes(self) -> bool:
-        """Within what the covariances allow?"""
+        """True if the loop closes within what the covariances allow."""
         return self.statistic <= self.limit
 
     @property
     def words(self) -> str:
-        """The loop and its closure."""
+        """The loop and its closure in words."""
         return (
             f"{' - '.join((*self.stations, self.stations[0]))}: {1e3 * self.shift:.1f} mm "
             f'(predicted {1e3 * self.shift_sigma:.1f}), {np.degrees(self.turn) * 3600:.0f}" '
@@ -104,7 +128,19 @@ class StationLoop:
 
 @dataclass(frozen=True, eq=False)
 class Consistency:
-    """Edges that are used, those that are not, all loops of the given edges, sentences."""
+    """Edges after the test of the loops.
+
+    Attributes
+    ----------
+    used : tuple of CloudEdge
+        Edges that are used.
+    dropped : tuple of CloudEdge
+        Edges that are left out.
+    loops : tuple of StationLoop
+        All loops of the given edges.
+    sentences : tuple of str
+        What was left out and why.
+    """
 
     used: tuple[CloudEdge, ...]
     dropped: tuple[CloudEdge, ...]
@@ -113,10 +149,22 @@ class Consistency:
 
 
 def consistent(edges: Sequence[CloudEdge]) -> Consistency:
-    """Which edges the loops bear out.
+    """Choose the edges that the loops confirm.
 
-    While a loop does not close, the edge of it that the fewest closed and the most open loops
-    contain is left out; where several are alike, all of them: nothing tells which is wrong.
+    Parameters
+    ----------
+    edges : sequence of CloudEdge
+        Relative poses of pairs of stations.
+
+    Returns
+    -------
+    Consistency
+        Used and dropped edges, and the loops.
+
+    Notes
+    -----
+    While a loop does not close, the edge of it that is in the fewest closed and the most open loops
+    is left out; where several are alike, all of them are, because nothing tells which one is wrong.
     """
     kept = list(edges)
     dropped: list[CloudEdge] = []
@@ -146,7 +194,18 @@ def _standing(edge: CloudEdge, among: Sequence[StationLoop]) -> tuple[int, int]:
 
 
 def loops(edges: Sequence[CloudEdge]) -> list[StationLoop]:
-    """All triangles, and of edges in none of them the shortest loops."""
+    """All triangles of edges, and for edges in no triangle the shortest loops.
+
+    Parameters
+    ----------
+    edges : sequence of CloudEdge
+        Relative poses of pairs of stations.
+
+    Returns
+    -------
+    list of StationLoop
+        The loops.
+    """
     by_ends = {e.ends: e for e in edges}
     out, covered = [], set()
     for three in combinations(sorted({n for e in edges for n in e.ends}), 3):
@@ -187,9 +246,12 @@ def _shortest(edges: Sequence[CloudEdge], start: str, end: str) -> list[str]:
 
 
 def _closed(stations: tuple[str, ...], edges: Sequence[CloudEdge]) -> StationLoop:
-    """The loop over edges that follow each other; errors are carried to the first station.
+    """The loop over edges that follow each other, with errors carried to the first station.
 
-    An edge's error moves points X of its first frame by dt + w x (X - t), with w = R w_right.
+    Notes
+    -----
+    An edge's error moves points X of its first frame by ``dt + w x (X - t)``, with
+    ``w = R w_right``.
     """
     at, pose = stations[0], Pose.identity()
     frames = []
@@ -220,7 +282,20 @@ def _closed(stations: tuple[str, ...], edges: Sequence[CloudEdge]) -> StationLoo
 
 
 def groups(stations: Sequence[str], edges: Sequence[CloudEdge]) -> list[tuple[str, ...]]:
-    """Stations that hang together, the largest group first, names in their order."""
+    """Groups of stations that edges connect.
+
+    Parameters
+    ----------
+    stations : sequence of str
+        Names of all stations.
+    edges : sequence of CloudEdge
+        Relative poses of pairs of stations.
+
+    Returns
+    -------
+    list of tuple of str
+        Names by group in the order given, the largest group first.
+    """
     left, out = list(stations), []
     while left:
         group, front = {left[0]}, [left[0]]
@@ -237,7 +312,15 @@ def groups(stations: Sequence[str], edges: Sequence[CloudEdge]) -> list[tuple[st
 
 
 def observe(survey: Survey, edges: Sequence[CloudEdge]) -> None:
-    """Add edges to a survey as observations between its stations."""
+    """Add edges to a survey as observations between its stations.
+
+    Parameters
+    ----------
+    survey : Survey
+        The survey.
+    edges : sequence of CloudEdge
+        Relative poses of pairs of stations.
+    """
     if edges:
         survey.add(
             RelativePoses,
@@ -251,11 +334,25 @@ def observe(survey: Survey, edges: Sequence[CloudEdge]) -> None:
 
 
 def network_of(stations: Sequence[str], edges: Sequence[CloudEdge]) -> Network:
-    """Stations that hang together as a network in the frame of the first, which is held.
+    """Make a network of connected stations in the frame of the first one, which is held.
 
+    Parameters
+    ----------
+    stations : sequence of str
+        Names of the stations, the held one first.
+    edges : sequence of CloudEdge
+        Relative poses of pairs of these stations.
+
+    Returns
+    -------
+    Network
+        The network.
+
+    Notes
+    -----
     The errors of a scan enter every pair that it is in: taken as independent, all pairs of n
     stations would make relative poses n / 2 times better than one pair. Covariances are therefore
-    multiplied by (d_i + d_j + 2) / 4, d being the pairs of either station.
+    multiplied by ``(d_i + d_j + 2) / 4``, where d is the number of pairs of either station.
     """
     survey = Survey()
     survey.station(

@@ -1,9 +1,9 @@
 """Registers two scans without approximate values, or says why no pose can be taken.
 
-Proposals (plans, features, a given approximate pose) are moved to where they fit, judged by what
-agrees and what is seen through, and the best are fitted with all surfels. A pose is taken only if
-enough overlaps, little is seen through, and no other place fits as well; otherwise a sentence says
-what is wrong and no pose is given.
+Proposals (plans, features, a given approximate pose) are moved to where they fit and judged by what
+agrees and what is seen through; the best are fitted with all surfels. A pose is taken only if the
+scans overlap enough, little is seen through, and no other place fits as well; otherwise a sentence
+says what is wrong and no pose is given.
 """
 
 from __future__ import annotations
@@ -100,11 +100,8 @@ class CloudPairGates:
 GATES = CloudPairGates()
 
 
-# Candidates: proposals are moved to where they fit best and judged; doubles are one.
-
-
 class Origin(Enum):
-    """What proposed a pose; the value is said in reports."""
+    """What proposed a pose; the value is used in reports."""
 
     GIVEN = "approximate pose"
     PLAN = "plan"
@@ -113,7 +110,17 @@ class Origin(Enum):
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A pose of b in a with its verdict; origin : what proposed it."""
+    """A pose of scan b in scan a with its verdict.
+
+    Attributes
+    ----------
+    pose : Pose
+        Pose of b in a.
+    verdict : Verdict
+        What agrees and what contradicts it.
+    origin : Origin
+        What proposed it.
+    """
 
     pose: Pose
     verdict: Verdict
@@ -123,7 +130,20 @@ class Candidate:
 def judged(
     a: PreparedScan, b: PreparedScan, proposed: Iterable[tuple[Pose, Origin]]
 ) -> list[Candidate]:
-    """The proposals that fit best and where else they fit along open directions, best first."""
+    """Make candidates of proposed poses, and of other places along directions left open.
+
+    Parameters
+    ----------
+    a, b : PreparedScan
+        The scans.
+    proposed : iterable of tuple[Pose, Origin]
+        Poses of b in a with what proposed them.
+
+    Returns
+    -------
+    list of Candidate
+        The candidates that fit best, best first.
+    """
     size = _size(a, b)
     few = Indexed.of(_some(a.coarse)), Indexed.of(_some(b.coarse))
     looked: list[Candidate] = []
@@ -155,8 +175,10 @@ def _slid(
 ) -> list[Candidate]:
     """Other places along a direction that surfaces leave open, where a candidate fits best.
 
-    Along a wall, plans correlate as well in one place as in the next; only what stands before it
-    tells where it is right, and who looked through that.
+    Notes
+    -----
+    Along a wall, plans correlate as well in one place as in the next; only what stands before the
+    wall, and who looked through it, tells which place is right.
     """
     size = _size(a, b)
     alignment = align(few[0], few[1], c.pose, [GATES.second_gates_sizes[-1] * size], steps=1)
@@ -181,7 +203,20 @@ def _slid(
 
 
 def refined(a: PreparedScan, b: PreparedScan, some: Sequence[Candidate]) -> list[Candidate]:
-    """Candidates with all coarse surfels, the best first, each only once."""
+    """Fit candidates with all coarse surfels.
+
+    Parameters
+    ----------
+    a, b : PreparedScan
+        The scans.
+    some : sequence of Candidate
+        The candidates.
+
+    Returns
+    -------
+    list of Candidate
+        The fitted candidates, the best first, each only once.
+    """
     size = _size(a, b)
     out: list[Candidate] = []
     for c in some:
@@ -198,7 +233,20 @@ def refined(a: PreparedScan, b: PreparedScan, some: Sequence[Candidate]) -> list
 
 
 def apart(one: Pose, two: Pose) -> tuple[float, float]:
-    """Shift [m] and turn [rad] between two poses of b in a, at the scanner of b."""
+    """Shift and turn between two poses of scan b in scan a, at the scanner of b.
+
+    Parameters
+    ----------
+    one, two : Pose
+        The poses.
+
+    Returns
+    -------
+    shift : float
+        Shift [m].
+    turn : float
+        Turn [rad].
+    """
     shift = float(np.linalg.norm(one.translation - two.translation))
     return shift, float(np.linalg.norm(log(one.rotation @ two.rotation.T)))
 
@@ -233,7 +281,19 @@ def _candidate(
 
 @dataclass(frozen=True, eq=False)
 class PairFit:
-    """A candidate with all surfels: alignment, its covariance, its verdict; origin : proposer."""
+    """A candidate fitted with all surfels.
+
+    Attributes
+    ----------
+    alignment : FineAlignment
+        The alignment.
+    precision : RelativeCovariance
+        Its covariance.
+    verdict : Verdict
+        What agrees and what contradicts it.
+    origin : Origin
+        What proposed it.
+    """
 
     alignment: FineAlignment
     precision: RelativeCovariance
@@ -242,16 +302,24 @@ class PairFit:
 
     @property
     def pose(self) -> Pose:
-        """Of b in a."""
+        """Pose of b in a."""
         return self.alignment.pose
 
 
 @dataclass(frozen=True, eq=False)
 class CloudPair:
-    """What became of two scans.
+    """The result of registering two scans.
 
-    a, b : names; fit : the pose with its covariance, None if none may be taken; rivals : other
-    places that fit as well; sentences : what is weak, or why there is no pose.
+    Attributes
+    ----------
+    a, b : str
+        Names of the scans.
+    fit : PairFit or None
+        The pose with its covariance, None if none may be taken.
+    rivals : tuple of PairFit
+        Other places that fit as well.
+    sentences : tuple of str
+        What is weak, or why there is no pose.
     """
 
     a: str
@@ -268,11 +336,22 @@ def register_pair(
     *,
     floor: tuple[float, float] = COVARIANCE.floor,
 ) -> CloudPair:
-    """The pose of b in a without approximate values.
+    """Find the pose of scan b in scan a without approximate values.
 
-    prior : an approximate pose of b in a; it is one proposal among others, decides between places
-    that fit alike, and is said to be wrong if it is; floor : sigmas [m], [rad] of what residuals
-    never show.
+    Parameters
+    ----------
+    a, b : PreparedScan
+        The scans.
+    prior : Pose or None
+        An approximate pose of b in a. It is one proposal among others and decides between places
+        that fit alike; if it is wrong, a sentence says so.
+    floor : tuple of float
+        Sigmas [m], [rad] of what residuals never show.
+
+    Returns
+    -------
+    CloudPair
+        The pose, or why there is none.
     """
     proposed = [] if prior is None else [(prior, Origin.GIVEN)]
     proposed += [(p, Origin.PLAN) for p in plan_poses(a.coarse.surfels, b.coarse.surfels)]
@@ -351,12 +430,12 @@ def _with_all(
 
 
 def _possible(v: Verdict) -> bool:
-    """Does enough of the scans overlap?"""
+    """True if enough of the scans overlaps."""
     return max(v.overlap) >= GATES.least_overlap and v.agree >= GATES.least_area_m2
 
 
 def _consistent(v: Verdict) -> bool:
-    """Does what overlaps agree?"""
+    """True if what overlaps agrees."""
     allowed = GATES.moved_share * v.agree + GATES.moved_standing_share * v.standing
     return v.consistency >= GATES.least_consistency and v.surely_through <= allowed
 
@@ -367,7 +446,7 @@ def _rivals(best: PairFit, others: Sequence[PairFit]) -> list[PairFit]:
 
 
 def _excluded(best: PairFit, other: PairFit) -> bool:
-    """Is clearly less seen, or clearly more seen through?"""
+    """True if clearly less agrees, or clearly more is seen through."""
     clean = _clearly_more(best.verdict.through, other.verdict.through)
     if (
         other.verdict.agree
@@ -378,7 +457,12 @@ def _excluded(best: PairFit, other: PairFit) -> bool:
 
 
 def _clearly_more(one: float, two: float) -> bool:
-    """Is one area [m^2] larger than another by more than chance of independent patches?"""
+    """True if an area is larger than another by more than chance.
+
+    Notes
+    -----
+    Areas in m^2; chance is that of independent patches.
+    """
     more, less = one / GATES.patch_m**2, two / GATES.patch_m**2
     return more - less > GATES.excluded_sigmas * float(np.sqrt(more + less + 1.0))
 
@@ -390,7 +474,7 @@ def _nearest(fits: Sequence[PairFit], prior: Pose) -> PairFit:
 
 
 def _alike(one: PairFit, pose: Pose) -> bool:
-    """Does a pose differ from a fit only along directions that nothing holds?"""
+    """True if a pose differs from a fit only along directions that nothing holds."""
     middle, lever = one.precision.middle, one.precision.lever
     moved = pose @ (one.pose.inverse @ middle) - middle
     turn = apart(one.pose, pose)[1]
@@ -401,7 +485,7 @@ def _alike(one: PairFit, pose: Pose) -> bool:
 
 
 def _wrong(pose: Pose, prior: Pose) -> bool:
-    """Is an approximate pose nowhere near?"""
+    """True if an approximate pose is nowhere near."""
     shift, turn = apart(pose, prior)
     return shift >= GATES.wrong_m or turn >= GATES.wrong_rad
 

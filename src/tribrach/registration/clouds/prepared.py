@@ -1,4 +1,4 @@
-"""A scan made ready for registration: surfels fine and coarse with their trees, and its view.
+"""Prepares a scan for registration: fine and coarse surfels with their search trees, and its view.
 
 One pass over the points in chunks; of a scan of any size no more than its surfels stays in memory.
 """
@@ -62,21 +62,21 @@ class PreparedScanGates:
 GATES = PreparedScanGates()
 
 
-# The view: how far a scanner saw in every direction. What lies nearer there was not in its way.
-#
-# A coarse image of the smallest range in every half degree of H and V, or in every degree of a scan
-# with few points. A surface that another scan places clearly nearer than anything in that direction
-# contradicts the pose: the beams went through it.
-# Directions without points (sky, glass) say nothing. Scanner frame, metres.
-
-
 #: what a scanner says of a place: it never looked there, something is before it, it is no more
 #: than the margin from what was seen, the beams went through it
 UNSEEN, BEHIND, AT_SURFACE, SEEN_THROUGH = 0, 1, 2, 3
 
 
 class RangeView:
-    """Ranges that are filled with chunks of points: ``nearest`` and ``farthest`` (r, 2 r) [m]."""
+    """How far a scanner saw in every direction; anything nearer there was not in its way.
+
+    Notes
+    -----
+    A coarse image of the smallest and largest range, ``nearest`` and ``farthest`` (r, 2 r) [m], in
+    every half degree of H and V, or in every degree of a scan with few points. A surface that
+    another scan places clearly nearer than anything in that direction contradicts the pose: the
+    beams went through it. Directions without points (sky, glass) say nothing. Scanner frame.
+    """
 
     def __init__(self) -> None:
         self.nearest = np.full((GATES.view_rows, 2 * GATES.view_rows), np.inf)
@@ -84,12 +84,18 @@ class RangeView:
         self._points = 0
 
     def add(self, xyz: Array) -> None:
-        """Add points (n, 3) [m], before :meth:`settle`."""
+        """Add points, before :meth:`settle`.
+
+        Parameters
+        ----------
+        xyz : array (n, 3)
+            Points in the scanner frame [m].
+        """
         self._points += len(xyz)
         _fill(np.ascontiguousarray(xyz), self.nearest, self.farthest)
 
     def settle(self) -> None:
-        """Join pixels until they hold enough points each."""
+        """Join pixels until each holds enough points."""
         while len(self.nearest) > GATES.least_rows:
             if self._points >= GATES.pixel_points * np.isfinite(self.nearest).sum():
                 return
@@ -98,7 +104,20 @@ class RangeView:
             self.farthest = self.farthest.reshape(rows, 2, 2 * rows, 2).max(axis=(1, 3))
 
     def judge(self, points: Array, margin: Array) -> NDArray[np.int8]:
-        """What the scanner says of places (n, 3) [m], with margins (n,) [m]."""
+        """Compare places with what the scanner saw in their directions.
+
+        Parameters
+        ----------
+        points : array (n, 3)
+            Places in the scanner frame [m].
+        margin : array (n,)
+            Margins of their distances [m].
+
+        Returns
+        -------
+        array of int (n,)
+            ``UNSEEN``, ``BEHIND``, ``AT_SURFACE`` or ``SEEN_THROUGH`` for each place.
+        """
         return np.asarray(_judged(points, margin, self.nearest, self.farthest))
 
 
@@ -154,9 +173,22 @@ _ASKEW = Pose(exp(np.array([0.37, 0.53, 0.29])), np.zeros(3))
 
 @dataclass(frozen=True, eq=False)
 class PreparedScan:
-    """Surfels and view of a scan, scanner frame; points : how many it has.
+    """Surfels and view of a scan, in the scanner frame.
 
-    fine : for the fit; some : of these, for the choice between places; coarse : for the search.
+    Attributes
+    ----------
+    name : str
+        Name of the scan.
+    points : int
+        Number of its points.
+    fine : Indexed
+        Surfels for the fit.
+    some : Indexed
+        Some of these, for the choice between places.
+    coarse : Indexed
+        Surfels for the search.
+    view : RangeView
+        How far the scanner saw in every direction.
     """
 
     name: str
@@ -168,18 +200,33 @@ class PreparedScan:
 
     @property
     def radius(self) -> float:
-        """Within which nine tenths of the surface lie [m]."""
+        """Distance from the scanner within which nine tenths of the surface lie [m]."""
         return float(
             np.quantile(np.linalg.norm(self.coarse.surfels.center, axis=1), GATES.radius_quantile)
         )
 
 
 def prepare(name: str, chunks: Iterable[Array], size: float = GATES.fine_m) -> PreparedScan:
-    """A scan from chunks of points (n, 3) [m].
+    """Prepare a scan from chunks of points.
+
+    Parameters
+    ----------
+    name : str
+        Name of the scan.
+    chunks : iterable of array (n, 3)
+        Points in the scanner frame [m].
+    size : float
+        Edge of the cubes of fine surfels [m].
+
+    Returns
+    -------
+    PreparedScan
+        The prepared scan.
 
     Raises
     ------
-    InputError : too few points, or no surfaces among them.
+    InputError
+        If there are too few points, or no surfaces among them.
     """
     total, view, cubes = 0, RangeView(), CellSum(size)
     for xyz in chunks:

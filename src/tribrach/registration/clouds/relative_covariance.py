@@ -1,15 +1,17 @@
-"""Covariance of a relative pose from matched surfels, whose neighbours share errors.
+"""Computes the covariance of a relative pose from matched surfels, whose neighbours share errors.
 
 Residuals are not independent: neighbours share waves of the surface, beams, and the planes that
-they are compared with, and both directions compare the same points. Three things make the
-covariance honest (method section 2.11):
+they are compared with, and both directions compare the same points. The covariance takes this into
+account in three ways (method section 2.11).
 
-- sums of the weighted residuals over cubes of growing size: where neighbours share errors their
-  variance outgrows that of independent residuals, until the cubes are as large as what is shared.
-  The largest factor divides the number of observations, the size is the correlation length;
-- directions that only the noise of normals seems to hold (a slide along a corridor) have a
-  generalised eigenvalue near one; they are said in words and given a sigma as wide as the overlap;
-- a floor stands for what residuals never show: zero error, calibration, unstable surfaces.
+Weighted residuals are summed over cubes of growing size. Where neighbours share errors the variance
+of the sums outgrows that of independent residuals, until the cubes are as large as what is shared.
+The largest factor divides the number of observations; the size is the correlation length.
+
+Directions that only the noise of normals seems to hold (a slide along a corridor) have a
+generalised eigenvalue near one; they are named in words and given a sigma as wide as the overlap.
+
+A floor stands for what residuals never show: zero error, calibration, unstable surfaces.
 
 Metres and radians.
 """
@@ -71,15 +73,32 @@ GATES = CloudCovarianceGates()
 
 @dataclass(frozen=True, eq=False)
 class RelativeCovariance:
-    """Covariance of a relative pose X_a = T X_b.
+    """Covariance of a relative pose ``X_a = T X_b``.
 
-    covariance (6, 6) : of translation in a [m] and a rotation vector applied on the right, in b
-    [rad] (the order of :class:`~tribrach.observations.poses.RelativePoses`);
-    middle (3,) : of the overlap, frame of a [m]; local (6, 6) : of the shift of the middle [m] and
-    the turn about it [rad], frame of a, floor included; observations : matches of both directions,
-    effective : how many count; correlation_length : [m]; sigma : of unit weight [m]; unheld (6, k)
-    : directions that nothing holds (shift [m], turn times lever [m]); lever : [m]; places :
-    smallest number of places that hold a direction.
+    Attributes
+    ----------
+    covariance : array (6, 6)
+        Of the translation in a [m] and of a rotation vector applied on the right, in b [rad] (the
+        order of :class:`~tribrach.observations.poses.RelativePoses`).
+    middle : array (3,)
+        Middle of the overlap in the frame of a [m].
+    local : array (6, 6)
+        Covariance of the shift of the middle [m] and the turn about it [rad], frame of a, floor
+        included.
+    observations : int
+        Number of matches of both directions.
+    effective : float
+        Number of them that count as independent.
+    correlation_length : float
+        Size of what neighbours share [m].
+    sigma : float
+        Sigma of unit weight [m].
+    unheld : array (6, k)
+        Directions that nothing holds: shift [m], turn times ``lever`` [m].
+    lever : float
+        Length that turns are multiplied by [m].
+    places : float
+        Smallest number of places that hold a direction.
     """
 
     covariance: Array
@@ -95,11 +114,22 @@ class RelativeCovariance:
 
     @property
     def rank(self) -> int:
-        """How many of the six directions the surfaces hold."""
+        """Number of the six directions that the surfaces hold."""
         return 6 - int(self.unheld.shape[1])
 
     def sentences(self, a: str, b: str) -> list[str]:
-        """What is weak, in words, for stations a and b."""
+        """What is weak about the relative pose, in words.
+
+        Parameters
+        ----------
+        a, b : str
+            Names of the stations.
+
+        Returns
+        -------
+        list of str
+            One sentence for each weakness.
+        """
         out = [
             f"the overlap of {a} and {b} does not hold {_words(d, self.lever)} (axes of {a}); "
             f"there its sigma is set to {self.lever:.1f} m"
@@ -118,7 +148,19 @@ def relative_covariance(
 ) -> RelativeCovariance:
     """Covariance of an alignment with at least ten matches.
 
-    floor : sigmas [m], [rad] added to shifts of the middle and turns about it.
+    Parameters
+    ----------
+    a, b : Indexed
+        Surfels of the scans.
+    alignment : FineAlignment
+        Alignment of b with a.
+    floor : tuple of float
+        Sigmas [m], [rad] added to shifts of the middle and turns about it.
+
+    Returns
+    -------
+    RelativeCovariance
+        The covariance.
     """
     m = alignment.matches
     middle = m.point.mean(axis=0)

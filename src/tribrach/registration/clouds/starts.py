@@ -24,7 +24,7 @@ __all__ = ["kiss_pose", "plan_poses"]
 
 @dataclass(frozen=True)
 class PlanSearchGates:
-    """How one plan is sought in another, and which places are worth a look.
+    """How the plan of one scan is searched in that of another, and which places are kept.
 
     Notes
     -----
@@ -84,23 +84,34 @@ class PlanSearchGates:
 GATES = PlanSearchGates()
 
 
-# Plans: of two upright scans every heading and every shift of the plan is tried.
-#
-# Walls are drawn into a plan as vectors: the horizontal normal of each surfel as a complex
-# number, so that walls that face each other cancel instead of matching. For each heading one
-# Fourier transform correlates the plans of both scans at all shifts; the height follows from
-# what lies level. Nothing is sampled by chance: a second place that fits as well is found like
-# the first (method section 2.11 asks for no confident wrong pose). Metres and radians.
-
-
 Plan = NDArray[np.complex64]
 
 
 def plan_poses(a: Surfels, b: Surfels, kept: int = GATES.most_places) -> list[Pose]:
-    """Poses of b in a that are worth a look, the best correlation first; none without walls.
+    """Propose poses of one upright scan in another, by trying every heading and shift of its plan.
 
-    Scans are taken as upright, and once more levelled by what seems to be their floor, if that
-    leans by more than three degrees.
+    Parameters
+    ----------
+    a, b : Surfels
+        Surfels of the scans.
+    kept : int
+        Largest number of poses.
+
+    Returns
+    -------
+    list of Pose
+        Poses of b in a, the best correlation first; none without walls.
+
+    Notes
+    -----
+    Walls are drawn into a plan as vectors: the horizontal normal of each surfel as a complex
+    number, so that walls that face each other cancel instead of matching. For each heading one
+    Fourier transform correlates the plans of both scans at all shifts; the height follows from
+    level surfaces. Nothing is sampled by chance: a second place that fits as well is found like the
+    first (method section 2.11 asks for no confident wrong pose).
+
+    Scans are taken as upright, and once more levelled by what seems to be their floor if that leans
+    by more than three degrees.
     """
     out = _upright_poses(a, b, kept)
     level = [_levelling(x) for x in (a, b)]
@@ -275,7 +286,18 @@ except ImportError:
 
 
 def kiss_pose(a: Surfels, b: Surfels) -> Pose | None:
-    """The pose of b in a; None if kiss-matcher is not installed or finds none."""
+    """Propose a pose by kiss-matcher.
+
+    Parameters
+    ----------
+    a, b : Surfels
+        Surfels of the scans.
+
+    Returns
+    -------
+    Pose or None
+        Pose of b in a, None if kiss-matcher is not installed or finds no pose.
+    """
     if kiss_matcher is None or min(len(a), len(b)) < GATES.kiss_fewest:
         return None
     size = float(max(np.median(x.size) for x in (a, b)))

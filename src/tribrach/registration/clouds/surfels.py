@@ -1,9 +1,10 @@
-"""A scan as surfels: small pieces of surface, each the mean and the plane of a cube of points.
+"""Makes surfels of a scan: pieces of surface, each the mean and the plane of a cube of points.
 
 The normal is the direction of least spread of the points in the cube, towards the scanner. Cubes
-with too few points for a plane, or rough ones, count in one of twice the size, up to 8 or 16 times;
-what is no plane then (edges, leaves) is left out. All points of a scan take part, so that its noise
-is averaged; what remains is shared by neighbours and is counted elsewhere. Scanner frame, metres.
+with too few points for a plane, or rough ones, are joined into cubes of twice the size, up to 8 or
+16 times; what is no plane then (edges, leaves) is left out. All points of a scan take part, so that
+its noise is averaged; errors that neighbours share remain and are accounted for in
+:mod:`~tribrach.registration.clouds.relative_covariance`. Scanner frame, metres.
 """
 
 from __future__ import annotations
@@ -43,12 +44,6 @@ class SurfelGates:
 GATES = SurfelGates()
 
 
-# Points of a scan summed up in cubes, chunk by chunk: counts, first and second moments.
-#
-# Cubes of one size lie on a lattice about the scanner; moments are kept about the middle of each
-# cube, so that nothing is lost far away. Cubes merge into cubes of twice the size exactly. Metres.
-
-
 #: n, x, y, z, xx, xy, xz, yy, yz, zz
 MOMENTS = 10
 
@@ -72,7 +67,22 @@ _ROOM = 1 << 14
 
 @dataclass(frozen=True, eq=False)
 class CubeSums:
-    """Cubes of ``size`` [m]: keys (m,) that hold their three numbers, moments (m, 10)."""
+    """Points of a scan summed up in cubes of one size: counts, first and second moments.
+
+    Attributes
+    ----------
+    size : float
+        Edge of the cubes [m].
+    keys : array of int (m,)
+        Keys that hold the three lattice numbers of each cube.
+    moments : array (m, 10)
+        Count and moments about the middle of each cube.
+
+    Notes
+    -----
+    Cubes lie on a lattice about the scanner; moments are about the middle of each cube, so that
+    nothing is lost far away. Cubes merge into cubes of twice the size exactly.
+    """
 
     size: float
     keys: Index
@@ -93,9 +103,14 @@ class CubeSums:
 
 
 class CellSum:
-    """Cubes while points come in.
+    """Sums points of a scan in cubes, chunk by chunk.
 
-    size : edge of the cubes [m]; it doubles whenever more than ``most`` cubes would be needed.
+    Parameters
+    ----------
+    size : float
+        Edge of the cubes; it doubles whenever more than ``most`` cubes would be needed [m].
+    most : int
+        Largest number of cubes.
     """
 
     def __init__(self, size: float, most: int = _MOST) -> None:
@@ -106,7 +121,13 @@ class CellSum:
         self._restart(CubeSums(size, np.empty(0, dtype=np.int64), np.zeros((0, MOMENTS))))
 
     def add(self, xyz: Array) -> None:
-        """Add points (n, 3) [m]; not finite or beyond 500,000 cubes they are left out."""
+        """Add points; those not finite or beyond 500,000 cubes are left out.
+
+        Parameters
+        ----------
+        xyz : array (n, 3)
+            Points in the scanner frame [m].
+        """
         xyz = np.ascontiguousarray(xyz)
         first = 0
         while first < len(xyz):
@@ -135,7 +156,18 @@ class CellSum:
 
 
 def coarser(cells: CubeSums) -> CubeSums:
-    """Cubes of twice the size with the same points."""
+    """Merge cubes into cubes of twice the size with the same points.
+
+    Parameters
+    ----------
+    cells : CubeSums
+        The cubes.
+
+    Returns
+    -------
+    CubeSums
+        The larger cubes.
+    """
     return CubeSums(2 * cells.size, *_merged(cells.keys, cells.moments, cells.size))
 
 
@@ -233,9 +265,22 @@ def _merged(keys, moments, size):  # type: ignore[no-untyped-def]
 class Surfels:
     """Pieces of surface.
 
-    center, normal (n, 3) [m]; count (n,) of points; thickness (n,) : their standard deviation along
-    the normal; width (n, 2) : along the surface, the lesser first; size (n,) : edges of the cubes;
-    stands_for : how many surfels each stands for, where they were thinned.
+    Attributes
+    ----------
+    center : array (n, 3)
+        Means of the points [m].
+    normal : array (n, 3)
+        Unit normals.
+    count : array (n,)
+        Numbers of points.
+    thickness : array (n,)
+        Standard deviations of the points along the normal [m].
+    width : array (n, 2)
+        Standard deviations along the surface, the lesser first [m].
+    size : array (n,)
+        Edges of the cubes [m].
+    stands_for : float
+        How many surfels each one stands for, where they were thinned.
     """
 
     center: Array
@@ -251,7 +296,7 @@ class Surfels:
 
     @property
     def area(self) -> Array:
-        """About how much surface (n,) each stands for [m^2]."""
+        """Area (n,) of the surface that each stands for, approximately [m^2]."""
         area: Array = self.stands_for * self.size**2
         return area
 
@@ -268,7 +313,18 @@ class Surfels:
         return sigma
 
     def placed(self, pose: Pose) -> Surfels:
-        """In the frame that the pose leads to."""
+        """Carry the surfels into another frame.
+
+        Parameters
+        ----------
+        pose : Pose
+            Pose of the present frame in the new one.
+
+        Returns
+        -------
+        Surfels
+            The surfels in the new frame.
+        """
         return Surfels(
             pose @ self.center,
             self.normal @ pose.rotation.T,
@@ -280,7 +336,7 @@ class Surfels:
         )
 
     def subset(self, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> Surfels:
-        """Some of them, by a mask or indices."""
+        """Some of the surfels, by a mask (n,) or indices."""
         return Surfels(
             self.center[chosen],
             self.normal[chosen],
@@ -292,7 +348,18 @@ class Surfels:
         )
 
     def thinned(self, most: int) -> Surfels:
-        """At most so many: evenly in the order of the scan, each standing for several."""
+        """Thin the surfels evenly in the order of the scan, each one then standing for several.
+
+        Parameters
+        ----------
+        most : int
+            Largest number of surfels.
+
+        Returns
+        -------
+        Surfels
+            The remaining surfels.
+        """
         if len(self) <= most:
             return self
         some = self.subset(np.linspace(0, len(self) - 1, most).astype(np.int64))
@@ -302,9 +369,21 @@ class Surfels:
 def surfels_of(
     cells: CubeSums, merges: int = GATES.merges, viewpoint: Array | None = None
 ) -> Surfels:
-    """Surfels of the cubes of a scan.
+    """Make surfels of the cubes of a scan.
 
-    viewpoint (3,) : where the normals look, the origin if None.
+    Parameters
+    ----------
+    cells : CubeSums
+        Sums of points in cubes.
+    merges : int
+        How often cubes that are no plane are joined into cubes of twice the size.
+    viewpoint : array (3,) or None
+        Place that the normals look towards, the origin if None [m].
+
+    Returns
+    -------
+    Surfels
+        The surfels.
     """
     parts = []
     eye = np.zeros(3) if viewpoint is None else viewpoint

@@ -1,7 +1,7 @@
-"""Registers all scans: pairs, loops, one adjustment, and how the placed clouds differ.
+"""Registers all scans by their clouds: pairs, loops, one adjustment, differences as placed.
 
-Every pair of scans is tried; what overlaps is found, not told. Pairs become observations of a
-network (one for each group of stations that hang together), the first station of each held.
+Every pair of scans is tried; overlaps need not be given. Pairs become observations of a network
+(one for each group of stations that they connect), the first station of each held.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class DifferenceGates:
 
     Notes
     -----
-    Chosen by hand on simulated yards: clouds differ as predicted
+    Chosen by hand on simulated yards, where clouds differ as predicted
     (tests/registration/clouds/test_covariance); no source.
     """
 
@@ -68,19 +68,20 @@ class DifferenceGates:
 GATES = DifferenceGates()
 
 
-# Differences: two placed clouds should differ as much as their uncertainty says.
-#
-# On flat places that both stations see, the mean of one cloud lies off the plane of the other by
-# noise, and by what is uncertain of the relative pose: ``s^2 = s_1^2/n_1 + s_2^2/n_2 + s_plane^2 +
-# a C a^T`` with ``a = [n ; (X - X_0) x n]`` (method section 9.5). Its RMS over the overlap is
-# predicted and observed. Metres and radians.
-
-
 @dataclass(frozen=True)
 class Differences:
-    """Root mean squares over flat places of the overlap [m].
+    """Differences of two placed clouds on flat places of their overlap, as root mean squares.
 
-    places : how many; observed; noise, registration : parts of what is predicted.
+    Attributes
+    ----------
+    places : int
+        Number of places.
+    observed : float
+        Observed differences [m].
+    noise : float
+        Predicted part from noise [m].
+    registration : float
+        Predicted part from the uncertainty of the relative pose [m].
     """
 
     places: int
@@ -90,22 +91,43 @@ class Differences:
 
     @property
     def predicted(self) -> float:
-        """Both parts together [m]."""
+        """Both predicted parts together [m]."""
         return float(np.hypot(self.noise, self.registration))
 
     @property
     def ratio(self) -> float:
-        """Observed over predicted."""
+        """Observed over predicted differences."""
         return self.observed / self.predicted
 
 
 def differences(
     a: PreparedScan, b: PreparedScan, pose: Pose, covariance: Array, gate: float = GATES.gate_m
 ) -> Differences | None:
-    """Differences of two scans; None if they have hardly a flat place in common.
+    """Compare the differences of two placed clouds with their uncertainty.
 
-    pose : of b in a; covariance (6, 6) : of it, left increments in a: of the translation [m] and
-    of the turn about the scanner of b [rad]; gate : larger differences are other surfaces [m].
+    Parameters
+    ----------
+    a, b : PreparedScan
+        The scans.
+    pose : Pose
+        Pose of b in a.
+    covariance : array (6, 6)
+        Covariance of the pose, left increments in a: of the translation [m] and of the turn about
+        the scanner of b [rad].
+    gate : float
+        Larger differences belong to other surfaces [m].
+
+    Returns
+    -------
+    Differences or None
+        The differences, None if the scans have hardly a flat place in common.
+
+    Notes
+    -----
+    On flat places that both stations see, the mean of one cloud lies off the plane of the other by
+    noise and by the uncertainty of the relative pose:
+    ``s^2 = s_1^2/n_1 + s_2^2/n_2 + s_plane^2 + a C a^T`` with ``a = [n ; (X - X_0) x n]`` (method
+    section 9.5). Its RMS over the overlap is predicted and observed.
     """
     matches = matched(a.fine, b.fine, pose, gate)
     s, t = a.fine.surfels, b.fine.surfels
@@ -141,11 +163,21 @@ def _flat(s: Surfels) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True, eq=False)
 class CloudGroup:
-    """Stations that hang together, in the frame of the first.
+    """Stations that pairs of clouds connect, in the frame of the first one.
 
-    poses : by name; covariances : of translation [m] and left rotation increments [rad], zero for
-    the first; adjustment : None for a single station; edges : each pair against the network;
-    differences : of the clouds as placed, by pairs of names.
+    Attributes
+    ----------
+    poses : mapping of str to Pose
+        Poses by name of station.
+    covariances : mapping of str to array
+        Covariances (6, 6) by name: translation [m] and left rotation increments [rad], zero for the
+        first.
+    adjustment : Adjustment or None
+        The adjusted network, None for a single station.
+    edges : sequence of Edge
+        Each pair compared with the network.
+    differences : mapping of tuple of str to Differences
+        Differences of the placed clouds, by pairs of names.
     """
 
     poses: Mapping[str, Pose]
@@ -156,13 +188,25 @@ class CloudGroup:
 
     @property
     def stations(self) -> tuple[str, ...]:
-        """Names, the one that holds the frame first."""
+        """Names of the stations, the one that holds the frame first."""
         return tuple(self.poses)
 
 
 @dataclass(frozen=True, eq=False)
 class CloudRegistration:
-    """What became of all scans: pairs tried, loops, groups (the largest first), sentences."""
+    """The result of registering all scans by their clouds.
+
+    Attributes
+    ----------
+    pairs : sequence of CloudPair
+        All pairs that were tried.
+    consistency : Consistency
+        Test of the loops.
+    groups : sequence of CloudGroup
+        Connected stations, the largest group first.
+    sentences : tuple of str
+        What was left out or is weak.
+    """
 
     pairs: Sequence[CloudPair]
     consistency: Consistency
@@ -177,7 +221,24 @@ def register_clouds(
     floor: tuple[float, float] = COVARIANCE.floor,
     progress: Progress = lambda what, done, total: None,
 ) -> CloudRegistration:
-    """Register scans of distinct names; priors : approximate poses, all in one frame, by name."""
+    """Register scans by their clouds.
+
+    Parameters
+    ----------
+    scans : sequence of PreparedScan
+        Prepared scans of distinct names.
+    priors : mapping of str to Pose or None
+        Approximate poses by name, all in one frame.
+    floor : tuple of float
+        Sigmas [m], [rad] of what residuals never show.
+    progress : Progress
+        Called with what is done, how many are done, and how many there are.
+
+    Returns
+    -------
+    CloudRegistration
+        Pairs, loops and groups of stations.
+    """
     return settled(scans, pairwise(scans, priors, floor=floor, progress=progress))
 
 
@@ -188,7 +249,24 @@ def pairwise(
     floor: tuple[float, float] = COVARIANCE.floor,
     progress: Progress = lambda what, done, total: None,
 ) -> list[CloudPair]:
-    """Every pair of scans."""
+    """Register every pair of scans.
+
+    Parameters
+    ----------
+    scans : sequence of PreparedScan
+        Prepared scans of distinct names.
+    priors : mapping of str to Pose or None
+        Approximate poses by name, all in one frame.
+    floor : tuple of float
+        Sigmas [m], [rad] of what residuals never show.
+    progress : Progress
+        Called with what is done, how many are done, and how many there are.
+
+    Returns
+    -------
+    list of CloudPair
+        One result for each pair.
+    """
     priors = priors or {}
     both = list(combinations(scans, 2))
     out = []
@@ -203,7 +281,20 @@ def pairwise(
 
 
 def settled(scans: Sequence[PreparedScan], pairs: Sequence[CloudPair]) -> CloudRegistration:
-    """Loops, groups and adjusted poses from pairs."""
+    """Test the loops of pairs and adjust each group of stations.
+
+    Parameters
+    ----------
+    scans : sequence of PreparedScan
+        The prepared scans.
+    pairs : sequence of CloudPair
+        Results of all pairs.
+
+    Returns
+    -------
+    CloudRegistration
+        Loops, groups and adjusted poses.
+    """
     joints = [CloudEdge(p.a, p.b, p.fit.pose, p.fit.precision.covariance) for p in pairs if p.fit]
     consistency = consistent(joints)
     names = [scan.name for scan in scans]

@@ -1,8 +1,8 @@
-"""Judges a relative pose: what agrees, what is seen through, what finds nothing.
+"""Judges a relative pose: what agrees, what is seen through, and what has no counterpart.
 
-Every surfel of either scan is asked for in the other: it agrees if a surfel with a like normal lies
-there, it is contradicted if the other scanner looked through its place, it is missed if something
-else lies about there; behind other surfaces and outside the view nothing is said. Areas in m^2.
+Every surfel of either scan is looked up in the other: it agrees if a surfel with a like normal lies
+there, it is seen through if the other scanner looked through its place, it is missed if something
+else lies about there. Behind other surfaces and outside the view it says nothing. Areas in m^2.
 """
 
 from __future__ import annotations
@@ -47,11 +47,22 @@ GATES = VerdictGates()
 
 @dataclass(frozen=True)
 class Verdict:
-    """Areas [m^2] of both directions together; overlap (2,) : share of a seen in b, of b in a.
+    """Areas that agree with a relative pose or contradict it, of both directions together.
 
-    agree, through, missed : what agrees, is seen through, finds something else; standing : what of
-    the agreeing is no floor and no ceiling, which agree anywhere; pieces : how many surfels are
-    seen through.
+    Attributes
+    ----------
+    agree : float
+        Area that agrees [m^2].
+    standing : float
+        Part of it that is no floor and no ceiling, which agree anywhere [m^2].
+    through : float
+        Area that is seen through [m^2].
+    missed : float
+        Area where the other scan has something else [m^2].
+    overlap : tuple of float (2,)
+        Share of a seen in b, and of b in a.
+    pieces : float
+        Number of surfels that are seen through.
     """
 
     agree: float
@@ -63,19 +74,21 @@ class Verdict:
 
     @property
     def surely_through(self) -> float:
-        """What is seen through, less what chance makes of so few pieces (two sigmas) [m^2]."""
+        """Area that is seen through, less what chance makes of so few pieces (two sigmas) [m^2]."""
         doubt = GATES.chance_sigmas / float(np.sqrt(max(self.pieces, 1.0)))
         return self.through * max(1.0 - doubt, 0.0)
 
     @property
     def consistency(self) -> float:
-        """Share of what is judged that agrees."""
+        """Share of the judged area that agrees."""
         return self.agree / max(self.agree + self.through + self.missed, 1e-9)
 
     @property
     def score(self) -> float:
-        """Evidence for the pose [m^2]: what is seen through weighs more than what agrees.
+        """Evidence for the pose, with seen-through areas weighted more than agreeing ones [m^2].
 
+        Notes
+        -----
         A wrong pose agrees in much that is alike everywhere (ground, parallel walls), but beams go
         through nothing of a right one, except what has moved.
         """
@@ -85,7 +98,24 @@ class Verdict:
 def judge(
     a: Indexed, b: Indexed, views: tuple[RangeView, RangeView], pose: Pose, tolerance: float
 ) -> Verdict:
-    """The verdict on a pose of b in a; tolerance : of the distance along normals [m]."""
+    """Judge a pose of scan b in scan a.
+
+    Parameters
+    ----------
+    a, b : Indexed
+        Surfels of the scans.
+    views : tuple of RangeView
+        Views of a and b.
+    pose : Pose
+        Pose of b in a.
+    tolerance : float
+        Largest distance along normals that agrees [m].
+
+    Returns
+    -------
+    Verdict
+        The verdict.
+    """
     one = _direction(a, b, views[0], pose, tolerance)
     two = _direction(b, a, views[1], pose.inverse, tolerance)
     totals = [float(x.surfels.area.sum()) for x in (a, b)]

@@ -1,4 +1,4 @@
-"""The planes of one station as arrays, and how much of a plane another one covers.
+"""Holds the planes of one station as arrays and tells how much of a plane another one covers.
 
 Normals look towards the scanner, so that the two sides of a wall are two planes. Scanner frame,
 metres and radians.
@@ -46,12 +46,26 @@ GATES = SamePlaneGates()
 
 @dataclass(frozen=True, eq=False)
 class PlaneSet:
-    """Planes (k) of a station.
+    """The k planes of a station.
 
-    normal (k, 3) unit, towards the scanner; center (k, 3) [m]; covariance (k, 3, 3) of the tilts
-    along the tangent basis of the normal (network.unknowns.plane_basis) [rad] and of the offset at
-    the centre [m]; area (k,) [m^2]; samples : for each plane places (s, 3) that it covers, one for
-    every cell of the width spacing (k,) [m]; scans (k,) : names of the scans.
+    Attributes
+    ----------
+    normal : array (k, 3)
+        Unit normals towards the scanner.
+    center : array (k, 3)
+        Centres [m].
+    covariance : array (k, 3, 3)
+        Covariances of the tilts along the tangent basis of the normal
+        (:func:`~tribrach.observations.unknowns.plane_basis`) [rad] and of the offset at the centre
+        [m].
+    area : array (k,)
+        Areas [m^2].
+    samples : tuple of array
+        For each plane the places (s, 3) that it covers, one for every cell [m].
+    spacing : array (k,)
+        Widths of the cells [m].
+    scans : tuple of str (k,)
+        Names of the scans.
     """
 
     normal: Array
@@ -64,7 +78,7 @@ class PlaneSet:
 
     @classmethod
     def of(cls, planes: Sequence[Plane]) -> PlaneSet:
-        """Planes of one scan as they were found, largest first."""
+        """Planes of one scan, largest first."""
         kept = sorted(planes, key=lambda p: -p.area)
         normal = np.array([p.normal for p in kept]).reshape(-1, 3)
         tangents = np.array([p.tangents for p in kept]).reshape(-1, 2, 3)
@@ -81,9 +95,12 @@ class PlaneSet:
 
     @classmethod
     def joined(cls, sets: Sequence[PlaneSet]) -> PlaneSet:
-        """Planes of several scans of one station, largest first; of doubles the larger one stays.
+        """Join the planes of several scans of one station, largest first.
 
-        Two scans of a wall share what is wrong with it, and count once.
+        Notes
+        -----
+        Of planes that two scans share, the larger one stays: what is wrong with a wall is common to
+        both scans, so it counts once.
         """
         whole = cls(
             np.concatenate([np.zeros((0, 3)), *(s.normal for s in sets)]),
@@ -105,12 +122,12 @@ class PlaneSet:
 
     @cached_property
     def offset(self) -> Array:
-        """Offsets (k,) [m] of ``normal . x = offset``."""
+        """Offsets (k,) of ``normal . x = offset`` [m]."""
         return np.asarray(np.einsum("ki,ki->k", self.normal, self.center))
 
     @cached_property
     def trees(self) -> tuple[KDTree, ...]:
-        """Trees of the places that the planes cover."""
+        """Search trees of the places that the planes cover."""
         return tuple(KDTree(np.ascontiguousarray(sample)) for sample in self.samples)
 
     def largest(self, count: int) -> PlaneSet:
@@ -131,7 +148,18 @@ class PlaneSet:
         )
 
     def placed(self, pose: Pose) -> PlaneSet:
-        """In the frame that the pose leads to; errors of the pose are not part of it."""
+        """Carry the planes into another frame; errors of the pose are not part of their covariance.
+
+        Parameters
+        ----------
+        pose : Pose
+            Pose of the present frame in the new one.
+
+        Returns
+        -------
+        PlaneSet
+            The planes in the new frame.
+        """
         normal = self.normal @ pose.rotation.T
         tangents = plane_basis(self.normal).transpose(0, 2, 1) @ pose.rotation.T
         return replace(
@@ -143,7 +171,7 @@ class PlaneSet:
         )
 
     def _doubles(self, k: int, other: int) -> bool:
-        """Is plane k of one scan the plane that another scan of the station has?"""
+        """True if plane k of one scan is a plane that another scan of the station has."""
         if self.scans[k] == self.scans[other] or self.normal[k] @ self.normal[other] < 0:
             return False
         if np.linalg.norm(np.cross(self.normal[k], self.normal[other])) > GATES.turn_rad:
@@ -157,7 +185,24 @@ class PlaneSet:
 
 
 def overlap(first: PlaneSet, second: PlaneSet, i: int, j: int, first_from_second: Pose) -> float:
-    """Area [m^2] of plane i of a station that plane j of another one covers as well."""
+    """Area of a plane of one station that a plane of another one covers as well.
+
+    Parameters
+    ----------
+    first, second : PlaneSet
+        Planes of both stations.
+    i : int
+        Number of the plane of the first station.
+    j : int
+        Number of the plane of the second station.
+    first_from_second : Pose
+        Relative pose of the stations.
+
+    Returns
+    -------
+    float
+        Area [m^2].
+    """
     spacing = max(first.spacing[i], second.spacing[j])
     there = first_from_second.inverse @ first.samples[i]
     distance, _ = second.trees[j].query(np.ascontiguousarray(there), k=1)

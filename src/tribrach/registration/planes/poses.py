@@ -113,16 +113,27 @@ class PlanePairGates:
 GATES = PlanePairGates()
 
 
-# Turns that bring the normals of two stations together.
-#
-# Levelled stations differ by one angle about the plumb line, and every pair of walls proposes
-# one; others differ by three, and every pair of planes that enclose the same angle in both scans
-# proposes them (method section 8.4: angles between normals do not change). What many planes
-# propose comes first.
-
-
 def rotations(first: PlaneSet, second: PlaneSet, levelled: bool) -> Array:
-    """Rotations (r, 3, 3) ``first from second``, those that most planes support first."""
+    """Propose rotations that bring the normals of two stations together.
+
+    Parameters
+    ----------
+    first, second : PlaneSet
+        Planes of the stations.
+    levelled : bool
+        True if both z axes are plumb.
+
+    Returns
+    -------
+    array (r, 3, 3)
+        Rotations ``first from second``, those that most planes support first.
+
+    Notes
+    -----
+    Levelled stations differ by one angle about the plumb line, and every pair of walls proposes
+    one; others differ by three, and every pair of planes that enclose the same angle in both scans
+    proposes them (method section 8.4: angles between normals do not change).
+    """
     if len(first) == 0 or len(second) == 0:
         return np.zeros((0, 3, 3))
     proposed = _headings(first, second) if levelled else _turns(first, second)
@@ -142,14 +153,42 @@ def rotations(first: PlaneSet, second: PlaneSet, levelled: bool) -> Array:
 
 
 def fitting_pairs(first: PlaneSet, second: PlaneSet, rotation: Array) -> tuple[Index, Index]:
-    """Numbers (p,), (p,) of planes whose normals a rotation brings together."""
+    """Pairs of planes whose normals a rotation brings together.
+
+    Parameters
+    ----------
+    first, second : PlaneSet
+        Planes of the stations.
+    rotation : array (3, 3)
+        Rotation ``first from second``.
+
+    Returns
+    -------
+    i : array of int (p,)
+        Numbers of planes of the first station.
+    j : array of int (p,)
+        Numbers of planes of the second station.
+    """
     cosine = first.normal @ (second.normal @ rotation.T).T
     i, j = np.nonzero(cosine > np.cos(GATES.turn_rad))
     return i, j
 
 
 def pair_weights(first: PlaneSet, second: PlaneSet, i: Index, j: Index) -> Array:
-    """Weights (p,) of pairs of planes by the smaller area."""
+    """Weights of pairs of planes by the smaller area.
+
+    Parameters
+    ----------
+    first, second : PlaneSet
+        Planes of the stations.
+    i, j : array of int (p,)
+        Numbers of their planes.
+
+    Returns
+    -------
+    array (p,)
+        Weights.
+    """
     return np.asarray(
         np.sqrt(np.minimum(np.minimum(first.area[i], second.area[j]), GATES.most_area_m2))
     )
@@ -227,14 +266,6 @@ def _angle(one: Array, two: Array) -> float:
     return float(np.arccos(np.clip((np.trace(one.T @ two) - 1) / 2, -1, 1)))
 
 
-# Shifts that bring the offsets of the planes together once the stations are turned.
-#
-# Every pair of parallel planes proposes a shift along their normal. Along three independent
-# directions the proposals with most support are combined; all other planes then say which of the
-# combinations are good. Where the common planes have fewer than three independent directions, the
-# shift stays open along the rest.
-
-
 @dataclass(frozen=True)
 class _Axis:
     """A direction that planes have in common: unit (3,), proposals (m,) [m] and their weights."""
@@ -245,9 +276,28 @@ class _Axis:
 
 
 def shifts(first: PlaneSet, second: PlaneSet, rotation: Array) -> tuple[Array, Array]:
-    """Shifts (t, 3) [m] ``first from second`` under a rotation, best first, and support (t,).
+    """Propose shifts that bring the offsets of the planes together under a rotation.
 
-    None where the planes that the rotation brings together leave a direction open.
+    Parameters
+    ----------
+    first, second : PlaneSet
+        Planes of the stations.
+    rotation : array (3, 3)
+        Rotation ``first from second``.
+
+    Returns
+    -------
+    shifts : array (t, 3)
+        Shifts ``first from second``, best first; none where the planes that the rotation brings
+        together leave a direction open [m].
+    support : array (t,)
+        Their support.
+
+    Notes
+    -----
+    Every pair of parallel planes proposes a shift along their normal. Along three independent
+    directions the proposals with most support are combined; all other planes then decide which of
+    the combinations are good.
     """
     i, j = fitting_pairs(first, second, rotation)
     weight = pair_weights(first, second, i, j)
@@ -275,7 +325,18 @@ def shifts(first: PlaneSet, second: PlaneSet, rotation: Array) -> tuple[Array, A
 
 
 def open_directions(normal: Array) -> Array:
-    """Unit directions (f, 3) that normals (k, 3) leave open, none if they hold all three."""
+    """Directions that planes leave open.
+
+    Parameters
+    ----------
+    normal : array (k, 3)
+        Unit normals of the planes.
+
+    Returns
+    -------
+    array (f, 3)
+        Unit directions, none if the planes hold all three.
+    """
     if len(normal) == 0:
         return np.eye(3)
     values, vectors = np.linalg.eigh(_directions(normal))
@@ -344,12 +405,23 @@ def _shift_support(
 
 @dataclass(frozen=True, eq=False)
 class PlanePose:
-    """A possible relative pose.
+    """A possible relative pose of two stations.
 
-    pose : first from second; pairs (p, 2) : numbers of the common planes; rms : of their offsets
-    [m]; seen : how points of either stand in the view of the other; overlap : the lesser share of
-    points that the other sees; open : directions (f, 3) of the first frame along which the common
-    planes hold nothing, so that the shift is that of the search.
+    Attributes
+    ----------
+    pose : Pose
+        First from second.
+    pairs : array of int (p, 2)
+        Numbers of the common planes.
+    rms : float
+        Root mean square of their offsets [m].
+    seen : Agreement
+        How points of either station stand in the view of the other.
+    overlap : float
+        The lesser share of points that the other station sees.
+    open : array (f, 3)
+        Directions of the first frame along which the common planes hold nothing, so that the shift
+        is that of the search.
     """
 
     pose: Pose
@@ -364,9 +436,16 @@ class PlanePose:
 class PairPoses:
     """What the planes of two stations say about their relative pose.
 
-    poses : possible ones, best first, more than one where nothing decides; open : directions
-    (f, 3) that the planes leave open if that is the obstacle; lacking : name of the station in
-    whose frame they are, "" if there is no such obstacle.
+    Attributes
+    ----------
+    first, second : str
+        Names of the stations.
+    poses : tuple of PlanePose
+        Possible poses, best first; more than one where nothing decides.
+    open : array (f, 3)
+        Directions that the planes leave open, if that is the obstacle.
+    lacking : str
+        Name of the station in whose frame they are, empty if there is no such obstacle.
     """
 
     first: str
@@ -382,7 +461,18 @@ class PairPoses:
 
 
 def pair_poses(first: Surroundings, second: Surroundings) -> PairPoses:
-    """Possible relative poses of two stations."""
+    """Find the possible relative poses of two stations.
+
+    Parameters
+    ----------
+    first, second : Surroundings
+        Planes and views of the stations.
+
+    Returns
+    -------
+    PairPoses
+        The poses, or what is lacking.
+    """
     levelled = first.levelled and second.levelled
     planes_a = first.planes.largest(GATES.most_planes)
     planes_b = second.planes.largest(GATES.most_planes)
@@ -410,7 +500,20 @@ def pair_poses(first: Surroundings, second: Surroundings) -> PairPoses:
 
 
 def refined(first: Surroundings, second: Surroundings, start: Pose) -> PlanePose | None:
-    """A pose fitted to all common planes; None if there are none or the views contradict it."""
+    """Fit a relative pose to all common planes.
+
+    Parameters
+    ----------
+    first, second : Surroundings
+        Planes and views of the stations.
+    start : Pose
+        Start value of the pose, first from second.
+
+    Returns
+    -------
+    PlanePose or None
+        The fitted pose, None if there are no common planes or the views contradict it.
+    """
     levelled = first.levelled and second.levelled
     pose = start
     pairs = np.zeros((0, 2), dtype=np.int64)
@@ -431,7 +534,24 @@ def refined(first: Surroundings, second: Surroundings, start: Pose) -> PlanePose
 def common_planes(
     first: PlaneSet, second: PlaneSet, pose: Pose, turn: float, offset: float
 ) -> Index:
-    """Numbers (p, 2) of planes that are one surface under a pose: alike and overlapping."""
+    """Planes that are one surface under a pose: alike and overlapping.
+
+    Parameters
+    ----------
+    first, second : PlaneSet
+        Planes of the stations.
+    pose : Pose
+        First from second.
+    turn : float
+        Largest angle between normals [rad].
+    offset : float
+        Largest offset [m].
+
+    Returns
+    -------
+    array of int (p, 2)
+        Numbers of the planes.
+    """
     cosine = first.normal @ (second.normal @ pose.rotation.T).T
     i, j = np.nonzero(cosine > np.cos(turn))
     away = np.abs(offsets(first, second, i, j, pose))
@@ -453,7 +573,22 @@ def common_planes(
 
 
 def offsets(first: PlaneSet, second: PlaneSet, i: Index, j: Index, pose: Pose) -> Array:
-    """Offsets (p,) [m] of planes j over planes i at the centre of either, the smaller one."""
+    """Offsets of planes of the second station over those of the first, at the centre of either.
+
+    Parameters
+    ----------
+    first, second : PlaneSet
+        Planes of the stations.
+    i, j : array of int (p,)
+        Numbers of their planes.
+    pose : Pose
+        First from second.
+
+    Returns
+    -------
+    array (p,)
+        The smaller of both offsets [m].
+    """
     there = pose @ second.center[j]
     here = np.einsum("pi,pi->p", first.normal[i], there) - first.offset[i]
     normal = second.normal[j] @ pose.rotation.T
@@ -469,10 +604,30 @@ def information(
     pose: Pose,
     floor: tuple[float, float] = (0.0, 0.0),
 ) -> tuple[Array, Array]:
-    """Normal matrix (6, 6) and right side (6,) of a relative pose from common planes (p, 2).
+    """Normal equations of a relative pose from common planes.
 
-    Of the shift [m] and the left turn [rad] of the second station in the frame of the first, about
-    its origin. floor : sigmas [rad], [m] that no plane falls below.
+    Parameters
+    ----------
+    first, second : PlaneSet
+        Planes of the stations.
+    pairs : array of int (p, 2)
+        Numbers of the common planes.
+    pose : Pose
+        First from second.
+    floor : tuple of float
+        Sigmas [rad], [m] that no plane falls below.
+
+    Returns
+    -------
+    normal : array (6, 6)
+        Normal matrix.
+    right : array (6,)
+        Right side.
+
+    Notes
+    -----
+    The unknowns are the shift [m] and the left turn [rad] of the second station in the frame of the
+    first, about its origin.
     """
     i, j = pairs.T
     normal, anchor = first.normal[i], pose @ second.center[j]
@@ -502,8 +657,23 @@ def information(
 
 
 def _swung(planes: PlaneSet, numbers: Index, lever: Array) -> Array:
-    """What tilts add to the variance of offsets at levers (p, 3) from the centres [m^2], and the
-    squared levers along the planes [m^2] (p, 2).
+    """What tilts add to the variance of offsets, and the squared levers along the planes.
+
+    Parameters
+    ----------
+    planes : PlaneSet
+        Planes of a station.
+    numbers : array of int (p,)
+        Numbers of the planes.
+    lever : array (p, 3)
+        Levers from their centres [m].
+
+    Returns
+    -------
+    variance : array (p,)
+        Addition to the variance [m^2].
+    squared : array (p, 2)
+        Squared levers along the planes [m^2].
     """
     along = np.einsum("kia,ki->ka", plane_basis(planes.normal[numbers]), lever)
     c = planes.covariance[numbers]
@@ -533,14 +703,25 @@ def _fitted(first: PlaneSet, second: PlaneSet, pairs: Index, pose: Pose, levelle
 
 
 def _same(one: Pose, other: Pose) -> bool:
-    """Are two poses one?"""
+    """True if two poses are the same."""
     cosine = (np.trace(one.rotation.T @ other.rotation) - 1) / 2
     near = float(np.linalg.norm(one.translation - other.translation)) < GATES.same_m
     return near and bool(np.arccos(np.clip(cosine, -1, 1)) < GATES.same_rad)
 
 
 def decided(fits: Sequence[PlanePose]) -> tuple[PlanePose, ...]:
-    """The best of several poses and those that are nearly as good, by what contradicts them."""
+    """The best of several poses and those that are nearly as good.
+
+    Parameters
+    ----------
+    fits : sequence of PlanePose
+        Fitted poses.
+
+    Returns
+    -------
+    tuple of PlanePose
+        The pose that the views contradict least, and its rivals.
+    """
     if not fits:
         return ()
     most = max(f.seen.agree for f in fits)

@@ -1,8 +1,8 @@
 """Joins all stations by their planes, and explains those that are not joined.
 
-A pair that fits in several ways is not decided by itself; where one of its stations hangs with
-others, their views may leave one way only. What stays open is said in words, with what would close
-it.
+A pair that fits in several ways is not decided by itself; where one of its stations is joined with
+others, their views may leave one way only. What stays open is described in words, with what would
+decide it.
 """
 
 from __future__ import annotations
@@ -58,11 +58,18 @@ GATES = StationJoinGates()
 
 @dataclass(frozen=True, eq=False)
 class PlaneRegistration:
-    """Groups of stations that planes hold together, and what is to be said.
+    """Groups of stations that planes hold together.
 
-    groups : station to pose in the frame of the group, largest first; pairs : what was found for
-    every pair; sentences : joints that were not used; obstacles : why a station that is alone was
-    not joined.
+    Attributes
+    ----------
+    groups : tuple of mapping of str to Pose
+        Poses of the stations of each group in the frame of the group, largest first.
+    pairs : tuple of PairPoses
+        Possible poses of every pair.
+    sentences : tuple of str
+        Joints that were not used.
+    obstacles : mapping of str to str
+        Why a station that is alone was not joined.
     """
 
     groups: tuple[Mapping[str, Pose], ...]
@@ -77,11 +84,25 @@ def register_by_planes(
     further: Sequence[Joint] = (),
     known: Mapping[str, Pose] | None = None,
 ) -> PlaneRegistration:
-    """Relative poses of all stations from their planes.
+    """Find the relative poses of all stations from their planes.
 
-    further : joints from elsewhere, of clouds for instance. One that a pair has from its planes as
-    well confirms it; if the two contradict each other neither is used. known : poses from
-    elsewhere, of targets for instance: a joint that contradicts them needs a loop to be believed.
+    Parameters
+    ----------
+    stations : sequence of Surroundings
+        Planes and views of the stations.
+    progress : callable
+        Called with how many pairs are done and how many there are.
+    further : sequence of Joint
+        Joints from elsewhere, of clouds for instance. One that a pair has from its planes as well
+        confirms it; if the two contradict each other neither is used.
+    known : mapping of str to Pose or None
+        Poses from elsewhere, of targets for instance: a joint that contradicts them needs a loop to
+        be believed.
+
+    Returns
+    -------
+    PlaneRegistration
+        Groups of stations, and why others are not joined.
     """
     chosen = list(combinations(stations, 2))
     pairs: list[PairPoses] = []
@@ -245,7 +266,20 @@ def _ways(name: str, pair: PairPoses) -> str:
 
 
 def lacking_words(station: Surroundings, lacking: Array) -> str:
-    """Which directions the planes of a station leave open, and what would close them."""
+    """Describe the directions that the planes of a station leave open, and what would close them.
+
+    Parameters
+    ----------
+    station : Surroundings
+        Planes and views of the station.
+    lacking : array (f, 3)
+        The open directions in the frame of the station.
+
+    Returns
+    -------
+    str
+        Words for a sentence.
+    """
     count = len(station.planes)
     if count == 0:
         return "no plane was found in its scans; a target or an overlapping cloud would place it"

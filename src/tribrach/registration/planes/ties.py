@@ -52,10 +52,22 @@ GATES = PlaneTieGates()
 class PlaneTies:
     """Surfaces that several stations see.
 
-    station (n,) : names; number (n,) : of the plane at its station; surface (n,) : of the surface,
-    from 0; normal (s, 3), offset (s,) : of the surfaces in the frame of the poses, from the largest
-    patch; members (s,) : stations that see each; pairs : by two stations the numbers (p, 2) of
-    their common planes.
+    Attributes
+    ----------
+    station : tuple of str (n,)
+        Names of the stations of the patches.
+    number : array of int (n,)
+        Numbers of the patches among the planes of their station.
+    surface : array of int (n,)
+        Numbers of their surfaces, from 0.
+    normal : array (s, 3)
+        Normals of the surfaces in the frame of the poses, from the largest patch.
+    offset : array (s,)
+        Offsets of the surfaces in that frame [m].
+    members : array of int (s,)
+        How many stations see each surface.
+    pairs : mapping of tuple of str to array of int
+        By two stations, the numbers (p, 2) of their common planes.
     """
 
     station: tuple[str, ...]
@@ -73,10 +85,23 @@ def tie_planes(
     slack: float = 0.0,
     groups: Sequence[Collection[str]] | None = None,
 ) -> PlaneTies:
-    """Surfaces common to several stations.
+    """Find the surfaces that several stations have in common.
 
-    poses : world from scanner, of all stations that take part; slack [m] : what the poses may be
-    wrong by besides; groups : if given, stations are tied within these alone.
+    Parameters
+    ----------
+    stations : sequence of Surroundings
+        Planes and views of the stations.
+    poses : mapping of str to Pose
+        World from scanner, of all stations that take part.
+    slack : float
+        Further error that the poses may have [m].
+    groups : sequence of collection of str or None
+        If given, stations are tied within these groups alone.
+
+    Returns
+    -------
+    PlaneTies
+        The surfaces.
     """
     taking = [s for s in stations if s.name in poses and len(s.planes)]
     first = np.cumsum([0] + [len(s.planes) for s in taking])
@@ -108,10 +133,12 @@ def tie_planes(
 def _labels(
     stations: Sequence[Surroundings], owner: Index, place: Index, links: Index, away: Array
 ) -> tuple[Index, NDArray[np.bool_]]:
-    """Number of the surface of every patch, and links (m,) that were kept.
+    """Number of the surface of every patch, and mask (m,) of the links that were kept.
 
-    A surface that a station would see as two, a wall and what is let into it, was joined by a
-    mistake: of its patches there the one that fits worse is taken out.
+    Notes
+    -----
+    If a station would see one surface as two, a wall and what is let into it for instance, both
+    were joined by mistake: of its patches there the one that fits worse is taken out.
     """
     size = len(owner)
     good = np.ones(len(links), dtype=bool)

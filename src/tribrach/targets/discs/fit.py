@@ -148,9 +148,6 @@ class DiscGates:
 GATES = DiscGates()
 
 
-# Two questions to the range residuals of a print: is it flat, and how well is its distance known?
-
-
 def bend(place: Array, residual: Array, bright: Mask) -> tuple[float, float]:
     """Largest bend of a print over its radius, from a surface of second degree.
 
