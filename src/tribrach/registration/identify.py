@@ -107,7 +107,7 @@ class Unplaced:
 
 @dataclass(frozen=True, eq=False)
 class _Placed:
-    """A matching that places a unit; antennas : how many of them took part."""
+    """A matching that places a unit, with the number of antennas that took part."""
 
     matching: Matching
     antennas: int = 0
@@ -246,7 +246,7 @@ class _Search:
         return []
 
     def _place(self, unit: RigidUnit, least: int) -> bool:
-        """Place a unit by at least so many targets and antennas, or note why it is not."""
+        """Place a unit by a least number of targets and antennas, or note why it is not."""
         outcome = self._outcome(unit.sighting)
         if isinstance(outcome, Unplaced):
             self.unplaced[unit.name] = outcome
@@ -445,7 +445,12 @@ def _mirrored(sighting: Sighting, given: Pool) -> bool:
 def _final_names(
     sightings: Sequence[Sighting], search: _Search, pool: Pool
 ) -> dict[str, tuple[str, ...]]:
-    """Every detection to the nearest point within its gate, leftovers as ties; pool : as given."""
+    """Name every detection by the nearest point within its gate, leftovers as tie points.
+
+    Notes
+    -----
+    ``pool`` holds the points as given.
+    """
     for s in sightings:
         world = search.poses[s.station] @ s.centers
         pool.add(s.station, world, s.sigmas, s.kinds, search.drift[s.station])
@@ -521,11 +526,33 @@ class Pool:
         self._seen[station] = place
 
     def drift_of(self, numbers: Index) -> float:
-        """Drift of some points (k,), as the root of the mean square [m]."""
+        """Drift of some points together.
+
+        Parameters
+        ----------
+        numbers : array of int (k,)
+            Numbers of the points.
+
+        Returns
+        -------
+        float
+            Root mean square of their drifts [m].
+        """
         return float(np.sqrt((self._drift[numbers] ** 2).mean())) if len(numbers) else 0.0
 
     def seen_by(self, station: str) -> Index:
-        """Numbers of the points that a station saw."""
+        """Points that a station saw.
+
+        Parameters
+        ----------
+        station : str
+            Name of the station.
+
+        Returns
+        -------
+        array of int
+            Numbers of the points.
+        """
         return self._seen[station]
 
     @property
@@ -534,7 +561,18 @@ class Pool:
         return list(self._seen)
 
     def names_of(self, station: str) -> list[str]:
-        """Name of each target of a station, empty for those that nothing else saw."""
+        """Names of the targets of a station.
+
+        Parameters
+        ----------
+        station : str
+            Name of the station.
+
+        Returns
+        -------
+        list of str
+            Name of each target, empty for those that nothing else saw.
+        """
         used = np.bincount(np.concatenate(list(self._seen.values())), minlength=len(self.names))
         alone = (used < 2) & (np.arange(len(self.names)) >= self._given)
         return ["" if alone[j] else self._final(int(j), alone) for j in self._seen[station]]

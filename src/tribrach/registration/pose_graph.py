@@ -65,7 +65,18 @@ class Joint:
         return frozenset((self.first, self.second))
 
     def from_to(self, start: str) -> Pose:
-        """The pose ``start from other``."""
+        """The pose of one station in the other, ``start from other``.
+
+        Parameters
+        ----------
+        start : str
+            Name of the station in whose frame the pose is.
+
+        Returns
+        -------
+        Pose
+            The pose.
+        """
         return self.pose if start == self.first else self.pose.inverse
 
 

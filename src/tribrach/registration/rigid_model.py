@@ -49,7 +49,18 @@ class RigidModel:
     places: tuple[OuterPlace, ...]
 
     def pose(self, station: str) -> Pose:
-        """Pose of a station, world from scanner."""
+        """Pose of a station in the work frame.
+
+        Parameters
+        ----------
+        station : str
+            Name of the station.
+
+        Returns
+        -------
+        Pose
+            World from scanner.
+        """
         state, t = self.model.state, self.fit.transformation
         k = self.model.layout.index("pose", station)
         return Pose(t.rotation @ state.pose_r[k], t(state.pose_t[k][None])[0])

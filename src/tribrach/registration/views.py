@@ -94,7 +94,24 @@ class Surroundings:
 
     @classmethod
     def of(cls, name: str, planes: PlaneSet, view: StationView, levelled: bool) -> Surroundings:
-        """Planes and view of one station."""
+        """Planes and view of one station.
+
+        Parameters
+        ----------
+        name : str
+            Name of the station.
+        planes : PlaneSet
+            Its planes in the scanner frame.
+        view : StationView
+            What its scanner sees.
+        levelled : bool
+            True if the third axis is plumb.
+
+        Returns
+        -------
+        Surroundings
+            Both together, in the scanner frame.
+        """
         return cls(name, planes, ((Pose.identity(), view),), levelled)
 
 

@@ -92,7 +92,18 @@ class Detection:
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Self:
-        """Read a detection from its JSON form."""
+        """Read a detection from its JSON form.
+
+        Parameters
+        ----------
+        data : mapping of str to Any
+            As written by :meth:`to_dict`.
+
+        Returns
+        -------
+        Detection
+            The detection.
+        """
         arrays = {name: np.array(data[name], dtype=float) for name in ("center", "covariance")}
         unknown = {k: float("nan") for k in ("range", "incidence") if data[k] is None}
         return cls(**{**data, **arrays, **unknown, "sentences": tuple(data["sentences"])})
@@ -123,7 +134,18 @@ class Rejected:
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Self:
-        """Read a rejection from its JSON form."""
+        """Read a rejection from its JSON form.
+
+        Parameters
+        ----------
+        data : mapping of str to Any
+            As written by :meth:`to_dict`.
+
+        Returns
+        -------
+        Rejected
+            The rejection.
+        """
         return cls(data["kind"], np.array(data["center"], dtype=float), data["reason"])
 
 

@@ -105,7 +105,7 @@ class PlaneGates:
     fewest_parts: int = 8
     #: sigma of what no fit sees of a surface [m]: waves, paint, the scanner's zero error
     floor_m: float = 3e-4
-    #: points that the outline and the bow are told by, at most
+    #: largest number of points for the outline and the bow
     outline_points: int = 20_000
     #: cells that stand for the patch where it is compared with others, about; their least width [m]
     sample_cells: int = 400

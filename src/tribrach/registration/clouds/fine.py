@@ -86,7 +86,18 @@ class Indexed:
 
     @classmethod
     def of(cls, surfels: Surfels) -> Indexed:
-        """Build the tree of some surfels."""
+        """Build the tree of some surfels.
+
+        Parameters
+        ----------
+        surfels : Surfels
+            The surfels.
+
+        Returns
+        -------
+        Indexed
+            Surfels and tree.
+        """
         return cls(surfels, KDTree(np.ascontiguousarray(surfels.center), leafsize=16))
 
 
@@ -124,7 +135,18 @@ class Matches:
         return len(self.residual)
 
     def subset(self, chosen: NDArray[np.bool_]) -> Matches:
-        """Some of the matches, by a mask (n,)."""
+        """Some of the matches.
+
+        Parameters
+        ----------
+        chosen : array of bool (n,)
+            Mask of the matches.
+
+        Returns
+        -------
+        Matches
+            The chosen matches.
+        """
         columns = (self.first, self.second, self.forward, self.point, self.normal)
         return Matches(*(c[chosen] for c in (*columns, self.residual, self.sigma)))  # type: ignore[arg-type]
 

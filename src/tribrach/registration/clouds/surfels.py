@@ -98,7 +98,18 @@ class CubeSums:
         return np.asarray(((numbers & _MASK) - _HALF + 0.5) * self.size, dtype=np.float64)
 
     def subset(self, chosen: NDArray[np.bool_] | Index) -> CubeSums:
-        """Some of the cubes, by a mask (m,) or indices."""
+        """Some of the cubes.
+
+        Parameters
+        ----------
+        chosen : array of bool or int (m,)
+            Mask, or numbers of the cubes.
+
+        Returns
+        -------
+        CubeSums
+            The chosen cubes.
+        """
         return CubeSums(self.size, self.keys[chosen], self.moments[chosen])
 
 
@@ -336,7 +347,18 @@ class Surfels:
         )
 
     def subset(self, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> Surfels:
-        """Some of the surfels, by a mask (n,) or indices."""
+        """Some of the surfels.
+
+        Parameters
+        ----------
+        chosen : array of bool or int (n,)
+            Mask, or numbers of the surfels.
+
+        Returns
+        -------
+        Surfels
+            The chosen surfels.
+        """
         return Surfels(
             self.center[chosen],
             self.normal[chosen],

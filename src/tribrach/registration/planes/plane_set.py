@@ -78,7 +78,18 @@ class PlaneSet:
 
     @classmethod
     def of(cls, planes: Sequence[Plane]) -> PlaneSet:
-        """Planes of one scan, largest first."""
+        """Make the set of the planes of one scan.
+
+        Parameters
+        ----------
+        planes : sequence of Plane
+            The planes.
+
+        Returns
+        -------
+        PlaneSet
+            The set, largest first.
+        """
         kept = sorted(planes, key=lambda p: -p.area)
         normal = np.array([p.normal for p in kept]).reshape(-1, 3)
         tangents = np.array([p.tangents for p in kept]).reshape(-1, 2, 3)
@@ -95,12 +106,21 @@ class PlaneSet:
 
     @classmethod
     def joined(cls, sets: Sequence[PlaneSet]) -> PlaneSet:
-        """Join the planes of several scans of one station, largest first.
+        """Join the planes of several scans of one station.
+
+        Parameters
+        ----------
+        sets : sequence of PlaneSet
+            One set for each scan.
+
+        Returns
+        -------
+        PlaneSet
+            All planes, largest first; of planes that two scans share, the larger one stays.
 
         Notes
         -----
-        Of planes that two scans share, the larger one stays: what is wrong with a wall is common to
-        both scans, so it counts once.
+        What is wrong with a wall is common to all scans of it, so it counts once.
         """
         whole = cls(
             np.concatenate([np.zeros((0, 3)), *(s.normal for s in sets)]),
@@ -131,11 +151,33 @@ class PlaneSet:
         return tuple(KDTree(np.ascontiguousarray(sample)) for sample in self.samples)
 
     def largest(self, count: int) -> PlaneSet:
-        """The largest planes."""
+        """Keep the largest planes.
+
+        Parameters
+        ----------
+        count : int
+            Largest number of planes.
+
+        Returns
+        -------
+        PlaneSet
+            The planes.
+        """
         return self.chosen(range(min(count, len(self))))
 
     def chosen(self, numbers: Sequence[int]) -> PlaneSet:
-        """Some of the planes, in this order."""
+        """Some of the planes.
+
+        Parameters
+        ----------
+        numbers : sequence of int
+            Numbers of the planes.
+
+        Returns
+        -------
+        PlaneSet
+            The planes in this order.
+        """
         at = np.array(numbers, dtype=np.int64)
         return PlaneSet(
             self.normal[at],

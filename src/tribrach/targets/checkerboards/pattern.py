@@ -55,7 +55,7 @@ class PatternGates:
     guess_fewest: int = 12
     #: what lies within this share of half the side is the board: a little inside of its rim
     inside_halves: float = 0.94
-    #: the blur is foretold to this, sigma of its logarithm
+    #: the blur is predicted to this, sigma of its logarithm
     blur_log_sigma: float = 0.5
     #: residuals of light beyond this many sigmas take no part ...
     trim_sigmas: float = 3.5

@@ -45,7 +45,7 @@ class SaddleGates:
     least_circle_px: float = 1.3
     #: nearer pixels are not looked at: the housing of the scanner and its legs
     nearest_m: float = 0.3
-    #: the slope of the surface is told over this part of the side
+    #: the slope of the surface is taken over this part of the side
     slope_sides: float = 0.5
     #: least strength of the second harmonic over the amplitude; 2/pi for an ideal board
     least_strength: float = 0.30
@@ -55,7 +55,7 @@ class SaddleGates:
     second_stride_sides: float = 0.11
     #: least half swing of light over its mean along both circles ...
     least_change: float = 0.08
-    #: ... and in a few places of the inner one: most of a scan is told from a board by these
+    #: ... and in a few places of the inner one: these exclude most of a scan
     plain_change: float = 0.05
     #: mean distance of a circle from the surface, over the side: print is flat
     surface_tolerance_sides: float = 0.25

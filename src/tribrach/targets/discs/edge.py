@@ -85,9 +85,9 @@ class CircleEdgeGates:
     plain_blurs: float = 3.0
     plain_pitches: float = 0.5
     plain_radii: float = 0.3
-    #: multiples of the foretold jitter that are tried
+    #: multiples of the predicted jitter that are tried
     jitter_multiples: tuple[float, ...] = tuple(np.exp(np.linspace(-3.0, 1.0, 13)).tolist())
-    #: how well the jitter is foretold, sigma of its logarithm
+    #: how well the jitter is predicted, sigma of its logarithm
     jitter_log_sigma: float = 0.7
     #: points tell of the jitter where it moves their light by this share of the noise or more
     jitter_telling_noise: float = 0.3
@@ -108,7 +108,7 @@ class CircleEdgeGates:
     radius_sigmas: tuple[float, ...] = tuple((np.sqrt(1.5) * np.array([-1.0, 0.0, 1.0])).tolist())
     #: what the unknown profile of the beam moves the edge by, alike all around, over the blur
     profile_blurs: float = 0.1
-    #: a blur foretold no better (sigma of its logarithm) is a guess: the fitted one is better
+    #: a blur predicted no better (sigma of its logarithm) is a guess: the fitted one is better
     guessed_blur_log_sigma: float = 0.9
     #: points that tell where the edge is, about; more say no more and take time
     telling_points: int = 600
@@ -453,7 +453,7 @@ def posterior(flat: Array, light: Array, fit: EdgeFit, shape: DiscShape) -> tupl
         np.maximum(GATES.first_reach_sigmas * spread, GATES.first_reach_pitches * shape.pitch),
         GATES.first_reach_radii * shape.radius,
     )
-    # a blur that is hardly foretold is the one that was found; it holds the jitter of places too
+    # a blur that is hardly predicted is the one that was found; it holds the jitter of places too
     blur = (
         shape.blur if shape.blur_share < GATES.guessed_blur_log_sigma else float(np.exp(fit.p[4]))
     )

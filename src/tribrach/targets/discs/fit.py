@@ -68,7 +68,7 @@ class DiscGates:
     brushing_footprints: float = 0.6
     #: largest bend of the print over its radius, or in sigmas (``radius_sigmas``)
     bend_radii: float = 0.02
-    #: the bend is told by what lies within this many radii
+    #: the bend is estimated from points within this many radii
     bend_reach_radii: float = 1.3
     #: fewer points tell no bend
     bend_points: int = 12
@@ -77,7 +77,7 @@ class DiscGates:
     usual_angle_rad: float = 2e-5
     #: blur of the edge where the beam is unknown, over the distance of points
     unknown_blur_pitches: float = 0.3
-    #: how well the blur is foretold with a known beam and without, sigma of its logarithm
+    #: how well the blur is predicted with a known beam and without, sigma of its logarithm
     blur_log_sigma: float = 0.5
     unknown_blur_log_sigma: float = 1.0
     #: sigma of the normal beam that blurs an edge as a footprint does, over its diameter
@@ -118,7 +118,7 @@ class DiscGates:
     #: radius and roundness are right within this share of the radius, or within so many sigmas
     radius_share: float = 0.05
     radius_sigmas: float = 4.0
-    #: a radius that is told no better than this share of itself is no evidence
+    #: a radius known no better than this share of itself is no evidence
     vague_radius_share: float = 0.25
     #: refusals are texture and not listed: low contrast and less explained than this ...
     texture_explained_share: float = 0.3
@@ -132,7 +132,7 @@ class DiscGates:
     trim_sigmas: float = 3.5
     #: rounds of trimming at most
     trim_rounds: int = 6
-    #: a foretold sigma of ranges counts as much as so many points
+    #: a predicted sigma of ranges counts as much as so many points
     foretold_points: int = 6
     #: least sigma of a range [m]
     least_sigma_m: float = 1e-6
@@ -244,7 +244,7 @@ def distance(
 
 
 def _sigmas(left: Array, bright: Mask, use: Mask, sigma: float, *, robust: bool) -> Array:
-    """Sigma (n,) [m] of each point: that of its colour, held by what is foretold."""
+    """Sigma (n,) of each point [m]: that of its colour, held near the predicted one."""
     out = np.empty(len(left))
     for colour in (False, True):
         own = bright == colour
@@ -519,7 +519,7 @@ class _Patch:
         return solved
 
     def judged(self, free: EdgeFit, floor: float) -> DiscFit | Refused:
-        """The fit, if it passes every test; ``free`` : with a free radius."""
+        """The fit if it passes every test; ``free`` is the edge with a free radius."""
         flat, light = self.flat[self.on], self.light[self.on]
         reason = self._doubt(flat, light, free)
         if reason is not None:

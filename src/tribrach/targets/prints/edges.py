@@ -49,7 +49,7 @@ class EdgePosteriorGates:
     plain_sigmas: float = 3.0
     #: share of points that obey nothing of this (dirt, damaged print)
     astray_share: float = 0.01
-    #: how well the blur is foretold, sigma of its logarithm
+    #: how well the blur is predicted, sigma of its logarithm
     blur_log_sigma: float = 0.3
     #: blurs that are tried, in these sigmas
     blur_sigmas: tuple[float, ...] = (-1.2, 0.0, 1.2)
@@ -68,7 +68,7 @@ _ASTRAY_SHARE = GATES.astray_share
 Kinds = NDArray[np.int8]
 
 
-#: multiples of the foretold blur that are tried
+#: multiples of the predicted blur that are tried
 BLURS = np.exp(GATES.blur_log_sigma * np.array(GATES.blur_sigmas))
 
 

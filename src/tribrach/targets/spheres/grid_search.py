@@ -81,7 +81,7 @@ class SphereGates:
     most_radius_share: float = 0.1
     most_form_share: float = 0.05
     most_rms_share: float = 0.1
-    #: directions of form that are weaker than this share of the strongest are not told
+    #: directions of form that are weaker than this share of the strongest are left out
     form_singular_share: float = 1e-3
     #: things of another size that are listed at most, those most like a sphere first
     most_listed: int = 50
