@@ -670,10 +670,8 @@ def _swung(planes: PlaneSet, numbers: Index, lever: Array) -> Array:
 
     Returns
     -------
-    variance : array (p,)
-        Addition to the variance [m^2].
-    squared : array (p, 2)
-        Squared levers along the planes [m^2].
+    array (p, 2)
+        Addition to the variance and squared lever of each plane [m^2].
     """
     along = np.einsum("kia,ki->ka", plane_basis(planes.normal[numbers]), lever)
     c = planes.covariance[numbers]

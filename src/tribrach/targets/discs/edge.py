@@ -388,8 +388,8 @@ def departure(flat: Array, light: Array, fit: EdgeFit, shape: DiscShape) -> tupl
     Returns
     -------
     departure : float
-        Amplitude, of the waves with two to four periods around the edge the one that exceeds its
-        sigma by most [m].
+        Amplitude of a wave around the edge: of those with two to four periods, the one that exceeds
+        three times its sigma by most [m].
     sigma : float
         Its sigma [m].
     """
