@@ -208,7 +208,7 @@ def doubt(
 
 
 def _goes_on(a: Array, b: Array, light: Array) -> bool:
-    """True if the board has larger quadrants, or tiles of their size lie on two or more of its sides.
+    """True if the quadrants are larger, or tiles of their size lie on two sides or more.
 
     Parameters
     ----------
