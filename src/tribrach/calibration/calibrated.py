@@ -63,7 +63,7 @@ def unknown_name(parameter: str, owner: str) -> str:
     return f"{parameter}({owner})"
 
 
-def scanned_stations(survey: Survey) -> set[str]:
+def scanned_stations(survey: Survey) -> list[str]:
     """Find the scanner stations from which a survey has readings of targets.
 
     Parameters
@@ -73,14 +73,14 @@ def scanned_stations(survey: Survey) -> set[str]:
 
     Returns
     -------
-    set of str
-        Their names.
+    list of str
+        Their names, in the order of the readings.
     """
-    out: set[str] = set()
+    out: dict[str, None] = {}
     for table in survey.tables():
         if _scanned(table):
-            out |= table.names("pose")
-    return out
+            out.update(dict.fromkeys(table.names("pose")))
+    return list(out)
 
 
 def _scanned(table: ObservationTable) -> bool:

@@ -8,7 +8,7 @@ not given coordinates become free points whose start values are found from the o
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, KeysView, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, fields, replace
 from typing import Any
 
@@ -63,13 +63,14 @@ class ObservationTable:
     n: int
     hard: bool = False
 
-    def names(self, family: str) -> set[str]:
-        """Names of unknowns that the table refers to as this family."""
-        out: set[str] = set()
+    def names(self, family: str) -> KeysView[str]:
+        """Names of unknowns that the table refers to as this family, in its order."""
+        out: dict[str, None] = {}
         for reference in self.kind.references():
             if reference.family == family and reference.name in self.columns:
-                out |= {str(name) for name in np.ravel(self.columns[reference.name]) if name}
-        return out
+                column = np.ravel(self.columns[reference.name])
+                out.update(dict.fromkeys(str(name) for name in column if name))
+        return out.keys()
 
     def active(self) -> ObservationTable:
         """Without check values and what is switched off."""
