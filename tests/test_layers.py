@@ -1,6 +1,7 @@
 """Each layer of the house imports only from those below it, and every module has its layer."""
 
 import ast
+import re
 import runpy
 import subprocess
 import sys
@@ -61,3 +62,10 @@ def test_picture_of_the_house_is_current() -> None:
     assert (ROOT / "docs" / "pictures" / "house.svg").read_text(encoding="utf-8") == drawn, (
         "run python docs/house_picture.py"
     )
+
+
+def test_places_that_the_architecture_names_exist() -> None:
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    for name in re.findall(r"`((?:\w+/)+\w*(?:\.py)?)`", page):
+        bases = (ROOT / "src" / "tribrach", ROOT)
+        assert any((base / name).exists() for base in bases), name

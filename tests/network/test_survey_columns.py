@@ -2,9 +2,12 @@
 
 from typing import Any
 
+import numpy as np
 import pytest
 
 from tribrach.errors import InputError
+from tribrach.geometry.rotation import exp
+from tribrach.network.adjustment import adjust
 from tribrach.network.survey import Survey
 from tribrach.observations.levelling import HeightDifferences
 from tribrach.observations.sights import Directions, Distances, SlopeDistances
@@ -64,3 +67,54 @@ def test_a_required_unknown_that_is_no_end() -> None:
         Survey().add(Directions, values=[1.0], sigma=1e-5, start=["A"], end=["B"])
     with pytest.raises(InputError, match="height difference has no column 'site'"):
         Survey().add(HeightDifferences, values=[1.0], sigma=1e-3, start=["A"], end=["B"], site=None)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"source": ["f:1"]}, "has 1 sources for 2 values"),
+        ({"use": [2]}, "the column 'use' of distance has 1 entries for 2 values"),
+        ({"sigma": [0.001] * 3}, "has 3 sigmas for 2 values"),
+        ({"sigma": "2mm"}, "the sigmas of distance are not all numbers"),
+        ({"sigma": None}, "neither sigma nor covariance"),
+        ({"values": ["a", "b"]}, "the values of distance are not all numbers"),
+        ({"sigma": None, "covariance": [[1e-6]] * 3}, "covariances of the shape"),
+    ],
+)
+def test_columns_of_another_length_or_kind(wrong: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError) as raised:
+        Survey().add(Distances, **LINE | wrong, start=["A", "B"], end=["B", "C"])
+    assert words in raised.value.what
+
+
+def test_one_source_holds_for_all() -> None:
+    survey = Survey()
+    survey.add(Distances, **LINE | {"source": "book"}, start=["A", "B"], end=["B", "C"])
+    assert survey.network().observations[0].source.tolist() == ["book", "book"]
+
+
+def test_a_check_point_moves_nothing() -> None:
+    """Its coordinates are held out and compared, whatever sigma they have."""
+    survey = Survey()
+    survey.point("A", (0, 0, 0), free=(False,) * 3, role="control")
+    survey.point("B", (10.03, 0, 0), free=(True, False, False), role="check",
+                 covariance=np.eye(3) * 1e-6)  # fmt: skip
+    survey.add(Distances, values=[10.0], sigma=0.001, start=["A"], end=["B"])
+    adjustment = adjust(survey.network())
+    assert adjustment.points["B"].xyz[0] == pytest.approx(10.0, abs=1e-9)
+    assert adjustment.points["B"].role == "check"
+    with pytest.raises(InputError, match="no role of a point contrl; did you mean control"):
+        survey.point("C", role="contrl")
+    with pytest.raises(InputError, match="has the shape"):
+        survey.point("D", (0, 0, 0), covariance=[1e-6] * 3)
+
+
+def test_the_rotation_of_a_station_is_one() -> None:
+    survey, turn = Survey(), exp(np.array([0.1, -0.2, 2.0]))
+    survey.station("S1", rotation=np.round(turn, 4))
+    rotation = survey.stations["S1"].rotation
+    assert rotation @ rotation.T == pytest.approx(np.eye(3), abs=1e-14)
+    assert rotation == pytest.approx(turn, abs=1e-4)
+    for name, wrong in (("S2", 2 * turn), ("S3", turn * [1, 1, -1]), ("S4", np.eye(2))):
+        with pytest.raises(InputError, match=f"rotation of station {name} is none"):
+            survey.station(name, rotation=wrong)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tribrach._types import Array
-from tribrach.errors import InputError
+from tribrach.errors import InputError, UnknownName
 from tribrach.geodesy.site import FlatSite, Site
 from tribrach.network.facts import Fact, Reference
 from tribrach.network.network import Constraint, Datum, JointCovariance, Network
@@ -37,6 +37,12 @@ HIGHEST = 1e4
 
 #: fields of every kind that are given otherwise than as columns
 _NO_COLUMNS = frozenset({"values", "covariance", "source", "group", "site"})
+
+
+#: what coordinates of points are for
+ROLES = ("control", "fixed", "check", "free", "approximate")
+#: how far entries of a given rotation may be off by rounding
+_ROUNDING = 2e-3
 
 
 @dataclass
@@ -211,6 +217,16 @@ def check_columns(
             raise InputError(
                 f"a {kind.facts.title} needs the column {name!r}", record=first, cure=listed
             )
+    names_of = {reference.name for reference in kind.references()}
+    for name, column in columns.items():
+        whole = name in names_of or "shared" in known[name].metadata
+        if not whole and np.ndim(column) and len(column) != n:
+            raise InputError(
+                f"the column {name!r} of {kind.facts.title} has {len(column)} entries for "
+                f"{n} values",
+                record=first,
+                cure="give one for each, or a single one for all",
+            )
     for reference in kind.references():
         column = columns.get(reference.name)
         if column is None:
@@ -234,6 +250,28 @@ def check_columns(
                     record=source[k * n // names.size] or f"observation {k * n // names.size + 1}",
                     cure=f"name a {reference.family}",
                 )
+
+
+def _numbers(given: Any, what: str) -> Array:
+    """Given figures as an array; refused where one of them is no number."""
+    try:
+        return np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(
+            f"{what} are not all numbers", cure="give metres and radians, without units"
+        ) from None
+
+
+def _origins(source: str | Sequence[str] | None, n: int, kind: type[Observations]) -> list[str]:
+    """Sources (n,) of observations; one is taken for all."""
+    if source is None or isinstance(source, str):
+        return [source or ""] * n
+    origins = list(source)
+    if len(origins) != n:
+        raise InputError(
+            f"{kind.kind} has {len(origins)} sources for {n} values", cure="give one for each"
+        )
+    return origins
 
 
 def as_column(part: Any, n: int) -> NDArray[Any]:
@@ -333,6 +371,22 @@ def _indices(layout: Layout, family: Family, names: NDArray[Any]) -> NDArray[np.
     return np.array(index, dtype=np.int64).reshape(names.shape)
 
 
+def _rotation(matrix: Array, name: str, source: str) -> Array:
+    """The rotation nearest to a matrix; refused where that is another one than was meant."""
+    if matrix.shape == (3, 3):
+        u, _, vt = np.linalg.svd(matrix)
+        nearest: Array = u @ vt
+        off = np.abs(nearest - matrix).max()
+        if np.linalg.det(matrix) > 0 and off < _ROUNDING:
+            return matrix if off < 1e-12 else nearest
+    raise InputError(
+        f"the rotation of station {name} is none: its columns are not three unit vectors at right"
+        " angles of a right-handed frame",
+        record=source or None,
+        cure="give the matrix (3, 3) that turns scanner coordinates into the world",
+    )
+
+
 @dataclass
 class GivenPoint:
     """A point with what is known of it beforehand.
@@ -394,6 +448,7 @@ def control_observations(points: Mapping[str, GivenPoint], layout: Layout) -> li
             covariance=np.array([p.covariance for _, p in control]),
             position=np.array([layout.index("point", n) for n, _ in control]),
             source=np.array([p.source for _, p in control], dtype=object),
+            use=np.array([Use.CHECK if p.role == "check" else Use.ACTIVE for _, p in control]),
             group="control",
         )
     ]
@@ -448,10 +503,29 @@ class Survey:
     ) -> None:
         """Add a point; a second definition of the same name is an error.
 
+        Parameters
+        ----------
+        name : str
+            Unique among points and stations.
+        xyz : array_like (3,)
+            E, N, U [m]; NaN where the observations are to tell.
+        free : array_like of bool (3,)
+            False for components that are held or not used.
+        role : {"control", "fixed", "check", "free", "approximate"}
+            What the coordinates are for. With a covariance those of a check point are held out of
+            the adjustment and compared with it; others are weighted control.
+        covariance : array_like (3, 3), optional
+            Of the given coordinates [m^2].
+        datum : array_like of bool (3,), optional
+            Components that carry inner constraints.
+        source : str
+            ``file:line``.
+
         Raises
         ------
         InputError
-            Duplicate name, impossible coordinates, covariance not positive definite.
+            Duplicate name, unknown role, impossible coordinates, covariance of another shape or
+            not positive definite.
         """
         if name in self.points or name in self.stations:
             other = (self.points.get(name) or self.stations[name]).source
@@ -460,6 +534,8 @@ class Survey:
                 record=source or None,
                 cure="keep one definition",
             )
+        if role not in ROLES:
+            raise UnknownName("role of a point", role, ROLES)
         coordinates = np.asarray(xyz, dtype=float)
         if (np.abs(coordinates) >= LARGEST).any():
             raise InputError(
@@ -469,6 +545,12 @@ class Survey:
             )
         matrix = None if covariance is None else np.asarray(covariance, dtype=float)
         if matrix is not None:
+            if matrix.shape != (3, 3):
+                raise InputError(
+                    f"the covariance of point {name} has the shape {matrix.shape}",
+                    record=source or None,
+                    cure="give a matrix (3, 3) in square metres",
+                )
             check_covariance(matrix[None], [source], f"point {name}")
         mask = None if datum is None else np.asarray(datum, dtype=bool)
         self.points[name] = GivenPoint(
@@ -498,6 +580,8 @@ class Survey:
                 cure="keep one definition",
             )
         matrix = np.full((3, 3), np.nan) if rotation is None else np.asarray(rotation, dtype=float)
+        if rotation is not None and not np.isnan(matrix).any():
+            matrix = _rotation(matrix, name, source)
         self.stations[name] = GivenStation(
             np.asarray(translation, dtype=float), matrix, np.asarray(free, dtype=bool), source
         )
@@ -509,7 +593,7 @@ class Survey:
         values: ArrayLike,
         sigma: ArrayLike | None = None,
         covariance: ArrayLike | None = None,
-        source: Sequence[str] | None = None,
+        source: str | Sequence[str] | None = None,
         group: str = "",
         hard: bool = False,
         **columns: Any,
@@ -526,8 +610,8 @@ class Survey:
             Standard deviations; not needed with ``hard``.
         covariance : array (n, rows, rows), optional
             In place of sigma.
-        source : sequence of str (n,), optional
-            ``file:line`` of each.
+        source : str or sequence of str (n,), optional
+            ``file:line`` of each, or one for all.
         group : str, optional
             Name of the variance component; that of the kind if not given.
         hard : bool
@@ -549,20 +633,36 @@ class Survey:
             covariance that is not positive definite.
         """
         rows = len(kind.units)
-        measured = np.asarray(values, dtype=float).reshape(-1, rows)
+        measured = _numbers(values, f"the values of {kind.kind}").reshape(-1, rows)
         n = len(measured)
-        origin = list(source) if source is not None else [""] * n
+        origin = _origins(source, n, kind)
         check_columns(kind, columns, n, origin)
         check_values(measured, origin, kind.kind)
         if covariance is None:
-            sigmas = (
-                np.ones((n, rows)) if sigma is None and hard else np.asarray(sigma, dtype=float)
-            )
-            sigmas = np.broadcast_to(sigmas.reshape(-1, rows) if sigmas.ndim else sigmas, (n, rows))
+            if sigma is None and not hard:
+                raise InputError(
+                    f"the observations of {kind.kind} have neither sigma nor covariance",
+                    record=next((name for name in origin if name), None),
+                    cure="give one of them",
+                )
+            sigmas = _numbers(1.0 if sigma is None else sigma, f"the sigmas of {kind.kind}")
+            sigmas = sigmas.reshape(-1, rows) if sigmas.ndim else sigmas
+            if sigmas.ndim and len(sigmas) not in (1, n):
+                raise InputError(
+                    f"{kind.kind} has {len(sigmas)} sigmas for {n} values",
+                    cure="give one for all, or one for each",
+                )
+            sigmas = np.broadcast_to(sigmas, (n, rows))
             check_sigmas(sigmas, origin, kind.kind)
             matrices = covariance_from_sigma(sigmas)
         else:
-            matrices = np.array(covariance, dtype=float).reshape(-1, rows, rows)
+            matrices = _numbers(covariance, f"the covariances of {kind.kind}")
+            if matrices.size != n * rows * rows:
+                raise InputError(
+                    f"{kind.kind} has covariances of the shape {matrices.shape}",
+                    cure=f"give them as {(n, rows, rows)}",
+                )
+            matrices = matrices.reshape(-1, rows, rows).copy()
             check_covariance(matrices, origin, kind.kind)
         whole = {item.name for item in fields(kind) if "shared" in item.metadata}
         table = {
