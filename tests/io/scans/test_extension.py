@@ -1,4 +1,4 @@
-"""The format that docs/extending.md adds is read, with nothing but what the page shows."""
+"""Formats are added as docs/extending.md says: its own example, and one of text."""
 
 import re
 from pathlib import Path
@@ -47,3 +47,56 @@ def test_points_of_a_kitti_scan(tmp_path: Path) -> None:
 def test_a_cut_kitti_scan_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="ends within a point"):
         read_scans(written(tmp_path, "000000.bin", bytes(np.ones(9, "<f4").tobytes())))
+
+
+#: a reader of lines of horizontal angle [deg], zenith angle [deg] and range [m]
+POLAR = """
+import numpy as np
+
+from tribrach.io.scans.columns import arranged
+from tribrach.io.scans.origin import scan_name
+from tribrach.io.scans.text import Lines, opened
+from tribrach.io.scans.text_scan import TextScan
+
+NAMES = ("x", "y", "z")
+
+
+class PolarScan(TextScan):
+    def _numbers(self, lines, block, columns):
+        angle, zenith, length = super()._numbers(lines, block, columns)
+        angle, zenith = np.radians(angle), np.radians(zenith)
+        flat = length * np.sin(zenith)
+        return [flat * np.cos(angle), flat * np.sin(angle), length * np.cos(zenith)]
+
+
+def read(path):
+    with opened(path) as file:
+        records, _ = Lines(file, path).survey()
+    types = dict.fromkeys(NAMES, "float64")
+    columns = arranged(types, {name: np.zeros(1) for name in NAMES}, path)
+    return (
+        PolarScan(
+            name=scan_name(path), path=path, records=records, origin="stated", types=types,
+            columns=columns,
+        ),
+    )
+"""
+
+
+@pytest.fixture
+def polar(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The package of readers with one of text and its line."""
+    folder = tmp_path / "readers"
+    folder.mkdir()
+    (folder / "polar.py").write_text(POLAR)
+    monkeypatch.setattr(tribrach.io.scans, "__path__", [*tribrach.io.scans.__path__, str(folder)])
+    monkeypatch.setitem(READERS, ".pol", "polar")
+
+
+@pytest.mark.usefixtures("polar")
+def test_lines_of_a_new_format_are_not_taken_for_coordinates(tmp_path: Path) -> None:
+    text = "0 90 2\n90 90 3\n0 0 4\n"
+    (scan,) = read_scans(written(tmp_path, "a.pol", text))
+    assert np.allclose(whole(scan).xyz, [[2, 0, 0], [0, 3, 0], [0, 0, 4]], atol=1e-12)
+    (plain,) = read_scans(written(tmp_path, "a.xyz", text))
+    assert np.array_equal(whole(plain).xyz, [[0, 90, 2], [90, 90, 3], [0, 0, 4]])

@@ -1,5 +1,7 @@
 """Chooses the reader for a file of scans: by how the file begins, else by its suffix.
 
+Formats that their suffix alone tells, such as one of text without a header, go by the suffix.
+
 Readers are modules in this package with a function ``read``, loaded for the first file of theirs.
 """
 
@@ -41,6 +43,8 @@ _MAGIC: tuple[tuple[re.Pattern[bytes], str], ...] = (
 #: readers of lines of numbers, also compressed ones
 _OF_LINES = ("ptx", "pts", "xyz")
 _PACKED = (".gz", ".xz", ".bz2")
+#: readers whose suffix says less than how a file begins
+_BY_CONTENT = frozenset((*_OF_LINES, *(reader for _, reader in _MAGIC)))
 
 
 def read_scans(path: Path) -> tuple[Scan, ...]:
@@ -77,7 +81,7 @@ def _module(reader: str) -> Any:
 
 
 def _reader(path: Path, start: bytes) -> str:
-    """The reader for the first bytes of a file, or for its suffix if they do not tell."""
+    """The reader for the first bytes of a file, or for its suffix where they do not tell."""
     for magic, reader in _MAGIC:
         if magic.match(start):
             return reader
@@ -85,6 +89,8 @@ def _reader(path: Path, start: bytes) -> str:
     while suffixes and suffixes[-1] in _PACKED:
         suffixes.pop()
     named = READERS.get(suffixes[-1]) if suffixes else None
+    if named is not None and named not in _BY_CONTENT:
+        return named
     if _is_text(start):
         shaped = _shape(path)
         if shaped is not None or named in _OF_LINES:
