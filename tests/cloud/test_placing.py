@@ -16,6 +16,7 @@ from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.geodesy.site import FlatSite
 from tribrach.geodesy.work_frame import WorkFrame
 from tribrach.geometry.pose import Pose
+from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.network.adjustment import adjust
 from tribrach.network.results import StationResult
 
@@ -93,3 +94,19 @@ def test_arrays_of_another_shape_are_refused() -> None:
         tb.place([1.0, 2.0, 3.0], station)
     with pytest.raises(InputError, match="one cosine for each point"):
         tb.place([[1.0, 2.0, 3.0]], station, NOISE, [0.5, 0.5])
+
+
+@pytest.mark.parametrize("cosine", [0.0, -0.5, 1.01, np.nan])
+def test_cosines_of_no_incidence_are_refused(cosine: float) -> None:
+    station = StationResult("S", np.eye(4), np.eye(6), "a priori")
+    with pytest.raises(InputError, match=r"1 of 2 cosines are not in \(0, 1\], the first is"):
+        tb.place([[1.0, 2.0, 3.0]] * 2, station, NOISE, [1.0, cosine])
+
+
+@pytest.mark.parametrize("place", range(6))
+@pytest.mark.parametrize("figure", [-1e-9, np.nan, np.inf])
+def test_noise_that_is_none_is_refused(place: int, figure: float) -> None:
+    figures = NOISE.parameters
+    figures[place] = figure
+    with pytest.raises(InputError, match="give zero or a positive number"):
+        ScanNoise(*figures)

@@ -17,6 +17,8 @@ __all__ = ["place"]
 
 #: where the elements xx, yy, zz, xy, xz, yz stand in a matrix (3, 3)
 _ELEMENTS = np.array([[0, 3, 4], [3, 1, 5], [4, 5, 2]])
+#: what unit vectors in single precision exceed one by
+_ROUNDING = 1e-6
 _NO_NOISE = ScanNoise(0.0, 0.0, 0.0, 0.0)
 
 
@@ -49,7 +51,7 @@ def place(
     Raises
     ------
     InputError
-        Points that are not (n, 3), or cosines that are not (n,).
+        Points that are not (n, 3), or cosines that are not (n,) or outside (0, 1].
 
     Notes
     -----
@@ -69,13 +71,25 @@ def place(
     local = np.ascontiguousarray(points, dtype=float)
     if local.ndim != 2 or local.shape[1] != 3:
         raise InputError(f"points have the shape {local.shape}", cure="give an array (n, 3)")
-    angles = None if cosine is None else np.ascontiguousarray(cosine, dtype=float)
-    if angles is not None and angles.shape != (len(local),):
-        raise InputError(
-            f"{len(local)} points have cosines of the shape {angles.shape}",
-            cure="give one cosine for each point",
-        )
+    angles = None if cosine is None else _cosines(cosine, len(local))
     pose = Pose(station.rotation, station.xyz)
     placement = Placement(station.name, pose, station.covariance, noise or _NO_NOISE)
     elements = covariances(local, placement, angles)
     return local @ pose.rotation.T + pose.translation, elements[:, _ELEMENTS]
+
+
+def _cosines(given: ArrayLike, count: int) -> Array:
+    """Cosines (n,) of incidence angles, one for each point."""
+    cosines = np.ascontiguousarray(given, dtype=float)
+    if cosines.shape != (count,):
+        raise InputError(
+            f"{count} points have cosines of the shape {cosines.shape}",
+            cure="give one cosine for each point",
+        )
+    wrong = cosines[~((cosines > 0) & (cosines <= 1 + _ROUNDING))]
+    if len(wrong):
+        raise InputError(
+            f"{len(wrong)} of {count} cosines are not in (0, 1], the first is {wrong[0]:g}",
+            cure="give the cosine of the angle between beam and surface normal, without its sign",
+        )
+    return cosines

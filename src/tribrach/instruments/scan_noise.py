@@ -9,11 +9,12 @@ Gordon 2004). Metres and radians.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.errors import InputError
 
 __all__ = ["ScanNoise"]
 
@@ -32,6 +33,11 @@ class ScanNoise:
         Diameter of the beam where it leaves the scanner [m].
     beam_divergence
         Full angle of the beam [rad]; with both at zero the footprint is left out.
+
+    Raises
+    ------
+    InputError
+        A figure is negative or no number.
     """
 
     range: float
@@ -40,6 +46,16 @@ class ScanNoise:
     vertical: float
     beam_exit: float = 0.0
     beam_divergence: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse what is no standard deviation and no diameter."""
+        for item in fields(self):
+            figure = getattr(self, item.name)
+            if not 0 <= figure < np.inf:
+                raise InputError(
+                    f"the noise of scanned points has {item.name} = {figure:g}",
+                    cure="give zero or a positive number of metres or radians",
+                )
 
     def beam_diameter(self, length: Array) -> Array:
         """Diameter (n,) [m] of the beam at ranges (n,) [m]."""
