@@ -1,10 +1,12 @@
 """Datum: inner constraints, S-transformation and hard constraints against dense algebra."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from tests.network.networks import scanner_network, trilateration
-from tribrach.errors import InputError, RankDefect
+from tribrach.errors import InputError, RankDefect, UnknownName
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.defects import datum_mask
 from tribrach.network.network import Datum
@@ -184,3 +186,15 @@ def test_unknowns_that_cannot_be_separated_are_named() -> None:
     assert any("point Q" in s and "net.csv:5" in s for s in said)
     assert any("zero of the EDM" in s and "points P" in s for s in said)
     assert len(said) == 3
+
+
+@pytest.mark.parametrize("kind", ["Free", "fre"])
+def test_an_unknown_kind_of_datum_is_refused(kind: Any) -> None:
+    with pytest.raises(UnknownName, match=f"no kind of datum {kind}; did you mean free"):
+        Datum(kind)
+
+
+def test_a_text_is_not_taken_for_several_datum_points() -> None:
+    names: Any = "AB"
+    with pytest.raises(InputError, match=r"give a tuple of names, \('AB',\)"):
+        Datum("free", names)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -71,6 +71,9 @@ def axes_sentence(used: NDArray[np.bool_]) -> str | None:
     return "Heights are not observed: the network is adjusted in plan."
 
 
+DatumKind = Literal["control", "free", "fixed"]
+
+
 @dataclass(frozen=True)
 class Datum:
     """What fixes the frame.
@@ -86,11 +89,26 @@ class Datum:
     components
         Optional mask (n_columns,) of the full tangent vector that carries the inner
         constraints, for networks whose points are datum points in some coordinates only.
+
+    Raises
+    ------
+    InputError
+        No such kind, or one text in place of the names.
     """
 
-    kind: Literal["control", "free", "fixed"] = "control"
+    kind: DatumKind = "control"
     names: tuple[str, ...] = ()
     components: NDArray[np.bool_] | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse other kinds, and names that would be read letter by letter."""
+        if self.kind not in get_args(DatumKind):
+            raise UnknownName("kind of datum", str(self.kind), get_args(DatumKind))
+        if isinstance(self.names, str):
+            raise InputError(
+                f"the names of the datum are the text {self.names!r}",
+                cure=f"give a tuple of names, ({self.names!r},)",
+            )
 
 
 @dataclass(frozen=True)
