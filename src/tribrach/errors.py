@@ -17,6 +17,7 @@ from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 __all__ = [
     "AdjustmentError",
@@ -35,6 +36,11 @@ _LOOKED_THROUGH = 5000
 
 class TribrachError(Exception):
     """Root of every exception that Tribrach raises on purpose."""
+
+
+def _unpickled(kind: type[TribrachError], args: tuple[object, ...]) -> TribrachError:
+    """An exception with its finished text; the attributes follow."""
+    return kind.__new__(kind, *args)
 
 
 class InputError(TribrachError):
@@ -71,6 +77,10 @@ class InputError(TribrachError):
             place += f" ({record})" if place else record
         text = f"{place}: {what}" if place else what
         super().__init__(f"{text}; {cure}." if cure else f"{text}.")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # by default the finished text would be taken for ``what`` and end with two stops
+        return _unpickled, (type(self), self.args), self.__dict__
 
 
 class UnknownName(InputError, KeyError):

@@ -1,6 +1,8 @@
 """Results by name say what the arrays of the solver say; edits give a new network."""
 
+import copy
 import json
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +10,7 @@ import pytest
 
 import tribrach as tb
 from tests.network.networks import scanner_network, trilateration
-from tribrach.errors import InputError, UnknownName
+from tribrach.errors import InputError, RankDefect, TribrachError, UnknownName
 from tribrach.job.opened import Job
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.ellipsoids import confidence_factor, plan_ellipses
@@ -280,3 +282,51 @@ def test_survey_files_are_read_from_one_path_or_several(tmp_path: Path) -> None:
         tb.read([])
     with pytest.raises(UnknownName, match="did you mean gama"):
         tb.read(sights, format="gamma")
+
+
+@pytest.mark.parametrize("confidence", [0.0, 1.0, 95.0, -0.5, float("nan")])
+def test_a_confidence_that_is_no_probability_is_refused(
+    stations: Adjustment, confidence: float
+) -> None:
+    with pytest.raises(InputError, match="not between 0 and 1; give a probability"):
+        stations.results(confidence=confidence)
+
+
+def test_an_adjustment_is_pickled_after_its_results_were_read(stations: Adjustment) -> None:
+    stations.summary()
+    for again in (pickle.loads(pickle.dumps(stations)), copy.deepcopy(stations)):
+        assert again.summary() == stations.summary()
+        assert np.array_equal(again.points["T1"].covariance, stations.points["T1"].covariance)
+        assert np.array_equal(again.covariance("S1", "T1"), stations.covariance("S1", "T1"))
+    posterior = stations.results(posterior=True, confidence=0.99)
+    assert posterior.points
+    again = pickle.loads(pickle.dumps(posterior))
+    assert again.points["T1"].ellipse == posterior.points["T1"].ellipse
+    assert set(vars(pickle.loads(pickle.dumps(posterior)))) == {
+        "adjustment",
+        "posterior",
+        "confidence",
+    }
+
+
+def test_names_and_rows_are_pickled_with_their_results(stations: Adjustment) -> None:
+    points = pickle.loads(pickle.dumps(stations.points))
+    assert (repr(points), list(points)) == (repr(stations.points), list(stations.points))
+    assert repr(points["T1"]) == repr(stations.points["T1"])
+    with pytest.raises(UnknownName, match="there is no point T99"):
+        points["T99"]
+    rows = pickle.loads(pickle.dumps(stations.observations))
+    assert [str(row) for row in rows] == [str(row) for row in stations.observations]
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        UnknownName("point", "A10", ["A1", "B"]),
+        InputError("wrong", file=Path("a.csv"), line=3, cure="correct it"),
+        RankDefect("no datum", ["nothing fixes A"]),
+    ],
+)
+def test_errors_are_pickled_with_their_words(error: TribrachError) -> None:
+    again = pickle.loads(pickle.dumps(error))
+    assert (type(again), str(again), vars(again)) == (type(error), str(error), vars(error))

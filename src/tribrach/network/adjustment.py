@@ -140,6 +140,11 @@ class Adjustment(SolvedSystem):
             Scale covariances by ``v^T P v / r``; without redundancy they stay a priori.
         confidence : float
             Probability that ellipses and ellipsoids hold.
+
+        Raises
+        ------
+        InputError
+            The confidence is not between 0 and 1.
         """
         return Results(self, posterior=posterior, confidence=confidence)
 

@@ -8,7 +8,7 @@ whole network, :attr:`Results.datum`.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar
@@ -82,6 +82,11 @@ class Names(Mapping[str, Result], Generic[Result]):
 
     def __len__(self) -> int:
         return len(self._index)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # a copy holds the results themselves, not the function that makes them
+        results = tuple(self.values())
+        return Names, (self._noun, tuple(self._index), results.__getitem__, self._context)
 
     def __repr__(self) -> str:
         names = list(self._index)
@@ -229,11 +234,28 @@ class Results:
         Scale covariances of unknowns by ``v^T P v / r``; without redundancy they stay a priori.
     confidence : float
         Probability that ellipses and ellipsoids hold.
+
+    Raises
+    ------
+    InputError
+        The confidence is not between 0 and 1.
     """
 
     adjustment: SolvedSystem = field(repr=False)
     posterior: bool = False
     confidence: float = 0.95
+
+    def __post_init__(self) -> None:
+        """Refuse what is no probability."""
+        if not 0 < self.confidence < 1:
+            raise InputError(
+                f"the confidence is {self.confidence:g}, which is not between 0 and 1",
+                cure="give a probability such as 0.95",
+            )
+
+    def __getstate__(self) -> dict[str, Any]:
+        """The fields; what was computed from them is computed again from a copy."""
+        return {item.name: getattr(self, item.name) for item in fields(self)}
 
     @property
     def scale(self) -> Scale:
