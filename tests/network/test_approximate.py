@@ -22,7 +22,7 @@ from tribrach.network.adjustment import adjust
 from tribrach.network.network import Datum
 from tribrach.network.start.start_values import find_start
 from tribrach.network.survey import Survey
-from tribrach.observations.control import VectorPriors
+from tribrach.observations.control import DirectedComponents, Heights, VectorPriors
 from tribrach.observations.gnss import Antennas, GnssBaselines
 from tribrach.observations.levelling import HeightDifferences
 from tribrach.observations.planes import FittedPlanes
@@ -452,7 +452,32 @@ class TestMissingTies:
         survey = truth.survey("A", "B", "C")
         total_station(survey, truth, "A", ["B", "C"])
         survey.point("Z")
-        assert "point Z is observed by nothing" in self.sentences(survey)
+        assert "point Z is observed by nothing; a distance" in self.sentences(survey)
+
+    def test_observed_by_what_gives_no_start_values(self, truth: Truth) -> None:
+        survey = truth.survey("A", "B", "C")
+        total_station(survey, truth, "A", ["B", "C"])
+        for name in "YZ":
+            survey.point(name)
+        survey.add(
+            DirectedComponents,
+            values=[1.0, 2.0, 3.0, 4.0],
+            sigma=0.01,
+            position=["Y", "Z", "Z", "A"],
+            direction=np.array([[0.6, 0.8, 0.0], [0.6, 0.8, 0.0], [0.8, -0.6, 0.0], [0.6, 0.8, 0]]),
+        )
+        text = self.sentences(survey)
+        assert "point Y is observed by nothing that gives start values: one component;" in text
+        assert "point Z is observed by nothing that gives start values: 2 components;" in text
+
+    def test_observed_in_height_alone(self, truth: Truth) -> None:
+        survey = truth.survey("A", "B", "C")
+        total_station(survey, truth, "A", ["B", "C"])
+        survey.point("Z")
+        survey.add(Heights, values=[3.0], sigma=0.01, position=["Z"])
+        assert "point Z is observed by nothing that gives start values in plan: one" in (
+            self.sentences(survey)
+        )
 
 
 @pytest.mark.data

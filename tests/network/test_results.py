@@ -222,6 +222,19 @@ def test_a_summary_names_datum_sigmas_tests_and_points(tmp_path: Path) -> None:
     assert str(adjustment) == text
 
 
+def test_coordinates_that_a_network_does_not_have_are_dashes(tmp_path: Path) -> None:
+    adjustment = tb.adjust(project(tmp_path / "all", SIGHTS).network())
+    e, n, u = adjustment.points["P"].xyz
+    assert np.isnan(u)
+    (line,) = (s for s in adjustment.summary().splitlines() if s.startswith("  P "))
+    cells = line.split()
+    assert cells[:4] == ["P", f"{e:.4f}", f"{n:.4f}", "-"]
+    assert cells[6:] == ["-", "free"]
+    html = adjustment._repr_html_()
+    assert f"<td>{n:.4f}</td><td>-</td>" in html
+    assert "nan" not in adjustment.summary() + html
+
+
 def test_one_line_says_what_there_is(tmp_path: Path) -> None:
     network = project(tmp_path / "all", SIGHTS).network()
     adjustment = tb.adjust(network)

@@ -44,6 +44,21 @@ def levelling(**options: object) -> Report:
     return build(adjustment, assess(adjustment), date="2026-01-01", **options)  # type: ignore[arg-type]
 
 
+def levelled_without_residuals(readings: int) -> Adjustment:
+    """B read from A so many times with a rise of exactly zero: every residual is zero."""
+    survey = Survey()
+    survey.point("A", (np.nan, np.nan, 0.0), free=(False, False, False))
+    survey.point("B", free=(False, False, True))
+    survey.add(
+        HeightDifferences,
+        values=[0.0] * readings,
+        sigma=1e-3,
+        start=["A"] * readings,
+        end=["B"] * readings,
+    )
+    return adjust(survey.network())
+
+
 def mean_of_two() -> Report:
     """P given twice as weighted control (1 mm, 3 mm apart in E) and once as a check point.
 

@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, norm
 
-from tests.report.cases import levelling, mean_of_two, scanner, scanner_content
+from tests.report.cases import (
+    levelled_without_residuals,
+    levelling,
+    mean_of_two,
+    scanner,
+    scanner_content,
+)
 from tribrach.network.adjustment import adjust
 from tribrach.network.blunders.snooping import snoop
 from tribrach.network.network import Datum
@@ -14,6 +20,7 @@ from tribrach.observations.base import Use
 from tribrach.report.build import build
 from tribrach.report.chapters import SUBJECTS
 from tribrach.report.chapters.stations import attitude
+from tribrach.report.json_result import result
 from tribrach.report.warnings import Severity, warned
 
 
@@ -50,6 +57,24 @@ def test_sigma_and_interval_of_a_levelled_height() -> None:
     assert b.xyz[:2] == (None, None)
     assert b.ellipse is None
     assert b.ellipsoid is None
+
+
+@pytest.mark.parametrize(("readings", "reason"), [(1, "no redundancy"), (3, "are zero")])
+def test_posterior_without_residuals_stays_a_priori_and_says_so(readings: int, reason: str) -> None:
+    adjustment = levelled_without_residuals(readings)
+    assert (adjustment.dof, adjustment.vtpv) == (readings - 1, 0.0)
+    assert adjustment.variance_factor(posterior=True) == 1.0
+    assert adjustment.scale(posterior=True) == "a priori"
+    assert adjustment.results(posterior=True).scale == "a priori"
+    content = build(adjustment, assess(adjustment), date="2026-01-01", posterior=True)
+    assert (content.scaled, content.origin, content.variance_factor) == (False, "a priori", 1.0)
+    assert "are a priori" in content.sigma_origin
+    assert reason in content.sigma_origin
+    assert result(content).sigma0.covariances == "prior"
+    b = content.points[1]
+    assert b.sigma[2] == pytest.approx(1e-3 / np.sqrt(readings))
+    # the factor of the normal distribution, not of Student's with this redundancy
+    assert b.height_interval == pytest.approx(norm.ppf(0.975) * b.sigma[2])
 
 
 def test_posterior_scales_sigmas_by_sigma0_and_says_so() -> None:

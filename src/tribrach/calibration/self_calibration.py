@@ -371,7 +371,7 @@ def _analysed(
     log: SnoopingLog | None,
 ) -> SelfCalibration:
     """All figures of an adjusted calibration."""
-    posterior = options.posterior and adjustment.dof > 0
+    posterior = adjustment.scaled(posterior=options.posterior)
     factor = adjustment.variance_factor(posterior=posterior)
     before = _without_parameters(adjustment, names, options)
     own = {name.split("(")[0] for name in names}

@@ -110,7 +110,7 @@ def block_test(adjustment: Adjustment, names: Sequence[str], *, posterior: bool)
 def _block(form: float, freedom: int, adjustment: Adjustment, posterior: bool) -> BlockTest:
     """A quadratic form of a-priori weights as a test."""
     dof = adjustment.dof
-    if posterior and dof > 0:
+    if adjustment.scaled(posterior=posterior):
         statistic = form / freedom / adjustment.posterior_factor
         return BlockTest(freedom, dof, statistic, float(f.sf(statistic, freedom, dof)), True)
     return BlockTest(freedom, dof, form / freedom, float(chi2.sf(form, freedom)), False)
@@ -212,7 +212,7 @@ def station_test(
         return None
     form = float(((left[:, good].T @ adjustment.whitened_residuals) ** 2).sum())
     freedom = int(good.sum())
-    if not posterior or adjustment.dof <= freedom:
+    if not adjustment.scaled(posterior=posterior) or adjustment.dof <= freedom:
         return _block(form, freedom, adjustment, False)
     remaining = (adjustment.vtpv - form) / (adjustment.dof - freedom)
     statistic = form / freedom / remaining

@@ -137,7 +137,8 @@ class Adjustment(SolvedSystem):
         Parameters
         ----------
         posterior : bool
-            Scale covariances by ``v^T P v / r``; without redundancy they stay a priori.
+            Scale covariances by ``v^T P v / r``; without redundancy, or with residuals that
+            are all zero, they stay a priori.
         confidence : float
             Probability that ellipses and ellipsoids hold.
 

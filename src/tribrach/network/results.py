@@ -27,7 +27,7 @@ from tribrach.network.ellipsoids import (
 from tribrach.network.observation_rows import ObservationRows, html_table, observation_rows
 from tribrach.network.quality import Quality, assess, global_test
 from tribrach.network.roles import Role, datum_sentence, point_roles, scalar_roles, used_axes
-from tribrach.network.solved import SolvedSystem
+from tribrach.network.solved import Scale, SolvedSystem
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -39,13 +39,10 @@ __all__ = [
     "PointResult",
     "Results",
     "ScalarResult",
-    "Scale",
     "StationResult",
     "TableName",
 ]
 
-#: what covariances are scaled by
-Scale = Literal["a priori", "a posteriori"]
 TableName = Literal["observations", "points", "stations"]
 FrameLibrary = Literal["polars", "pandas"]
 PlotName = Literal["plan", "residuals"]
@@ -231,7 +228,8 @@ class Results:
     adjustment : SolvedSystem
         The adjusted network.
     posterior : bool
-        Scale covariances of unknowns by ``v^T P v / r``; without redundancy they stay a priori.
+        Scale covariances of unknowns by ``v^T P v / r``; without redundancy, or with residuals
+        that are all zero, they stay a priori.
     confidence : float
         Probability that ellipses and ellipsoids hold.
 
@@ -260,7 +258,13 @@ class Results:
     @property
     def scale(self) -> Scale:
         """Whether covariances of unknowns are a priori or a posteriori."""
-        return "a posteriori" if self.posterior and self.adjustment.dof > 0 else "a priori"
+        return self.adjustment.scale(posterior=self.posterior)
+
+    @property
+    def _confidence_dof(self) -> int | None:
+        """The redundancy that confidence regions are taken with; None a priori."""
+        solved = self.adjustment
+        return solved.dof if solved.scaled(posterior=self.posterior) else None
 
     @cached_property
     def datum(self) -> str:
@@ -283,7 +287,7 @@ class Results:
         covariances, roles = self._covariances("point"), point_roles(self.adjustment)
         names = self.adjustment.layout.names["point"]
         xyz = np.where(used_axes(self.adjustment), self.adjustment.state.points, np.nan)
-        dof = self.adjustment.dof if self.scale == "a posteriori" else None
+        dof = self._confidence_dof
 
         def point(k: int) -> PointResult:
             name = names[k]
@@ -480,7 +484,7 @@ class Results:
         covariances = np.concatenate(
             [self._covariances("point"), self._covariances("pose")[:, :3, :3]]
         )
-        dof = self.adjustment.dof if self.scale == "a posteriori" else None
+        dof = self._confidence_dof
         ellipses = plan_ellipses(covariances, confidence_factor(2, self.confidence, dof))
         size = float(np.ptp(positions, axis=0).max()) if len(positions) else 1.0
         largest = float(ellipses.major.max(initial=0.0))
@@ -559,10 +563,15 @@ class Results:
         caption = (
             f"{repr(self)[1:-1]}; {test}. {self.datum} Sigmas {self.scale}, "
             f"sigma0 {self.adjustment.sigma0:g} a priori, "
-            f"{self.adjustment.sigma0_posterior:.3f} a posteriori."
+            f"{_number(self.adjustment.sigma0_posterior, 3)} a posteriori."
         )
         rows = [
-            [p.name, p.role, *(f"{x:.4f}" for x in p.xyz), *(f"{1000 * s:.2f}" for s in p.sigma)]
+            [
+                p.name,
+                p.role,
+                *(_number(x, 4) for x in p.xyz),
+                *(_number(1000 * s, 2) for s in p.sigma),
+            ]
             for p in self._some(self.points)
         ]
         head = ["point", "role", "E [m]", "N [m]", "U [m]", "σE [mm]", "σN [mm]", "σU [mm]"]
@@ -576,8 +585,13 @@ def _plain(column: Any) -> list[Any]:
     return list(column.tolist() if isinstance(column, np.ndarray) else column)
 
 
+def _number(value: float, digits: int) -> str:
+    """A number with its digits, ``-`` if it does not exist."""
+    return "-" if np.isnan(value) else f"{value:.{digits}f}"
+
+
 def _triple(values: Array, digits: int) -> str:
-    return " ".join("-" if np.isnan(value) else f"{value:.{digits}f}" for value in values)
+    return " ".join(_number(value, digits) for value in values)
 
 
 def _table(rows: Sequence[tuple[str, Array, Array, str]]) -> list[str]:
@@ -585,8 +599,8 @@ def _table(rows: Sequence[tuple[str, Array, Array, str]]) -> list[str]:
     width = max(len(name) for name, *_ in rows)
     return [
         f"  {name:{width}}"
-        + "".join(f"{value:14.4f}" for value in xyz)
-        + "".join(f"{value:9.2f}" for value in sigma)
+        + "".join(f"{_number(value, 4):>14}" for value in xyz)
+        + "".join(f"{_number(value, 2):>9}" for value in sigma)
         + (f"  {role}" if role else "")
         for name, xyz, sigma, role in rows
     ]

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 import scipy.sparse as sp
@@ -18,7 +19,10 @@ from tribrach.network.datum import Cofactor, OpenMotions
 from tribrach.network.network import Network
 from tribrach.observations.unknowns import FAMILIES, WIDTH, Layout, State
 
-__all__ = ["SolvedSystem"]
+__all__ = ["Scale", "SolvedSystem"]
+
+#: what covariances are scaled by
+Scale = Literal["a priori", "a posteriori"]
 
 
 @dataclass(frozen=True)
@@ -26,7 +30,7 @@ class SolvedSystem:
     """An adjusted network: estimates, residuals, and covariances on request.
 
     Covariances are a priori: those given with the observations taken as they are.
-    ``variance_factor`` says what scales them.
+    ``variance_factor`` says what scales them, ``scaled`` and ``scale`` whether it does.
 
     Attributes
     ----------
@@ -119,6 +123,26 @@ class SolvedSystem:
         """``v^T P v / r``, which scales covariances from a priori to a posteriori; NaN if r = 0."""
         return self.vtpv / self.dof if self.dof > 0 else float("nan")
 
+    def scaled(self, *, posterior: bool) -> bool:
+        """Tell whether covariances of unknowns are a posteriori.
+
+        Parameters
+        ----------
+        posterior
+            Are covariances wanted a posteriori?
+
+        Returns
+        -------
+        bool
+            False if that is not wanted, without redundancy, or with residuals that are all zero,
+            from which no sigma0 can be estimated.
+        """
+        return posterior and self.posterior_factor > 0
+
+    def scale(self, *, posterior: bool) -> Scale:
+        """``scaled`` in words."""
+        return "a posteriori" if self.scaled(posterior=posterior) else "a priori"
+
     def variance_factor(self, *, posterior: bool) -> float:
         """Return what multiplies a-priori covariances of unknowns.
 
@@ -130,11 +154,9 @@ class SolvedSystem:
         Returns
         -------
         float
-            ``v^T P v / r`` if that is wanted and the residuals tell it; 1 if it is not wanted,
-            without redundancy, or with residuals that are all zero.
+            ``v^T P v / r`` if covariances are ``scaled``, else 1.
         """
-        factor = self.posterior_factor
-        return factor if posterior and factor > 0 else 1.0
+        return self.posterior_factor if self.scaled(posterior=posterior) else 1.0
 
     @cached_property
     def whitener(self) -> sp.csr_array:

@@ -410,7 +410,7 @@ class Head:
     @property
     def scaled(self) -> bool:
         """True if covariances of unknowns are a posteriori."""
-        return self.settings.posterior and self.summary.dof > 0
+        return self.adjustment.scaled(posterior=self.settings.posterior)
 
     @property
     def variance_factor(self) -> float:
@@ -420,7 +420,7 @@ class Head:
     @property
     def origin(self) -> str:
         """Where sigmas of unknowns come from, in two words."""
-        return "a posteriori" if self.scaled else "a priori"
+        return self.adjustment.scale(posterior=self.settings.posterior)
 
     @property
     def percent(self) -> str:

@@ -81,13 +81,12 @@ def dumps(content: Report) -> str:
 def _sigma0(content: Report) -> dict[str, Any]:
     """Sigma of unit weight, redundancy, global test, and what covariances are scaled by."""
     summary, test = content.summary, content.summary.test
-    posterior = content.settings.posterior and summary.dof > 0
     return {
         "prior": summary.sigma0,
         "posterior": summary.sigma0_posterior,
         "dof": summary.dof,
         "vtpv": summary.vtpv,
-        "covariances": "posterior" if posterior else "prior",
+        "covariances": "posterior" if content.scaled else "prior",
         "iterations": summary.iterations,
         "global_test": {
             "statistic": test.statistic,

@@ -21,7 +21,7 @@ __all__ = ["datum_statement", "sigma_origin", "summary"]
 
 def sigma_origin(adjustment: Adjustment, posterior: bool) -> str:
     """Where the standard deviations come from, one sentence."""
-    if posterior and adjustment.dof > 0:
+    if adjustment.scaled(posterior=posterior):
         scale = float(np.sqrt(adjustment.posterior_factor))
         return (
             "Standard deviations and covariances of unknowns are a posteriori: those of the "
@@ -29,9 +29,11 @@ def sigma_origin(adjustment: Adjustment, posterior: bool) -> str:
             f"(redundancy {adjustment.dof})."
         )
     words = "Standard deviations and covariances are a priori: the observations' own, unscaled."
-    if posterior:
-        return f"{words} There is no redundancy to estimate sigma0 from."
-    return words
+    if not posterior:
+        return words
+    if adjustment.dof > 0:
+        return f"{words} All residuals are zero: there is no sigma0 to estimate from them."
+    return f"{words} There is no redundancy to estimate sigma0 from."
 
 
 def datum_statement(adjustment: Adjustment) -> DatumStatement:

@@ -12,8 +12,10 @@ from scipy.sparse.csgraph import connected_components
 from tribrach._types import Index
 from tribrach.errors import InputError
 from tribrach.geometry.alignment import kabsch
+from tribrach.network.network import Network
 from tribrach.network.start.frame import Frame
 from tribrach.network.start.space import placed_poses
+from tribrach.observations.base import Use
 from tribrach.observations.ties import TieTable
 from tribrach.observations.unknowns import Layout, State
 
@@ -31,11 +33,13 @@ _CURES = {
 }
 
 
-def missing_ties(f: Frame, state: State) -> list[str]:
+def missing_ties(network: Network, f: Frame, state: State) -> list[str]:
     """Describe each place or part of the network that could not be placed.
 
     Parameters
     ----------
+    network
+        Whose start values are sought.
     f
         The work frame as far as it grew.
     state
@@ -61,7 +65,7 @@ def missing_ties(f: Frame, state: State) -> list[str]:
         if len(members) > 3:
             sentences.append(_part(members, layout, tables, known))
         else:
-            sentences += [_place(f, int(m), layout, tables, known) for m in members]
+            sentences += [_place(network, f, int(m), tables, known) for m in members]
     for family, name in state.missing():
         if family in ("plane", "scalar") and not sentences:
             sentences.append(f"{name} is tied to no placed station")
@@ -144,13 +148,14 @@ def _part(
 
 
 def _place(
+    network: Network,
     f: Frame,
     node: int,
-    layout: Layout,
     tables: Sequence[tuple[str, Index, Index]],
     known: NDArray[np.bool_],
 ) -> str:
     """A single place: what observes it, and what would place it."""
+    layout = network.start.layout
     noun = _noun(layout, node)
     if node >= layout.count("point"):
         sentence = _scanner(f, node, noun, known)
@@ -165,8 +170,35 @@ def _place(
     what = "the height of " + noun if plan else noun
     cure = _CURES["height" if plan else "plan"]
     if not phrases:
-        return f"{noun} is observed by nothing; {cure}"
+        return f"{noun} is observed by nothing{_of_no_use(network, f, node)}; {cure}"
     return f"{what} is observed only by {' and '.join(phrases)}; {cure}"
+
+
+def _of_no_use(network: Network, f: Frame, node: int) -> str:
+    """What observes a place without a tie to it: `` that gives start values: 6 components``."""
+    counts: dict[str, int] = {}
+    shift = {"point": 0, "position": 0, "pose": f.ties.n_points}
+    for o in [*network.observations, *(x.observations for x in network.constraints)]:
+        refers = np.zeros(len(o), dtype=bool)
+        for reference in o.references():
+            if reference.family in shift:
+                index = getattr(o, reference.name)
+                refers |= (index >= 0) & (index + shift[reference.family] == node)
+        count = int((refers & (o.use == Use.ACTIVE)).sum())
+        if count:
+            counts[o.facts.title] = counts.get(o.facts.title, 0) + count
+    if not counts:
+        return ""
+    if f.known[node]:
+        part = " of its rotation"
+    else:
+        part = " of its height" if f.known_plan[node] else " in plan" if f.known_up[node] else ""
+    return f" that gives start values{part}: {' and '.join(map(_count, counts, counts.values()))}"
+
+
+def _count(title: str, number: int) -> str:
+    """``one direction`` or ``3 directions``."""
+    return f"one {title}" if number == 1 else f"{number} {title.removesuffix('s')}s"
 
 
 def _scanner(f: Frame, node: int, noun: str, known: NDArray[np.bool_]) -> str:
@@ -203,7 +235,6 @@ def _phrase(layout: Layout, name: str, start: Index, end: Index, node: int) -> s
     others = [int(i) for i in np.unique(start[end == node])]
     onwards = [int(i) for i in np.unique(end[start == node])]
     total = int((end == node).sum() + (start == node).sum())
-    count = f"one {name}" if total == 1 else f"{total} {name}s"
 
     def names(nodes: list[int]) -> str:
         shown = [layout.position_name(i) for i in nodes[:3]]
@@ -211,4 +242,4 @@ def _phrase(layout: Layout, name: str, start: Index, end: Index, node: int) -> s
 
     parts = [f"from {names(others)}"] if others else []
     parts += [f"to {names(onwards)}"] if onwards else []
-    return f"{count} {' and '.join(parts)}"
+    return f"{_count(name, total)} {' and '.join(parts)}"

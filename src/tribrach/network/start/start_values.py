@@ -58,7 +58,7 @@ def find_start(network: Network) -> State:
     join_parts(frame)
     state = _state(frame, start)
     if state.missing():
-        sentences = missing_ties(frame, state)
+        sentences = missing_ties(network, frame, state)
         raise NoStartValues("no start values can be found for all unknowns", sentences)
     return _settled(network, frame, start, state)
 

@@ -41,9 +41,9 @@ class Uncertainty:
     def __init__(
         self, covariances: Array, adjustment: Adjustment, settings: ReportSettings
     ) -> None:
-        posterior = settings.posterior and adjustment.dof > 0
+        scaled = adjustment.scaled(posterior=settings.posterior)
         self._factor = [
-            confidence_factor(k, settings.confidence, adjustment.dof if posterior else None)
+            confidence_factor(k, settings.confidence, adjustment.dof if scaled else None)
             for k in (1, 2, 3)
         ]
         self._free = np.einsum("nii->ni", covariances) > 0
