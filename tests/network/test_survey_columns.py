@@ -116,5 +116,5 @@ def test_the_rotation_of_a_station_is_one() -> None:
     assert rotation @ rotation.T == pytest.approx(np.eye(3), abs=1e-14)
     assert rotation == pytest.approx(turn, abs=1e-4)
     for name, wrong in (("S2", 2 * turn), ("S3", turn * [1, 1, -1]), ("S4", np.eye(2))):
-        with pytest.raises(InputError, match=f"rotation of station {name} is none"):
+        with pytest.raises(InputError, match=f"matrix given for station {name} is not a rotation"):
             survey.station(name, rotation=wrong)

@@ -380,8 +380,8 @@ def _rotation(matrix: Array, name: str, source: str) -> Array:
         if np.linalg.det(matrix) > 0 and off < _ROUNDING:
             return matrix if off < 1e-12 else nearest
     raise InputError(
-        f"the rotation of station {name} is none: its columns are not three unit vectors at right"
-        " angles of a right-handed frame",
+        f"the matrix given for station {name} is not a rotation: its columns are not unit vectors"
+        " at right angles, or they are left-handed",
         record=source or None,
         cure="give the matrix (3, 3) that turns scanner coordinates into the world",
     )
@@ -566,12 +566,27 @@ class Survey:
         free: ArrayLike = (True, True, True, True, True, True),
         source: str = "",
     ) -> None:
-        """Add a scanner station; translation [m], rotation (3, 3) world from scanner.
+        """Add a scanner station.
+
+        Parameters
+        ----------
+        name : str
+            Unique among points and stations.
+        translation : array_like (3,)
+            Place of the scanner in the work frame, E, N, U [m]; NaN where the observations are
+            to tell.
+        rotation : array_like (3, 3), optional
+            World from scanner. One that is off by rounding, up to 0.002 in an entry, is replaced
+            by the nearest rotation.
+        free : array_like of bool (6,)
+            False for parts that are held: translation, then left rotation increments.
+        source : str
+            ``file:line``.
 
         Raises
         ------
         InputError
-            A second definition of the same name.
+            A second definition of the same name, or a matrix that is not a rotation.
         """
         if name in self.points or name in self.stations:
             raise InputError(
