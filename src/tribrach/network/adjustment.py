@@ -36,6 +36,7 @@ from tribrach.network.results import (
     TableName,
 )
 from tribrach.network.solved import SolvedSystem
+from tribrach.network.start.one_place import without_dummies
 from tribrach.network.start.start_values import find_start
 from tribrach.observations.unknowns import State
 
@@ -229,6 +230,7 @@ def adjust(network: Network, *, options: Options | None = None) -> Adjustment:
         The iteration did not reach a minimum.
     """
     options = options or Options()
+    network = without_dummies(network)
     network = network.with_start(find_start(network))
     assembly = Assembly(network)
     datum = defects.datum_mask(network, assembly.free_columns)

@@ -28,6 +28,7 @@ from tribrach.io.totalstation.records import RawFile
 from tribrach.network.facts import Fact, facts_of
 from tribrach.network.identity import names_apart
 from tribrach.network.network import Datum
+from tribrach.network.start.one_place import dummy_places, dummy_words
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Observations, Use
 from tribrach.observations.sights import Directions, SlopeDistances, ZenithAngles
@@ -426,6 +427,10 @@ def _coordinates(survey: Survey, files: Sequence[RawFile], held: bool) -> None:
             better = name not in chosen or given or not chosen[name][1]
             if name in used and better and np.isfinite(xyz).all():
                 chosen[name] = (xyz, bool(given), raw.source(int(line)))
+    places = {name: xyz for name, (xyz, _, _) in chosen.items()}
+    if dummies := dummy_places(survey.network(), places) if len(places) > 1 else []:
+        survey.warnings.append(dummy_words(dummies))
+        chosen = {n: c for n, c in chosen.items() if not any(n in group for group in dummies)}
     fixed = tuple(name for name, (_, given, _) in chosen.items() if given)
     hold = held and len(fixed) >= 2
     # one place alone would keep the start values from a frame of their own
