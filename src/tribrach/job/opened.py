@@ -32,6 +32,7 @@ from tribrach.job.lever_arms import (
     known_lever_arm,
 )
 from tribrach.job.plumb_line import PlumbLine, plumb_columns, plumb_line
+from tribrach.job.shared_heights import add_shared_heights
 from tribrach.job.survey_files import ReadFiles, read_survey_files
 from tribrach.job.whose_instrument import Instruments, Keys
 from tribrach.network.facts import Reference
@@ -220,6 +221,7 @@ class Job:
             more = further.copy()
             self.calibrations.apply(more, more.stations)
             survey.merge(more)
+        add_shared_heights(project, survey, whole=further is not None or not project.scans)
         self._add_scale_bars(survey)
         add_known_setups(self.instruments, survey)
         whole = further is not None or not project.scans

@@ -23,6 +23,7 @@ from tribrach.network.assembly import Assembly
 from tribrach.network.datum import GENERATORS, OpenMotions, generators, pins_of
 from tribrach.network.linear import SparseFactor
 from tribrach.network.network import Network
+from tribrach.observations.sights import HEIGHT_UNKNOWNS
 from tribrach.observations.unknowns import FAMILIES, WIDTH, Layout, State
 
 __all__ = [
@@ -418,7 +419,25 @@ def _sentence(assembly: Assembly, vector: Array, is_point: NDArray[np.bool_], mo
         "vector": "give the vector a prior with its sigma",
     }
     family = next(f for f in ("scalar", "vector", "plane", "pose") if f in families)
-    return f"cannot be separated: {effect}; only their sum has an effect; {cure[family]}"
+    advice = cure[family]
+    scalars = {layout.describe(int(columns[i]))[1] for i in other if family == "scalar"}
+    if scalars & height_names(assembly.network):
+        advice = (
+            "measure one of these heights and give its sigma, or tie the points to known heights "
+            "without it: by levelling, or by zenith angles to them with another, known height"
+        )
+    return f"cannot be separated: {effect}; only their sum has an effect; {advice}"
+
+
+def height_names(network: Network) -> set[str]:
+    """Scalars that are heights of instruments or targets over their marks."""
+    names, out = network.start.layout.names["scalar"], set()
+    for o in network.observations:
+        for reference in o.references():
+            if reference.means in HEIGHT_UNKNOWNS:
+                used = np.unique(getattr(o, reference.name))
+                out |= {names[i] for i in used[used >= 0]}
+    return out
 
 
 def weak_words(assembly: Assembly, vector: Array) -> str:

@@ -290,7 +290,7 @@ class Offsets(Sights):
     def start_ties(self, rows: Index, ties: TieCollector) -> None:
         """Vectors from mark to mark."""
         value = self.values[rows].copy()
-        value[:, 2] += self.height_instrument[rows] - self.height_target[rows]
+        value[:, 2] -= self.lift(rows, ties.start)
         ties.add(Vectors(self.start[rows], self.end[rows], value))
 
 

@@ -29,6 +29,7 @@ from tribrach.observations.ties import Lengths, Rays, TieCollector, Zeniths
 from tribrach.observations.unknowns import State
 
 __all__ = [
+    "HEIGHT_UNKNOWNS",
     "Angles",
     "Azimuths",
     "Directions",
@@ -39,6 +40,9 @@ __all__ = [
     "SlopeDistances",
     "ZenithAngles",
 ]
+
+#: what the unknown heights of instruments and targets are
+HEIGHT_UNKNOWNS = ("instrument height", "target height")
 
 
 @dataclass(kw_only=True)
@@ -56,7 +60,8 @@ class Sights(Observations):
     height_instrument, height_target : array (n,), optional
         Heights over the positions [m].
     height_instrument_unknown, height_target_unknown : array of int (n,), optional
-        Scalars *added* to those heights (their errors as unknowns), -1 for none.
+        Scalars *added* to those heights, -1 for none: with a height of zero the scalar is the whole
+        height, which sights of one set-up or of one target may share.
     site : Site
         Verticals of the place.
     """
@@ -66,10 +71,10 @@ class Sights(Observations):
     height_instrument: Array = per_item(0.0)
     height_target: Array = per_item(0.0)
     height_instrument_unknown: Index = refers(
-        "scalar", optional=True, means="instrument height correction", unit="m"
+        "scalar", optional=True, means=HEIGHT_UNKNOWNS[0], unit="m"
     )
     height_target_unknown: Index = refers(
-        "scalar", optional=True, means="target height correction", unit="m"
+        "scalar", optional=True, means=HEIGHT_UNKNOWNS[1], unit="m"
     )
     site: Site = field(default_factory=FlatSite)
 
@@ -109,10 +114,11 @@ class Sights(Observations):
             blocks.append(Block(columns, in_w @ up[:, :, None]))
         return blocks
 
-    def lift(self, rows: Index) -> Array:
-        """Height of target less height of instrument (k,) [m]."""
+    def lift(self, rows: Index, start: State) -> Array:
+        """Height of target less height of instrument (k,) [m], as far as they are known."""
         lift: Array = self.height_target[rows] - self.height_instrument[rows]
-        return lift
+        lift = lift + np.nan_to_num(start.scalar(self.height_target_unknown[rows]))
+        return lift - np.nan_to_num(start.scalar(self.height_instrument_unknown[rows]))
 
 
 def azimuth_by_sight(u: Array) -> Array:
@@ -429,7 +435,7 @@ class ZenithAngles(Sights):
         good = np.abs(np.sin(z)) > 1e-6
         rows, z = rows[good], z[good]
         slope = np.cos(z) / np.abs(np.sin(z))
-        ties.add(Zeniths(self.start[rows], self.end[rows], slope, self.lift(rows)))
+        ties.add(Zeniths(self.start[rows], self.end[rows], slope, self.lift(rows, ties.start)))
 
     @classmethod
     def instrument_sigma(cls, precision: Precision, line: SightLine) -> Array | None:
@@ -505,7 +511,7 @@ class SlopeDistances(Sights):
         """Lengths with the lift from instrument to target."""
         value, unknown = self.values[rows, 0], np.full(len(rows), np.nan)
         ends = self.start[rows], self.end[rows]
-        ties.add(Lengths(*ends, value, unknown, self.lift(rows)))
+        ties.add(Lengths(*ends, value, unknown, self.lift(rows, ties.start)))
 
     @classmethod
     def instrument_sigma(cls, precision: Precision, line: SightLine) -> Array | None:

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from tribrach.project.sections import (
         AdjustmentSection,
         DatumSection,
+        HeightSection,
         LeverArm,
         ObservationFile,
         OutputSection,
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 __all__ = [
     "AdjustmentSection",
     "DatumSection",
+    "HeightSection",
     "Instrument",
     "LeverArm",
     "ObservationFile",

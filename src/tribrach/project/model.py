@@ -18,6 +18,7 @@ from tribrach.project.sections import (
     CloudSection,
     ComparisonSection,
     DatumSection,
+    HeightSection,
     LeverArm,
     ObservationFile,
     OutputSection,
@@ -53,8 +54,8 @@ class Project(Section):
         What is given and measured.
     targets, registration, cloud, comparison
         What is done with scans.
-    stations, lever_arms, scale_bars
-        How scanners were set up, what they carry, known lengths.
+    stations, lever_arms, scale_bars, heights
+        How scanners were set up, what they carry, known lengths, unknown heights over marks.
     calibration, plan, gnss, adjustment, output
         What is estimated, planned, computed and written.
     """
@@ -76,6 +77,7 @@ class Project(Section):
     stations: dict[str, StationSection] = Field(default_factory=dict)
     lever_arms: dict[str, LeverArm] = Field(default_factory=dict)
     scale_bars: tuple[ScaleBar, ...] = ()
+    heights: tuple[HeightSection, ...] = ()
     calibration: CalibrationSection | None = None
     plan: PlanSection | None = None
     gnss: GnssSection = GnssSection()

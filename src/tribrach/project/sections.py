@@ -29,6 +29,7 @@ __all__ = [
     "ComparisonSection",
     "DatumSection",
     "EpochKeys",
+    "HeightSection",
     "LeverArm",
     "ObservationFile",
     "OutputSection",
@@ -221,6 +222,44 @@ class ScaleBar(Section):
     end: str = Field(alias="to")
     length_m: PositiveFloat
     sigma_mm: NonNegativeFloat
+
+
+class HeightSection(Section):
+    """A height of instrument or target that is an unknown of all sights made with it.
+
+    Attributes
+    ----------
+    instrument_at, target_at
+        The mark it stands over; one of both is given.
+    seen_from
+        Of a target: only in sights from these marks.
+    sights_to
+        Of an instrument: only in sights to these marks.
+    files
+        Only in sights of these files; of all files if not given.
+    height_m
+        What was measured, or where to start from; the height that the files give if not given.
+    sigma_mm
+        Standard deviation of the measured height; without it the height is unknown.
+    """
+
+    instrument_at: str | None = None
+    target_at: str | None = None
+    seen_from: tuple[str, ...] = ()
+    sights_to: tuple[str, ...] = ()
+    files: tuple[str, ...] = ()
+    height_m: float | None = Field(default=None, gt=-1e4, lt=1e4)
+    sigma_mm: PositiveFloat | None = None
+
+    @model_validator(mode="after")
+    def _one_end(self) -> Self:
+        if (self.instrument_at is None) == (self.target_at is None):
+            raise ValueError("give either instrument_at or target_at")
+        if self.target_at is None and self.seen_from:
+            raise ValueError("seen_from is of targets; an instrument has sights_to")
+        if self.instrument_at is None and self.sights_to:
+            raise ValueError("sights_to is of instruments; a target has seen_from")
+        return self
 
 
 class AdjustmentSection(Section):

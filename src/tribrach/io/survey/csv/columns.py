@@ -112,7 +112,8 @@ NUMBERS = (
 #: columns of names and words
 WORDS = (
     "from", "to", "at", "point", "gnss", "station", "scan", "target", "mark", "set", "use",
-    "reason", "group", "role", "comment", "setup", "code", "kind",
+    "reason", "group", "role", "comment", "setup", "code", "kind", "height_instrument_of",
+    "height_target_of",
 )  # fmt: skip
 
 
@@ -308,8 +309,8 @@ PLANNED = TableLayout(
 SIGHTS = TableLayout(
     "sights",
     ("from", "to"),
-    ("from", "to", "set"),
-    (*_with_sigma(*SIGHT_KINDS), "sigma", "length", "repetitions", *_HEIGHTS),
+    ("from", "to", "set", *(f"{name}_of" for name in _HEIGHTS)),
+    (*_with_sigma(*SIGHT_KINDS), "sigma", "length", "repetitions", *_with_sigma(*_HEIGHTS)),
 )
 
 

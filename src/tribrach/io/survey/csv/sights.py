@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from tribrach._types import Array, Index
 from tribrach.io.survey.csv.columns import SIGHT_KINDS
-from tribrach.io.survey.csv.reader import Reader
+from tribrach.io.survey.csv.reader import Reader, located
+from tribrach.network.shared_heights import SharedHeight, share_heights
 from tribrach.observations.base import Observations
 from tribrach.observations.declaration import CsvColumns, SightLength, SightLine
 from tribrach.observations.sights import Angles
@@ -79,6 +80,45 @@ class SightReader(_Sighted):
         for name in measured:
             if len(rows[name]):
                 self._add(name, rows[name])
+        for end in ("instrument", "target"):
+            self._share_heights(end)
+
+    def _share_heights(self, end: Literal["instrument", "target"]) -> None:
+        """Heights that are unknowns: those that have a name or a sigma of their own."""
+        table, field_name = self.table, f"height_{end}"
+        typed = np.array(table.words.get(f"{field_name}_of", [""] * len(table)), dtype=object)
+        sigma = table.number(f"sigma_{field_name}")
+        for row in np.flatnonzero((typed == "") & ~np.isnan(sigma)):
+            typed[row] = self._usual_height(end, int(row))
+        for name in dict.fromkeys(typed[typed != ""]):
+            rows = np.flatnonzero(typed == name)
+            known = sigma[rows][~np.isnan(sigma[rows])]
+            if len(known) and (len(known) < len(rows) or np.ptp(known) > 0):
+                raise table.error(
+                    int(rows[0]),
+                    f"the sights that share the height of {end} {name} do not give it one sigma",
+                    f"fill {table.titles[f'sigma_{field_name}']} alike in all of their rows",
+                )
+            shared = SharedHeight(
+                end,
+                f"height of {end} {name} ({table.name})",
+                None,
+                float(known[0]) if len(known) else None,
+                str(self.sources[rows[0]]),
+            )
+            tables = self.survey.tables()
+            of = [np.isin(t.columns["source"], self.sources[rows]) for t in tables]
+            with located(table.path):
+                share_heights(self.survey, shared, dict(enumerate(of)))
+
+    def _usual_height(self, end: str, row: int) -> str:
+        """What a height with a sigma and no name is shared by: set-up and set, or target."""
+        words = self.table.words
+        if end == "target":
+            height = np.nan_to_num(self.table.number("height_target")[row])
+            return f"over {words['to'][row]}, {height:.4f} m"
+        one = words.get("set", [""] * len(self.table))[row]
+        return f"at {words['from'][row]}" + (f", set {one}" if one else "")
 
     def _add(self, name: str, rows: Index) -> None:
         kind, columns = SIGHT_KINDS[name]
