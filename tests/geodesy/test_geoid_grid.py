@@ -13,10 +13,15 @@ from tribrach.units import SEC
 LATITUDE, LONGITUDE = np.radians(37.87), np.radians(32.5)
 
 
-def write_gtx(path: Path, north: float, east: float) -> Path:
-    """A plane geoid through 36 m at 38 degrees north, 33 degrees east; slopes in m per degree."""
+def write_gtx(
+    path: Path, north: float, east: float, *, south: float = 36.5, west: float = 31.5
+) -> Path:
+    """A plane geoid through 36 m at 38 degrees north, 33 degrees east; slopes in m per degree.
+
+    It covers three degrees from its southern and western edge.
+    """
     step, n = 1 / 60, 181
-    lat, lon = 36.5 + step * np.arange(n), 31.5 + step * np.arange(n)
+    lat, lon = south + step * np.arange(n), west + step * np.arange(n)
     height = 36 + north * (lat[:, None] - 38) + east * (lon - 33)
     head = struct.pack(">ddddii", lat[0], lon[0], step, step, n, n)
     path.write_bytes(head + height.astype(">f4").tobytes())

@@ -15,6 +15,7 @@ from functools import cache
 
 import numpy as np
 from pyproj import CRS, Transformer
+from pyproj.crs import GeocentricCRS
 from pyproj.database import query_crs_info
 from pyproj.enums import PJType
 from pyproj.exceptions import ProjError
@@ -22,7 +23,7 @@ from pyproj.exceptions import ProjError
 from tribrach._types import Array
 from tribrach.errors import InputError
 
-__all__ = ["code", "decimal_year", "ellipsoid", "frame", "is_dynamic", "transform"]
+__all__ = ["decimal_year", "ellipsoid", "frame", "identifier", "is_dynamic", "transform"]
 
 
 #: ITRF to GDA2020: shifts [mm], scale [ppb], rotations of the axes [mas], then their rates per
@@ -50,6 +51,13 @@ def _geocentric() -> dict[str, str]:
     return {_plain(info.name): info.code for info in systems}
 
 
+@cache
+def _geographic() -> dict[str, str]:
+    """EPSG codes of geographic systems from Greenwich by names as those of :func:`_geocentric`."""
+    systems = query_crs_info(auth_name="EPSG", pj_types=PJType.GEOGRAPHIC_2D_CRS)
+    return {_plain(info.name): info.code for info in systems}
+
+
 def _plain(name: str) -> str:
     """A frame's name as it is compared: capitals and digits only, years of ITRF with two digits."""
     letters = re.sub(r"[^A-Z0-9]", "", name.upper())
@@ -72,23 +80,34 @@ def frame(name: str) -> CRS:
         The name is not known.
     """
     code = _geocentric().get(_plain(name))
-    if code is None:
+    if code is not None:
+        return CRS.from_epsg(code)
+    code = _geographic().get(_plain(name))
+    geographic = None if code is None else CRS.from_epsg(code)
+    zero = None if geographic is None else geographic.prime_meridian
+    if geographic is None or geographic.datum is None or (zero and zero.longitude):
         raise InputError(
             f"reference frame {name!r} is not known",
             cure="use a name such as GDA2020, ITRF2014 or WGS 84",
         )
-    return CRS.from_epsg(code)
+    # a datum of old, which EPSG lists with latitude and longitude only
+    return GeocentricCRS(name=geographic.name, datum=geographic.datum)
 
 
-def code(name: str) -> str:
-    """EPSG code of a frame's geocentric system, such as ``EPSG:7789`` of ITRF2014.
+def identifier(name: str) -> str:
+    """A frame's geocentric system as others read it: ``EPSG:7789`` of ITRF2014.
+
+    It is the WKT of a datum that EPSG lists with latitude and longitude only.
 
     Raises
     ------
     InputError
         The name is not known.
     """
-    return f"EPSG:{frame(name).to_epsg()}"
+    system = frame(name)
+    number = system.to_epsg()
+    wkt: str = system.to_wkt()
+    return wkt if number is None else f"EPSG:{number}"
 
 
 @cache

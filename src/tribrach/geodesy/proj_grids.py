@@ -1,7 +1,8 @@
 """PROJ without the network, and sentences about grids that it would have needed.
 
-A grid that is not installed makes PROJ take a coarser transformation silently. The places of a
-project then move as a whole; within the site, and back into the same grid, nothing changes.
+A grid that is not installed makes PROJ take a coarser transformation silently. On a site whose
+datum is not that of a geoid model, the model is then read beside the place; within the site, and
+back into the same grid, nothing changes.
 """
 
 from __future__ import annotations
@@ -60,8 +61,8 @@ def missing_grid_sentences(crs: str) -> list[str]:
         if grids:
             sentences.append(
                 f"the way from {crs} to WGS 84 with {operation.accuracy:g} m needs the grid "
-                f"{', '.join(grids)}, which is not installed; {instead} is taken and moves the "
-                "site as a whole; nothing is downloaded: put the grid into PROJ's folder"
+                f"{', '.join(grids)}, which is not installed; {instead} is taken to read geoid "
+                "heights; nothing is downloaded: put the grid into PROJ's folder"
             )
     return sentences[:1]
 

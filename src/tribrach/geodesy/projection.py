@@ -2,9 +2,9 @@
 
 Grid coordinates E, N with ellipsoidal heights h become positions in W by projection, ellipsoid and
 ENU at the origin, so that scale, convergence and curvature are exact everywhere; and back again.
-Grids of an older datum are taken to WGS 84 in plan; their heights are heights over its ellipsoid
-(GRS80 to 0.1 mm) already and stay as they are. The warnings state what a site neglects that is
-taken as flat. Method section 1.1.
+Everything stays in the datum of the grid and over its ellipsoid, so that no change of datum turns
+or moves anything. The warnings state what a site neglects that is taken as flat. Method section
+1.1.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from pyproj.exceptions import CRSError, ProjError
 
 from tribrach._types import Array
 from tribrach.errors import InputError
+from tribrach.geodesy.grid_datum import GridDatum
 from tribrach.geodesy.proj_grids import offline
 from tribrach.geodesy.site import GRS80, EllipsoidSite, ecef_from_geodetic
 
@@ -27,7 +28,6 @@ __all__ = ["ProjectedGrid", "flat_warnings", "grid_scale", "stereographic"]
 RADIUS = 6371000.0
 #: effects below this [m] are not worth a sentence
 NEGLIGIBLE = 1e-4
-_GEOGRAPHIC = "+proj=longlat +datum=WGS84 +type=crs"
 
 
 def gaussian_radius(latitude: float, ellipsoid: tuple[float, float] = GRS80) -> float:
@@ -66,6 +66,9 @@ class ProjectedGrid:
         Coordinates of the origin [m].
     height
         Ellipsoidal height of the origin [m].
+    geographic
+        A geographic system that places are taken to in plan, their heights as they are, instead of
+        staying in the datum of the grid: what some programs do, whose results are to be met.
 
     Raises
     ------
@@ -77,41 +80,70 @@ class ProjectedGrid:
     easting: float
     northing: float
     height: float = 0.0
+    geographic: str | None = None
 
     @cached_property
-    def _geographic_from_grid(self) -> Transformer:
-        offline()
+    def datum(self) -> GridDatum:
+        """The datum of the grid, or the one that is taken instead.
+
+        Raises
+        ------
+        InputError
+            PROJ does not know the grid, or it is none.
+        """
         try:
-            definition = CRS.from_user_input(self.crs)
-            if definition.is_geographic or definition.is_geocentric:
-                raise InputError(f"{self.crs} is not a projected grid")
-            return Transformer.from_crs(definition, _GEOGRAPHIC, always_xy=True)
+            return GridDatum.of(self.crs, self.geographic)
         except (CRSError, ProjError) as error:
             raise InputError(
                 f"the grid {self.crs} is not known to PROJ", cure="give an EPSG code"
             ) from error
 
     @cached_property
+    def _projection(self) -> Transformer:
+        """From the grid to longitude and latitude in the units and from the meridian of its datum.
+
+        Raises
+        ------
+        InputError
+            As :attr:`datum`.
+        """
+        datum = self.datum
+        offline()
+        try:
+            return Transformer.from_crs(datum.projected, datum.geographic, always_xy=True)
+        except ProjError as error:
+            raise InputError(
+                f"the grid {self.crs} cannot be computed by PROJ", cure="give an EPSG code"
+            ) from error
+
+    def _geographic(self, easting: Array | float, northing: Array | float) -> tuple[Array, Array]:
+        """Latitude and longitude from Greenwich [rad] in the datum of the grid."""
+        longitude, latitude = self._projection.transform(easting, northing)
+        unit, meridian = self.datum.unit, self.datum.meridian
+        return unit * np.asarray(latitude), unit * np.asarray(longitude) + meridian
+
+    @cached_property
     def place(self) -> tuple[float, float]:
-        """Latitude and longitude [rad] of the origin.
+        """Latitude and longitude [rad] of the origin, in the datum of the grid.
 
         Raises
         ------
         InputError
             The origin is outside of the grid.
         """
-        longitude, latitude = self._geographic_from_grid.transform(self.easting, self.northing)
+        latitude, longitude = self._geographic(self.easting, self.northing)
         if not (np.isfinite(longitude) and np.isfinite(latitude)):
             raise InputError(
                 f"the origin {self.easting:g} {self.northing:g} is outside the grid {self.crs}"
             )
-        return float(np.radians(latitude)), float(np.radians(longitude))
+        return float(latitude), float(longitude)
 
     @cached_property
     def site(self) -> EllipsoidSite:
-        """The work frame: ENU at the origin on GRS80."""
+        """The work frame: ENU at the origin on the ellipsoid of the grid."""
         phi, longitude = self.place
-        return EllipsoidSite(phi, longitude, self.height, curvature_radius=gaussian_radius(phi))
+        body = self.datum.ellipsoid
+        return EllipsoidSite(phi, longitude, self.height, body, gaussian_radius(phi, body))
 
     def plan(self, latitude: float, longitude: float) -> Array:
         """E, N (2,) [m] of a place.
@@ -119,14 +151,14 @@ class ProjectedGrid:
         Parameters
         ----------
         latitude, longitude
-            Geodetic position [rad].
+            Geodetic position [rad] in the datum of the grid.
 
         Raises
         ------
         InputError
             The place is outside of the grid.
         """
-        place: Array = self._plan(np.degrees([longitude]), np.degrees([latitude]))[0]
+        place: Array = self._plan(np.array([longitude]), np.array([latitude]))[0]
         if not np.isfinite(place).all():
             raise InputError(
                 f"latitude {np.degrees(latitude):.4f}, longitude {np.degrees(longitude):.4f} is "
@@ -137,23 +169,25 @@ class ProjectedGrid:
 
     def to_work(self, enh: Array) -> Array:
         """W coordinates (n, 3) of E, N, h (n, 3)."""
-        longitude, latitude = self._geographic_from_grid.transform(enh[:, 0], enh[:, 1])
-        ecef = ecef_from_geodetic(np.radians(latitude), np.radians(longitude), enh[:, 2])
+        latitude, longitude = self._geographic(enh[:, 0], enh[:, 1])
+        ecef = ecef_from_geodetic(latitude, longitude, enh[:, 2], self.datum.ellipsoid)
         return self.site.from_ecef(ecef)
 
     def from_work(self, x: Array) -> Array:
         """E, N, h (n, 3) of W coordinates (n, 3)."""
         geodetic = self.site.geodetic(x)
-        geographic = self._geographic_from_grid
-        plan = self._plan(np.degrees(geodetic[:, 1]), np.degrees(geodetic[:, 0]))
-        # a change of datum in plan alone does not return exactly: 0.4 mm from NTF and back
-        plan += plan - self._plan(*geographic.transform(plan[:, 0], plan[:, 1]))
+        plan = self._plan(geodetic[:, 1], geodetic[:, 0])
+        if self.geographic is not None:
+            # a change of datum in plan alone does not return exactly: 0.4 mm from NTF and back
+            latitude, longitude = self._geographic(plan[:, 0], plan[:, 1])
+            plan += plan - self._plan(longitude, latitude)
         return np.concatenate([plan, geodetic[:, 2:]], axis=1)
 
     def _plan(self, longitude: Array, latitude: Array) -> Array:
-        """E, N (n, 2) of geographic positions in degrees."""
-        plan = self._geographic_from_grid.transform(longitude, latitude, direction="INVERSE")
-        return np.stack(plan, axis=1)
+        """E, N (n, 2) of geographic positions [rad] from Greenwich in the datum of the grid."""
+        unit, meridian = self.datum.unit, self.datum.meridian
+        own = (longitude - meridian) / unit, latitude / unit
+        return np.stack(self._projection.transform(*own, direction="INVERSE"), axis=1)
 
 
 def grid_scale(crs: str, xyz: Array) -> float:

@@ -42,28 +42,42 @@ class WorkFrame:
     geoid: float = 0.0
     geoid_grid: GeoidGrid | None = None
 
+    @property
+    def leaves_datum(self) -> bool:
+        """True if geoid heights refer to another datum than that of the site's grid."""
+        if self.grid is None or (self.geoid_grid is None and not self.geoid):
+            return False
+        latitude, longitude = np.array(self.grid.place)[:, None]
+        return bool(self.grid.datum.over_wgs84(latitude, longitude)[2].any())
+
     def undulation(self, latitude: Array, longitude: Array) -> Array:
         """Geoid heights that make given heights ellipsoidal.
 
         Parameters
         ----------
         latitude, longitude : (n,)
-            Geodetic position [rad].
+            Geodetic position [rad] in the datum of the site.
 
         Returns
         -------
         (n,) array
-            Geoid heights [m].
+            Geoid heights [m] over the ellipsoid of the site. Models give them over a geocentric
+            one; where the grid of the site has an older datum, what lies between is added.
 
         Raises
         ------
         InputError
             The grid cannot be read or does not reach there.
         """
-        constant = np.full(np.shape(latitude), self.geoid)
+        if self.geoid_grid is None and not self.geoid:
+            return np.zeros(np.shape(latitude))
+        own = np.zeros(np.shape(latitude))
+        if self.grid is not None:
+            latitude, longitude, own = self.grid.datum.over_wgs84(latitude, longitude)
+        undulation = self.geoid - own
         if self.geoid_grid is None:
-            return constant
-        return constant + self.geoid_grid.undulation(latitude, longitude)
+            return undulation
+        return undulation + self.geoid_grid.undulation(latitude, longitude)
 
     def from_own(self, enu: Array, covariance: Array | None = None) -> tuple[Array, Array | None]:
         """Coordinates of the site's own system in W.

@@ -308,7 +308,7 @@ class Job:
         """What the site costs: missing grids, and Cartesian coordinates of a projection."""
         site = self.project.site
         if site.kind == "projected" and site.crs is not None:
-            return missing_grid_sentences(site.crs)
+            return missing_grid_sentences(site.crs) if self.frame.leaves_datum else []
         if site.kind != "flat":
             return []
         xyz = np.array([point.xyz for point in survey.points.values()]).reshape(-1, 3)

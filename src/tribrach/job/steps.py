@@ -216,7 +216,8 @@ def output_frame(job: Job) -> OutputFrame:
     kind: FrameKind = project.cloud.frame or ("work" if work.grid is None else "projected")
     crs, site = project.site.crs, project.site
     if kind == "ecef":
-        crs = "EPSG:4978" if site.frame is None else frames.code(site.frame)
+        own = site.frame if work.grid is None else work.grid.datum.frame
+        crs = frames.identifier(own or "WGS 84")
     elif kind == "work" and project.site.kind != "flat":
         crs = None
     epoch = site.epoch if project.cloud.epoch is None else project.cloud.epoch

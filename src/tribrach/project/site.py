@@ -66,7 +66,7 @@ class SiteSection(Section):
     kind
         ``flat``: coordinates are Cartesian E, N, U, with crs only for the warning of what
         that costs; ``geodetic``: E, N, U around an origin on GRS80; ``projected``: easting,
-        northing and height of a crs, converted point by point.
+        northing and height of a crs, converted point by point in the datum of the crs.
     curvature_radius_m
         Radius of the Earth for zenith angles on a flat site.
     latitude_deg, longitude_deg, height_m

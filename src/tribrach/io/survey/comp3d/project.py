@@ -128,7 +128,9 @@ def _grid(config: dict[str, Any], path: Path) -> ProjectedGrid:
         raise InputError("local_center is not two numbers", file=path.name)
     easting, northing = float(centre[0]), float(centre[1])
     if config.get("use_proj"):
-        return ProjectedGrid(_entry(config, "proj_def", str, path).strip(), easting, northing)
+        definition = _entry(config, "proj_def", str, path).strip()
+        # Comp3D takes places of any grid to latitude and longitude of WGS 84, heights as they are
+        return ProjectedGrid(definition, easting, northing, geographic="EPSG:4326")
     latitude = float(_entry(config, "center_latitude", (int, float), path))
     if not abs(latitude) < 89:
         raise InputError(f"center_latitude is {latitude:g} degrees", file=path.name)
