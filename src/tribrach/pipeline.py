@@ -33,6 +33,7 @@ from tribrach.network.reactions import constraint_reactions
 from tribrach.network.separability import confusable
 from tribrach.network.survey import Survey
 from tribrach.network.variance_components import VarianceComponents, estimate_components
+from tribrach.network.weakness import weakness_sentences
 from tribrach.project import Project
 from tribrach.registration.geometry_warnings import geometry_sentences
 from tribrach.report import html, json_result, text
@@ -135,6 +136,7 @@ def solve(network: Network, settings: AdjustmentSettings) -> SolvedNetwork:
     warnings += warned(Severity.BLUNDER, constraint_reactions(adjustment).sentences())
     warnings += warned(Severity.WEAK, confusable(adjustment, quality)[:10])
     warnings += warned(Severity.NOTE, placement_sentences(adjustment))
+    warnings += warned(Severity.WEAK, weakness_sentences(adjustment))
     warnings += warned(Severity.WEAK, geometry_sentences(adjustment)[:20])
     return SolvedNetwork(adjustment, quality, log, components, tuple(warnings))
 

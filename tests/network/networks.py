@@ -11,6 +11,7 @@ from tribrach.observations.gnss import GnssBaselines, GnssPositions
 from tribrach.observations.levelling import HeightDifferences
 from tribrach.observations.scanner import TargetCentres
 from tribrach.observations.sights import Directions, SlopeDistances, ZenithAngles
+from tribrach.units import SEC
 
 #: Strang & Borre 1997, example 12.4: a free trilateration, metres
 STRANG_BORRE = {
@@ -112,4 +113,35 @@ def constrained_network() -> Survey:
     survey.add(
         HeightDifferences, values=[truth[1, 2] - truth[0, 2]], hard=True, start=["T0"], end=["T1"]
     )
+    return survey
+
+
+def free_stations(stations, targets, *, rng, sigma=3 * SEC, metres=2e-3, known=1e-3, wild=None):
+    """Free set-ups of a total station that see all targets, which are control of ``known`` metres.
+
+    wild : name of a target and what is added to its distance from the first set-up [m].
+    """
+    survey = Survey()
+    for name, place in targets.items():
+        given = np.asarray(place) + known * rng.standard_normal(3)
+        survey.point(name, given, covariance=known**2 * np.eye(3), role="control")
+    start, end, sight = [], [], []
+    for a, place in stations.items():
+        survey.point(a)
+        for b, target in targets.items():
+            start.append(a)
+            end.append(b)
+            sight.append(np.subtract(target, place))
+    e, n, u = np.array(sight).T
+    distance = np.sqrt(e**2 + n**2 + u**2)
+    noise = rng.standard_normal((3, len(e)))
+    direction = (np.arctan2(e, n) + 1.0 + sigma * noise[0]) % (2 * np.pi)
+    zenith = np.abs(np.arccos(u / distance) + sigma * noise[1])
+    distance = distance + metres * noise[2]
+    if wild is not None:
+        distance[end.index(wild[0])] += wild[1]
+    ends = {"start": start, "end": end}
+    survey.add(Directions, values=direction, sigma=sigma, orientation=start, **ends)
+    survey.add(ZenithAngles, values=zenith, sigma=sigma, **ends)
+    survey.add(SlopeDistances, values=distance, sigma=metres, **ends)
     return survey

@@ -66,6 +66,14 @@ _SURVEYORS = (
 )
 
 
+#: the first damping, and what multiplies it when a step still does not descend: 10, 100, 10,000
+_DAMPING, _GROWTH = 1e-7, 10.0
+#: share of a step at which the curvature along it is looked at
+_PROBE = 0.1
+#: steps that do not shrink any more are rounding where they stay below this share of sigma
+_ROUNDING = 1e-4
+
+
 @dataclass(frozen=True)
 class Options:
     """When the iteration ends.
@@ -235,34 +243,36 @@ def adjust(network: Network, *, options: Options | None = None) -> Adjustment:
     assembly = Assembly(network)
     datum = defects.datum_mask(network, assembly.free_columns)
     state = network.start
-    damping, vtpv, motions = 0.0, np.inf, None
+    damping, growth, vtpv, motions = 0.0, _GROWTH, np.inf, None
+    before = np.inf
     for iteration in range(1, options.max_iterations + 1):
         system = _System(assembly, state, datum, motions, damping)
         motions = system.motions
         step = system.step(_moved(network.start, state, assembly.free_columns))
-        trial = state.retract(_full(step, assembly))
-        cost, violation = _merit(assembly, trial)
-        descends = cost <= system.cost * (1 + 1e-8) + 1e-9
-        # pulling a constraint in may cost some fit: either is progress
-        if not descends and not violation < 0.5 * system.violation:
-            damping = max(10 * damping, 1e-4)
+        found = _descent(assembly, system, state, step)
+        if found is None:
+            damping, growth = max(growth * damping, _DAMPING), growth**2
             if damping > 1e8:
                 break
             continue
-        state = trial
+        state, cost, step = found
         if options.progress:
             options.progress(iteration, cost)
         change = abs(vtpv - cost)
         steady = change <= options.vtpv_change * cost + 1e-9
         vtpv, damped = cost, damping
-        damping = 0.0 if damping < 1e-3 else damping / 10
-        if not damped and steady and _small(step, assembly, options):
+        damping, growth = (damping / 100 if damping > _DAMPING else 0.0), _GROWTH
+        size = _size(step, assembly, options)
+        # rounding alone moves what is weak by more than the limits, and never less
+        rounding = size > 0.5 * before
+        before = size
+        if not damped and steady and (size < 1 or rounding):
             final = _finish(assembly, state, datum, motions, iteration)
-            if _within_sigma(step, final, options):
+            if _within_sigma(step, final, options.step_sigma if size < 1 else _ROUNDING):
                 return final
     raise NotConverged(
         f"the adjustment did not converge in {options.max_iterations} iterations",
-        [defects.worst_misclosure(assembly, state)],
+        defects.not_converged(assembly, state, motions.basis if motions else np.zeros((0, 0))),
     )
 
 
@@ -320,6 +330,39 @@ class _System:
         """Increment (u,) of the free columns."""
         return self.cofactor.step(self.gradient, self.right, moved)
 
+    def bend(self, gradient: Array) -> Array:
+        """Increment (u,) by a gradient alone, which changes neither constraints nor datum."""
+        zero = np.zeros(len(gradient))
+        return self.cofactor.step(gradient, np.zeros_like(self.right), zero)
+
+
+def _descent(
+    assembly: Assembly, system: _System, state: State, step: Array
+) -> tuple[State, float, Array] | None:
+    """State, sum of squares and step (u,) that descends: the step, or the step bent.
+
+    Pulling a constraint in may cost some fit: either is progress. The bent step follows the
+    curvature of the observations along it (method section 3.1).
+    """
+
+    def progress(trial: State) -> float | None:
+        cost, violation = _merit(assembly, trial)
+        lower = cost <= system.cost * (1 + 1e-8) + 1e-9
+        return cost if lower or violation < 0.5 * system.violation else None
+
+    trial = state.retract(_full(step, assembly))
+    if (cost := progress(trial)) is not None:
+        return trial, cost, step
+    probe = state.retract(_full(_PROBE * step, assembly))
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        moved = assembly.whiten(assembly.misclosure(probe))
+        second = ((moved - system.white) / _PROBE + system.design @ step) / _PROBE
+    if not np.isfinite(second).all():
+        return None
+    bent = step + system.bend(system.design.T @ second)
+    trial = state.retract(_full(bent, assembly))
+    return None if (cost := progress(trial)) is None else (trial, cost, bent)
+
 
 def _merit(assembly: Assembly, state: State) -> tuple[float, float]:
     """Weighted sum of squares and largest violated constraint; infinite where undefined."""
@@ -350,8 +393,8 @@ def _moved(start: State, state: State, free_columns: Index) -> Array:
     return out[free_columns]
 
 
-def _small(step: Array, assembly: Assembly, options: Options) -> bool:
-    """True if no length and no angle moved noticeably."""
+def _size(step: Array, assembly: Assembly, options: Options) -> float:
+    """Largest change of a length or an angle over the limit for it; below 1 nothing moved."""
     layout = assembly.layout
     radians = np.zeros(layout.size, dtype=bool)
     poses = layout.columns("pose", np.arange(layout.count("pose")))
@@ -360,14 +403,14 @@ def _small(step: Array, assembly: Assembly, options: Options) -> bool:
     radians[planes[:, :2].ravel()] = True
     radians[layout.offset["scalar"] :] = True
     limit = np.where(radians[assembly.free_columns], options.step_radians, options.step_metres)
-    return bool((np.abs(step) < limit).all())
+    return float((np.abs(step) / limit).max(initial=0.0))
 
 
-def _within_sigma(step: Array, final: Adjustment, options: Options) -> bool:
+def _within_sigma(step: Array, final: Adjustment, share: float) -> bool:
     """True if the last step is small against the sigma of each unknown."""
     index = np.arange(len(step))
     sigma = np.sqrt(np.maximum(final.cofactor.entries(index, index), 0.0))
-    return bool((np.abs(step) <= options.step_sigma * sigma + 1e-9).all())
+    return bool((np.abs(step) <= share * sigma + 1e-9).all())
 
 
 def _finish(

@@ -23,13 +23,16 @@ from tribrach.network.assembly import Assembly
 from tribrach.network.datum import GENERATORS, OpenMotions, generators, pins_of
 from tribrach.network.linear import SparseFactor
 from tribrach.network.network import Network
+from tribrach.network.weakness import weak_place_of
 from tribrach.observations.sights import HEIGHT_UNKNOWNS
 from tribrach.observations.unknowns import FAMILIES, WIDTH, Layout, State
+from tribrach.statistics import chi2
 
 __all__ = [
     "column_length",
     "datum_mask",
     "motion_words",
+    "not_converged",
     "null_space",
     "sentences",
     "worst_misclosure",
@@ -39,6 +42,10 @@ __all__ = [
 RANK_TOLERANCE = 1e-9
 #: and below this they are worth a warning
 WEAK_TOLERANCE = 1e-6
+#: a place that no weak combination moves by as much is not the weak part of it [m]
+_FIRM = 0.05
+#: and below this curvature may lead the iteration astray
+_STEERABLE = 1e-3
 #: unknowns up to which all singular values are computed
 DENSE_LIMIT = 1500
 #: misclosures beyond so many sigmas overflow when they are squared
@@ -570,6 +577,44 @@ def not_computed(assembly: Assembly, design: sp.csr_array, white: Array) -> str:
     return f"the first is {words}; look for points in one place, or a number that is far off"
 
 
+def not_converged(assembly: Assembly, state: State, motions: Array) -> list[str]:
+    """Say why an iteration found no minimum: a weak geometry, or a misfit that is one.
+
+    Parameters
+    ----------
+    assembly
+        The network.
+    state
+        Where the iteration stood.
+    motions : array (u, d)
+        Open motions that the datum closes.
+
+    Returns
+    -------
+    list of str
+        The weakest combination of unknowns, if it is weak; the worst misfit, and to look for a
+        blunder only where the misfits are more than chance and the geometry is not weak.
+    """
+    design = assembly.design(state)
+    constraints, _ = assembly.constraints(state)
+    white = assembly.whiten(assembly.misclosure(state))
+    vectors, values = _spectrum(design, constraints, motions)
+    out = []
+    weak = values[0] < _STEERABLE
+    if weak:
+        out.append(_weak_sentence(assembly, design, vectors[:, 0], float(values[0])))
+    dof = len(white) - design.shape[1] + constraints.shape[0] + motions.shape[1]
+    chance = dof < 1 or float(white @ white) <= chi2.ppf(0.999, dof)
+    misfit = worst_misclosure(assembly, state)
+    if chance:
+        out.append(f"the observations fit each other: {misfit}, which is no blunder")
+    elif weak:
+        out.append(f"{misfit}, where the search stopped; that need not be a blunder")
+    else:
+        out.append(f"{misfit}; look for a blunder there")
+    return out
+
+
 def worst_misclosure(assembly: Assembly, state: State) -> str:
     """The observation that fits a state worst, in words."""
     white = np.abs(assembly.whiten(assembly.misclosure(state)))
@@ -577,4 +622,21 @@ def worst_misclosure(assembly: Assembly, state: State) -> str:
     rows = assembly.rows
     observations = assembly.network.observations[rows.table[worst]]
     words = assembly.network.describe(observations, int(rows.item[worst]), state)
-    return f"the worst misfit is {white[worst]:.3g} sigma at {words}; look for a blunder there"
+    return f"the worst misfit is {white[worst]:.3g} sigma at {words}"
+
+
+def _weak_sentence(assembly: Assembly, design: sp.csr_array, vector: Array, value: float) -> str:
+    """The weakest combination of unknowns in words, with what would hold it."""
+    place = weak_place_of(
+        assembly.layout, assembly.free_columns, vector, float(np.linalg.norm(design @ vector))
+    )
+    body = f"the network is weak (singular value {value:.0e}): {weak_words(assembly, vector)}"
+    if place is None or place.sigma < _FIRM:
+        return (
+            f"{body}; an orientation takes a sight to a point that is neither straight above nor "
+            "below, any other a known value with its sigma"
+        )
+    return (
+        f"{body}; {place.name} can move {place.sigma:.2g} m {place.along()} within one sigma of "
+        f"all observations; {place.cure()}"
+    )
