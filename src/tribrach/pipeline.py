@@ -25,6 +25,7 @@ from tribrach.network.adjustment import adjust as adjust_alone
 from tribrach.network.blunders.mistakes import first_adjustment, mistakes
 from tribrach.network.blunders.robust import adjust_robust
 from tribrach.network.blunders.snooping import SnoopingLog, snoop
+from tribrach.network.blunders.suspects import Key
 from tribrach.network.network import Datum, Network
 from tribrach.network.observed_part import observed_part
 from tribrach.network.placement import placement_sentences
@@ -65,13 +66,15 @@ class AdjustmentSettings:
     snoop : bool
         Blunders are switched off, one by one.
     robust : str
-        Reweighting that points at blunders, ``none`` for none.
+        Reweighting that points at blunders, ``none`` for none; with ``snoop`` what it points at
+        is switched off first, and tried again at the end.
     vce : bool
         Variance components are estimated.
     posterior : bool
         Covariances are scaled by the a-posteriori variance factor.
     confidence : float
-        Probability of ellipses, intervals and ellipsoids.
+        Probability of ellipses, intervals and ellipsoids, of the global test and of the verdicts
+        on control and check points.
     angle : str
         Unit of angles in reports, ``gon`` or ``deg``.
     """
@@ -124,15 +127,17 @@ def solve(network: Network, settings: AdjustmentSettings) -> SolvedNetwork:
     components: VarianceComponents | None = None
     adjustment = first_adjustment(network)
     warnings = [*warned(Severity.INPUT, mistakes(adjustment))]
+    suspects: Mapping[Key, float] = {}
     if settings.robust != "none":
         robust = adjust_robust(network, settings.robust)
         warnings += warned(Severity.BLUNDER, robust.sentences())
+        suspects = robust.suspects
     if settings.snoop:
-        adjustment, log = snoop(network)
+        adjustment, log = snoop(network, suspects=suspects)
     if settings.vce:
         components = estimate_components(adjustment.network)
         adjustment = components.adjustment
-    quality = assess(adjustment, confidence=settings.confidence)
+    quality = assess(adjustment, posterior=settings.posterior, confidence=settings.confidence)
     warnings += warned(Severity.BLUNDER, constraint_reactions(adjustment).sentences())
     warnings += warned(Severity.WEAK, confusable(adjustment, quality)[:10])
     warnings += warned(Severity.NOTE, placement_sentences(adjustment))
@@ -311,7 +316,7 @@ def run(
     survey = job.surveyed(further)
     solution = solve(job.network_of(survey, whole=further is not None), settings)
     adjustment = solution.adjustment
-    origin = sigma_origin(adjustment, settings.posterior)
+    origin = sigma_origin(adjustment, settings.posterior, solution.components)
     results = JobResults(project, job.sessions, antennas=_antennas(survey, adjustment, settings))
     if ties is not None:
         results = replace(

@@ -80,3 +80,19 @@ def test_an_option_that_is_given_takes_the_place_of_the_project(project: Path) -
     assert plain["points"]["C"]["covariance"] != other["points"]["C"]["covariance"]
     kept, _ = adjusted(project, "--confidence", "0.9")
     assert kept["points"] == plain["points"]
+
+
+def test_what_the_robust_estimate_points_at_is_switched_off_first(tmp_path: Path) -> None:
+    """The reason names the robust estimate; without it snooping gives its own test."""
+    (tmp_path / "points.csv").write_text("point,u_m\nA,10\n")
+    rows = ["A,B,2.501,1", "A,B,2.499,1", "A,B,2.500,1", "A,B,2.460,1"]
+    (tmp_path / "levels.csv").write_text(
+        "\n".join(["from,to,height_difference_m,sigma_mm", *rows]) + "\n"
+    )
+    path = tmp_path / "loops.toml"
+    for more, reason in (('robust = "igg3"', "robust estimate"), ("", "snooping: test")):
+        path.write_text(PROJECT.format(more=more))
+        data, _ = adjusted(path)
+        off = [row for row in data["observations"] if row["state"] == "off"]
+        assert [row["source"] for row in off] == ["levels.csv:5"]
+        assert reason in off[0]["reason"]

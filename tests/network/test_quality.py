@@ -151,3 +151,74 @@ def test_ellipses() -> None:
     axes, directions = principal_axes(c)
     assert axes[0] == pytest.approx((0.003, 0.002, 0.001))
     assert np.abs(directions[0]) == pytest.approx(np.eye(3)[[2, 0, 1]])
+
+
+def test_a_posteriori_observations_are_judged_by_tau() -> None:
+    """Sigmas five times too small make every other w suspicious, and no tau."""
+    network = mixed_network().network()
+    truth = adjust(network).state
+    drawn = observe(network, truth, np.random.default_rng(4))
+    tight = tuple(replace(o, covariance=o.covariance / 25) for o in drawn.observations)
+    adjustment = adjust(replace(drawn, observations=tight))
+    prior, posterior = assess(adjustment), assess(adjustment, posterior=True)
+    assert (prior.posterior, posterior.posterior) == (False, True)
+    assert prior.suspicious.sum() > 5
+    assert not posterior.suspicious.any()
+    assert posterior.critical == posterior.tau_critical
+    assert np.array_equal(posterior.w, prior.w, equal_nan=True)
+    assert np.array_equal(posterior.mdb, prior.mdb, equal_nan=True)
+    assert prior.blocks.rejected.any()
+    assert not posterior.blocks.rejected.any()
+    rows = adjustment.results(posterior=True).observations
+    assert not rows.suspicious
+    assert adjustment.results().observations.suspicious
+
+
+def test_values_held_out_are_judged_by_student_a_posteriori() -> None:
+    """Two heights of one benchmark from another: with one redundancy t is 636.6 at 0.1 %."""
+    survey = Survey()
+    survey.point("A", (0, 0, 0), free=(False,) * 3, role="control")
+    survey.point("B", (0, 0, np.nan), free=(False, False, True))
+    survey.add(
+        HeightDifferences,
+        values=[1.0, 1.001, 1.02],
+        sigma=1e-3,
+        start=["A"] * 3,
+        end=["B"] * 3,
+        use=np.array([0, 0, 1], dtype=np.int8),
+    )
+    adjustment = adjust(survey.network())
+    assert adjustment.observations[2].suspicious
+    assert not adjustment.results(posterior=True).observations[2].suspicious
+    quality = assess(adjustment, posterior=True)
+    assert quality.check_critical == pytest.approx(636.6, abs=0.05)
+    assert quality.checks.critical == pytest.approx(636.6**2, rel=1e-3)
+
+
+def test_the_confidence_is_that_of_the_global_test() -> None:
+    adjustment = noisy(mixed_network())
+    for confidence in (0.9, 0.99):
+        test = assess(adjustment, confidence=confidence).global_test
+        assert test.alpha == pytest.approx(1 - confidence)
+        assert test.upper == pytest.approx(chi2.ppf((1 + confidence) / 2, adjustment.dof))
+        assert f"at {100 * confidence:g} %" in test.sentence()
+
+
+def test_residuals_that_are_rounding_leave_sigmas_a_priori() -> None:
+    """Heights near 1e6 m close to 1e-10 m: a factor 0.0000 would make every sigma zero."""
+    survey = Survey()
+    survey.point("A", (0, 0, 1e6 / 3), free=(False,) * 3, role="control")
+    survey.point("B", (0, 0, np.nan), free=(False, False, True))
+    survey.add(
+        HeightDifferences,
+        values=[0.1, 0.1, 0.1 + 2e-14],
+        sigma=1e-3,
+        start=["A"] * 3,
+        end=["B"] * 3,
+    )
+    adjustment = adjust(survey.network())
+    assert 0 < adjustment.posterior_factor < 1e-12
+    assert not adjustment.scaled(posterior=True)
+    values = adjustment.network.observations[0].values
+    values[2] += 1e-8  # ten nanometres are no rounding
+    assert adjust(adjustment.network).scaled(posterior=True)

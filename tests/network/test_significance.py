@@ -6,6 +6,7 @@ from scipy.stats import chi2, norm
 
 from tribrach.network.significance import (
     block_noncentrality,
+    block_tau_critical,
     log_significance,
     noncentrality,
     sidak,
@@ -57,3 +58,21 @@ def test_log_significance() -> None:
     assert log_significance(far**2, 1) == pytest.approx(np.log(2) + norm.logsf(far), rel=1e-4)
     assert log_significance([np.nan, 12.0], [3, 0]) == pytest.approx([0.0, 0.0])
     assert np.diff(log_significance(np.linspace(499, 501, 9), 3)).max() < 0
+
+
+@pytest.mark.parametrize(("freedom", "dof"), [(1, 6), (3, 8), (3, 30)])
+def test_blocks_over_the_posterior_factor_are_exceeded_as_often_as_stated(
+    freedom: int, dof: int
+) -> None:
+    """The block is part of what the factor was estimated from, so its statistic has a bound."""
+    z = np.random.default_rng(5).standard_normal((200_000, dof))
+    statistic = (z[:, :freedom] ** 2).sum(axis=1) / (z**2).mean(axis=1)
+    assert (statistic > block_tau_critical(freedom, dof, 0.05)).mean() == pytest.approx(
+        0.05, abs=0.002
+    )
+    assert block_tau_critical(freedom, dof, 1e-12) < dof
+
+
+def test_a_block_that_is_all_the_redundancy_is_never_rejected() -> None:
+    """Its statistic is the redundancy itself, whatever the observations are."""
+    assert block_tau_critical([3, 4], 3, 0.05) == pytest.approx([3.0, 3.0])

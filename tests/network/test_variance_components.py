@@ -154,3 +154,42 @@ def test_joint_covariances_across_groups_are_refused() -> None:
     survey.correlate([one] * 3 + [two] * 3, [0] * 6, [0, 1, 2] * 2, matrix)
     with pytest.raises(AdjustmentError, match="ties the groups new and old together"):
         estimate_components(survey.network())
+
+
+def noisy_levels(seed: int) -> Network:
+    """The same two groups of lines, one hardly redundant, with errors of another seed."""
+    network = levels({"a": (14, 0.001, 1.0), "b": (14, 0.002, 1.0)}, 3)
+    return observe(network, adjust(network).state, np.random.default_rng(seed))
+
+
+def test_the_simplified_estimate_has_the_sigma_of_the_full_one() -> None:
+    """Both have one fixed point, hence one covariance; 1/sqrt(2 r) neglects the other group."""
+    simple = estimate_components(noisy_levels(1), minimum_redundancy=1, max_iterations=300)
+    full = estimate_components(noisy_levels(1), minimum_redundancy=1, method="helmert")
+    for one, other in zip(simple.components, full.components, strict=True):
+        assert one.sigma_of_factor == pytest.approx(other.sigma_of_factor, rel=1e-3)
+    b = simple.components[1]
+    assert b.sigma_of_factor / b.sigma_factor > 1.06 / np.sqrt(2 * b.redundancy)
+
+
+@pytest.mark.slow
+def test_the_sigma_of_a_factor_over_many_repetitions() -> None:
+    """Of the better determined group: 0.275 in 400 repetitions, where 1/sqrt(2 r) is 0.228."""
+    found = [
+        estimate_components(noisy_levels(seed), minimum_redundancy=1).components[1]
+        for seed in range(400)
+    ]
+    factor = np.array([c.sigma_factor for c in found])
+    stated = np.median([c.sigma_of_factor / c.sigma_factor for c in found])
+    assert factor.std() == pytest.approx(stated, rel=0.09)
+
+
+def test_in_large_networks_the_sigma_comes_from_random_vectors(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    network = levels({"a": (150, 0.001, 1.0), "b": (100, 0.003, 1.0)}, 4)
+    exact = estimate_components(network)
+    monkeypatch.setattr("tribrach.network.variance_components.EXACT", 0)
+    probed = estimate_components(network)
+    for one, other in zip(exact.components, probed.components, strict=True):
+        assert one.sigma_of_factor == pytest.approx(other.sigma_of_factor, rel=0.05)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.stats import chi2, norm
+from scipy.stats import chi2, f, norm
 
 from tests.report.cases import (
     levelled_without_residuals,
@@ -17,6 +17,7 @@ from tribrach.network.network import Datum
 from tribrach.network.quality import assess, check_covariances
 from tribrach.network.variance_components import estimate_components
 from tribrach.observations.base import Use
+from tribrach.report import text
 from tribrach.report.build import build
 from tribrach.report.chapters import SUBJECTS
 from tribrach.report.chapters.stations import attitude
@@ -252,3 +253,51 @@ def test_every_subject_has_a_key_of_its_own_and_a_model_for_its_data() -> None:
     modelled = {subject.key for subject in SUBJECTS if subject.model is not None}
     with_data = {c.key or c.name for c in content.chapters if c.data is not None}
     assert with_data <= modelled
+
+
+def test_the_verdict_on_a_check_point_uses_f_a_posteriori() -> None:
+    """Two given coordinates 3 mm apart, one check 10 mm off; three redundancies."""
+    adjustment = mean_of_two().adjustment
+    quality = assess(adjustment, posterior=True)
+    content = build(adjustment, quality, date="2026-01-01", posterior=True)
+    check = next(c for c in content.control if c.use == "check")
+    factor = 4.5 / 3
+    assert check.verdict is not None
+    assert check.verdict.statistic == pytest.approx(10**2 / 1.5 / factor)
+    assert check.verdict.limit == pytest.approx(3 * f.ppf(0.95, 3, 3))
+    assert not mean_of_two().control[-1].verdict.agrees  # type: ignore[union-attr]
+    weighted = content.control[0].verdict
+    # all the redundancy there is: it can neither agree nor disagree with its own sigma0
+    assert weighted is not None
+    assert weighted.statistic == pytest.approx(3.0)
+    assert weighted.limit == pytest.approx(3.0)
+    assert weighted.agrees
+
+
+def test_the_confidence_sets_the_limits_of_verdicts() -> None:
+    adjustment = mean_of_two().adjustment
+    for confidence in (0.9, 0.999):
+        content = build(adjustment, assess(adjustment, confidence=confidence))
+        verdict = content.control[-1].verdict
+        assert verdict is not None
+        assert verdict.limit == pytest.approx(chi2.ppf(confidence, 3))
+
+
+def test_variance_components_are_said_beside_the_sigmas() -> None:
+    adjustment = scanner()
+    found = estimate_components(adjustment.network, minimum_redundancy=1)
+    content = build(found.adjustment, assess(found.adjustment), components=found)
+    assert "unscaled" not in content.sigma_origin
+    assert "factors of their variance components" in content.sigma_origin
+    assert "unscaled" in build(adjustment, assess(adjustment)).sigma_origin
+    assert "after the estimate of variance components" in text.render(content)
+
+
+def test_tau_and_its_limit_are_shown_a_posteriori() -> None:
+    adjustment = scanner()
+    quality = assess(adjustment, posterior=True)
+    shown = text.render(build(adjustment, quality, posterior=True))
+    assert f"beyond the limit {quality.tau_critical:.2f} of τ" in " ".join(shown.split())
+    assert "w, MDB and effect are a priori" in " ".join(shown.split())
+    plain = text.render(build(adjustment, assess(adjustment)))
+    assert "limit 3.29 of w" in " ".join(plain.split())

@@ -153,6 +153,12 @@ class Assembly:
         plain = sp.csr_array(triple, shape=(first, first))
         return plain if self.joint_whitener is None else (self.joint_whitener @ plain).tocsr()
 
+    @cached_property
+    def observed(self) -> Array:
+        """The active values ``l`` (n,), metres and radians."""
+        tables = zip(self.network.observations, self.active, strict=True)
+        return np.concatenate([np.empty(0), *(o.values[items].ravel() for o, items in tables)])
+
     def misclosure(self, state: State) -> Array:
         """``l - h(x)`` (n,) of the active values, metres and radians."""
         parts = [

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
 from tribrach.errors import InputError, UnknownName
+from tribrach.network.assembly import Rows
 from tribrach.network.quality import Quality, check_covariances
 from tribrach.network.roles import scalar_roles
 from tribrach.network.solved import SolvedSystem
@@ -46,13 +47,14 @@ class ObservationRow:
         Share of an error of the value that shows in its residual, 0 to 1.
     w, tau
         Test values with the a-priori and with the a-posteriori sigma0. For values held out as a
-        check w is the residual over its predicted sigma.
+        check w is the residual over its predicted sigma; tau the same a posteriori.
     mdb
         Smallest error that the test would find.
     external, external_at
         Largest displacement [m] of a position by an error of this size, and of which.
     block_test, block_limit
-        Chi-square test of the whole vector or target, and its limit.
+        Test of the whole vector or target, and its limit: chi-square a priori; a posteriori
+        divided by the variance factor.
     group
         Name of its variance component.
     state, reason
@@ -60,7 +62,8 @@ class ObservationRow:
     source
         Where it was written, ``file:line``.
     suspicious
-        True if w or the test of its block is beyond the limit.
+        True if its test or that of its block is beyond the limit: of w and chi-square a priori,
+        of tau and F where the quality is a posteriori.
 
     Notes
     -----
@@ -312,8 +315,11 @@ def _columns(
     if len(checks):
         spread = np.sqrt(np.einsum("nii->ni", check_covariances(adjustment, o, checks)))
         figures["w"][checks] = residual[checks] / spread
-    suspicious = np.abs(np.nan_to_num(figures["w"])) > quality.w_critical
-    suspicious |= (np.nan_to_num(statistic) > limit)[:, None]
+        if quality.posterior:
+            figures["tau"][checks] = figures["w"][checks] / np.sqrt(quality.variance_factor)
+    suspicious = _suspicious(adjustment.rows, quality, number, o)
+    judged = figures["tau" if quality.posterior else "w"][checks]
+    suspicious[checks] = np.abs(np.nan_to_num(judged)) > quality.check_critical
     where = figures.pop("where").ravel().astype(int)
     places = {k: layout.position_name(int(k)) if k >= 0 else "" for k in np.unique(where)}
     ends = o.ends(layout)
@@ -373,6 +379,16 @@ def _figures(
     out["where"] = np.full(o.values.shape, -1.0)
     known = np.isfinite(quality.external[active]) & (quality.external[active] > 0)
     out["where"][place] = np.where(known, quality.external_position[active], -1)
+    return out
+
+
+def _suspicious(rows: Rows, quality: Quality, number: int, o: Observations) -> NDArray[np.bool_]:
+    """Values (n, rows) of a table that their test, or that of their block, rejects."""
+    out = np.zeros(o.values.shape, dtype=bool)
+    active = np.flatnonzero(rows.table == number)
+    out[rows.item[active], rows.row[active]] = quality.suspicious[active]
+    blocks = quality.blocks.table == number
+    out[quality.blocks.item[blocks]] |= quality.blocks.rejected[blocks][:, None]
     return out
 
 

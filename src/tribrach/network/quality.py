@@ -21,7 +21,7 @@ the network.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -36,15 +36,17 @@ from tribrach.network.reliability import (
 )
 from tribrach.network.significance import (
     block_noncentrality,
+    block_tau_critical,
     noncentrality,
     tau_critical,
     w_critical,
 )
 from tribrach.network.solved import SolvedSystem
 from tribrach.observations.base import Observations, Use
-from tribrach.statistics import chi2
+from tribrach.statistics import chi2, f, t
 
 __all__ = [
+    "ROUNDED",
     "Quality",
     "assess",
     "block_tests",
@@ -55,6 +57,8 @@ __all__ = [
 
 #: redundancy of a direction that counts as controlled
 CONTROLLED = 1e-7
+#: a test that reaches its bound must not exceed it by rounding
+ROUNDED = 1 + 1e-9
 #: largest joint covariance that is tested as one block
 LARGEST_JOINT = 300
 
@@ -137,7 +141,11 @@ class BlockTests:
     @property
     def rejected(self) -> NDArray[np.bool_]:
         """Blocks (b,) beyond their limit."""
-        return np.nan_to_num(self.statistic) > self.critical
+        return np.nan_to_num(self.statistic) > ROUNDED * self.critical
+
+    def scaled(self, factor: float, critical: Array) -> BlockTests:
+        """The same with statistics divided by a variance factor, against other limits (b,)."""
+        return replace(self, statistic=self.statistic / factor, critical=critical)
 
     @classmethod
     def join(cls, parts: list[BlockTests]) -> BlockTests:
@@ -188,7 +196,12 @@ class Quality:
     alpha0, power
         Significance and power of a single test.
     confidence
-        Of ellipses and intervals.
+        Of the global test, ellipses and intervals.
+    variance_factor
+        What the tests of blocks, sessions and checks were divided by; 1 a priori.
+    posterior
+        True if values are judged by tau and blocks by F, False if by w and chi-square. w itself,
+        estimated errors, minimal detectable biases and effects are a priori either way.
     """
 
     global_test: GlobalTest
@@ -208,6 +221,30 @@ class Quality:
     alpha0: float
     power: float
     confidence: float
+    variance_factor: float
+    posterior: bool
+
+    @property
+    def test(self) -> Array:
+        """What single values (n,) are judged by: tau a posteriori, w a priori."""
+        return self.tau if self.posterior else self.w
+
+    @property
+    def critical(self) -> float:
+        """Limit of :attr:`test`."""
+        return self.tau_critical if self.posterior else self.w_critical
+
+    @property
+    def suspicious(self) -> NDArray[np.bool_]:
+        """Values (n,) whose test is beyond its limit."""
+        return np.nan_to_num(np.abs(self.test)) > ROUNDED * self.critical
+
+    @property
+    def check_critical(self) -> float:
+        """Limit of values held out: of Student's t a posteriori, of the normal a priori."""
+        if not self.posterior:
+            return self.w_critical
+        return float(t.ppf(1 - self.alpha0 / 2, self.global_test.dof))
 
     @property
     def controlled(self) -> NDArray[np.bool_]:
@@ -218,7 +255,7 @@ class Quality:
 def assess(
     adjustment: SolvedSystem,
     *,
-    alpha: float = 0.05,
+    posterior: bool = False,
     alpha0: float = 0.001,
     power: float = 0.8,
     confidence: float = 0.95,
@@ -229,12 +266,12 @@ def assess(
     ----------
     adjustment
         The adjusted network.
-    alpha
-        Significance of the global test.
+    posterior
+        Judge observations with the a-posteriori sigma0, where there is one.
     alpha0, power
         Significance and power of a single blunder test.
     confidence
-        Confidence of ellipses and intervals derived from it.
+        Of the global test, and of ellipses and intervals derived from it.
 
     Returns
     -------
@@ -242,11 +279,21 @@ def assess(
         All tests and reliability figures.
     """
     system = weigh(adjustment)
-    factor = adjustment.posterior_factor
+    factor, dof = adjustment.posterior_factor, adjustment.dof
+    posterior = adjustment.scaled(posterior=posterior)
+    blocks, sessions = block_tests(system, alpha0, power), joint_tests(system, alpha0, power)
+    checks = check_tests(adjustment, alpha0)
+    if posterior:
+        blocks, sessions = (
+            part.scaled(factor, block_tau_critical(np.maximum(part.freedom, 1), dof, alpha0))
+            for part in (blocks, sessions)
+        )
+        quantile = f.ppf(1 - alpha0, checks.freedom, dof)
+        checks = checks.scaled(factor, np.asarray(checks.freedom * quantile, dtype=float))
     mdb = system.detectable(noncentrality(alpha0, power))
     external = external_reliability(system, mdb)
     return Quality(
-        global_test=global_test(adjustment, alpha),
+        global_test=global_test(adjustment, 1 - confidence),
         redundancy=redundancy_numbers(system),
         w=system.w,
         tau=system.w / np.sqrt(factor) if factor > 0 else np.full(len(system.w), np.nan),
@@ -255,14 +302,16 @@ def assess(
         external=external.displacement,
         external_position=external.position,
         external_exact=external.exact,
-        blocks=block_tests(system, alpha0, power),
-        sessions=joint_tests(system, alpha0, power),
-        checks=check_tests(adjustment, alpha0),
+        blocks=blocks,
+        sessions=sessions,
+        checks=checks,
         w_critical=w_critical(alpha0),
         tau_critical=tau_critical(adjustment.dof, alpha0),
         alpha0=alpha0,
         power=power,
         confidence=confidence,
+        variance_factor=factor if posterior else 1.0,
+        posterior=posterior,
     )
 
 

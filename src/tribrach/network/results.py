@@ -274,7 +274,7 @@ class Results:
     @cached_property
     def quality(self) -> Quality:
         """Tests, redundancies and minimal detectable biases."""
-        return assess(self.adjustment, confidence=self.confidence)
+        return assess(self.adjustment, posterior=self.posterior, confidence=self.confidence)
 
     @cached_property
     def observations(self) -> ObservationRows:
@@ -420,8 +420,9 @@ class Results:
         ]
         rows = self.observations.worst(_WORST)
         if len(rows):
-            lines += ["", f"Worst observations (limit of w: {self.quality.w_critical:.2f})"]
-            lines += [f"  {row}" for row in rows]
+            test = "tau" if self.quality.posterior else "w"
+            lines += ["", f"Worst observations (limit of {test}: {self.quality.critical:.2f})"]
+            lines += [f"  {row}" + f", tau {row.tau:.2f}" * self.quality.posterior for row in rows]
         if len(self.points):
             lines += ["", f"Points: E, N, U [m], sigmas [mm] {self.scale}"]
             lines += _table(
@@ -528,11 +529,12 @@ class Results:
         ]
 
     def _plot_residuals(self, axes: Axes) -> None:
-        """Test values by kind, with the limit."""
-        rows, limit = self.observations, self.quality.w_critical
+        """Test values by kind, with the limit: w a priori, tau a posteriori."""
+        rows, limit = self.observations, self.quality.critical
+        test = "tau" if self.quality.posterior else "w"
         kinds = list(dict.fromkeys(rows.column("kind")))
         number = np.array([kinds.index(kind) for kind in rows.column("kind")], dtype=float)
-        w, suspicious = rows.column("w"), rows.column("suspicious")
+        w, suspicious = rows.column(test), rows.column("suspicious")
         # side by side in the order of the network, so that no dot hides another
         for k in range(len(kinds)):
             of_kind = np.flatnonzero(number == k)
@@ -542,7 +544,7 @@ class Results:
         for bound in (-limit, limit):
             axes.axhline(bound, color="tab:red", linewidth=0.8, linestyle="--")
         axes.set_xticks(range(len(kinds)), [str(kind).replace("_", " ") for kind in kinds])
-        axes.set_ylabel("w, a priori")
+        axes.set_ylabel(f"{test}, {self.scale}")
         axes.set_title(f"Test values, limit {limit:.2f}", fontsize=8)
 
     def __repr__(self) -> str:

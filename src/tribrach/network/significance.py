@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import gammaln
 
-from tribrach.statistics import chi2, norm, t
+from tribrach.statistics import chi2, f, norm
 
 __all__ = [
     "block_noncentrality",
+    "block_tau_critical",
     "log_significance",
     "noncentrality",
     "sidak",
@@ -56,10 +57,32 @@ def tau_critical(dof: int, alpha: float) -> float:
         ``t sqrt(r) / sqrt(r - 1 + t^2)`` with t of r - 1 degrees of freedom; sqrt(r) is its
         bound.
     """
-    if dof < 2:
-        return float(np.sqrt(max(dof, 0)))
-    quantile = t.ppf(1 - alpha / 2, dof - 1)
-    return float(quantile * np.sqrt(dof) / np.sqrt(dof - 1 + quantile**2))
+    return float(np.sqrt(block_tau_critical(1, dof, alpha)))
+
+
+def block_tau_critical(freedom: ArrayLike, dof: int, alpha: float) -> NDArray[np.float64]:
+    """Critical values of blocks whose statistic is divided by the a-posteriori variance factor.
+
+    Parameters
+    ----------
+    freedom : array
+        Degrees of freedom k of each block.
+    dof
+        Redundancy r of the adjustment that the blocks are a part of.
+    alpha
+        Significance.
+
+    Returns
+    -------
+    array
+        ``r k F / (r - k + k F)`` with F of k and r - k degrees of freedom, the square of tau for
+        one; r is its bound, and all there is where nothing but the block is redundant.
+    """
+    k = np.asarray(freedom, dtype=float)
+    rest = np.maximum(dof - k, 0.0)
+    quantile = k * f.ppf(1 - alpha, k, np.where(rest > 0, rest, 1.0))
+    limit = dof * quantile / (rest + quantile)
+    return np.where(rest > 0, limit, float(max(dof, 0)))
 
 
 def sidak(alpha: float, count: int) -> float:

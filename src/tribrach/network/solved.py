@@ -24,6 +24,9 @@ __all__ = ["Scale", "SolvedSystem"]
 #: what covariances are scaled by
 Scale = Literal["a priori", "a posteriori"]
 
+#: roundings of a value and of the unknowns behind it that a residual may consist of
+_ROUNDINGS = 16
+
 
 @dataclass(frozen=True)
 class SolvedSystem:
@@ -134,10 +137,18 @@ class SolvedSystem:
         Returns
         -------
         bool
-            False if that is not wanted, without redundancy, or with residuals that are all zero,
-            from which no sigma0 can be estimated.
+            False if that is not wanted, without redundancy, or with residuals that are nothing
+            but rounding, from which no sigma0 can be estimated.
         """
-        return posterior and self.posterior_factor > 0
+        return posterior and self.dof > 0 and not self.fits_exactly
+
+    @cached_property
+    def fits_exactly(self) -> bool:
+        """True if all residuals are zero but for rounding (method section 3.1)."""
+        rounding = abs(self.whitener) @ np.abs(self.assembly.observed)
+        rounding += abs(self.design) @ self.state.sizes[self.free_columns]
+        bound = _ROUNDINGS * np.finfo(float).eps * rounding
+        return bool((np.abs(self.whitened_residuals) <= bound).all())
 
     def scale(self, *, posterior: bool) -> Scale:
         """``scaled`` in words."""

@@ -30,6 +30,8 @@ Method = Literal["foerstner", "helmert"]
 
 #: largest number of unknowns for the full estimate
 HELMERT_LIMIT = 2000
+#: unknowns up to which sigmas of factors come from all of H, and random vectors beyond
+EXACT, PROBES = 600, 40
 #: largest last change of a variance
 SETTLED = 1e-6
 
@@ -49,7 +51,7 @@ class VarianceComponent:
     sigma_factor
         Factor on the sigmas that were given.
     sigma_of_factor
-        Standard deviation of that factor.
+        Standard deviation of that factor; NaN where the sigmas were kept.
     note
         Why the component is not simply what the residuals say; empty if it is.
     """
@@ -136,7 +138,7 @@ def estimate_components(
     while True:
         shares = groups.shares(adjustment)
         usable &= shares.redundancy >= minimum_redundancy
-        ratio, spread = _estimate(method, groups, adjustment, shares, usable)
+        ratio = _estimate(method, groups, adjustment, shares, usable)
         updated = np.where(usable, np.clip(variance * ratio, low, high), 1.0)
         converged = bool(np.abs(updated / variance - 1).max(initial=0.0) < SETTLED)
         if converged or iteration == max_iterations:
@@ -144,6 +146,7 @@ def estimate_components(
         variance, iteration = updated, iteration + 1
         scaled = _rescaled(start, variance[groups.number])
         adjustment = adjust(restart(scaled, adjustment))
+    spread = groups.spread(adjustment, shares, usable)
     notes = _notes(shares, usable, updated, minimum_redundancy, (low, high))
     factor = np.sqrt(variance)
     rows = zip(groups.names, shares.count, shares.redundancy, factor, spread, notes, strict=True)
@@ -195,6 +198,32 @@ class _Groups:
             np.bincount(group, square, size).astype(float),
         )
 
+    def spread(self, adjustment: Adjustment, shares: _Shares, usable: Mask) -> Array:
+        """Relative sigmas (g,) of the roots of the components, from ``2 H^-1``.
+
+        Both estimates have it at convergence; NaN for groups that keep their sigmas, which are
+        not estimated.
+        """
+        out = np.full(len(self.names), np.nan)
+        if usable.any():
+            small = adjustment.n_unknowns <= EXACT
+            matrix = self.helmert_matrix(adjustment) if small else self._probed(adjustment, shares)
+            inverse = np.linalg.inv(matrix[np.ix_(usable, usable)])
+            out[usable] = np.sqrt(np.maximum(2 * np.diag(inverse), 0.0)) / 2
+        return out
+
+    def _probed(self, adjustment: Adjustment, shares: _Shares) -> Array:
+        """The same matrix from random signs (Hutchinson 1990), good to a few per cent."""
+        group, size = self.number[adjustment.rows.table], len(self.names)
+        signs = np.random.default_rng(0).choice([-1.0, 1.0], (len(group), PROBES))
+        matrix = np.diag(2 * shares.redundancy - shares.count)
+        for k in range(size):
+            mine = (group == k)[:, None] * signs
+            seen = adjustment.design @ adjustment.cofactor.solve(adjustment.design.T @ mine)
+            square = (seen**2).mean(axis=1)
+            matrix[:, k] += np.bincount(group, square, size)
+        return (matrix + matrix.T) / 2
+
     def helmert_matrix(self, adjustment: Adjustment) -> Array:
         """``H_ij = |R_ij|^2`` (g, g): squared Frobenius norms of the blocks of ``R``."""
         if adjustment.n_unknowns > HELMERT_LIMIT:
@@ -217,20 +246,18 @@ class _Groups:
 
 def _estimate(
     method: Method, groups: _Groups, adjustment: Adjustment, shares: _Shares, usable: Mask
-) -> tuple[Array, Array]:
-    """Variance ratios (g,), one for groups left alone, and relative sigmas of their roots."""
+) -> Array:
+    """Variance ratios (g,), one for groups left alone."""
     redundancy = np.where(shares.redundancy > 1e-6, shares.redundancy, np.inf)
-    spread = np.where(np.isfinite(redundancy), 1 / np.sqrt(2 * redundancy), np.inf)
     if method == "foerstner" or not usable.any():
         ratio = np.where(usable, shares.square / redundancy, 1.0)
-        return np.maximum(ratio, SETTLED), spread
+        return np.maximum(ratio, SETTLED)
     matrix = groups.helmert_matrix(adjustment)
     # groups that keep their sigmas stand on the right-hand side with the component one
     inverse = np.linalg.inv(matrix[np.ix_(usable, usable)])
     ratio = np.ones(len(usable))
     ratio[usable] = inverse @ (shares.square - matrix[:, ~usable].sum(axis=1))[usable]
-    spread[usable] = np.sqrt(2 * np.diag(inverse)) / 2
-    return np.maximum(ratio, SETTLED), spread
+    return np.maximum(ratio, SETTLED)
 
 
 def _notes(

@@ -186,6 +186,20 @@ class State:
         """Points, then pose translations, (P + S, 3)."""
         return np.concatenate([self.points, self.pose_t])
 
+    @property
+    def sizes(self) -> Array:
+        """Size (size,) of what each column of a tangent vector is added to; 1 for turns."""
+        turn = np.ones((len(self.pose_t), 3)), np.ones((len(self.plane_d), 2))
+        parts = (
+            self.points,
+            np.concatenate([self.pose_t, turn[0]], axis=1),
+            np.concatenate([turn[1], self.plane_d[:, None]], axis=1),
+            self.vectors,
+            self.scalars,
+        )
+        sizes: Array = np.abs(np.concatenate([part.ravel() for part in parts]))
+        return sizes
+
     def scalar(self, index: Index, default: Array | float = 0.0) -> Array:
         """Scalars at indices (n,); where an index is negative, the default."""
         if len(self.scalars) == 0:

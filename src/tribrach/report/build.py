@@ -81,7 +81,7 @@ def build(
         facts=_facts(adjustment, [row.source for row in rows], facts or {}),
         settings=settings,
         datum=datum_statement(adjustment),
-        sigma_origin=sigma_origin(adjustment, posterior),
+        sigma_origin=sigma_origin(adjustment, posterior, components),
         summary=summary(adjustment, quality),
         control=control(adjustment, settings),
         points=points(adjustment, settings, covariances, uncertainty),

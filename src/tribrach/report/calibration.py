@@ -122,8 +122,11 @@ def _significance(calibration: SelfCalibration) -> list[str]:
 
 def _block(test: BlockTest) -> str:
     """A test of several parameters."""
-    what = f"F({test.freedom}, {test.redundancy})" if test.posterior else f"chi²({test.freedom})"
-    return f"{what} = {test.statistic:.3g}, {_p(test.p)}"
+    if test.posterior:
+        what, statistic = f"F({test.freedom}, {test.redundancy})", test.statistic
+    else:
+        what, statistic = f"chi²({test.freedom})", test.freedom * test.statistic
+    return f"{what} = {statistic:.3g}, {_p(test.p)}"
 
 
 def _model(calibration: SelfCalibration) -> list[str]:

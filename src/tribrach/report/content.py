@@ -59,7 +59,7 @@ class ReportSettings:
     posterior
         True if covariances are scaled by the a-posteriori variance factor.
     alpha
-        Error probability of the global test and of check verdicts.
+        Error probability of the global test and of check verdicts, 1 - confidence.
     angle
         How angles are written.
     """
@@ -187,7 +187,10 @@ class Point:
 
 @dataclass(frozen=True)
 class CheckVerdict:
-    """A squared distance in its own metric against chi-square: statistic, limit, sentence."""
+    """A squared distance in its own metric, its limit, and whether it stays below.
+
+    The limit is of chi-square a priori and of F a posteriori (method section 3.4).
+    """
 
     statistic: float
     limit: float

@@ -7,6 +7,7 @@ import numpy as np
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.quality import Quality
 from tribrach.network.roles import datum_names, datum_sentence
+from tribrach.network.variance_components import VarianceComponents
 from tribrach.observations.base import Observations, Use
 from tribrach.report.content import (
     DatumStatement,
@@ -19,16 +20,29 @@ from tribrach.report.numbers import number
 __all__ = ["datum_statement", "sigma_origin", "summary"]
 
 
-def sigma_origin(adjustment: Adjustment, posterior: bool) -> str:
-    """Where the standard deviations come from, one sentence."""
+def sigma_origin(
+    adjustment: Adjustment, posterior: bool, components: VarianceComponents | None = None
+) -> str:
+    """Where the standard deviations come from, in one sentence or two."""
+    own = ""
+    if components is not None:
+        factors = [component.sigma_factor for component in components.components]
+        own = (
+            f" Those of the observations are as given times {min(factors):.3g} to "
+            f"{max(factors):.3g}, the factors of their variance components."
+        )
     if adjustment.scaled(posterior=posterior):
         scale = float(np.sqrt(adjustment.posterior_factor))
         return (
             "Standard deviations and covariances of unknowns are a posteriori: those of the "
             f"observations times {scale:.4f}, the ratio of sigma0 a posteriori to a priori "
-            f"(redundancy {adjustment.dof})."
+            f"(redundancy {adjustment.dof}).{own}"
         )
-    words = "Standard deviations and covariances are a priori: the observations' own, unscaled."
+    words = "Standard deviations and covariances are a priori: " + (
+        "they follow from those of the observations." + own
+        if own
+        else "the observations' own, unscaled."
+    )
     if not posterior:
         return words
     if adjustment.dof > 0:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -10,7 +11,9 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
+from tribrach.network.quality import ROUNDED
 from tribrach.network.roles import given_coordinates, held_names, used_axes
+from tribrach.network.significance import block_tau_critical
 from tribrach.observations.base import Observations, Use
 from tribrach.report.chapter import Chapter
 from tribrach.report.content import CheckVerdict, Control, Head, ReportSettings
@@ -25,7 +28,7 @@ from tribrach.report.tables import (
     number_cell,
     text_cell,
 )
-from tribrach.statistics import chi2
+from tribrach.statistics import chi2, f
 
 __all__ = ["SUBJECT", "control"]
 
@@ -78,6 +81,7 @@ def _coordinates(
     q = np.stack([_block(adjustment, name) for name in names])
     sign = np.where(o.use == Use.ACTIVE, -1.0, 1.0)[:, None, None]
     predicted = adjustment.variance_factor(posterior=settings.posterior) * (own + sign * q)
+    dof = adjustment.dof if adjustment.scaled(posterior=settings.posterior) else None
     out = []
     for i, name in enumerate(names):
         use = Use(int(o.use[i]))
@@ -90,7 +94,9 @@ def _coordinates(
                 sigma=triple(sigma[i]),
                 difference=triple(difference[i]),
                 difference_sigma=(None, None, None) if off else triple(sigmas(predicted[i])),
-                verdict=None if off else _judged(difference[i], predicted[i], settings),
+                verdict=None
+                if off
+                else _judged(difference[i], predicted[i], _Limits(settings.alpha, dof, use)),
                 reason=str(o.reason[i]),
                 source=str(o.source[i]),
             )
@@ -104,8 +110,29 @@ def _block(adjustment: Adjustment, name: str) -> Array:
     return adjustment.covariance_columns(columns, columns)
 
 
-def _judged(difference: Array, predicted: Array, settings: ReportSettings) -> CheckVerdict | None:
-    """Chi-square test of a difference; None where nothing controls it."""
+@dataclass(frozen=True)
+class _Limits:
+    """Limits of squared differences: of chi-square, or with a redundancy of F.
+
+    A check point is independent of sigma0 a posteriori; control that took part is not, and its
+    limit allows for that as tau does (method section 3.4).
+    """
+
+    alpha: float
+    dof: int | None
+    use: Use
+
+    def of(self, freedom: int) -> float:
+        """The limit of so many degrees of freedom."""
+        if self.dof is None:
+            return float(chi2.ppf(1 - self.alpha, freedom))
+        if self.use == Use.CHECK:
+            return float(freedom * f.ppf(1 - self.alpha, freedom, self.dof))
+        return float(block_tau_critical(freedom, self.dof, self.alpha))
+
+
+def _judged(difference: Array, predicted: Array, limits: _Limits) -> CheckVerdict | None:
+    """Test of a difference against its covariance; None where nothing controls it."""
     used = np.isfinite(difference)
     variance = np.where(used, np.diag(predicted), np.nan)
     used &= np.nan_to_num(variance) > 1e-16
@@ -116,8 +143,8 @@ def _judged(difference: Array, predicted: Array, settings: ReportSettings) -> Ch
     good = values > 1e-6 * values.max()
     along = vectors[:, good].T @ difference[used]
     statistic = float((along**2 / values[good]).sum())
-    limit = float(chi2.ppf(1 - settings.alpha, int(good.sum())))
-    return CheckVerdict(statistic, limit, statistic <= limit)
+    limit = limits.of(int(good.sum()))
+    return CheckVerdict(statistic, limit, statistic <= limit * ROUNDED)
 
 
 def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
@@ -131,7 +158,8 @@ def _table(head: Head) -> ReportTable:
     note = (
         "Difference: adjusted minus given; its sigma is what the difference should have "
         "if given coordinates and network are right. The test is the squared difference in "
-        f"that metric against chi-square at {limit:g} %. Check points take no part."
+        f"that metric against {'F' if head.scaled else 'chi-square'} at {limit:g} %. Check points "
+        "take no part."
     )
     columns: list[Spec] = [
         head.columns.word("Point", "name"),

@@ -69,12 +69,24 @@ def worst_first(observations: tuple[Observation, ...]) -> list[Observation]:
 def _observation_table(head: Head) -> ReportTable:
     """Every observed value, worst first."""
     columns = head.columns
+    quality = head.quality
+    judged = (
+        f"Suspicious is what lies beyond the limit {quality.critical:.2f} of τ, or beyond that of "
+        "its block, with sigma0 a posteriori; w, MDB and effect are a priori. "
+        if quality.posterior
+        else f"Suspicious is what lies beyond the limit {quality.critical:.2f} of w, or beyond "
+        "that of its block. "
+    )
+    sigmas = (
+        "Sigmas of observations are those after the estimate of variance components."
+        if head.components
+        else "Sigmas of observations are as given."
+    )
     note = (
         "Residual v = adjusted - observed. r: redundancy number. w: test value (for check values "
         "the residual over its predicted sigma). τ: the same with sigma0 a posteriori. MDB: the "
         "smallest error that would be found; effect: the largest shift of a position if it is "
-        "not. Block: test of the whole vector or target against its limit. Sigmas of "
-        "observations are as given."
+        f"not. Block: test of the whole vector or target against its limit. {judged}{sigmas}"
     )
     specs: list[Spec] = [
         columns.plain("#", "number", 0, wide=True),
@@ -86,7 +98,7 @@ def _observation_table(head: Head) -> ReportTable:
         _small("v", "residual", columns),
         columns.plain("r", "redundancy"),
         (ColumnHead("w"), lambda o: _w(o, columns)),
-        columns.plain("τ", "tau", wide=True),
+        columns.plain("τ", "tau", wide=not quality.posterior),
         _small("MDB", "mdb", columns),
         columns.mm("effect", attrgetter("external"), 1),
         columns.word("at", "external_at"),
