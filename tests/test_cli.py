@@ -116,7 +116,6 @@ def test_datum_free_and_unknown_names(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "line", "words"),
     [
-        ('to="B" val="1.001"', 'to="X" val="1.001"', 10, "X"),
         ('<point id="B" adj="z"/>', '<point id="B" adj="z"/><point id="B" adj="z"/>', 7, "twice"),
         ('val="1.001" stdev="1.0"', 'val="1.001"', 10, "standard deviation"),
         ('val="1.001" stdev="1.0"', 'val="1.001" stdev="-1.0"', 10, "above zero"),

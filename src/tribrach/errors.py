@@ -3,7 +3,8 @@
 ```
 TribrachError
 ├── InputError          a file or a call is wrong (file, line, cure); the command line exits with 2
-│   └── UnknownName     nothing has the name that was asked for; also a KeyError
+│   ├── UnknownName     nothing has the name that was asked for; also a KeyError
+│   └── Refusals        several records are wrong, each in a sentence of its own
 └── AdjustmentError     the network cannot be adjusted as it stands
     ├── NoStartValues   unknowns that no observation ties to the rest
     ├── RankDefect      unknowns that the observations cannot separate, in sentences
@@ -13,11 +14,13 @@ TribrachError
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from difflib import get_close_matches
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from types import TracebackType
+from typing import Any, Self
 
 __all__ = [
     "AdjustmentError",
@@ -25,6 +28,8 @@ __all__ = [
     "NoStartValues",
     "NotConverged",
     "RankDefect",
+    "RefusalCollector",
+    "Refusals",
     "TribrachError",
     "UnknownName",
 ]
@@ -125,6 +130,143 @@ class UnknownName(InputError, KeyError):
         # a KeyError would show the repr of its text
         text = str(self.args[0])
         return text.removesuffix(".") if text.endswith("?.") else text
+
+
+#: refusals whose sentences are kept; others are counted
+_TOLD = 20
+
+
+class Refusals(InputError):
+    """Several records are wrong; each has its own sentence, in the order of the lines.
+
+    Parameters
+    ----------
+    errors
+        The first refusals, at least one. Place, ``what`` and ``cure`` are those of the first of
+        them.
+    count
+        How many there are; those beyond the ones given are only counted.
+
+    Examples
+    --------
+    >>> print(Refusals([InputError("x is 'a'", line=3, file="a.csv"), InputError("no y")], 5))
+    5 records are refused:
+      - a.csv:3: x is 'a'.
+      - no y.
+      - and 3 more.
+    """
+
+    def __init__(self, errors: Sequence[InputError], count: int) -> None:
+        self.errors, self.count = _by_line(errors), count
+        first = self.errors[0]
+        super().__init__(
+            first.what, file=first.file, line=first.line, record=first.record, cure=first.cure
+        )
+        sentences = [str(error) for error in self.errors]
+        if count > len(sentences):
+            sentences.append(f"and {count - len(sentences)} more.")
+        listed = [f"  - {sentence}" for sentence in sentences]
+        self.args = ("\n".join([f"{count} records are refused:", *listed]),)
+
+
+def _by_line(errors: Sequence[InputError]) -> tuple[InputError, ...]:
+    """Refusals by file, in the order in which the files were read, and by line."""
+    files = list(dict.fromkeys(str(error.file) for error in errors))
+    return tuple(sorted(errors, key=lambda e: (files.index(str(e.file)), e.line or 0)))
+
+
+class RefusalCollector:
+    """Gathers what a reader refuses, so that a user sees all of it at once and not one a run.
+
+    Within the block each record is read in :meth:`record`; one that is refused is noted and the
+    next one is read. At the end of the block, or where :meth:`settle` says that nothing sensible
+    follows, what was noted is raised: one refusal as it is, several as :class:`Refusals`. A refusal
+    of the whole file that ends the block comes to the others.
+
+    Examples
+    --------
+    >>> def number(text):
+    ...     if not text.isdigit():
+    ...         raise InputError(f"{text!r} is no number")
+    ...     return int(text)
+    >>> with RefusalCollector() as refused:
+    ...     for text in ("1", "two", "3"):
+    ...         with refused.record():
+    ...             number(text)
+    Traceback (most recent call last):
+    ...
+    tribrach.errors.InputError: 'two' is no number.
+    """
+
+    def __init__(self) -> None:
+        self._kept: list[InputError] = []
+        self._seen: set[int] = set()
+        self.count = 0
+
+    def add(self, error: InputError) -> None:
+        """Note a refusal; the same sentence a second time says nothing new.
+
+        Parameters
+        ----------
+        error : InputError
+            The refusal; several count as so many.
+        """
+        parts: Sequence[InputError] = (error,)
+        if isinstance(error, Refusals):
+            parts, self.count = error.errors, self.count + error.count - len(error.errors)
+        for part in parts:
+            sentence = hash(str(part))
+            if sentence not in self._seen:
+                self._seen.add(sentence)
+                self.count += 1
+                self._kept += [part] if len(self._kept) < _TOLD else []
+
+    @contextmanager
+    def record(self) -> Iterator[None]:
+        """A block that reads one record; its refusal is noted, and what follows goes on."""
+        try:
+            yield
+        except InputError as error:
+            self.add(error)
+
+    @property
+    def full(self) -> bool:
+        """True if further sentences would only be counted."""
+        return len(self._kept) == _TOLD
+
+    def error(self) -> InputError:
+        """What was noted: the refusal, or :class:`Refusals` if there are several."""
+        return self._kept[0] if self.count == 1 else Refusals(self._kept, self.count)
+
+    def settle(self) -> None:
+        """Raise what was noted so far, if anything was.
+
+        Raises
+        ------
+        InputError
+            The refusal, or :class:`Refusals` if there are several.
+        """
+        if self.count:
+            error = self.error()
+            self._kept, self.count = [], 0
+            raise error
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        # other exceptions than refusals are not ours; an adjustment that fails on what is left of
+        # a file says nothing that the refusals do not say better
+        if error is not None and not (self.count and isinstance(error, TribrachError)):
+            return
+        if isinstance(error, InputError):
+            self.add(error)
+        self.settle()
 
 
 class AdjustmentError(TribrachError):

@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
-from tribrach.errors import InputError
+from tribrach.errors import InputError, RefusalCollector
 from tribrach.io.xml_file import read_bytes
 
 __all__ = ["read_rows"]
@@ -59,8 +59,10 @@ def read_rows(path: Path) -> tuple[list[list[str]], list[int]]:
         raise InputError(f"this is no CSV file: {error}", file=path) from error
     if len(rows) != len(kept):
         raise InputError("a quoted cell goes over several lines", file=path, line=lines[0])
-    for row, number in zip(rows, lines, strict=True):
-        if len(row) != len(rows[0]):
-            what = f"the row has {len(row)} cells, the header has {len(rows[0])}"
-            raise InputError(what, file=path, line=number, cure="give every row the same cells")
+    with RefusalCollector() as refused:
+        for row, number in zip(rows, lines, strict=True):
+            if len(row) != len(rows[0]):
+                what = f"the row has {len(row)} cells, the header has {len(rows[0])}"
+                cure = "give every row the same cells"
+                refused.add(InputError(what, file=path, line=number, cure=cure))
     return rows, lines

@@ -8,7 +8,7 @@ from typing import TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from tribrach.errors import InputError
+from tribrach.errors import InputError, RefusalCollector
 from tribrach.io.xml_file import read_bytes
 
 __all__ = ["read_model"]
@@ -42,7 +42,9 @@ def read_model(path: Path, model: type[Model], cure: str) -> Model:
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"this is not TOML: {error}", file=path) from error
     except ValidationError as error:
-        first = error.errors()[0]
-        key = ".".join(str(part) for part in first["loc"])
-        words = f"{key}: {first['msg'][:1].lower()}{first['msg'][1:]}"
-        raise InputError(words, file=path, cure=cure) from error
+        refused = RefusalCollector()
+        for detail in error.errors():
+            key = ".".join(str(part) for part in detail["loc"])
+            words = f"{key}: {detail['msg'][:1].lower()}{detail['msg'][1:]}"
+            refused.add(InputError(words, file=path, cure=cure))
+        raise refused.error() from error

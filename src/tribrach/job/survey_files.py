@@ -10,7 +10,7 @@ import numpy as np
 
 from tribrach._types import Array, Progress
 from tribrach.calibration.calibrated import scanned_stations
-from tribrach.errors import InputError
+from tribrach.errors import InputError, RefusalCollector
 from tribrach.geodesy.epochs import Realisation
 from tribrach.geodesy.geoid_grid import GeoidGrid
 from tribrach.geodesy.proj_grids import vertical_name
@@ -36,7 +36,7 @@ from tribrach.job.lever_arms import lever_arms_of
 from tribrach.job.whose_instrument import Instruments
 from tribrach.network.identity import names_apart
 from tribrach.network.survey import Survey
-from tribrach.project.sections import EpochKeys, ObservationFile
+from tribrach.project.sections import EpochKeys, ObservationFile, PointFile
 
 __all__ = ["ReadFiles", "read_survey_files"]
 
@@ -126,21 +126,33 @@ class _Reader:
 
     def points(self) -> None:
         """Files of points."""
-        for k, part in enumerate(self.project.points):
-            carry = self._mover(part, ("points", k))
-            path = self.project.folder / part.file
-            context = replace(self.context, role=part.role, carry=carry, label=self.labels[path])
-            self.survey.merge(csv_tables.read(path, context))
+        with RefusalCollector() as refused:
+            for k, part in enumerate(self.project.points):
+                with refused.record():
+                    self._points(k, part)
+
+    def _points(self, k: int, part: PointFile) -> None:
+        """One file of points."""
+        carry = self._mover(part, ("points", k))
+        path = self.project.folder / part.file
+        context = replace(self.context, role=part.role, carry=carry, label=self.labels[path])
+        self.survey.merge(csv_tables.read(path, context))
 
     def observations(self) -> None:
         """Files of observations; readings of calibrated scanners get their models."""
-        for k, entry in enumerate(self.project.observations):
-            part = self._observations(k, entry)
-            scanned = scanned_stations(part)
-            if entry.instrument is not None:
-                self.instruments.learn(scanned, entry.instrument, ("observations", k, "instrument"))
-            self.calibrations.apply(part, scanned)
-            self.survey.merge(part)
+        with RefusalCollector() as refused:
+            for k, entry in enumerate(self.project.observations):
+                with refused.record():
+                    self._entry(k, entry)
+
+    def _entry(self, k: int, entry: ObservationFile) -> None:
+        """One entry of observations."""
+        part = self._observations(k, entry)
+        scanned = scanned_stations(part)
+        if entry.instrument is not None:
+            self.instruments.learn(scanned, entry.instrument, ("observations", k, "instrument"))
+        self.calibrations.apply(part, scanned)
+        self.survey.merge(part)
 
     def _frame(self) -> WorkFrame:
         """The work frame of the site; a projected one is centred on the first points."""
@@ -221,15 +233,19 @@ class _Reader:
         return carry
 
     def _observations(self, k: int, entry: ObservationFile) -> Survey:
-        """One entry of observations."""
+        """The survey of one entry of observations."""
         paths = [self.project.folder / name for name in entry.names]
         kinds = [entry.format or format_of(path) for path in paths]
         if set(kinds) == {"csv"}:
             context = replace(self.context, carry=self._mover(entry, ("observations", k)))
-            first, *others = [self._csv(k, path, context) for path in paths]
-            for other in others:
-                first.merge(other)
-            return first
+            parts = []
+            with RefusalCollector() as refused:
+                for path in paths:
+                    with refused.record():
+                        parts.append(self._csv(k, path, context))
+            for other in parts[1:]:
+                parts[0].merge(other)
+            return parts[0]
         if set(kinds) == {"totalstation"}:
             precision = self.instruments.precision(self.instruments.of_file(k))
             known = [n for n, p in self.survey.points.items() if np.isfinite(p.xyz).all()]

@@ -15,7 +15,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from tribrach.errors import InputError
+from tribrach.errors import InputError, RefusalCollector
 from tribrach.io.xml_file import read_bytes
 
 __all__ = ["line_of", "load", "refused"]
@@ -79,14 +79,36 @@ def _parts(dotted: str) -> list[str]:
 
 
 def refused(error: ValidationError, model: type[BaseModel], path: Path, text: str) -> InputError:
-    """The first thing a model refused, in one sentence with its line; how many more there are."""
-    first, *others = error.errors()
-    place = [part for part in first["loc"] if not str(part).startswith("function-")]
-    key = ".".join(str(part) for part in place if not isinstance(part, int))
-    what, cure = _words(first, model, key)
-    if others:
-        what += f" (and {len(others)} more)"
-    return InputError(what, file=path, line=line_of(text, place), cure=cure)
+    """What a model refused, each in a sentence with its line.
+
+    A value that may be one of several things is refused once, not once for each of them.
+    """
+    refused = RefusalCollector()
+    data = tomllib.loads(text)
+    told = set()
+    for detail in error.errors():
+        place = [part for part in detail["loc"] if not str(part).startswith("function-")]
+        value = _typed(data, place)
+        if detail["type"] == "missing" and len(value) == len(place) - 1:
+            value = tuple(place)
+        if value in told:
+            continue
+        told.add(value)
+        key = ".".join(str(part) for part in place if not isinstance(part, int))
+        what, cure = _words(detail, model, key)
+        refused.add(InputError(what, file=path, line=line_of(text, place), cure=cure))
+    return refused.error()
+
+
+def _typed(data: Any, place: Sequence[int | str]) -> tuple[int | str, ...]:
+    """The part of a place that leads to something in the file."""
+    for depth, part in enumerate(place):
+        named = isinstance(data, dict) and part in data
+        listed = isinstance(data, list) and isinstance(part, int) and part < len(data)
+        if not named and not listed:
+            return tuple(place[:depth])
+        data = data[part]
+    return tuple(place)
 
 
 def _words(detail: ErrorDetails, model: type[BaseModel], key: str) -> tuple[str, str | None]:

@@ -300,16 +300,6 @@ def test_reductions_to_the_ellipsoid_are_not_made_and_said(tmp_path):
 OBS = '<obs from="A">{}</obs>'
 #: body, line of the error, what it says
 BAD = {
-    "unknown target": (
-        PLANE + OBS.format('\n<distance to="X" val="1" stdev="1"/>'),
-        10,
-        "names point X, which is not defined",
-    ),
-    "unknown station": (
-        PLANE + '<obs from="X"><distance to="A" val="1" stdev="1"/></obs>',
-        9,
-        "names point X",
-    ),
     "no station": (PLANE + '<obs><distance to="A" val="1" stdev="1"/></obs>', 9, "no station"),
     "no target": (PLANE + OBS.format('<distance val="1" stdev="1"/>'), 9, "has no to"),
     "no value": (PLANE + OBS.format('<distance to="P" stdev="1"/>'), 9, "has no val"),
@@ -391,12 +381,6 @@ BAD = {
         9,
         "<coordinates> has no covariance matrix",
     ),
-    "undefined observed": (
-        '<coordinates>\n<point id="P" x="1" y="2"/>'
-        '<cov-mat dim="2" band="0">1 1</cov-mat></coordinates>',
-        7,
-        "names point P",
-    ),
     "observed nothing": (
         PLANE + '<coordinates><point id="P"/><cov-mat dim="0" band="0"/></coordinates>',
         9,
@@ -444,6 +428,35 @@ BAD = {
         "<vec> has no dz",
     ),
 }
+
+
+def test_observations_of_undefined_points_are_left_out(tmp_path):
+    """As gama-local does; what is left has its own part of the covariance matrix."""
+    matrix = np.array([[4, 1, 2, 1], [1, 9, 3, 2], [2, 3, 16, 1], [1, 2, 1, 25]])
+    band = " ".join(str(matrix[i, j]) for i in range(4) for j in range(i, 4))
+    body = PLANE + (
+        '<obs from="A">\n<direction to="B" val="0"/>\n<direction to="X" val="20"/>\n'
+        f'<direction to="P" val="50"/><distance to="P" val="80"/><cov-mat dim="4" band="3">{band}'
+        '</cov-mat></obs>\n<obs from="X"><distance to="A" val="1" stdev="1"/></obs>\n'
+        '<obs from="B"><angle bs="A" fs="Y" val="9" stdev="1"/>'
+        '<distance to="P" val="70" stdev="1"/></obs>\n'
+        '<coordinates><point id="Z" x="1" y="2"/><cov-mat dim="2" band="0">1 1</cov-mat>'
+        "</coordinates>"
+    )
+    survey = read(tmp_path, document(body))
+    assert survey.warnings == [
+        "Point X is not defined: the observations of it are left out (net.gkf:11, net.gkf:13).",
+        "Point Y is not defined: the observation of it is left out (net.gkf:14).",
+        "Point Z is not defined: the observation of it is left out (net.gkf:15).",
+    ]
+    network = survey.network()
+    (joint,) = network.joint
+    kept = [0, 2, 3]
+    unit = np.array([CC, CC, 1e-3])
+    expected = matrix[np.ix_(kept, kept)] * np.outer(unit, unit)
+    np.testing.assert_allclose(joint.covariance, expected, rtol=1e-12)
+    assert set(survey.points) == {"A", "B", "P"}
+    assert adjust(network).n_observations == 4
 
 
 @pytest.mark.parametrize("case", BAD)

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tribrach.errors import InputError
+from tribrach.errors import InputError, RefusalCollector
 from tribrach.geodesy.epochs import Motion, Realisation, carry
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.io.gnss.gvx import read_gvx
@@ -95,11 +95,13 @@ def read(
     }
     apart = names_apart(paths) if labels is None else labels
     files = []
-    for path in paths:
-        records = readers.get(path.suffix.lower(), read_sinex)(path)
-        for sources in (records.position_sources, records.vector_sources):
-            sources[:] = [apart[path] + source.removeprefix(path.name) for source in sources]
-        files.append((path, records))
+    with RefusalCollector() as refused:
+        for path in paths:
+            with refused.record():
+                records = readers.get(path.suffix.lower(), read_sinex)(path)
+                for sources in (records.position_sources, records.vector_sources):
+                    sources[:] = [apart[path] + s.removeprefix(path.name) for s in sources]
+                files.append((path, records))
     return survey_of(files, settings)
 
 

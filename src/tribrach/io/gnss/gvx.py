@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 from lxml import etree
 
-from tribrach.errors import InputError
+from tribrach._types import Array
+from tribrach.errors import InputError, RefusalCollector
 from tribrach.geodesy import frames
 from tribrach.io.gnss.records import GnssRecords
 from tribrach.io.xml_file import line_of, load
@@ -40,33 +41,43 @@ def read_gvx(path: Path) -> GnssRecords:
                 f"lengths are in {name!r}, and only metres are read", file=path, line=line_of(unit)
             )
     names: dict[str, str] = {}
-    for point in root.iter("POINT"):
-        number = _needed(path, point, "ID")
-        name = _text(point, "NAME") or number
-        if name in names.values():
-            raise InputError(
-                f"two points are named {name}",
-                file=path,
-                line=line_of(point),
-                cure="give each point a name of its own",
-            )
-        names[number] = name
-        _add_point(path, records, point, name, systems)
-    vectors, blocks = [], []
-    for vector in root.iter("GNSS_VECTOR"):
-        ends = [_needed(path, vector, f"{which}_POINT_ID") for which in ("INITIAL", "TERMINAL")]
-        for end in ends:
-            if end not in names:
-                raise InputError(
-                    f"the vector's point {end} is not in the file", file=path, line=line_of(vector)
-                )
-        records.start.append(names[ends[0]])
-        records.end.append(names[ends[1]])
-        vectors.append([_number(path, vector, f"D{axis}") for axis in "XYZ"])
-        blocks.append(_covariance(path, vector))
-        records.vector_sources.append(f"{path.name}:{line_of(vector)}")
-    if not vectors:
-        raise InputError("the file has no vectors", file=path)
+    vectors: list[list[float]] = []
+    blocks: list[Array] = []
+    with RefusalCollector() as refused:
+        for point in root.iter("POINT"):
+            with refused.record():
+                number = _needed(path, point, "ID")
+                name = _text(point, "NAME") or number
+                taken = name in names.values()
+                names[number] = name
+                if taken:
+                    raise InputError(
+                        f"two points are named {name}",
+                        file=path,
+                        line=line_of(point),
+                        cure="give each point a name of its own",
+                    )
+                _add_point(path, records, point, name, systems)
+        for vector in root.iter("GNSS_VECTOR"):
+            with refused.record():
+                ends = [
+                    _needed(path, vector, f"{which}_POINT_ID") for which in ("INITIAL", "TERMINAL")
+                ]
+                for end in ends:
+                    if end not in names:
+                        raise InputError(
+                            f"the vector's point {end} is not in the file",
+                            file=path,
+                            line=line_of(vector),
+                        )
+                vectors.append([_number(path, vector, f"D{axis}") for axis in "XYZ"])
+                blocks.append(_covariance(path, vector))
+                records.start.append(names[ends[0]])
+                records.end.append(names[ends[1]])
+                records.vector_sources.append(f"{path.name}:{line_of(vector)}")
+        refused.settle()
+        if not vectors:
+            raise InputError("the file has no vectors", file=path)
     records.vectors, records.blocks = np.array(vectors), np.array(blocks)
     return records
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import importlib
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
-from tribrach.errors import InputError, UnknownName
+from tribrach.errors import InputError, RefusalCollector, UnknownName
 from tribrach.geodesy.site import FlatSite
 from tribrach.io.opened_files import contents
 from tribrach.io.totalstation.formats import recognised
@@ -132,22 +133,18 @@ def read_files(
         Of the readers, and for points defined twice or different work frames.
     """
     by_format: dict[str, list[Path]] = {}
-    for path in paths:
-        by_format.setdefault(format or format_of(path), []).append(path)
+    with RefusalCollector() as refused:
+        for path in paths:
+            with refused.record():
+                by_format.setdefault(format or format_of(path), []).append(path)
     surveys: list[Survey] = []
     apart = names_apart(paths) if labels is None else labels
-    for name, files in by_format.items():
-        module = importlib.import_module(f"tribrach.io.{FORMATS[name]}")
-        if name == "gnss":
-            surveys.append(module.read(files, labels=apart))
-        elif name in JOINT:
-            surveys.append(module.read(files))
-        elif name == "csv":
-            surveys += [module.read(path, module.Context(label=apart[path])) for path in files]
-        elif name == "gama":
-            surveys += [module.read(path, apart[path]) for path in files]
-        else:
-            surveys += [module.read(path) for path in files]
+    with RefusalCollector() as refused:
+        for name, files in by_format.items():
+            module = importlib.import_module(f"tribrach.io.{FORMATS[name]}")
+            for together in [files] if name in JOINT else [[path] for path in files]:
+                with refused.record():
+                    surveys.append(_read(module, name, together, apart))
     first, *others = surveys
     for other in others:
         if FlatSite() not in (first.site, other.site) and first.site != other.site:
@@ -158,3 +155,19 @@ def read_files(
             )
         first.merge(other)
     return first
+
+
+def _read(module: Any, name: str, files: list[Path], labels: Mapping[Path, str]) -> Survey:
+    """One survey of files that belong together, by the module of their format."""
+    survey: Survey
+    if name == "gnss":
+        survey = module.read(files, labels=labels)
+    elif name in JOINT:
+        survey = module.read(files)
+    elif name == "csv":
+        survey = module.read(files[0], module.Context(label=labels[files[0]]))
+    elif name == "gama":
+        survey = module.read(files[0], labels[files[0]])
+    else:
+        survey = module.read(files[0])
+    return survey

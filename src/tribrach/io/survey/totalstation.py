@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
-from tribrach.errors import InputError
+from tribrach.errors import InputError, RefusalCollector
 from tribrach.geodesy.site import FlatSite, Site
 from tribrach.instruments.atmosphere import first_velocity_ppm
 from tribrach.instruments.precision import Precision
@@ -213,7 +213,11 @@ def read(
         Of the readers; no sight at all.
     """
     apart = names_apart(paths) if labels is None else labels
-    files = [replace(formats.read(path), label=apart[path]) for path in paths]
+    files = []
+    with RefusalCollector() as refused:
+        for path in paths:
+            with refused.record():
+                files.append(replace(formats.read(path), label=apart[path]))
     return survey_of(files, precision, alone=alone, site=site, known=known)
 
 

@@ -588,20 +588,26 @@ class _Assembly:
 
     def check(self) -> None:
         """Refuse projects that cannot be computed."""
+        refused = self.problems.refused
         for record in self.points.records.values():
             if self.project.inner_constraints and any(record.held) and not record.far:
-                raise record.line.error(
-                    f"point {record.name} is held, but the project uses inner constraints",
-                    "give it sigmas or switch inner constraints off",
+                refused.add(
+                    record.line.error(
+                        f"point {record.name} is held, but the project uses inner constraints",
+                        "give it sigmas or switch inner constraints off",
+                    )
                 )
         for sight in self.observed.sights:
             if coincident(sight, self.points.records, self.given):
                 a, b = (self.points.records[name] for name in sight.names)
-                raise sight.line.error(
-                    f"points {a.name} and {b.name} are sighted from each other, but "
-                    f"{a.line.source} and {b.line.source} give them one and the same place",
-                    "give better approximate coordinates or leave one of them out",
+                refused.add(
+                    sight.line.error(
+                        f"points {a.name} and {b.name} are sighted from each other, but "
+                        f"{a.line.source} and {b.line.source} give them one and the same place",
+                        "give better approximate coordinates or leave one of them out",
+                    )
                 )
+        refused.settle()
 
     def locate(self) -> None:
         """Find approximate places: by offsets, by subframes, and last by the whole network."""

@@ -47,15 +47,22 @@ def read(paths: Path | Sequence[Path], *, tolerant: bool = False) -> Survey:
         Points whose distance a sigma depends on cannot be located.
     """
     problems = Problems(tolerant)
-    project = read_project([paths] if isinstance(paths, Path) else list(paths))
-    points = read_points(project.folder / project.points, project.points, problems)
-    observed = read_observations(
-        project.folder / project.observations, project.observations, points, project.unit, problems
-    )
-    if not points.records:
-        raise InputError("no point has usable coordinates", file=project.points)
-    project = _located(project, points, problems)
-    return assemble(project, points, observed, problems)
+    with problems.refused as refused:
+        project = read_project([paths] if isinstance(paths, Path) else list(paths))
+        points = read_points(project.folder / project.points, project.points, problems)
+        observed = read_observations(
+            project.folder / project.observations,
+            project.observations,
+            points,
+            project.unit,
+            problems,
+        )
+        refused.settle()
+        if not points.records:
+            raise InputError("no point has usable coordinates", file=project.points)
+        project = _located(project, points, problems)
+        survey = assemble(project, points, observed, problems)
+    return survey
 
 
 def _located(project: Comp3dProject, points: Comp3dPoints, problems: Problems) -> Comp3dProject:

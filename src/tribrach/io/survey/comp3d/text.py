@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from math import isfinite
 from pathlib import Path
 
-from tribrach.errors import InputError
+from tribrach.errors import InputError, RefusalCollector
 
 __all__ = ["MAX_BYTES", "Problems", "TextLine", "read_lines"]
 
@@ -30,15 +30,19 @@ class Problems:
         Leave them out.
     warnings
         Sentences about those that were left out.
+    refused
+        Gathers those that are refused.
     """
 
     tolerant: bool = False
     warnings: list[str] = field(default_factory=list)
+    refused: RefusalCollector = field(default_factory=RefusalCollector)
 
     def refuse(self, error: InputError) -> None:
-        """Raise the error, or keep its sentence as a warning if tolerant."""
+        """Note the error, or keep its sentence as a warning if tolerant."""
         if not self.tolerant:
-            raise error
+            self.refused.add(error)
+            return
         self.warnings.append(f"{str(error).rstrip('.')}; the line is left out.")
 
 

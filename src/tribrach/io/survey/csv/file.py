@@ -7,15 +7,15 @@ comment line. A cell that is empty has no value.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tribrach._types import Array
-from tribrach.errors import InputError
+from tribrach._types import Array, Index
+from tribrach.errors import InputError, RefusalCollector
 from tribrach.io.csv_rows import read_rows
 from tribrach.io.survey.csv.columns import (
     LAYOUTS,
@@ -73,6 +73,39 @@ class CsvTable:
         line = self.head if row is None else self.lines[row]
         return InputError(what, file=self.path, line=line, cure=cure)
 
+    def refuse(
+        self, rows: Index, what: str | Callable[[int], str], cure: str | None = None
+    ) -> None:
+        """Refuse rows, all of them at once; nothing happens if there are none.
+
+        Parameters
+        ----------
+        rows
+            Numbers of the rows.
+        what
+            What is wrong, for all of them or for a row.
+        cure
+            What to do about it.
+
+        Raises
+        ------
+        InputError
+            There are rows; :class:`~tribrach.errors.Refusals` if there are several.
+        """
+        with RefusalCollector() as refused:
+            for row in np.asarray(rows).tolist():
+                refused.add(self.error(row, what if isinstance(what, str) else what(row), cure))
+
+    def without(self, lines: Collection[int | None]) -> CsvTable:
+        """The table without the rows of some lines."""
+        keep = [row for row, line in enumerate(self.lines) if line not in lines]
+        return replace(
+            self,
+            words={name: [cells[row] for row in keep] for name, cells in self.words.items()},
+            numbers={name: values[keep] for name, values in self.numbers.items()},
+            lines=[self.lines[row] for row in keep],
+        )
+
     def number(self, column: str) -> Array:
         """Values (n,) of a column; NaN if there is no such column."""
         values = self.numbers.get(column)
@@ -90,10 +123,10 @@ class CsvTable:
             if name not in self.numbers:
                 raise self.error(None, f"there is no column for {name}", f"add {titled(name)}")
         values = np.stack([self.numbers[name] for name in names], axis=1)
-        empty = np.argwhere(np.isnan(values))
-        if len(empty):
-            row, column = empty[0].tolist()
-            raise self.error(row, f"{self.titles[names[column]]} is empty", "give a value")
+        with RefusalCollector() as refused:
+            for row, column in np.argwhere(np.isnan(values)).tolist():
+                what = f"{self.titles[names[column]]} is empty"
+                refused.add(self.error(row, what, "give a value"))
         return values
 
     def names(self, column: str, rows: Sequence[int] | NDArray[np.int64]) -> list[str]:
@@ -105,9 +138,8 @@ class CsvTable:
             An empty name.
         """
         cells = self.words[column]
-        for row in rows:
-            if not cells[row]:
-                raise self.error(int(row), f"{column} is empty", "give a name")
+        empty = np.array([row for row in rows if not cells[row]], dtype=np.int64)
+        self.refuse(empty, f"{column} is empty", "give a name")
         return [cells[row] for row in rows]
 
 
@@ -122,8 +154,27 @@ def read_table(path: Path) -> CsvTable:
     """
     rows, lines = read_rows(path)
     header = [" ".join(name.split()).lower() for name in rows[0]]
-    plan = _scanned([_column(path, lines[0], name) for name in header])
-    layout = _layout(path, lines[0], [quantity for quantity, _ in plan])
+    with RefusalCollector() as refused:
+        columns = []
+        for name in header:
+            with refused.record():
+                columns.append(_column(path, lines[0], name))
+        refused.settle()
+        plan = _scanned(columns)
+        layout = _layout(path, lines[0], [quantity for quantity, _ in plan])
+        return _table(path, layout, header, plan, rows, lines, refused)
+
+
+def _table(
+    path: Path,
+    layout: TableLayout,
+    header: list[str],
+    plan: list[tuple[str, str | None]],
+    rows: list[list[str]],
+    lines: list[int],
+    refused: RefusalCollector,
+) -> CsvTable:
+    """The table of rows whose header is understood; cells that cannot be read are refused."""
     words: dict[str, list[str]] = {}
     numbers: dict[str, Array] = {}
     titles: dict[str, str] = {}
@@ -131,12 +182,13 @@ def read_table(path: Path) -> CsvTable:
     cells = [[cell.strip() for cell in column] for column in zip(*rows[1:], strict=True)]
     for title, (quantity, unit), column in zip(header, plan, cells or [[]] * width, strict=True):
         name = layout.aliases.get(quantity, quantity)
-        _check_place(path, lines[0], layout, title, name, titles)
-        titles[name] = title
-        if unit is None:
-            words[name] = column
-        else:
-            numbers[name] = _numbers(path, lines[1:], title, column, unit)
+        with refused.record():
+            _check_place(path, lines[0], layout, title, name, titles)
+            titles[name] = title
+            if unit is None:
+                words[name] = column
+            else:
+                numbers[name] = _numbers(path, lines[1:], title, column, unit)
     return CsvTable(path, layout, words, numbers, lines[1:], lines[0], titles)
 
 
@@ -210,9 +262,9 @@ def _numbers(path: Path, lines: list[int], title: str, cells: list[str], unit: s
     if title.startswith("sigma"):
         bad = np.flatnonzero(~good) if not good.all() else np.flatnonzero(values <= 0)
         good[bad] = False
-    wrong = np.flatnonzero(~good)
-    if len(wrong):
-        raise _bad_cell(path, lines[wrong[0]], title, cells[wrong[0]], unit)
+    with RefusalCollector() as refused:
+        for row in np.flatnonzero(~good).tolist():
+            refused.add(_bad_cell(path, lines[row], title, cells[row], unit))
     return values
 
 

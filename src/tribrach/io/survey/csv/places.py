@@ -56,19 +56,19 @@ class RodReader(Reader):
     def read(self) -> None:
         """All rods, as offsets from mark to target."""
         rod = self.table.columns("rod")[:, 0]
-        bad = np.flatnonzero(~(rod > 0))
-        if len(bad):
-            row = int(bad[0])
-            raise self.table.error(
-                row, f"the rod is {rod[row]:g} m long", "give a length above zero"
-            )
+        self.table.refuse(
+            np.flatnonzero(~(rod > 0)),
+            lambda row: f"the rod is {rod[row]:g} m long",
+            "give a length above zero",
+        )
         marks = self.table.names("mark", self.all)
         targets = self.table.names("target", self.all)
-        for row, (mark, target) in enumerate(zip(marks, targets, strict=True)):
-            if mark == target:
-                raise self.table.error(
-                    row, f"mark and target are both {mark}", "give each a name of its own"
-                )
+        same = [mark == target for mark, target in zip(marks, targets, strict=True)]
+        self.table.refuse(
+            np.flatnonzero(same),
+            lambda row: f"mark and target are both {marks[row]}",
+            "give each a name of its own",
+        )
         own = self.precision
         covariance = rod_covariance(
             rod,
@@ -143,8 +143,7 @@ class _Placed(Reader):
     def complete(self, given: Array) -> Array:
         """The same coordinates, none of them empty."""
         empty = np.flatnonzero(np.isnan(given).any(axis=1))
-        if len(empty):
-            raise self.table.error(int(empty[0]), "a coordinate is empty", "give all three")
+        self.table.refuse(empty, "a coordinate is empty", "give all three")
         return given
 
 
@@ -274,10 +273,7 @@ class CoordinateReader(_Placed):
             covariance = self.covariance(_AXES, LOCAL)
             diagonal = np.einsum("nii->ni", covariance)
             bad = np.flatnonzero(~(diagonal > 0).all(axis=1))
-            if len(bad):
-                raise self.table.error(
-                    int(bad[0]), "a variance is not above zero", "give variances above zero"
-                )
+            self.table.refuse(bad, "a variance is not above zero", "give variances above zero")
             return np.sqrt(diagonal), covariance
         sigma = np.stack([self.table.number(f"sigma_{a}") for a in _AXES], axis=1)
         filled = np.where(np.isnan(sigma), CHECK_SIGMA, sigma)
@@ -288,9 +284,8 @@ class CoordinateReader(_Placed):
         default = np.where(weighted, "control", "approximate")
         default = default if self.role is None else np.full(len(self.all), self.role)
         typed = self.table.words.get("role", [""] * len(self.all))
-        for row, word in enumerate(typed):
-            if word and word not in ROLES:
-                raise self.table.error(row, f"role is {word!r}", f"use {', '.join(ROLES)}")
+        bad = np.flatnonzero([word not in ("", *ROLES) for word in typed])
+        self.table.refuse(bad, lambda row: f"role is {typed[row]!r}", f"use {', '.join(ROLES)}")
         return np.where(np.array(typed) == "", default, typed)
 
     def _check(
@@ -298,19 +293,15 @@ class CoordinateReader(_Placed):
     ) -> None:
         """Every point has a coordinate, and control a sigma for each of its coordinates."""
         empty = np.flatnonzero(~known.any(axis=1))
-        if len(empty):
-            row = int(empty[0])
-            raise self.table.error(
-                row, f"point {names[row]} has no coordinates", "give one or more"
-            )
+        self.table.refuse(
+            empty, lambda row: f"point {names[row]} has no coordinates", "give one or more"
+        )
         bare = np.flatnonzero((roles == "control") & (known & np.isnan(sigma)).any(axis=1))
-        if len(bare):
-            row = int(bare[0])
-            raise self.table.error(
-                row,
-                f"control point {names[row]} has a coordinate without sigma",
-                "add sigma_e_mm, sigma_n_mm and sigma_u_mm, or give it the role fixed",
-            )
+        self.table.refuse(
+            bare,
+            lambda row: f"control point {names[row]} has a coordinate without sigma",
+            "add sigma_e_mm, sigma_n_mm and sigma_u_mm, or give it the role fixed",
+        )
 
     def _whole(
         self, role: str, rows: Index, xyz: Array, covariance: Array | None, names: list[str]

@@ -67,11 +67,11 @@ class _PlannedReader(SightReader):
     def read(self) -> None:
         """All rows."""
         kinds = np.array([word.lower() for word in self.table.words["kind"]], dtype=object)
-        for row, kind in enumerate(kinds):
-            if kind not in PLANNED:
-                raise self.table.error(
-                    row, f"kind is {kind!r}", f"write one of {', '.join(PLANNED)}"
-                )
+        self.table.refuse(
+            np.flatnonzero([kind not in PLANNED for kind in kinds]),
+            lambda row: f"kind is {kinds[row]!r}",
+            f"write one of {', '.join(PLANNED)}",
+        )
         self._check_repetitions()
         for name, (_, sight) in _SIGHTS.items():
             whole = sight.planned is Planned.TOTAL_STATION

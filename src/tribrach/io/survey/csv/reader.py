@@ -76,9 +76,8 @@ class Reader(ABC):
         """Use of each row, and in ``self.reason`` why it is off."""
         n = len(self.table)
         words = [word.lower() for word in self.table.words.get("use", [""] * n)]
-        for row, word in enumerate(words):
-            if word not in USES:
-                raise self.table.error(row, f"use is {word!r}", "write on, check or off")
+        bad = np.flatnonzero([word not in USES for word in words])
+        self.table.refuse(bad, lambda row: f"use is {words[row]!r}", "write on, check or off")
         use = np.array([USES[word] for word in words], dtype=np.int8)
         reason = np.array(self.table.words.get("reason", [""] * n), dtype=object)
         self.reason = np.where(
@@ -134,13 +133,11 @@ class Reader(ABC):
             return given
         default_sigma = default()
         given = given if default_sigma is None else np.where(np.isnan(given), default_sigma, given)
-        empty = np.flatnonzero(np.isnan(given))
-        if len(empty):
-            raise self.table.error(
-                int(rows[empty[0]]),
-                f"there is no {columns[0]}",
-                "add the column with its unit, or name an instrument in the project",
-            )
+        self.table.refuse(
+            rows[np.isnan(given)],
+            f"there is no {columns[0]}",
+            "add the column with its unit, or name an instrument in the project",
+        )
         return given
 
     def covariance(

@@ -86,9 +86,7 @@ class ReadingsReader(Reader):
         """Face of each row (n,), 0 where it follows from the zenith angle."""
         given = self.table.number("face")
         bad = np.flatnonzero(~np.isnan(given) & (given != 1) & (given != 2))
-        if len(bad):
-            what = f"face is {given[bad[0]]:g}"
-            raise self.table.error(int(bad[0]), what, "give 1 or 2")
+        self.table.refuse(bad, lambda row: f"face is {given[row]:g}", "give 1 or 2")
         return np.nan_to_num(given).astype(np.int64)
 
     def _sets(self) -> np.ndarray[tuple[int, ...], np.dtype[np.int64]]:

@@ -49,10 +49,8 @@ class _Scanned(Reader):
         return face
 
     def refuse(self, bad: NDArray[np.bool_], what: str) -> None:
-        """Refuse the first bad row (n,)."""
-        rows = np.flatnonzero(bad)
-        if len(rows):
-            raise self.table.error(int(rows[0]), what, "correct or remove the row")
+        """Refuse the bad rows (n,)."""
+        self.table.refuse(np.flatnonzero(bad), what, "correct or remove the row")
 
 
 class TargetReader(_Scanned):

@@ -31,9 +31,10 @@ class _Sighted(Reader):
         """How often each value was measured; 1 where not given."""
         given = self.table.number("repetitions")[rows]
         bad = np.flatnonzero(given < 1)
-        if len(bad):
-            row = int(rows[bad[0]])
-            raise self.table.error(row, f"repetitions is {given[bad[0]]:g}", "give 1 or more")
+        number = self.table.number("repetitions")
+        self.table.refuse(
+            rows[bad], lambda row: f"repetitions is {number[row]:g}", "give 1 or more"
+        )
         return np.where(np.isnan(given), 1.0, given)
 
 
@@ -123,9 +124,10 @@ class SightReader(_Sighted):
     def _add(self, name: str, rows: Index) -> None:
         kind, columns = SIGHT_KINDS[name]
         values = self.table.numbers[name][rows]
-        if columns.length is not SightLength.NO and not (values > 0).all():
-            row = int(rows[np.flatnonzero(~(values > 0))[0]])
-            raise self.table.error(row, f"{name} is not above zero", "give a length above zero")
+        if columns.length is not SightLength.NO:
+            self.table.refuse(
+                rows[~(values > 0)], f"{name} is not above zero", "give a length above zero"
+            )
         titles = (f"sigma_{name}", *self._other_sigmas(columns))
         self.add(
             kind,

@@ -15,6 +15,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from tribrach.errors import InputError, RefusalCollector, Refusals
 from tribrach.io.survey.csv import columns
 from tribrach.io.survey.csv.columns import TableLayout
 from tribrach.io.survey.csv.file import CsvTable, read_table
@@ -80,6 +81,21 @@ def survey_of(table: CsvTable, context: Context) -> Survey:
             f"this is a table of {table.layout.name}, which nobody measured",
             "name the file under observations of [plan]",
         )
-    reader = _READERS[table.layout](table, context)
-    reader.read()
+    with RefusalCollector() as refused:
+        while True:
+            try:
+                reader = _READERS[table.layout](table, context)
+                reader.read()
+            except InputError as error:
+                # the rows beside those that are refused may be wrong in another way
+                parts = error.errors if isinstance(error, Refusals) else (error,)
+                lines = {part.line for part in parts} & set(table.lines)
+                if refused.count == 0 or lines:
+                    refused.add(error)
+                table = table.without(lines)
+                if not lines or refused.full or len(table) == 0:
+                    break
+            else:
+                break
+        refused.settle()
     return reader.survey

@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.errors import RefusalCollector
 from tribrach.geodesy import frames
 from tribrach.geodesy.site import ecef_from_geodetic
 from tribrach.io.survey.dynadjust.records import (
@@ -64,7 +65,9 @@ _KINDS: dict[str, type[Observations]] = {
 }
 
 
-def add_clusters(survey: Survey, stations: Stations, clusters: Sequence[GnssCluster]) -> None:
+def add_clusters(
+    survey: Survey, stations: Stations, clusters: Sequence[GnssCluster], refused: RefusalCollector
+) -> None:
     """Add all GNSS measurements.
 
     Parameters
@@ -75,6 +78,8 @@ def add_clusters(survey: Survey, stations: Stations, clusters: Sequence[GnssClus
         Of the network.
     clusters
         The measurements.
+    refused
+        Gathers what is wrong with single measurements.
 
     Raises
     ------
@@ -84,10 +89,17 @@ def add_clusters(survey: Survey, stations: Stations, clusters: Sequence[GnssClus
     """
     for cluster in clusters:
         if min(cluster.scales) <= 0:
-            raise cluster.place.error(
-                f"a covariance scale is {min(cluster.scales):g}",
-                "give scales above zero",
+            refused.add(
+                cluster.place.error(
+                    f"a covariance scale is {min(cluster.scales):g}",
+                    "give scales above zero",
+                )
             )
+        for entry in cluster.entries:
+            with refused.record():
+                # all of them are looked at before the first is used
+                (_geographic if _is_geographic(cluster) else _cartesian)(entry)
+    refused.settle()
     _add_baselines(survey, stations, [c for c in clusters if c.type != "Y"])
     _add_points(survey, stations, [c for c in clusters if c.type == "Y"])
 
@@ -348,13 +360,15 @@ def _fields(kind: str, sights: Sequence[TerrestrialRecord]) -> dict[str, Any]:
     return out
 
 
-def assemble(files: Sequence[Records]) -> Survey:
+def assemble(files: Sequence[Records], refused: RefusalCollector) -> Survey:
     """The survey of all files of one network.
 
     Parameters
     ----------
     files
         Records of each file.
+    refused
+        Gathers stations and measurements that cannot be right.
 
     Raises
     ------
@@ -362,14 +376,16 @@ def assemble(files: Sequence[Records]) -> Survey:
         No stations, an unknown station, frame or coordinate type, epochs that do not fit, a
         covariance that is not positive definite, or a measurement type that is not read.
     """
-    stations = Stations(files)
+    stations = Stations(files, refused)
     clusters = [cluster for file in files for cluster in file.clusters]
     sights = [sight for file in files for sight in file.sights]
-    active, ignored = _measured(stations, files)
+    active, ignored = _measured(stations, files, refused)
+    refused.settle()
     survey = Survey(site=stations.site)
     survey.warnings += [text for file in files for text in file.warnings]
     stations.add_to(survey, active, ignored)
-    add_clusters(survey, stations, clusters)
+    refused.settle()
+    add_clusters(survey, stations, clusters, refused)
     add_sights(survey, sights)
     points = any(c.type == "Y" and not all(e.ignored for e in c.entries) for c in clusters)
     if not points and not stations.constrained & active:
@@ -382,20 +398,21 @@ def assemble(files: Sequence[Records]) -> Survey:
     return survey
 
 
-def _measured(stations: Stations, files: Sequence[Records]) -> tuple[set[str], set[str]]:
+def _measured(
+    stations: Stations, files: Sequence[Records], refused: RefusalCollector
+) -> tuple[set[str], set[str]]:
     """Names of stations in active and in ignored measurements.
 
-    Raises
-    ------
-    InputError
-        A station that is in no station file.
+    A station that is in no station file is refused.
     """
     names: dict[bool, set[str]] = {False: set(), True: set()}
     for file in files:
         for cluster in file.clusters:
             for entry in cluster.entries:
                 ends = (entry.first,) if cluster.type == "Y" else (entry.first, entry.second)
-                names[entry.ignored] |= stations.known(ends, entry.place)
+                with refused.record():
+                    names[entry.ignored] |= stations.known(ends, entry.place)
         for sight in file.sights:
-            names[sight.ignored] |= stations.known(sight.names, sight.place)
+            with refused.record():
+                names[sight.ignored] |= stations.known(sight.names, sight.place)
     return names[False], names[True]

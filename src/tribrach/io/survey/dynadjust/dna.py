@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from tribrach._types import Array
-from tribrach.errors import InputError
+from tribrach.errors import InputError, RefusalCollector
 from tribrach.io.survey.dynadjust.assembly import assemble
 from tribrach.io.survey.dynadjust.records import (
     ARCSEC,
@@ -74,16 +74,27 @@ def read(paths: Path | Sequence[Path]) -> Survey:
     InputError
         Unreadable, malformed, no stations, or a measurement type that is not read.
     """
-    return assemble([parse(p) for p in ([paths] if isinstance(paths, Path) else paths)])
+    with RefusalCollector() as refused:
+        files = [parse(p, refused) for p in ([paths] if isinstance(paths, Path) else paths)]
+        refused.settle()
+        survey = assemble(files, refused)
+    return survey
 
 
-def parse(path: Path) -> Records:
+def parse(path: Path, refused: RefusalCollector) -> Records:
     """Records of one DNA file.
+
+    Parameters
+    ----------
+    path
+        The file.
+    refused
+        Gathers malformed lines.
 
     Raises
     ------
     InputError
-        Not a DNA file of version 3, or with a malformed line.
+        Not a DNA file of version 3.
     """
     try:
         lines = read_bytes(path).decode("utf-8-sig").splitlines()
@@ -102,7 +113,7 @@ def parse(path: Path) -> Records:
             cure="it reads like '!#=DNA 3.01 STN  13.12.2018  GDA2020  01.01.2020  43'",
         )
     records = Records(str(path), head[29:43].strip(), head[43:57].strip())
-    reader = _Reader(records, layout, lines)
+    reader = _Reader(records, layout, lines, refused)
     if kind == "STN":
         reader.stations()
     else:
@@ -113,8 +124,10 @@ def parse(path: Path) -> Records:
 class _Reader:
     """Goes through the lines of a file."""
 
-    def __init__(self, records: Records, layout: _Layout, lines: Sequence[str]) -> None:
-        self.records, self.layout = records, layout
+    def __init__(
+        self, records: Records, layout: _Layout, lines: Sequence[str], refused: RefusalCollector
+    ) -> None:
+        self.records, self.layout, self.refused = records, layout, refused
         self.lines = [
             (RecordPlace(records.file, number), line)
             for number, line in enumerate(lines, start=1)
@@ -127,7 +140,9 @@ class _Reader:
         for place, line in self.lines:
             name, constraints, kind, *values, zone = (line[c].strip() for c in self.layout.station)
             if not name or not constraints or not kind:
-                raise place.error("a station line needs a name, constraints and a coordinate type")
+                what = "a station line needs a name, constraints and a coordinate type"
+                self.refused.add(place.error(what))
+                continue
             x, y, z = values
             self.records.stations.append(
                 StationRecord(name, constraints, kind, (x, y, z), zone, place)
@@ -136,16 +151,33 @@ class _Reader:
     def measurements(self) -> None:
         """All measurements."""
         while self.next < len(self.lines):
-            place, line = self.take("a measurement")
-            kind, ignored = line[0].upper(), line[1:2] == "*"
-            if kind in "GXY":
-                self.cluster(kind, ignored, place, line)
-            elif kind == "D":
-                self.directions(ignored, place, line)
-            elif kind in SIGHTS:
-                self.sight(kind, ignored, place, line)
-            else:
-                self.records.refuse(kind, ignored, place)
+            before = self.refused.count
+            with self.refused.record():
+                self.measurement()
+            if self.refused.count > before:
+                self.skip()
+
+    def measurement(self) -> None:
+        """The next measurement with all of its lines."""
+        place, line = self.take("a measurement")
+        kind, ignored = line[0].upper(), line[1:2] == "*"
+        if kind in "GXY":
+            self.cluster(kind, ignored, place, line)
+        elif kind == "D":
+            self.directions(ignored, place, line)
+        elif kind in SIGHTS:
+            self.sight(kind, ignored, place, line)
+        else:
+            self.records.refuse(kind, ignored, place)
+
+    def skip(self) -> None:
+        """Go on to the next line that begins a measurement; clusters and sets have their count."""
+        while self.next < len(self.lines):
+            line = self.lines[self.next][1]
+            counted = line[_THIRD].strip().isdigit() and line[_FIRST].strip()
+            if not line[0].isspace() and (line[0].upper() not in "XYD" or counted):
+                return
+            self.next += 1
 
     def take(self, what: str) -> tuple[RecordPlace, str]:
         """The next line.

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.errors import RefusalCollector
 from tribrach.io.survey.dynadjust.assembly import assemble
 from tribrach.io.survey.dynadjust.records import (
     ARCSEC,
@@ -43,16 +44,27 @@ def read(paths: Path | Sequence[Path]) -> Survey:
     InputError
         Unreadable, malformed, no stations, or a measurement type that is not read.
     """
-    return assemble([parse(p) for p in ([paths] if isinstance(paths, Path) else paths)])
+    with RefusalCollector() as refused:
+        files = [parse(p, refused) for p in ([paths] if isinstance(paths, Path) else paths)]
+        refused.settle()
+        survey = assemble(files, refused)
+    return survey
 
 
-def parse(path: Path) -> Records:
+def parse(path: Path, refused: RefusalCollector) -> Records:
     """Records of one DynaML file.
+
+    Parameters
+    ----------
+    path
+        The file.
+    refused
+        Gathers stations and measurements with an element that is missing or malformed.
 
     Raises
     ------
     InputError
-        Not a DynaML file, or an element that is missing or malformed.
+        Not a DynaML file.
     """
     root = load(path, "DnaXmlFormat")
     # the schema gives these defaults
@@ -60,12 +72,13 @@ def parse(path: Path) -> Records:
     records = Records(str(path), str(frame), str(root.get("epoch", "01.01.2020")))
     for element in _children(root):
         node = _Node(element, RecordPlace(records.file, line_of(element)))
-        if element.tag == "DnaStation":
-            records.stations.append(node.station())
-        elif element.tag == "DnaMeasurement":
-            _measurement(records, node)
-        else:
-            raise node.place.error(f"element <{element.tag}> is not of DynaML")
+        with refused.record():
+            if element.tag == "DnaStation":
+                records.stations.append(node.station())
+            elif element.tag == "DnaMeasurement":
+                _measurement(records, node)
+            else:
+                raise node.place.error(f"element <{element.tag}> is not of DynaML")
     return records
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pyproj
 
 from tribrach._types import Array
-from tribrach.errors import InputError
+from tribrach.errors import InputError, RefusalCollector
 from tribrach.geodesy import frames
 from tribrach.geodesy.site import EllipsoidSite, ecef_from_geodetic, enu_rotation
 from tribrach.io.survey.dynadjust.records import (
@@ -32,6 +32,8 @@ class Stations:
     ----------
     files
         Records of the files.
+    refused
+        Gathers stations that cannot be right.
 
     Attributes
     ----------
@@ -58,7 +60,8 @@ class Stations:
         No stations, or an unknown frame, epoch or coordinate.
     """
 
-    def __init__(self, files: Sequence[Records]) -> None:
+    def __init__(self, files: Sequence[Records], refused: RefusalCollector) -> None:
+        self.refused = refused
         members = [(record, file) for file in files for record in file.stations]
         if not members:
             raise InputError(
@@ -73,7 +76,12 @@ class Stations:
             self.year = frames.decimal_year(self.epoch)
             self.ellipsoid = frames.ellipsoid(self.frame)
             self.dynamic = frames.is_dynamic(self.frame)
-        xyz = np.array([ecef_of(record, self.ellipsoid) for record in self.records])
+        places = []
+        for record in self.records:
+            with refused.record():
+                places.append(ecef_of(record, self.ellipsoid))
+        refused.settle()
+        xyz = np.array(places)
         for file in files:
             rows = np.array([owner is file for _, owner in members])
             if rows.any() and file.frame != self.frame:
@@ -117,19 +125,19 @@ class Stations:
         active, ignored
             Names of stations in active and in ignored measurements.
 
-        Raises
-        ------
-        InputError
-            Constraints that are not three letters C and F.
+        Constraints that are not three letters C and F are refused.
         """
         unused = []
         for record in self.records:
             letters = record.constraints
             if not re.fullmatch("[CF]{3}", letters):
-                raise record.place.error(
-                    f"constraints of station {record.name} are {letters!r}",
-                    "write three letters, C for constrained and F for free, such as CCC or FFC",
+                self.refused.add(
+                    record.place.error(
+                        f"constraints of station {record.name} are {letters!r}",
+                        "write three letters, C for constrained and F for free, such as CCC or FFC",
+                    )
                 )
+                continue
             if record.name not in active | ignored:
                 unused.append(record.name)
                 continue
@@ -139,7 +147,8 @@ class Stations:
                     f"station {record.name} is in ignored measurements only: it is held at its "
                     "given coordinates"
                 )
-            self._add(survey, record, letters)
+            with self.refused.record():
+                self._add(survey, record, letters)
         if unused:
             some = ", ".join(unused[:5]) + (", ..." if len(unused) > 5 else "")
             survey.warnings.append(f"{len(unused)} stations are not measured and left out: {some}")

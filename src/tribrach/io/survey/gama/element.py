@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 from lxml import etree
 
-from tribrach.errors import InputError
+from tribrach.errors import InputError, RefusalCollector
 from tribrach.units import CC, SEC, parse_angle
 
 __all__ = ["Element", "checked"]
@@ -51,11 +51,15 @@ ATTRIBUTES = {
 
 @dataclass(frozen=True)
 class Element:
-    """``node`` of the XML tree of the file ``path``; ``label`` is what sources call the file."""
+    """``node`` of the XML tree of the file ``path``; ``label`` is what sources call the file.
+
+    ``refused`` gathers elements that are refused.
+    """
 
     node: Any
     path: Path
     label: str = ""
+    refused: RefusalCollector = field(default_factory=RefusalCollector)
 
     def __post_init__(self) -> None:
         if self.tag not in ATTRIBUTES:
@@ -81,27 +85,25 @@ class Element:
         return InputError(what, file=self.path, line=self.node.sourceline, cure=cure)
 
     def children(self, allowed: Collection[str] | None = None) -> Iterator[Element]:
-        """Child elements without comments.
+        """Child elements without comments; those that are not allowed here are refused.
 
         Parameters
         ----------
         allowed
             Names that they may have, any if None.
-
-        Raises
-        ------
-        InputError
-            An element that is not allowed here.
         """
         for node in self.node:
             if not isinstance(node.tag, str):
                 continue
-            child = Element(node, self.path, self.label)
-            if allowed is not None and child.tag not in allowed:
-                raise child.error(
-                    f"<{child.tag}> is unknown in <{self.tag}>", f"use {', '.join(allowed)}"
-                )
-            yield child
+            child = None
+            with self.refused.record():
+                child = Element(node, self.path, self.label, self.refused)
+                if allowed is not None and child.tag not in allowed:
+                    raise child.error(
+                        f"<{child.tag}> is unknown in <{self.tag}>", f"use {', '.join(allowed)}"
+                    )
+            if child is not None and (allowed is None or child.tag in allowed):
+                yield child
 
     def has(self, name: str) -> bool:
         """True if an attribute is given."""

@@ -104,12 +104,15 @@ class GamaCluster:
     unit
         Of each standard deviation [m or rad], negative where the file's axis or angle runs against
         ours.
+    kept
+        False for each value of an observation that is left out.
     """
 
     element: Element
     table: list[int] = field(default_factory=list)
     row: list[int] = field(default_factory=list)
     unit: list[float] = field(default_factory=list)
+    kept: list[bool] = field(default_factory=list)
 
     @cached_property
     def matrix_element(self) -> Element | None:
@@ -125,11 +128,21 @@ class GamaCluster:
             raise matrices[1].error("a second covariance matrix", "keep one")
         return matrices[0] if matrices else None
 
+    def check(self) -> None:
+        """Refuse a second covariance matrix before any of the observations."""
+        _ = self.matrix_element
+
     def take(self, table: int, rows: int, unit: float) -> None:
         """Note the values of one observation."""
         self.table += [table] * rows
         self.row += list(range(rows))
         self.unit += [unit] * rows
+        self.kept += [True] * rows
+
+    def leave_out(self, rows: int, unit: float) -> None:
+        """Note that the values of one observation are left out."""
+        self.unit += [unit] * rows
+        self.kept += [False] * rows
 
     def covariance(self, element: Element) -> NDArray[np.float64]:
         """Covariance matrix (k, k) [m^2, rad^2] of the values in the file's axes.
@@ -169,6 +182,12 @@ def band_matrix(element: Element, size: int) -> NDArray[np.float64]:
     return matrix
 
 
+def _points(columns: dict[str, Any]) -> list[str]:
+    """Names of the points of one observation."""
+    keys = ("start", "end", "foresight", "position")
+    return [name for key in keys for name in columns.get(key, ())]
+
+
 def _whole(element: Element, name: str) -> int:
     value = element.number(name)
     if value != int(value) or value < 0:
@@ -197,16 +216,15 @@ class ObservationReader:
         self.survey, self.axes, self.hand, self.used = survey, axes, hand, used
         #: sources of the observations that are off
         self.off: list[str] = []
+        #: sources of the observations that are left out, by the point that is not defined
+        self.undefined: dict[str, list[str]] = {}
         #: whether observed coordinates tie the network to a frame
         self.controls = False
 
     def section(self, section: Element) -> None:
         """Read a ``<points-observations>`` with its default standard deviations.
 
-        Raises
-        ------
-        InputError
-            An error with its file and line.
+        What is wrong in it is refused with its file and line.
         """
         readers: dict[str, Callable[[Element, GamaCluster], None]] = {
             "obs": lambda child, cluster: self._obs(child, cluster, section),
@@ -215,10 +233,16 @@ class ObservationReader:
             "vectors": self._vectors,
         }
         for child in section.children(("point", *readers)):
-            if child.tag != "point":
+            if child.tag == "point":
+                continue
+            before = child.refused.count
+            with child.refused.record():
                 cluster = GamaCluster(child)
+                cluster.check()
                 readers[child.tag](child, cluster)
-                self._correlate(cluster)
+                # a matrix fits all values of its cluster
+                if child.refused.count == before:
+                    self._correlate(cluster)
 
     def _obs(self, element: Element, cluster: GamaCluster, section: Element) -> None:
         """One set-up: its directions share an orientation unknown."""
@@ -230,13 +254,14 @@ class ObservationReader:
         for child in element.children((*SIGHTS, "dh", "cov-mat")):
             if child.tag == "cov-mat":
                 continue
-            start = child.text("from", station)
-            if not start:
-                raise child.error(f"<{child.tag}> has no station", "give from")
-            if child.tag == "dh":
-                self._dh(child, start, cluster, by_length=False)
-            else:
-                self._sight(child, start, height, circle, cluster, section)
+            with child.refused.record():
+                start = child.text("from", station)
+                if not start:
+                    raise child.error(f"<{child.tag}> has no station", "give from")
+                if child.tag == "dh":
+                    self._dh(child, start, cluster, by_length=False)
+                else:
+                    self._sight(child, start, height, circle, cluster, section)
 
     def _sight(
         self,
@@ -278,22 +303,15 @@ class ObservationReader:
             names = {"start": start, "end": element.text("bs"), "foresight": element.text("fs")}
         else:
             names = {"start": start, "end": element.text("to")}
-        for name in names.values():
-            self._known(element, name)
         if len(set(names.values())) != len(names):
             raise element.error(f"<{element.tag}> has the same point at two ends")
         return {key: [name] for key, name in names.items()}
 
-    def _known(self, element: Element, name: str) -> None:
-        if name not in self.used:
-            raise element.error(
-                f"<{element.tag}> names point {name}, which is not defined", "define the point"
-            )
-
     def _height_differences(self, element: Element, cluster: GamaCluster) -> None:
         for child in element.children(("dh", "cov-mat")):
             if child.tag == "dh":
-                self._dh(child, child.text("from"), cluster, by_length=True)
+                with child.refused.record():
+                    self._dh(child, child.text("from"), cluster, by_length=True)
 
     def _dh(self, element: Element, start: str, cluster: GamaCluster, *, by_length: bool) -> None:
         """A height difference; outside set-ups its sigma may be ``sigma-apr sqrt(km)``."""
@@ -313,33 +331,40 @@ class ObservationReader:
     def _coordinates(self, element: Element, cluster: GamaCluster) -> None:
         """Observed coordinates, which have a covariance matrix."""
         for child in element.children(("point", "cov-mat")):
-            if child.tag == "cov-mat":
-                continue
-            name = child.text("id")
-            self._known(child, name)
-            if not any(child.has(axis) for axis in "xyz"):
-                raise child.error(f"point {name} has no coordinates here", "give x and y, or z")
-            for column, axis in zip(self.axes.matrix().T, "xyz", strict=True):
-                if child.has(axis):
-                    to = int(np.argmax(np.abs(column)))
-                    values = [child.number(axis) * column[to]]
-                    columns = {"position": [name], "axis": np.array([to])}
-                    needs = (to == 0, to == 1, to == 2)
-                    unit = float(column[to]) * MM
-                    self._add(Coordinate, child, values, 1.0, cluster, unit, needs, columns)
+            if child.tag == "point":
+                with child.refused.record():
+                    self._coordinate(child, cluster)
+
+    def _coordinate(self, element: Element, cluster: GamaCluster) -> None:
+        """The observed coordinates of one point."""
+        name = element.text("id")
+        if not any(element.has(axis) for axis in "xyz"):
+            raise element.error(f"point {name} has no coordinates here", "give x and y, or z")
+        for column, axis in zip(self.axes.matrix().T, "xyz", strict=True):
+            if element.has(axis):
+                to = int(np.argmax(np.abs(column)))
+                values = [element.number(axis) * column[to]]
+                columns = {"position": [name], "axis": np.array([to])}
+                needs = (to == 0, to == 1, to == 2)
+                unit = float(column[to]) * MM
+                self._add(Coordinate, element, values, 1.0, cluster, unit, needs, columns)
 
     def _vectors(self, element: Element, cluster: GamaCluster) -> None:
         """Coordinate differences, which have a covariance matrix."""
         for child in element.children(("vec", "cov-mat")):
-            if child.tag == "cov-mat":
-                continue
-            columns: dict[str, Any] = self._ends(child, child.text("from"))
-            columns["height_start"] = child.number("from_dh", 0.0)
-            columns["height_end"] = child.number("to_dh", 0.0)
-            vector = np.array([child.number(name) for name in ("dx", "dy", "dz")])
-            values = [self.axes.matrix() @ vector]
-            needs = (True, True, True)
-            self._add(GnssBaselines, child, values, 1.0, cluster, MM, needs, columns)
+            if child.tag == "vec":
+                with child.refused.record():
+                    self._vector(child, cluster)
+
+    def _vector(self, element: Element, cluster: GamaCluster) -> None:
+        """One vector."""
+        columns: dict[str, Any] = self._ends(element, element.text("from"))
+        columns["height_start"] = element.number("from_dh", 0.0)
+        columns["height_end"] = element.number("to_dh", 0.0)
+        vector = np.array([element.number(name) for name in ("dx", "dy", "dz")])
+        values = [self.axes.matrix() @ vector]
+        needs = (True, True, True)
+        self._add(GnssBaselines, element, values, 1.0, cluster, MM, needs, columns)
 
     def _add(
         self,
@@ -352,7 +377,16 @@ class ObservationReader:
         needs: Needs,
         columns: dict[str, Any],
     ) -> None:
-        """Add one observation; it is off if the network lacks a coordinate that it needs."""
+        """Add one observation; it is off if the network lacks a coordinate that it needs.
+
+        One that names a point which is not defined is left out, as gama-local does.
+        """
+        for name in _points(columns):
+            if name not in self.used:
+                lines = self.undefined.setdefault(name, [])
+                lines += [element.source] if element.source not in lines[-1:] else []
+                cluster.leave_out(len(kind.units), unit)
+                return
         reason = self._unusable(columns, needs)
         if reason:
             columns = columns | {"use": [int(Use.OFF)], "reason": [reason]}
@@ -369,19 +403,18 @@ class ObservationReader:
 
     def _unusable(self, columns: dict[str, Any], needs: Needs) -> str:
         """Why an observation cannot be used; empty if it can."""
-        for key in ("start", "end", "foresight", "position"):
-            for name in columns.get(key, ()):
-                missing = np.array(needs) & ~self.used[name]
-                if missing.any():
-                    what = "the height" if not missing[:2].any() else "the position"
-                    return f"{what} of {name} is neither fixed nor adjusted"
+        for name in _points(columns):
+            missing = np.array(needs) & ~self.used[name]
+            if missing.any():
+                what = "the height" if not missing[:2].any() else "the position"
+                return f"{what} of {name} is neither fixed nor adjusted"
         return ""
 
     def _correlate(self, cluster: GamaCluster) -> None:
         """Give the values of the cluster its covariance matrix."""
         element = cluster.matrix_element
         if element is None:
-            if cluster.element.tag in ("coordinates", "vectors") and cluster.table:
+            if cluster.element.tag in ("coordinates", "vectors") and cluster.kept:
                 raise cluster.element.error(
                     f"<{cluster.element.tag}> has no covariance matrix", "add <cov-mat>"
                 )
@@ -390,6 +423,10 @@ class ObservationReader:
         if cluster.element.tag == "vectors":
             turn = np.kron(np.eye(len(matrix) // 3), self.axes.matrix())
             matrix = turn @ matrix @ turn.T
+        kept = np.flatnonzero(cluster.kept)
+        if len(kept) == 0:
+            return
+        matrix = matrix[np.ix_(kept, kept)]
         item = np.zeros(len(matrix), dtype=int)
         checked(
             element,

@@ -69,33 +69,42 @@ def read_points(sections: list[Element]) -> dict[str, GamaPoint]:
     stand with the point's definition or with its observed coordinates, whose values serve as start
     values of a point without any.
 
-    Raises
-    ------
-    InputError
-        A name that occurs twice, a role that does not exist, coordinates that are missing or not
-        numbers.
+    Refused are a name that occurs twice, a role that does not exist, coordinates that are missing
+    or not numbers.
     """
     points: dict[str, GamaPoint] = {}
     for section in sections:
         for element in section.children():
             if element.tag == "point":
-                record = _record(element)
-                if record.name in points:
-                    first = points[record.name].element.source
-                    raise element.error(
-                        f"point {record.name} is defined twice (first at {first})",
-                        "keep one definition",
-                    )
-                points[record.name] = record
+                with element.refused.record():
+                    _define(points, element)
     for section in sections:
         for element in section.children():
             if element.tag == "coordinates":
                 for child in element.children(("point", "cov-mat")):
                     if child.tag == "point":
-                        _with_observed(points, _record(child))
+                        with child.refused.record():
+                            _with_observed(points, _record(child))
     for record in points.values():
-        _complete(record)
+        with record.element.refused.record():
+            _complete(record)
     return points
+
+
+def _define(points: dict[str, GamaPoint], element: Element) -> None:
+    """Add the point that an element defines."""
+    name = element.text("id")
+    first = points.get(name)
+    if first is None:
+        # also where the rest of it is refused: observations of it are none the less of a point
+        points[name] = GamaPoint(element, name, np.full(3, np.nan), "", "")
+    record = _record(element)
+    if first is not None:
+        raise element.error(
+            f"point {name} is defined twice (first at {first.element.source})",
+            "keep one definition",
+        )
+    points[name] = record
 
 
 def _record(element: Element) -> GamaPoint:

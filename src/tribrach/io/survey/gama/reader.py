@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from tribrach.errors import RefusalCollector
 from tribrach.io import xml_file
 from tribrach.io.survey.gama.axes import AXES, HANDS, Axes
 from tribrach.io.survey.gama.element import Element, checked
@@ -31,6 +32,9 @@ NAMESPACE = "{http://www.gnu.org/software/gama/gama-local}"
 #: older files leave the namespace out
 ROOTS = (NAMESPACE + "gama-local", "gama-local")
 
+
+#: observations that a sentence names
+_NAMED = 20
 
 #: attributes of <parameters> that say how to compute or print, not what
 INDIFFERENT = (
@@ -56,11 +60,13 @@ def read(path: Path, label: str = "") -> Survey:
         The file, with its line, and what is wrong there.
     """
     path = Path(path)
-    root = Element(xml_file.load(path, *ROOTS), path, label)
-    networks = list(root.children(("network",)))
-    if len(networks) != 1:
-        raise root.error(f"there are {len(networks)} <network> elements", "give one")
-    return _Reader(networks[0]).survey
+    with RefusalCollector() as refused:
+        root = Element(xml_file.load(path, *ROOTS), path, label, refused)
+        networks = list(root.children(("network",)))
+        if len(networks) != 1:
+            raise root.error(f"there are {len(networks)} <network> elements", "give one")
+        survey = _Reader(networks[0]).survey
+    return survey
 
 
 @dataclass(frozen=True)
@@ -95,7 +101,8 @@ class _Reader:
             if part.tag == "description":
                 self.survey.title = " ".join("".join(part.node.itertext()).split())
             elif part.tag == "parameters":
-                self._parameters(part)
+                with part.refused.record():
+                    self._parameters(part)
         self.survey.facts = (self.facts,)
         sections = [part for part in parts if part.tag == "points-observations"]
         if not sections:
@@ -105,6 +112,7 @@ class _Reader:
         self.observations = ObservationReader(self.survey, self.axes, hand, used)
         for section in sections:
             self.observations.section(section)
+        self._say_undefined()
         self._say_off()
         self._choose_datum()
 
@@ -143,10 +151,21 @@ class _Reader:
         used: NDArray[np.bool_] = swap @ record.used
         return used
 
+    def _say_undefined(self) -> None:
+        for name, sources in self.observations.undefined.items():
+            listed = ", ".join(sources[:_NAMED])
+            more = f" and {len(sources) - _NAMED} more" if len(sources) > _NAMED else ""
+            one = len(sources) == 1
+            self.survey.warnings.append(
+                f"Point {name} is not defined: the observation{'' if one else 's'} of it "
+                f"{'is' if one else 'are'} left out ({listed}{more})."
+            )
+
     def _say_off(self) -> None:
         off = self.observations.off
         if off:
-            listed = ", ".join(off[:5]) + (", ..." if len(off) > 5 else "")
+            more = f" and {len(off) - _NAMED} more" if len(off) > _NAMED else ""
+            listed = ", ".join(off[:_NAMED]) + more
             one = len(off) == 1
             self.survey.warnings.append(
                 f"{len(off)} observation{' is' if one else 's are'} off because a coordinate "

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from tribrach._types import Array
-from tribrach.errors import InputError
+from tribrach.errors import InputError, RefusalCollector
 from tribrach.io.xml_file import line_of, load
 
 __all__ = ["Position", "RiscanProject", "ScanPosition", "TiePoint", "parse"]
@@ -142,7 +142,8 @@ def parse(path: Path) -> RiscanProject:
     InputError
         Not a RiSCAN PRO project, or with a malformed number, vector or matrix.
     """
-    root = _Node(load(path, "project"), str(path))
+    refused = RefusalCollector()
+    root = _Node(load(path, "project"), str(path), refused)
     positions = root.child("scanpositions")
     if positions is None:
         raise InputError(
@@ -150,20 +151,26 @@ def parse(path: Path) -> RiscanProject:
             file=path,
             cure="give the project.rsp of a RiSCAN PRO project",
         )
-    return RiscanProject(
-        root.text("name") or root.element.get("name", ""),
-        root.matrix("pop"),
-        tuple(_station(node) for node in positions.children("scanposition")),
-        _tie_points(root, "tpl_prcs", "tp_prcs"),
-        _tie_points(root, "tpl_glcs", "tp_glcs"),
-    )
+    with refused:
+        stations = []
+        for node in positions.children("scanposition"):
+            with refused.record():
+                stations.append(_station(node))
+        project = RiscanProject(
+            root.text("name") or root.element.get("name", ""),
+            root.matrix("pop"),
+            tuple(stations),
+            _tie_points(root, "tpl_prcs", "tp_prcs"),
+            _tie_points(root, "tpl_glcs", "tp_glcs"),
+        )
+    return project
 
 
 class _Node:
-    """An element and the file it is in."""
+    """An element, the file it is in, and what is refused in it."""
 
-    def __init__(self, element: Any, file: str) -> None:
-        self.element, self.file = element, file
+    def __init__(self, element: Any, file: str, refused: RefusalCollector) -> None:
+        self.element, self.file, self.refused = element, file, refused
 
     @property
     def source(self) -> str:
@@ -177,11 +184,11 @@ class _Node:
     def child(self, tag: str) -> _Node | None:
         """The first child of a name."""
         element = self.element.find(tag)
-        return None if element is None else _Node(element, self.file)
+        return None if element is None else _Node(element, self.file, self.refused)
 
     def children(self, tag: str) -> Iterator[_Node]:
         """All children of a name."""
-        return (_Node(e, self.file) for e in self.element.findall(tag))
+        return (_Node(e, self.file, self.refused) for e in self.element.findall(tag))
 
     def text(self, tag: str) -> str:
         """Text of a child, empty if there is none."""
@@ -295,7 +302,11 @@ def _tie_points(parent: _Node, group: str, tag: str) -> tuple[TiePoint, ...]:
     if points is None:
         return ()
     active = points.flag("active", True)
-    return tuple(_tie_point(node, active) for node in points.children(tag))
+    out = []
+    for node in points.children(tag):
+        with node.refused.record():
+            out.append(_tie_point(node, active))
+    return tuple(out)
 
 
 def _tie_point(node: _Node, active: bool) -> TiePoint:
