@@ -25,6 +25,8 @@ def write_project(
     folder: Path,
     points: int = POINTS,
     progress: Callable[[str, int, int], None] | None = None,
+    *,
+    overwrite: bool = False,
 ) -> Path:
     """Simulate the survey into a folder.
 
@@ -39,6 +41,8 @@ def write_project(
         At each station, about.
     progress
         Called with what is being done, how much is done and how much there is.
+    overwrite
+        Files that this program did not write are replaced.
 
     Returns
     -------
@@ -50,4 +54,4 @@ def write_project(
     InputError
         The number of points makes no sense, or a file cannot be written.
     """
-    return write_twin(build(TWIN, points, _SEED), folder, progress)
+    return write_twin(build(TWIN, points, _SEED), folder, progress, overwrite=overwrite)

@@ -6,13 +6,14 @@ report, write.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
 from tribrach._types import Progress
 from tribrach.errors import InputError
+from tribrach.io.keeping import keeping, refuse_loss
 from tribrach.io.outputs import write_texts
 from tribrach.io.survey.formats import read
 from tribrach.job.antenna_lever_arms import lever_arm_files
@@ -55,6 +56,14 @@ __all__ = [
     "solve",
     "write",
 ]
+
+
+#: what every run leaves, by name
+_REPORTS: dict[str, Callable[[Report], str]] = {
+    "report.html": html.render,
+    "report.txt": text.render,
+    "result.json": json_result.dumps,
+}
 
 
 @dataclass(frozen=True)
@@ -176,12 +185,8 @@ def adjust_network(
 
 def write(content: Report, folder: Path, further: Mapping[Path, str] | None = None) -> list[Path]:
     """Write report.html, report.txt and result.json into a folder, and further files by path."""
-    files = dict(further or {}) | {
-        folder / "report.html": html.render(content),
-        folder / "report.txt": text.render(content),
-        folder / "result.json": json_result.dumps(content),
-    }
-    return write_texts(files)
+    texts = {folder / name: render(content) for name, render in _REPORTS.items()}
+    return write_texts(dict(further or {}) | texts)
 
 
 def adjust(
@@ -283,8 +288,13 @@ def run(
     project: Project | str | Path,
     folder: str | Path | None = None,
     progress: Progress = lambda what, done, total: None,
+    *,
+    overwrite: bool = False,
 ) -> Report:
     """Run a project and leave its results in a folder.
+
+    No file that the project reads is ever replaced, and of the others only those that an earlier
+    run wrote (see :mod:`tribrach.io.keeping`).
 
     Parameters
     ----------
@@ -294,6 +304,8 @@ def run(
         Folder of the results, the project's own if not given.
     progress : Progress
         Told of every step that takes long.
+    overwrite : bool
+        Files of other programs that have the name of a result are replaced.
 
     Returns
     -------
@@ -303,12 +315,21 @@ def run(
     Raises
     ------
     InputError
-        What the project or a file says wrong.
+        What the project or a file says wrong; a result that would take the place of a file that
+        is read or that this program did not write.
     AdjustmentError
         The network cannot be adjusted.
     """
     project = project if isinstance(project, Project) else Project.load(project)
     folder = project.results if folder is None else Path(folder)
+    with keeping(project.inputs(), folder, overwrite=overwrite):
+        return _run(project, folder, progress)
+
+
+def _run(project: Project, folder: Path, progress: Progress) -> Report:
+    """Run a project while what it reads is kept."""
+    for name in _REPORTS:
+        refuse_loss(folder / name)
     settings = AdjustmentSettings.of(project)
     job = open_job(project, progress)
     ties = find_and_name(job, folder, progress) if project.scans else None

@@ -30,14 +30,14 @@ def test_inputs_stay(network: Path) -> None:
     (network.parent / "also.gkf").symlink_to(network)
     for name in ("net.gkf", "also.gkf", "../" + network.parent.name + "/net.gkf"):
         said = end("adjust", network, "--json", network.parent / name)
-        assert "this result would take the place of a file: it is read by the same command" in said
+        assert "this result would take the place of a file that is read" in said
     assert network.read_text() == NETWORK
 
 
 def test_results_have_names_of_their_own(network: Path) -> None:
     one = network.parent / "result"
     said = end("adjust", network, "--json", one, "--html", one)
-    assert "another result has this name" in said
+    assert "two results would have this name" in said
     assert "this is a folder" in end("adjust", network, "--text", network.parent)
     assert not one.exists()
 

@@ -200,7 +200,7 @@ def test_what_is_wrong_is_said(files: tuple[str, str, Path]) -> None:
     assert "have no heights" in refused("fit", str(strange), b)
     assert "have no heights" in refused("apply", fit, str(strange), str(folder / "o.csv"))
     assert "this is no transformation" in refused("apply", str(bad), a, str(folder / "o.csv"))
-    assert "would overwrite" in refused("apply", fit, a, a)
+    assert "take the place of a file that is read" in refused("apply", fit, a, a)
     data = json.loads(Path(fit).read_text())
     for key, value in (("matrix", [[1, 0, 0]] * 3), ("centre", [1]), ("covariance", "x")):
         bad.write_text(json.dumps(data | {key: value}))

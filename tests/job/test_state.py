@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tribrach.job.state import FOLDER, Remembered, digest
+from tribrach.io.keeping import STATE_FOLDER as FOLDER
+from tribrach.job.state import Remembered, digest
 
 
 def test_a_product_is_recalled_until_its_key_or_its_file_changes(tmp_path: Path) -> None:

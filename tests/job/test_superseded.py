@@ -12,7 +12,7 @@ from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.geodesy.work_frame import WorkFrame
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader
-from tribrach.job.state import FOLDER
+from tribrach.io.keeping import STATE_FOLDER as FOLDER
 
 WORK = OutputFrame(WorkFrame())
 

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from tribrach.calibration.run_comparison import compare_runs
-from tribrach.cli.shell import fail, guarded, refuse_outputs, shown
+from tribrach.cli.shell import Overwrite, claim, fail, guarded, shown
 from tribrach.io.calibration_file import calibration_text
 from tribrach.io.outputs import write_texts
 from tribrach.job.calibrate import calibrate_project, calibration_of, calibrations_of
@@ -41,12 +41,14 @@ def calibrate(
     estimable: Annotated[
         bool, typer.Option("--estimable", help="Leave out what cannot be separated.")
     ] = False,
+    overwrite: Overwrite = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
     """Calibrate scanners from targets that they saw from several stations."""
 
     def work() -> None:
-        refuse_outputs([project], (json_file, html_file, save))
+        inputs = [path for path in (project, against) if path is not None]
+        claim(inputs, (json_file, html_file, save), overwrite=overwrite)
         given = Project.load(project)
         calibration_of(given)
         with shown(quiet) as progress:
@@ -68,7 +70,7 @@ def calibrate(
         if save is not None:
             several = calibrations_of(job, result)
             files = {name: _file_of(save, name, len(several)) for name in several}
-            refuse_outputs([project], (json_file, html_file, *files.values()))
+            claim(inputs, (json_file, html_file, *files.values()), overwrite=overwrite)
             texts |= {files[name]: calibration_text(one) for name, one in several.items()}
         write_texts(texts)
         if not quiet:

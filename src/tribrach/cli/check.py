@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from tribrach.calibration.field_check import check_readings
-from tribrach.cli.shell import guarded, refuse_outputs, shown
+from tribrach.cli.shell import Overwrite, claim, guarded, shown
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
 from tribrach.job.check import read_earlier, readings_of, survey_to_check
@@ -43,12 +43,17 @@ def check(
     html_file: Annotated[
         Path | None, typer.Option("--html", help="Write a page with charts.")
     ] = None,
+    overwrite: Overwrite = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
     """Test a scanner in the field: both faces, distances between targets, repeated series."""
 
     def work() -> None:
-        refuse_outputs([source], (json_file, html_file))
+        claim(
+            [path for path in (source, earlier) if path],
+            (json_file, html_file),
+            overwrite=overwrite,
+        )
         if (range_mm is None) != (angle_arcsec is None):
             raise InputError("the sigma of ranges and that of angles go together", cure="give both")
         given = {} if range_mm is None else {

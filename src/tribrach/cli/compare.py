@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 
 from tribrach.cli.printing import printed
-from tribrach.cli.shell import guarded, refuse_outputs, shown
+from tribrach.cli.shell import Overwrite, claim, guarded, shown
 from tribrach.comparison.peer_exports import alignment
 from tribrach.comparison.station_pair import StationPair
 from tribrach.errors import InputError
@@ -59,13 +59,14 @@ def compare(
             help="Write what A's station is uncertain by for py4dgeo's M3C2-EP.",
         ),
     ] = None,
+    overwrite: Overwrite = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
     """Compare two clouds, on test sites or as a whole, with the sampling floor beside."""
 
     def work() -> None:
         inputs = [path for path in (a, b, sites_file, poses) if path is not None]
-        refuse_outputs(inputs, (json_file, html_file, alignment_file))
+        claim(inputs, (json_file, html_file, alignment_file), overwrite=overwrite)
         sites = [] if sites_file is None else read_sites(sites_file)
         one, two = open_cloud(a, poses), open_cloud(b, poses)
         pair = station_pair(two, one)

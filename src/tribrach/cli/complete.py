@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import guarded, refuse_outputs, shown
+from tribrach.cli.shell import Overwrite, claim, guarded, shown
 from tribrach.io.outputs import write_texts
 from tribrach.job.complete import complete_clouds
 from tribrach.report.completeness import completeness_page, completeness_text
@@ -30,12 +30,13 @@ def complete(
     html_file: Annotated[
         Path | None, typer.Option("--html", help="Write a page with maps.")
     ] = None,
+    overwrite: Overwrite = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
     """Say which surfaces no station, one or several saw, and where the sigma is not reached."""
 
     def work() -> None:
-        refuse_outputs(clouds, (json_file, html_file))
+        claim(clouds, (json_file, html_file), overwrite=overwrite)
         required = None if sigma_mm is None else sigma_mm / 1e3
         with shown(quiet) as progress:
             result = complete_clouds(clouds, model, cell_m, required, progress)

@@ -10,7 +10,7 @@ import typer
 from tribrach import demo as demonstration
 from tribrach import pipeline
 from tribrach.cli.network import finish
-from tribrach.cli.shell import guarded, shown
+from tribrach.cli.shell import Overwrite, guarded, shown
 from tribrach.project import Project
 
 __all__ = ["demo"]
@@ -21,6 +21,7 @@ def demo(
     points: Annotated[
         int, typer.Option(min=10_000, max=200_000_000, help="Points per station, about.")
     ] = demonstration.POINTS,
+    overwrite: Overwrite = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
     """Simulate a survey of two facades, run it, and compare everything with the truth."""
@@ -29,8 +30,10 @@ def demo(
         if not quiet:
             typer.echo(f"simulating scans of two facades in {out}, then running the project")
         with shown(quiet) as progress:
-            job = Project.load(demonstration.write_project(out, points, progress))
-            content = pipeline.run(job, progress=progress)
+            job = Project.load(
+                demonstration.write_project(out, points, progress, overwrite=overwrite)
+            )
+            content = pipeline.run(job, progress=progress, overwrite=overwrite)
         finish(content, quiet, job.results)
 
     guarded(work)

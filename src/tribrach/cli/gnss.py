@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from tribrach.cli.shell import guarded, refuse_outputs, shown
+from tribrach.cli.shell import Overwrite, claim, guarded, shown
 from tribrach.errors import InputError
 from tribrach.gnss.antennas import AntennaSetup
 from tribrach.gnss.baseline import Baseline, Processing, compute_baseline
@@ -55,12 +55,14 @@ def baseline(
     json_file: Annotated[
         Path | None, typer.Option("--json", help="Write the result as JSON.")
     ] = None,
+    overwrite: Overwrite = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
     """Compute a static baseline from RINEX files."""
 
     def work() -> None:
-        refuse_outputs((base, rover, *navigation), [json_file])
+        inputs = [base, rover, *navigation, *([] if antex is None else [antex])]
+        claim(inputs, [json_file], overwrite=overwrite)
         settings = Processing(
             mask, frequencies, systems, not no_atmosphere, 3.0, sigma_factor, antex, engine, seconds
         )

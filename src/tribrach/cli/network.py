@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from tribrach import pipeline
-from tribrach.cli.shell import fail, guarded, refuse_outputs, shown
+from tribrach.cli.shell import Overwrite, claim, fail, guarded, shown
 from tribrach.io.outputs import write_texts
 from tribrach.io.survey.formats import read_files
 from tribrach.job.opened import open_job
@@ -54,6 +54,7 @@ def adjust(
     ] = None,
     html_file: Annotated[Path | None, typer.Option("--html", help="Write the HTML report.")] = None,
     text_file: Annotated[Path | None, typer.Option("--text", help="Write the text report.")] = None,
+    overwrite: Overwrite = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
     """Adjust a network from files of any known format, or a project without scans.
@@ -71,7 +72,7 @@ def adjust(
     given: dict[str, Any] = {key: value for key, value in options.items() if value is not None}
 
     def work() -> None:
-        refuse_outputs(files, (json_file, html_file, text_file))
+        claim(files, (json_file, html_file, text_file), overwrite=overwrite)
         other = None if datum is None else parse_datum(datum)
         project = _project(files)
         if project is not None:
@@ -112,6 +113,7 @@ def _project(files: list[Path]) -> Project | None:
 def run(
     project: Annotated[Path, typer.Argument(help="The project file (TOML).")],
     out: Annotated[Path | None, typer.Option(help="Folder of the results.")] = None,
+    overwrite: Overwrite = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
     """Run a project: adjust, check, report."""
@@ -120,7 +122,7 @@ def run(
         job = Project.load(project)
         folder = job.results if out is None else out
         with shown(quiet) as progress:
-            content = pipeline.run(job, folder, progress)
+            content = pipeline.run(job, folder, progress, overwrite=overwrite)
         finish(content, quiet, folder)
 
     guarded(work)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import guarded, refuse_outputs, shown
+from tribrach.cli.shell import Overwrite, claim, guarded, shown
 from tribrach.io.outputs import write_texts
 from tribrach.job.opened import open_job
 from tribrach.job.plan.steps import plan_project
@@ -28,13 +28,15 @@ def plan(
         Path | None, typer.Option("--html", help="Write a page with a map for the crew.")
     ] = None,
     text_file: Annotated[Path | None, typer.Option("--text", help="Write it as text.")] = None,
+    overwrite: Overwrite = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
     """Predict precision and reliability, and propose targets, stations and sets."""
 
     def work() -> None:
-        refuse_outputs([project], (json_file, html_file, text_file))
         given = Project.load(project)
+        outputs = (json_file, html_file, text_file)
+        claim([project], outputs, given.results, overwrite=overwrite)
         plan_of(given)
         with shown(quiet) as progress:
             job = open_job(given, progress)

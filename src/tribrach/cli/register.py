@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 
 from tribrach.cli.printing import printed
-from tribrach.cli.shell import guarded, refuse_outputs, shown
+from tribrach.cli.shell import Overwrite, claim, guarded, shown
 from tribrach.io.outputs import write_texts
 from tribrach.job.register import register_files, write_placed
 from tribrach.report.cloud_registration import cloud_registration_tables
@@ -39,12 +39,13 @@ def register(
         float, typer.Option(min=0, max=36000, help="Sigma of turns that residuals do not show.")
     ] = 10.0,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write it as JSON.")] = None,
+    overwrite: Overwrite = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
     """Register scans by their clouds, without approximate poses, targets or planes."""
 
     def work() -> None:
-        refuse_outputs(files, [json_file])
+        claim(files, [json_file], out, overwrite=overwrite)
         floor = (floor_mm / 1e3, floor_arcsec * SEC)
         with shown(quiet) as progress:
             result = register_files(files, approximate=approximate, floor=floor, progress=progress)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import guarded, refuse_outputs
+from tribrach.cli.shell import Overwrite, claim, guarded
 from tribrach.comparison.regression import regress as fit
 from tribrach.errors import InputError
 from tribrach.io.comparison_table import read_comparison
@@ -31,12 +31,13 @@ def regress(
     html_file: Annotated[
         Path | None, typer.Option("--html", help="Write a page with plots.")
     ] = None,
+    overwrite: Overwrite = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
     """Fit differences of clouds against range and incidence, and say what that proves."""
 
     def work() -> None:
-        refuse_outputs([table], (json_file, html_file))
+        claim([table], (json_file, html_file), overwrite=overwrite)
         causes, effects = _names(x, "--x"), _names(y, "--y")
         read = read_comparison if table.suffix.lower() == ".json" else read_numbers
         rows = read(table, [*causes, *effects])

@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from tribrach.cli.shell import guarded, refuse_outputs, shown
+from tribrach.cli.shell import Overwrite, claim, guarded, shown
 from tribrach.io.outputs import write_text
 from tribrach.io.scans.formats import read_scans
 from tribrach.io.scans.info import describe
@@ -23,11 +23,12 @@ __all__ = ["convert", "info"]
 def info(
     files: Annotated[list[Path], typer.Argument(help="Scans of any known format.")],
     json_file: Annotated[Path | None, typer.Option("--json", help="Write it as JSON.")] = None,
+    overwrite: Overwrite = False,
 ) -> None:
     """Say what is in files of scans: points, extents, fields, grid, poses, what looks wrong."""
 
     def work() -> None:
-        refuse_outputs(files, [json_file])
+        claim(files, [json_file], overwrite=overwrite)
         described = []
         for path in files:
             scans = read_scans(path)
@@ -56,11 +57,13 @@ def convert(
     step_mm: Annotated[
         float, typer.Option(min=1e-3, max=10, help="Coordinate step of LAS and LAZ.")
     ] = 0.1,
+    overwrite: Overwrite = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
     """Write scans in another format, every field kept."""
 
     def work() -> None:
+        claim([source], [destination], overwrite=overwrite)
         with shown(quiet) as progress:
             written = convert_scans(
                 read_scans(source),

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Annotated, Any, NoReturn
 
 import typer
 from rich.console import Console
@@ -24,14 +24,24 @@ from rich.progress import (
 )
 
 from tribrach.errors import InputError, TribrachError
+from tribrach.io.keeping import keep, keeping, refuse_loss
+from tribrach.io.outputs import special
+from tribrach.project import Project
 
-__all__ = ["fail", "guarded", "refuse_outputs", "shown"]
+__all__ = ["Overwrite", "claim", "fail", "guarded", "shown"]
+
+#: the option of every command that writes files
+Overwrite = Annotated[
+    bool,
+    typer.Option("--overwrite", help="Replace files that this program did not write."),
+]
 
 
 def guarded(work: Callable[[], Any]) -> None:
     """Run a command; errors of the input become one sentence and exit status 2."""
     try:
-        work()
+        with keeping():
+            work()
     except TribrachError as error:
         fail(str(error))
     except BrokenPipeError:
@@ -47,35 +57,51 @@ def guarded(work: Callable[[], Any]) -> None:
         raise typer.Exit(130) from None
 
 
-def refuse_outputs(inputs: Iterable[Path], outputs: Iterable[Path | None]) -> None:
-    """Refuse, before any work is done, results that would overwrite something else.
+def claim(
+    inputs: Iterable[Path],
+    outputs: Iterable[Path | None] = (),
+    folder: Path | None = None,
+    *,
+    overwrite: bool,
+) -> None:
+    """Say what a command reads and writes, and refuse before any work is done what would be lost.
 
     Parameters
     ----------
     inputs
-        Files that the command reads.
+        Files that the command reads; of projects all that they name counts as well.
     outputs
         Files that it writes; None takes no part.
+    folder
+        Folder of further results.
+    overwrite
+        Files that this program did not write may be replaced.
 
     Raises
     ------
     InputError
-        A result has the name of an input, of another result or of a folder.
+        A result would take the place of an input, of another result, of a folder or of a file
+        that this program did not write.
     """
-    taken = {path.resolve(): "it is read by the same command" for path in inputs}
-    for path in outputs:
-        if path is None:
+    keep([], folder, overwrite=overwrite)
+    for path in inputs:
+        keep([path])
+        if path.suffix.lower() == ".toml":
+            with suppress(InputError):  # what is wrong with it is said by who reads it
+                keep(Project.load(path).inputs())
+    taken = set[Path]()
+    for result in outputs:
+        if result is None:
             continue
-        place = path.resolve()
-        if place in taken or place.is_dir():
+        if result.is_dir():
+            raise InputError("this is a folder, no file", file=result, cure="name a file in it")
+        if result.resolve() in taken:
             raise InputError(
-                f"this result would take the place of a file: {taken[place]}"
-                if place in taken
-                else "this is a folder, no file",
-                file=path,
-                cure="name another file",
+                "two results would have this name", file=result, cure="name another file"
             )
-        taken[place] = "another result has this name"
+        taken.add(result.resolve())
+        if not special(result):
+            refuse_loss(result)
 
 
 def fail(sentence: str) -> NoReturn:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import guarded, shown
+from tribrach.cli.shell import Overwrite, guarded, shown
 from tribrach.io.twins import write_twin
 from tribrach.simulate.twins import TWINS, build
 
@@ -21,13 +21,14 @@ def simulate(
         int, typer.Option(min=10_000, max=200_000_000, help="Points per station, about.")
     ] = 1_000_000,
     seed: Annotated[int, typer.Option(min=0, help="Another seed draws other errors.")] = 1,
+    overwrite: Overwrite = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
     """Simulate a whole survey job: scans, observations, project file and its truth."""
 
     def work() -> None:
         with shown(quiet) as progress:
-            path = write_twin(build(twin, points, seed), out, progress)
+            path = write_twin(build(twin, points, seed), out, progress, overwrite=overwrite)
         if not quiet:
             typer.echo(f"{path}\nnow: tribrach run {path}")
 

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import guarded, refuse_outputs
+from tribrach.cli.shell import Overwrite, claim, guarded
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_bytes, write_text
 from tribrach.io.scans.formats import read_scans
@@ -45,12 +45,13 @@ def targets(
     png_file: Annotated[
         Path | None, typer.Option("--png", help="Write the panorama with the targets marked.")
     ] = None,
+    overwrite: Overwrite = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
     """Find spheres, checkerboards and discs in whole scans; centres in their coordinates."""
 
     def work() -> None:
-        refuse_outputs([scan], (json_file, png_file))
+        claim([scan], (json_file, png_file), overwrite=overwrite)
         wanted = TargetSection(
             sphere_radius_m=tuple(sphere or ()),
             checkerboard_side_m=tuple(checkerboard or ()),

@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 
 from tribrach.cli.printing import printed
-from tribrach.cli.shell import guarded, refuse_outputs, shown
+from tribrach.cli.shell import Overwrite, claim, guarded, shown
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_text, write_texts
 from tribrach.io.scans.formats import read_scans
@@ -45,12 +45,13 @@ def fit(
     json_file: Annotated[
         Path | None, typer.Option("--json", help="Write it as JSON, for transform apply.")
     ] = None,
+    overwrite: Overwrite = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
     """Fit the transformation from A to B with the weights of both, and test it."""
 
     def work() -> None:
-        refuse_outputs((a, b), [json_file])
+        claim((a, b), [json_file], overwrite=overwrite)
         result = fit_files(a, b, model, check or [], snoop=snoop)
         outcome = result.outcome
         left = [
@@ -86,17 +87,15 @@ def apply(
     step_mm: Annotated[
         float, typer.Option(min=1e-3, max=10, help="Coordinate step of LAS and LAZ.")
     ] = 0.1,
+    overwrite: Overwrite = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
     """Carry points or a cloud through a transformation, with their covariances."""
 
     def work() -> None:
+        claim([transformation, source], [destination], overwrite=overwrite)
         stored = read_transformation(transformation)
         carrier = Carrier(stored.transformation, stored.covariance, inverse)
-        if destination.resolve() in (source.resolve(), transformation.resolve()):
-            raise InputError(
-                "the file would overwrite its source", file=destination, cure="name another file"
-            )
         if source.suffix.lower() == ".csv":
             if destination.suffix.lower() != ".csv":
                 raise InputError(

@@ -11,6 +11,8 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
 
+from tribrach.io.keeping import keep
+
 __all__ = ["contents", "opened_once"]
 
 _KEPT: ContextVar[dict[Path, bytes] | None] = ContextVar("files that were opened", default=None)
@@ -40,6 +42,7 @@ def contents(path: Path, most: int | None = None) -> bytes:
         The file cannot be read.
     """
     kept = _KEPT.get()
+    keep([path])
     if kept is None or (path not in kept and path.stat().st_size > _LARGEST):
         with path.open("rb") as file:
             return file.read(-1 if most is None else most)

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from tribrach.errors import InputError
+from tribrach.io.keeping import note_written, refuse_loss
 
 __all__ = ["destination", "reason", "special", "write_bytes", "write_text", "write_texts"]
 
@@ -74,6 +75,8 @@ def destination(path: Path) -> Path:
 
     Raises
     ------
+    InputError
+        Something would be lost (:func:`~tribrach.io.keeping.refuse_loss`).
     OSError
         It is a folder, or its folder cannot be made.
     """
@@ -81,6 +84,7 @@ def destination(path: Path) -> Path:
         raise IsADirectoryError(21, "it is a folder")
     if special(path):
         return path
+    refuse_loss(path)
     path = path.resolve()
     path.parent.mkdir(parents=True, exist_ok=True)
     return path
@@ -103,6 +107,7 @@ def _put(name: str, path: Path) -> None:
     if special(path):
         path.write_bytes(Path(name).read_bytes())
     else:
+        note_written(path, Path(name).stat().st_size)
         os.replace(name, path.resolve())
 
 

@@ -22,6 +22,7 @@ import numpy as np
 from tribrach.errors import InputError
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader
+from tribrach.io.keeping import keeping, refuse_loss
 from tribrach.io.outputs import write_bytes, write_texts
 from tribrach.scan.scan import Field
 from tribrach.simulate.scanner import SimulatedPoints
@@ -47,6 +48,8 @@ def write_twin(
     folder: Path,
     progress: Callable[[str, int, int], None] | None = None,
     truth: int = TRUTH,
+    *,
+    overwrite: bool = False,
 ) -> Path:
     """Simulate all scans of a twin and write everything.
 
@@ -64,6 +67,8 @@ def write_twin(
         Called with the scan's name, directions done and their number.
     truth
         Points of each scan whose true place is kept.
+    overwrite
+        Files that this program did not write are replaced.
 
     Returns
     -------
@@ -73,10 +78,17 @@ def write_twin(
     Raises
     ------
     InputError
-        A file cannot be written.
+        A file cannot be written, or another that the program did not write has its name.
     """
-    tell = progress or (lambda name, done, all_of_it: None)
+    with keeping((), folder, overwrite=overwrite):
+        return _write(twin, folder, progress or (lambda name, done, all_of_it: None), truth)
+
+
+def _write(twin: Twin, folder: Path, tell: Callable[[str, int, int], None], truth: int) -> Path:
+    """Write everything that is not there."""
     path = folder / f"{twin.name}.toml"
+    for name in (*twin.files, path.name, *(_file(twin, one) for one in twin.scans)):
+        refuse_loss(folder / name)
     recipes = [_recipe(twin, number, truth) for number in range(len(twin.scans))]
     known = [_made(folder, twin, k, recipe) for k, recipe in enumerate(recipes)]
     kept = path.is_file() and None not in known

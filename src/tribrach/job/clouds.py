@@ -22,6 +22,7 @@ from tribrach.geometry.pose import Pose
 from tribrach.io.clouds.e57 import copy_with_poses
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader, CloudWriter, step_for
+from tribrach.io.keeping import is_read
 from tribrach.job.grouping import groups, whole_source
 from tribrach.job.scans import MeasuredScan, StationScan, share_after
 from tribrach.job.state import Remembered, digest
@@ -73,7 +74,7 @@ def remove_superseded(
     held, gone = set(_marks(scans)), []
     for record, data in state.records(_NOTE):
         path = _own(folder, data)
-        if path is None or not set(data["facts"]["scans"]) <= held:
+        if path is None or is_read(path) or not set(data["facts"]["scans"]) <= held:
             continue
         if any(path.name == now.name or _same(path, now) for now in current):
             continue

@@ -34,13 +34,11 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel
 
+from tribrach.io.keeping import STATE_FOLDER
 from tribrach.io.outputs import write_text
 from tribrach.job.code_version import code_version
 
-__all__ = ["FOLDER", "NOT_IN_DIGEST", "Remembered", "digest"]
-
-#: folder of the state inside that of the results
-FOLDER = ".tribrach"
+__all__ = ["NOT_IN_DIGEST", "Remembered", "digest"]
 
 #: key of the metadata of a field that is left out of digests; its value says why
 NOT_IN_DIGEST = "not_in_digest"
@@ -185,7 +183,7 @@ class Remembered:
     """The remembered products in a folder of results."""
 
     def __init__(self, results: Path) -> None:
-        self.folder = results / FOLDER
+        self.folder = results / STATE_FOLDER
 
     def key(self, maker: Callable[..., Any], *arguments: Any) -> str:
         """Take the digest of everything that a product depends on.

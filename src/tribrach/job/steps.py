@@ -15,11 +15,12 @@ from tribrach.cloud.placement import Placement
 from tribrach.errors import InputError
 from tribrach.geodesy import frames
 from tribrach.geodesy.output_frame import FrameKind, OutputFrame
+from tribrach.io.keeping import refuse_loss
 from tribrach.io.outputs import write_texts
 from tribrach.job.budget import BudgetRow, error_budget, reach_sentences
 from tribrach.job.clouds import Product, place, write_clouds
 from tribrach.job.find_targets import Findings, extract
-from tribrach.job.grouping import refuse_impossible
+from tribrach.job.grouping import groups, refuse_impossible
 from tribrach.job.name_targets import Named
 from tribrach.job.poses import MOST_STATIONS, joint_covariance, pose_texts, station_order
 from tribrach.job.scans import StationScan, as_adjusted, calibration_sentences, open_scans
@@ -152,6 +153,10 @@ def georeference(
         )
     placements = {scan.name: place(scan, adjustment, factor) for scan in work.scans}
     clouds = folder / "clouds"
+    if project.cloud.write:
+        # before the first of them is written
+        for group in groups(work.scans, project.cloud):
+            refuse_loss(clouds / group.file)
     names = station_order(work.scans)
     few = len(names) <= MOST_STATIONS
     joint = joint_covariance(adjustment, names, frame, factor) if few else None

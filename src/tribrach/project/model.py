@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Self
 
@@ -33,6 +34,9 @@ from tribrach.project.sections import (
 from tribrach.project.site import SiteSection
 
 __all__ = ["Project"]
+
+#: longer texts are no names of files
+_LONGEST_NAME = 4096
 
 
 class Project(Section):
@@ -158,6 +162,16 @@ class Project(Section):
             )
         return folder
 
+    def inputs(self) -> tuple[Path, ...]:
+        """Every file that the project names, and its own: what a run may read.
+
+        Any text of the project that is the name of a file counts, whatever key it stands at, so
+        that no key can be forgotten.
+        """
+        own = () if self._file is None else (self._file,)
+        named = {self._folder / text for text in _texts(self.model_dump())}
+        return (*own, *sorted(path for path in named if _is_file(path)))
+
     def line(self, keys: tuple[str | int, ...]) -> int | None:
         """1-based line of a key in the project file, None for a project made in Python."""
         return toml_file.line_of(self._text, keys) if self._text else None
@@ -167,3 +181,24 @@ class Project(Section):
         line = self.line(keys)
         record = ".".join(str(key) for key in keys) if self._file is None else None
         return InputError(what, file=self._file, line=line, record=record, cure=cure)
+
+
+def _texts(value: object) -> Iterator[str]:
+    """All texts among the values of nested tables."""
+    if isinstance(value, str):
+        if 0 < len(value) <= _LONGEST_NAME:
+            yield value
+    elif isinstance(value, Mapping):
+        for item in value.values():
+            yield from _texts(item)
+    elif isinstance(value, list | tuple | set | frozenset):
+        for item in value:
+            yield from _texts(item)
+
+
+def _is_file(path: Path) -> bool:
+    """Is there a file of this name? A text that cannot be a name is none."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False

@@ -8,6 +8,7 @@ from types import TracebackType
 from typing import BinaryIO, Self
 
 from tribrach.errors import InputError
+from tribrach.io.keeping import note_written
 from tribrach.io.outputs import destination, reason, special
 
 __all__ = ["Staged", "staged_name"]
@@ -29,7 +30,7 @@ class Staged:
     Raises
     ------
     InputError
-        The folder or file cannot be written.
+        The folder or file cannot be written, or something would be lost.
     """
 
     def __init__(self, path: Path) -> None:
@@ -57,6 +58,7 @@ class Staged:
                 self.file.flush()
                 os.fsync(self.file.fileno())
                 self.file.close()
+            note_written(self.path, self._hidden.stat().st_size)
             os.replace(self._hidden, self._place)
         except OSError as error:
             self.discard()

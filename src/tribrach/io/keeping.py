@@ -1,0 +1,263 @@
+"""What may be replaced: never a file that is read, and nothing that this program did not write.
+
+A command says what it reads before it writes anything (:func:`keeping`). From then on every file
+that is written passes :func:`refuse_loss`, which knows three rules:
+
+* no result takes the place of a file that is read, under whatever name: a link, a hard link and
+  another spelling are the same file;
+* below a folder of results nothing is written through a link;
+* a file that is there is replaced only if this program wrote it. What it wrote is listed, with
+  sizes, in ``.tribrach/written.json`` of the folder of results, or of the folder of a single file.
+
+The last rule is lifted by ``overwrite``, the first two are not.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from tribrach.errors import InputError
+
+__all__ = ["MANIFEST", "STATE_FOLDER", "is_read", "keep", "keeping", "note_written", "refuse_loss"]
+
+#: folder of what the program keeps for itself inside a folder of results
+STATE_FOLDER = ".tribrach"
+
+#: file there that lists what the program wrote
+MANIFEST = "written.json"
+
+#: lists beyond this size are none of ours [bytes]
+_LARGEST = 20_000_000
+
+
+@dataclass
+class _Scope:
+    """What one piece of work reads and where it writes.
+
+    Parameters
+    ----------
+    paths
+        Resolved files that are read.
+    numbers
+        Device and number of those files, the same for all hard links.
+    folder
+        Folder of results, absolute; None for single files.
+    overwrite
+        Files of others may be replaced.
+    """
+
+    paths: set[Path] = field(default_factory=set)
+    numbers: set[tuple[int, int]] = field(default_factory=set)
+    folder: Path | None = None
+    overwrite: bool = False
+
+    def add(self, inputs: Iterable[Path]) -> None:
+        """Keep further files."""
+        for path in inputs:
+            self.paths.add(path.resolve())
+            number = _number(path)
+            if number is not None:
+                self.numbers.add(number)
+
+    def reads(self, path: Path) -> bool:
+        """Is this one of the files that are read?"""
+        return path.resolve() in self.paths or _number(path) in self.numbers
+
+
+#: the pieces of work that are going on in this process, in all of its threads
+_SCOPES: list[_Scope] = []
+
+
+@contextmanager
+def keeping(
+    inputs: Iterable[Path] = (), folder: Path | None = None, *, overwrite: bool = False
+) -> Iterator[None]:
+    """Write within these rules until the block ends.
+
+    Parameters
+    ----------
+    inputs : iterable of Path
+        Files that are read.
+    folder : Path, optional
+        Folder of results, where one list says what was written.
+    overwrite : bool
+        Files that the program did not write may be replaced, those that it reads may not.
+
+    Raises
+    ------
+    InputError
+        By what writes a file in the block: see :func:`refuse_loss`.
+    """
+    scope = _Scope(folder=None if folder is None else _plain(folder), overwrite=overwrite)
+    scope.add(inputs)
+    _SCOPES.append(scope)
+    try:
+        yield
+    finally:
+        # blocks of several threads may end in another order than they began
+        _SCOPES[:] = [other for other in _SCOPES if other is not scope]
+
+
+def keep(
+    inputs: Iterable[Path] = (), folder: Path | None = None, *, overwrite: bool = False
+) -> None:
+    """Add to the innermost block of :func:`keeping`; without a block nothing happens.
+
+    Parameters
+    ----------
+    inputs : iterable of Path
+        Further files that are read.
+    folder : Path, optional
+        Folder of results, where the block has none.
+    overwrite : bool
+        Lifts the rule on files that the program did not write.
+    """
+    if not _SCOPES:
+        return
+    scope = _SCOPES[-1]
+    scope.add(inputs)
+    scope.overwrite |= overwrite
+    if folder is not None:
+        scope.folder = _plain(folder)
+
+
+def is_read(path: Path) -> bool:
+    """Is this one of the files that the work going on reads, under whatever name?"""
+    return any(scope.reads(path) for scope in _SCOPES)
+
+
+def refuse_loss(path: Path) -> None:
+    """Refuse a file that may not be written, before anything is.
+
+    Parameters
+    ----------
+    path : Path
+        The file as it is named, links not yet followed.
+
+    Raises
+    ------
+    InputError
+        It is read by the same work, lies behind a link below the folder of results, or was not
+        written by this program.
+    """
+    if is_read(path):
+        raise InputError(
+            "this result would take the place of a file that is read",
+            file=path,
+            cure="name another file or folder for results",
+        )
+    scope = _scope_of(path)
+    if scope is None:
+        return
+    if scope.folder is not None and _plain(path).is_relative_to(scope.folder):
+        _refuse_links(path, scope.folder)
+    if scope.overwrite or _own(path) or not path.is_file():
+        return
+    if path.stat().st_size not in _written(path, scope).get(_name(path, scope), ()):
+        raise InputError(
+            "there is a file of this name that this program did not write, or that was changed "
+            "since",
+            file=path,
+            cure="move it away, or replace it with --overwrite",
+        )
+
+
+def note_written(path: Path, size: int) -> None:
+    """List a file as written by this program, just before it gets its name.
+
+    Parameters
+    ----------
+    path : Path
+        The file as it is named.
+    size : int
+        Its size [bytes].
+    """
+    scope = _scope_of(path)
+    if scope is None or _own(path):
+        return
+    listed = _written(path, scope)
+    # work that is killed between this and the new name leaves the old file, which is ours too
+    before = {path.stat().st_size} if path.is_file() else set[int]()
+    listed[_name(path, scope)] = sorted(before | {size})
+    place = _root(path, scope) / STATE_FOLDER / MANIFEST
+    text = json.dumps({"written": dict(sorted(listed.items()))}, indent=0)
+    try:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(prefix=f".{MANIFEST}.", suffix=".part", dir=place.parent)
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+        os.replace(name, place)
+    except OSError:
+        # a folder where only the file itself may be written: it will not be known as ours
+        return
+
+
+def _scope_of(path: Path) -> _Scope | None:
+    """The innermost block whose folder holds the file, else the innermost block."""
+    plain = _plain(path)
+    for scope in reversed(_SCOPES):
+        if scope.folder is not None and plain.is_relative_to(scope.folder):
+            return scope
+    return _SCOPES[-1] if _SCOPES else None
+
+
+def _root(path: Path, scope: _Scope) -> Path:
+    """The folder whose list names the file."""
+    plain = _plain(path)
+    if scope.folder is not None and plain.is_relative_to(scope.folder):
+        return scope.folder
+    return plain.parent
+
+
+def _name(path: Path, scope: _Scope) -> str:
+    return _plain(path).relative_to(_root(path, scope)).as_posix()
+
+
+def _own(path: Path) -> bool:
+    """Files of the state folder are ours by its name."""
+    return path.parent.name == STATE_FOLDER
+
+
+def _written(path: Path, scope: _Scope) -> dict[str, list[int]]:
+    """Sizes of the files that the program wrote, by name; empty where the list is damaged."""
+    place = _root(path, scope) / STATE_FOLDER / MANIFEST
+    try:
+        if place.stat().st_size > _LARGEST:
+            return {}
+        listed = json.loads(place.read_text(encoding="utf-8"))["written"]
+        return {str(k): [int(size) for size in sizes] for k, sizes in listed.items()}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        return {}
+
+
+def _refuse_links(path: Path, folder: Path) -> None:
+    """Refuse a link among the file and the folders between it and the folder of results."""
+    place = _plain(path)
+    while place != folder:
+        if place.is_symlink():
+            raise InputError(
+                "this is a link, and results are not written through links",
+                file=place,
+                cure="remove the link, or name another folder for results",
+            )
+        place = place.parent
+
+
+def _plain(path: Path) -> Path:
+    """The absolute path without dots, links not followed."""
+    return Path(os.path.abspath(path))
+
+
+def _number(path: Path) -> tuple[int, int] | None:
+    """Device and number of a file, None if it is not there."""
+    try:
+        stamp = path.stat()
+    except OSError:
+        return None
+    return stamp.st_dev, stamp.st_ino
