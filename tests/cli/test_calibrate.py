@@ -12,7 +12,7 @@ from tests.network.lab import TRUTH, lab, measured
 from tribrach.cli import app
 from tribrach.errors import InputError
 from tribrach.geometry.polar import xyz_from_polar
-from tribrach.instruments.calibration import MODELS, ORDER, find_model, unit_of
+from tribrach.instruments.calibration import MODELS, ORDER, find_model, meaning_of, unit_of
 from tribrach.io.calibration_file import read_calibration
 from tribrach.job.opened import open_job
 from tribrach.network.network import Network
@@ -65,6 +65,38 @@ def job(folder: Path, network: Network, text: str = HEAD + FIVE, **how: bool) ->
 def call(*words: object) -> tuple[int, str]:
     result = RUN.invoke(app, ["calibrate", *map(str, words)])
     return result.exit_code, result.output
+
+
+def test_coordinates_weigh_as_the_readings_that_they_were_computed_from(tmp_path: Path) -> None:
+    """Steep targets, an instrument with a floor and a systematic part: one adjustment."""
+    network = measured(lab(tuple(MISALIGNMENTS)), dict(MISALIGNMENTS), 7)
+    text = HEAD.replace('model = "nist"', 'model = "lichti"').replace(
+        "scan_angle_arcsec = 8.0",
+        "scan_angle_arcsec = 2.0\nscan_angle_accuracy_arcsec = 8.0\ntarget_floor_mm = 0.2",
+    )
+    text += 'parameters = ["A0", "B6", "B7", "B8", "C0"]\n'
+    data = []
+    for cartesian in (False, True):
+        path = job(tmp_path, network, text, cartesian=cartesian)
+        out = tmp_path / f"{cartesian}.json"
+        code, said = call(path, "--json", out)
+        assert code == 0, said
+        assert re.search(r"B6\(scanner\) .* collimation axis error", said)
+        assert re.search(r"B7\(scanner\) .* trunnion axis error", said)
+        data.append(json.loads(out.read_text()))
+    polar, cartesian_too = data
+    for one, other in zip(polar["parameters"], cartesian_too["parameters"], strict=True):
+        assert one["meaning"] == other["meaning"]
+        # the tables are written to 1e-8 m and degrees
+        assert other["sigma"] == pytest.approx(one["sigma"], rel=1e-6)
+        assert other["value"] == pytest.approx(one["value"], abs=1e-3 * one["sigma"])
+    assert cartesian_too["sigma0"]["vtpv"] == pytest.approx(polar["sigma0"]["vtpv"], rel=1e-4)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_every_parameter_has_a_meaning(name: str) -> None:
+    model = find_model(name, unit_lengths=(0.6, 4.8) if name == "lichti" else ())
+    assert all(meaning_of(parameter) for parameter in (*model.parameters, *ORDER))
 
 
 @pytest.mark.parametrize("cartesian", [False, True])

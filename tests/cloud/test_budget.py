@@ -1,5 +1,7 @@
 """Error budgets of points: they add up to the covariance; Monte Carlo agrees with each part."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -8,7 +10,7 @@ from hypothesis import strategies as st
 from tests.cloud.known_setup import KnownSetup
 from tests.cloud.test_covariance import placement
 from tests.network.facade import facade
-from tribrach.cloud.budget import POINT_PARTS, point_budget
+from tribrach.cloud.budget import POINT_PARTS, SYSTEMATIC, point_budget
 from tribrach.cloud.covariance import covariances
 from tribrach.cloud.placement import Placement
 from tribrach.geometry import rotation
@@ -43,6 +45,22 @@ def test_parts_add_up_to_the_stated_covariance(seed: int) -> None:
     assert np.isnan(budget.along_normal[:, 3]).all()
     both = budget.along_normal + budget.tangential
     assert both[:, :3] == pytest.approx(budget.variances[:, :3], rel=1e-12)
+
+
+def test_systematic_angles_are_a_part_of_their_own() -> None:
+    """They belong to the covariance of a point, and not to what is new with every point."""
+    rng = np.random.default_rng(5)
+    xyz, where = rng.normal(0, 20, (20, 3)), placement(rng)
+    biased = replace(where, noise=replace(NOISE, systematic=12 * SEC))
+    budget = point_budget(xyz, biased)
+    assert budget.names[-1] == SYSTEMATIC
+    whole = covariances(xyz, biased)
+    assert budget.total[:, ROWS, COLUMNS] == pytest.approx(whole, rel=1e-8, abs=1e-13)
+    more = np.trace(budget.covariances[-1], axis1=1, axis2=2)
+    flat, length = np.hypot(xyz[:, 0], xyz[:, 1]), np.linalg.norm(xyz, axis=1)
+    assert more == pytest.approx((12 * SEC) ** 2 * (flat**2 + length**2))
+    assert biased.noise is not None
+    assert biased.noise.random == where.noise
 
 
 def test_without_normals_incidence_adds_nothing() -> None:

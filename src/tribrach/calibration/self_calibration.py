@@ -32,7 +32,7 @@ from tribrach.calibration.significance import (
     station_test,
 )
 from tribrach.errors import AdjustmentError, InputError, RankDefect
-from tribrach.instruments.calibration import NIST, CalibrationModel, unit_of
+from tribrach.instruments.calibration import NIST, CalibrationModel, meaning_of, unit_of
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.blunders.snooping import SnoopingLog, snoop
 from tribrach.network.linear import SingularMatrix
@@ -120,6 +120,11 @@ class Parameter:
     def owner(self) -> str:
         """The instrument or station that it belongs to."""
         return self.name[len(self.plain) + 1 : -1]
+
+    @property
+    def meaning(self) -> str:
+        """What it is, such as ``collimation axis error``."""
+        return meaning_of(self.plain)
 
     @property
     def t(self) -> float:

@@ -60,6 +60,7 @@ def check(
             "range_mm": range_mm,
             "range_ppm": range_ppm,
             "scan_angle_arcsec": angle_arcsec,
+            "scan_angle_accuracy_arcsec": angle_arcsec,
         }  # fmt: skip
         instrument = _instrument(sheet, given)
         before = None if earlier is None else read_earlier(earlier)

@@ -2,7 +2,8 @@
 
 ``C_X = sum_g J_geo C_g J_geo^T + sum_k J_k s_k^2 J_k^T``: the groups g share the covariance of the
 station (method section 5.1), the parts k are range, incidence, both angles and the beam's footprint
-(method section 5.2); a calibration of the scanner has a share of its own, which may be negative
+(method section 5.2), and what the angles have in common over a neighbourhood where an instrument
+says so; a calibration of the scanner has a share of its own, which may be negative
 where its parameters and the poses are correlated. Along the normal of the surface each gives ``n^T
 C n``; what remains of its trace lies in the surface.
 
@@ -27,8 +28,17 @@ from tribrach.cloud.placement import Placement
 from tribrach.geometry.rotation import skew
 from tribrach.scan.normals import FLATTEST
 
-__all__ = ["POINT_PARTS", "PointBudget", "Weakest", "point_budget", "weakest_direction"]
+__all__ = [
+    "POINT_PARTS",
+    "SYSTEMATIC",
+    "PointBudget",
+    "Weakest",
+    "point_budget",
+    "weakest_direction",
+]
 
+#: angles that are wrong alike for neighbouring points; a part only where an instrument says so
+SYSTEMATIC = "systematic angles"
 #: what the scanner adds to every single point
 POINT_PARTS = ("range", "incidence", "horizontal angle", "vertical angle", "beam width")
 
@@ -98,7 +108,8 @@ def point_budget(
     Returns
     -------
     PointBudget
-        Shares of the station, of a calibration, and :data:`POINT_PARTS`.
+        Shares of the station, of a calibration, :data:`POINT_PARTS`, and :data:`SYSTEMATIC` where
+        the noise has that.
 
     Raises
     ------
@@ -136,7 +147,12 @@ def point_budget(
         ((length * noise.vertical) ** 2)[:, None, None] * upright,
         spot[:, None, None] * (across + upright),
     ]
-    return PointBudget((*names, *POINT_PARTS), np.array(parts), normals @ frame.T)
+    names = (*names, *POINT_PARTS)
+    if noise.systematic > 0:
+        wide = (flat**2)[:, None, None] * across + (length**2)[:, None, None] * upright
+        parts.append(noise.systematic**2 * wide)
+        names = (*names, SYSTEMATIC)
+    return PointBudget(names, np.array(parts), normals @ frame.T)
 
 
 def _symmetric(elements: Array) -> Array:

@@ -123,8 +123,9 @@ def _terms(x, y, z, noise, cosine):  # type: ignore[no-untyped-def]
     along = noise[0] + noise[1] * rho
     along = along * along / (cosine * cosine)
     footprint = (noise[4] * noise[4] + noise[5] * noise[5] * rho2) / 16
-    across_h = flat2 * noise[2] * noise[2] + footprint
-    across_v = rho2 * noise[3] * noise[3] + footprint
+    common = noise[6] * noise[6]
+    across_h = flat2 * (noise[2] * noise[2] + common) + footprint
+    across_v = rho2 * (noise[3] * noise[3] + common) + footprint
     return flat2, rho2, along, across_h, across_v
 
 

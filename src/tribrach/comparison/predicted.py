@@ -73,7 +73,9 @@ def with_random(
     ValueError
         The placement has no noise of single points.
     """
-    alone = Placement(placement.station, placement.pose, np.zeros((6, 6)), placement.noise)
+    if placement.noise is None:
+        raise ValueError("points without a scanner origin have no covariance")
+    alone = Placement(placement.station, placement.pose, np.zeros((6, 6)), placement.noise.random)
     known = np.isfinite(normals[:, 0])
     origin = core.mean(axis=0)
     tree = KDTree(core[known] - origin) if known.any() else None

@@ -36,6 +36,7 @@ __all__ = [
     "CalibrationModel",
     "find_model",
     "lichti",
+    "meaning_of",
     "unit_of",
 ]
 
@@ -65,6 +66,62 @@ _METRES = {
 #: parameters that are always refused, with the reason
 _NEVER = {
     "B1": "a scale of the horizontal circle cannot be: the circle closes after a full turn",
+}
+
+
+#: what each parameter is (Muralikrishnan et al. 2015; Sabzali and Pilgrim 2023; Lichti 2007)
+_MEANINGS = {
+    "x1n": "beam offset, first component",
+    "x1z": "beam offset, second component",
+    "x2": "offset of the trunnion axis",
+    "x3": "mirror offset",
+    "x4": "index of the vertical circle",
+    "x5n": "beam tilt, first component",
+    "x5z": "beam tilt, second component",
+    "x6": "mirror tilt (collimation)",
+    "x7": "tilt of the trunnion axis",
+    "x8x": "eccentricity of the horizontal circle, x",
+    "x8y": "eccentricity of the horizontal circle, y",
+    "x9n": "eccentricity of the vertical circle, first component",
+    "x9z": "eccentricity of the vertical circle, second component",
+    "x10": "range zero",
+    "x11a": "second order of the horizontal circle, cosine",
+    "x11b": "second order of the horizontal circle, sine",
+    "x12a": "second order of the vertical circle, cosine",
+    "x12b": "second order of the vertical circle, sine",
+    "E_R": "constant of the range",
+    "E_H": "constant of the horizontal angle",
+    "E_V": "constant of the vertical angle",
+    "a1": "range zero",
+    "a2": "offset of the trunnion axis",
+    "a3": "index of the vertical circle",
+    "a4": "mirror offset",
+    "a5": "mirror tilt (collimation)",
+    "A0": "range zero",
+    "A1": "range scale",
+    "A2": "vertical offset of the laser axis",
+    "A3": "cyclic range error, first unit length, sine",
+    "A4": "cyclic range error, first unit length, cosine",
+    "A5": "cyclic range error, second unit length, sine",
+    "A6": "cyclic range error, second unit length, cosine",
+    "A7": "range with the horizontal angle, empirical, sine",
+    "A8": "range with the horizontal angle, empirical, cosine",
+    "B2": "eccentricity of the horizontal circle, sine",
+    "B3": "eccentricity of the horizontal circle, cosine",
+    "B4": "horizontal circle not square to its axis, sine",
+    "B5": "horizontal circle not square to its axis, cosine",
+    "B6": "collimation axis error",
+    "B7": "trunnion axis error",
+    "B8": "horizontal eccentricity of the collimation axis",
+    "B9": "horizontal angle with the elevation, empirical, sine",
+    "B10": "horizontal angle with the elevation, empirical, cosine",
+    "C0": "index of the vertical circle",
+    "C1": "scale of the vertical circle",
+    "C2": "eccentricity of the vertical circle, sine",
+    "C3": "vertical circle not square to its axis, sine",
+    "C4": "vertical eccentricity of the collimation axis",
+    "C5": "elevation with the horizontal angle, empirical, sine",
+    "C6": "elevation with the horizontal angle, empirical, cosine",
 }
 
 
@@ -312,6 +369,21 @@ def unit_of(parameter: str) -> Unit:
     if parameter in ("A1", "C1"):
         return "1"
     return "m" if parameter in _METRES else "rad"
+
+
+def meaning_of(parameter: str) -> str:
+    """What a parameter is, in the words of an instrument maker, such as ``collimation axis error``.
+
+    Raises
+    ------
+    KeyError
+        No model has such a parameter.
+
+    References
+    ----------
+    Method section 4.1.
+    """
+    return _MEANINGS[parameter]
 
 
 def find_model(

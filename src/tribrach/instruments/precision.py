@@ -12,9 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.geometry.polar import POLE, polar_from_xyz, xyz_by_polar
 from tribrach.units import SEC
 
-__all__ = ["Precision", "pointing_sigma"]
+__all__ = ["Precision", "beam_covariance", "covariance_of_readings", "pointing_sigma"]
 
 #: pointing of a telescope of magnification one
 _POINTING = 60 * SEC
@@ -27,7 +28,7 @@ class Precision:
     Attributes
     ----------
     direction, zenith
-        Of one reading [rad].
+        Of one reading in one face [rad]; the mean of both faces is the mean of two.
     distance, scale
         Of a distance [m] and [m/m], added linearly.
     centring
@@ -39,7 +40,10 @@ class Precision:
     range, range_scale
         Of a scanner's ranges [m] and [m/m].
     scan_angle
-        Of a scanner's angles [rad].
+        Noise of a scanner's angles [rad], new with every point.
+    scan_angle_systematic
+        What its angles are wrong by for a whole neighbourhood [rad]; neither points of a target nor
+        further scans make it smaller.
     target
         Floor of a target's centre in each coordinate [m].
     tilt
@@ -68,6 +72,7 @@ class Precision:
     range: float | None = None
     range_scale: float = 0.0
     scan_angle: float | None = None
+    scan_angle_systematic: float = 0.0
     target: float = 0.0
     tilt: float | None = None
     gnss_plan: float | None = None
@@ -130,13 +135,113 @@ class Precision:
         """Standard deviations (n,) [m] of scanner ranges (n,) [m]."""
         return None if self.range is None else self.range + self.range_scale * length
 
-    def of_targets(self, xyz: Array) -> Array | None:
-        """Covariances (n, 3, 3) [m^2] of points (n, 3) [m] of the scanner frame."""
-        length = np.linalg.norm(xyz, axis=1)
-        along = self.of_ranges(length)
-        if along is None or self.scan_angle is None:
+    def of_scan_angle(self, repetitions: float = 1.0) -> float | None:
+        """Standard deviation of a scanner's angles to a target [rad], noise and systematic part.
+
+        Parameters
+        ----------
+        repetitions
+            Readings that a value is the mean of; they leave the systematic part as it is.
+        """
+        if self.scan_angle is None:
             return None
-        return beam_covariance(xyz, along, self.scan_angle * length)
+        noise = self.scan_angle / np.sqrt(repetitions)
+        return float(np.hypot(noise, self.scan_angle_systematic))
+
+    def of_polar(self, polar: Array, repetitions: float = 1.0) -> Array | None:
+        """Standard deviations (n, 3) of range [m], horizontal and zenith angle [rad] of targets.
+
+        Parameters
+        ----------
+        polar : (n, 3)
+            Range [m], horizontal and zenith angle [rad] in the scanner frame.
+        repetitions
+            Readings that a value is the mean of.
+
+        Returns
+        -------
+        array (n, 3) or None
+            None where the instrument says nothing of ranges or angles.
+
+        References
+        ----------
+        Method section 2.1.
+        """
+        along, angle = self.of_ranges(polar[:, 0]), self.of_scan_angle(repetitions)
+        if along is None or angle is None:
+            return None
+        angles = np.broadcast_to(angle, (2, len(polar)))
+        return np.stack([along / np.sqrt(repetitions), *angles], axis=1)
+
+    def with_floor(self, polar: Array, sigma: Array) -> Array:
+        """Standard deviations (n, 3) of readings with the floor of the target's centre added.
+
+        Parameters
+        ----------
+        polar : (n, 3)
+            Range [m], horizontal and zenith angle [rad] in the scanner frame.
+        sigma : (n, 3)
+            Standard deviations without it [m, rad, rad].
+
+        References
+        ----------
+        Method section 2.2.
+        """
+        length, flat = polar[:, 0], polar[:, 0] * _off_pole(polar[:, 2])
+        floor = self.target * np.stack([np.ones(len(polar)), 1 / flat, 1 / length], axis=1)
+        out: Array = np.hypot(sigma, floor)
+        return out
+
+    def of_targets(self, xyz: Array) -> Array | None:
+        """Covariances (n, 3, 3) [m^2] of targets (n, 3) [m] of the scanner frame.
+
+        They are those of the readings that the coordinates were computed from, so that a target
+        weighs the same however it is written down.
+
+        Parameters
+        ----------
+        xyz : (n, 3)
+            Targets in the scanner frame [m].
+
+        Returns
+        -------
+        array (n, 3, 3) or None
+            None where the instrument says nothing of ranges or angles.
+
+        References
+        ----------
+        Method section 2.2.
+        """
+        polar = polar_from_xyz(xyz)
+        sigma = self.of_polar(polar)
+        return None if sigma is None else covariance_of_readings(polar, sigma)
+
+
+def covariance_of_readings(polar: Array, sigma: Array) -> Array:
+    """Covariances (n, 3, 3) [m^2] of coordinates computed from polar readings.
+
+    Parameters
+    ----------
+    polar : (n, 3)
+        Range [m], horizontal and zenith angle [rad]. Nearer to a pole than half a degree the lever
+        of the horizontal angle stays what it is there, so that no coordinate is free of error.
+    sigma : (n, 3)
+        Their standard deviations [m, rad, rad].
+
+    References
+    ----------
+    Method section 2.2.
+    """
+    slope = xyz_by_polar(polar)
+    lever = polar[:, 0] * _off_pole(polar[:, 2])
+    slope[:, 0, 1], slope[:, 1, 1] = -lever * np.sin(polar[:, 1]), lever * np.cos(polar[:, 1])
+    covariance: Array = (slope * sigma[:, None, :] ** 2) @ slope.transpose(0, 2, 1)
+    return covariance
+
+
+def _off_pole(zenith: Array) -> Array:
+    """Sines (n,) of zenith angles [rad], at least that of half a degree."""
+    return np.maximum(np.abs(np.sin(zenith)), np.sin(POLE))
 
 
 def beam_covariance(xyz: Array, along: Array, across: Array) -> Array:

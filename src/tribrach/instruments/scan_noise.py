@@ -1,15 +1,16 @@
 """Noise of one scanned point as a function of its range, the beam and the surface it hit.
 
 This is ``C_int`` of method sections 5.1 and 5.2. It has three parts: the range, ``s_0 + s_ppm
-rho``, divided by the cosine of the incidence angle where that is known; the angles of the encoders;
-and the place of the echo within the beam's footprint, ``delta / 4`` in both directions across the
-beam, with the beam's diameter ``d(rho) = hypot(d0, gamma rho)`` and ``delta = d / rho`` (Lichti and
-Gordon 2004). Metres and radians.
+rho``, divided by the cosine of the incidence angle where that is known; the angles of the encoders,
+in noise and in a systematic part that neighbouring points share; and the place of the echo within
+the beam's footprint, ``delta / 4`` in both directions across the beam, with the beam's diameter
+``d(rho) = hypot(d0, gamma rho)`` and ``delta = d / rho`` (Lichti and Gordon 2004). Metres and
+radians.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -28,11 +29,14 @@ class ScanNoise:
     range, range_scale
         Of ranges [m] and [m/m], added linearly.
     horizontal, vertical
-        Of encoder readings [rad].
+        Noise of encoder readings [rad], new with every point.
     beam_exit
         Diameter of the beam where it leaves the scanner [m].
     beam_divergence
         Full angle of the beam [rad]; with both at zero the footprint is left out.
+    systematic
+        What both angles are wrong by for a whole neighbourhood [rad]: part of a point's standard
+        deviation, which no mean of points makes smaller.
 
     Raises
     ------
@@ -46,6 +50,7 @@ class ScanNoise:
     vertical: float
     beam_exit: float = 0.0
     beam_divergence: float = 0.0
+    systematic: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse what is no standard deviation and no diameter."""
@@ -67,6 +72,11 @@ class ScanNoise:
         angle: Array = self.beam_diameter(length) / length / 4
         return angle
 
+    @property
+    def random(self) -> ScanNoise:
+        """What is new with every point: the same without the systematic part of the angles."""
+        return replace(self, systematic=0.0)
+
     def range_sigma(self, length: Array, cosine: Array | float = 1.0) -> Array:
         """Standard deviations (n,) [m] of ranges.
 
@@ -82,7 +92,7 @@ class ScanNoise:
 
     @property
     def parameters(self) -> Array:
-        """The six numbers (6,) in the order of the fields, for compiled loops."""
+        """The seven numbers (7,) in the order of the fields, for compiled loops."""
         return np.array(
             [
                 self.range,
@@ -91,5 +101,6 @@ class ScanNoise:
                 self.vertical,
                 self.beam_exit,
                 self.beam_divergence,
+                self.systematic,
             ]
         )

@@ -1,8 +1,9 @@
 """Data sheets of instruments, with the source of each figure.
 
 Figures carry their unit in their name, as in a project file. One that the maker does not publish
-has a default whose source says so. They are single-point figures of the makers, whose meaning (one
-sigma, a limit, which surface) differs from sheet to sheet: a field check is worth more.
+has a default whose source says so. They are figures of the makers, whose meaning (one sigma, a
+limit, which surface) differs from sheet to sheet; a figure by a standard names it. A field check is
+worth more.
 """
 
 from __future__ import annotations
@@ -33,11 +34,14 @@ class Figure:
         In that unit.
     source
         Where the figure comes from.
+    standard
+        What the maker determined it by, such as ``ISO 17123-3``; "" if the sheet names nothing.
     """
 
     key: str
     value: float
     source: str
+    standard: str = ""
 
     @property
     def published(self) -> bool:
@@ -78,9 +82,9 @@ class Sheet:
         """Figures by key."""
         return {figure.key: figure.value for figure in self.figures}
 
-    def source(self, key: str) -> str:
-        """Where a figure comes from; "" for one that is not on the sheet."""
-        return next((figure.source for figure in self.figures if figure.key == key), "")
+    def figure(self, key: str) -> Figure | None:
+        """A figure of the sheet; None for one that is not on it."""
+        return next((figure for figure in self.figures if figure.key == key), None)
 
 
 @cache
@@ -122,7 +126,7 @@ def _plain(name: str) -> str:
 def _sheet(name: str, entry: dict[str, Any], sources: dict[str, str]) -> Sheet:
     """A sheet by its entry of the file."""
     figures = [
-        Figure(key, float(value[0]), sources[value[1]])
+        Figure(key, float(value[0]), sources[value[1]], *value[2:])
         for key, value in entry.items()
         if key not in _ABOUT
     ]

@@ -10,7 +10,9 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.errors import AdjustmentError, InputError
+from tribrach.geometry.polar import polar_from_xyz
 from tribrach.geometry.pose import Pose
+from tribrach.instruments.precision import covariance_of_readings
 from tribrach.job.find_targets import Findings, merged
 from tribrach.job.mounted_antennas import mounted_antennas
 from tribrach.job.polar_targets import observe_readings
@@ -103,21 +105,35 @@ def name_targets(
             own = {name: d for name, d in detections if name}
             observe_readings(survey, station, own, scans, findings)
             continue
-        _observe(survey, station, names, targets[station])
+        _observe(survey, station, names, targets[station], scans)
     return Named(targets, identification, survey)
 
 
 def _observe(
-    survey: Survey, station: str, names: Sequence[str], detections: Sequence[Detection]
+    survey: Survey,
+    station: str,
+    names: Sequence[str],
+    detections: Sequence[Detection],
+    scans: Sequence[StationScan],
 ) -> None:
-    """Target centres of one station; targets without a name tie nothing."""
+    """Target centres of one station; targets without a name tie nothing.
+
+    A fit averages the noise of the points only: what the angles are wrong by for the whole target
+    is added to it (method section 2.2).
+    """
     named = [(name, d) for name, d in zip(names, detections, strict=True) if name]
     if not named:
         return
+    systematic = {scan.name: scan.noise.systematic for scan in scans if scan.noise is not None}
+    centres = np.array([d.center for _, d in named])
+    angle = np.array([systematic.get(d.scan, 0.0) for _, d in named])
+    common = covariance_of_readings(
+        polar_from_xyz(centres), np.stack([np.zeros(len(angle)), angle, angle], axis=1)
+    )
     survey.add(
         TargetCentres,
-        values=np.array([d.center for _, d in named]),
-        covariance=np.array([d.covariance for _, d in named]),
+        values=centres,
+        covariance=np.array([d.covariance for _, d in named]) + common,
         station=[station] * len(named),
         target=[name for name, _ in named],
         source=[f"{d.scan}: {d.kind}" for _, d in named],

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Self
 
+import numpy as np
 from pydantic import Field, NonNegativeFloat, PositiveFloat, field_validator, model_validator
 
 from tribrach.errors import InputError
@@ -14,6 +15,12 @@ from tribrach.project.sections import Section
 from tribrach.units import MM, SEC
 
 __all__ = ["Instrument"]
+
+#: keys of an angle: one reading in one face, and the mean of both faces
+_FACES = {
+    "direction_arcsec": "direction_both_faces_arcsec",
+    "zenith_arcsec": "zenith_both_faces_arcsec",
+}
 
 
 class Instrument(Section):
@@ -28,7 +35,10 @@ class Instrument(Section):
     calibration
         A calibration file, whose parameters correct what the scanner measures.
     direction_arcsec, zenith_arcsec
-        Of one reading.
+        Of one reading in one face.
+    direction_both_faces_arcsec, zenith_both_faces_arcsec
+        Of the mean of both faces, as data sheets state them by ISO 17123-3 or DIN 18723; one
+        reading has the square root of two times as much.
     distance_mm, distance_ppm
         Of a distance, added linearly.
     centring_mm, height_mm
@@ -36,7 +46,10 @@ class Instrument(Section):
     levelling_mm_per_sqrt_km
         Of height differences.
     range_mm, range_ppm, scan_angle_arcsec
-        Of a single point of a scanner.
+        Of a single point of a scanner: the noise that is new with every point.
+    scan_angle_accuracy_arcsec
+        Of both angles of a scanner, noise and systematic part together, as makers state it; what
+        it is beyond the noise is common to neighbouring points and does not average out.
     beam_exit_mm, beam_divergence_mrad
         Diameter of the beam at the exit and full angle, which give its footprint.
     target_floor_mm
@@ -62,6 +75,8 @@ class Instrument(Section):
     calibration: str | None = None
     direction_arcsec: PositiveFloat | None = None
     zenith_arcsec: PositiveFloat | None = None
+    direction_both_faces_arcsec: PositiveFloat | None = None
+    zenith_both_faces_arcsec: PositiveFloat | None = None
     distance_mm: PositiveFloat | None = None
     distance_ppm: NonNegativeFloat = 0.0
     centring_mm: NonNegativeFloat = 0.0
@@ -70,6 +85,7 @@ class Instrument(Section):
     range_mm: PositiveFloat | None = None
     range_ppm: NonNegativeFloat = 0.0
     scan_angle_arcsec: PositiveFloat | None = None
+    scan_angle_accuracy_arcsec: PositiveFloat | None = None
     beam_exit_mm: NonNegativeFloat = 0.0
     beam_divergence_mrad: NonNegativeFloat = 0.0
     target_floor_mm: NonNegativeFloat = 0.0
@@ -95,27 +111,55 @@ class Instrument(Section):
     @model_validator(mode="before")
     @classmethod
     def _from_sheet(cls, data: Any) -> Any:
-        """What is not given comes from the sheet."""
+        """What is not given comes from the sheet; an angle is given by either of its keys."""
         if not isinstance(data, dict) or not isinstance(data.get("sheet"), str):
             return data
         try:
-            return find_sheet(data["sheet"]).values | data
+            known = find_sheet(data["sheet"]).values
         except InputError:
             return data
+        typed = {both for one, both in _FACES.items() if one in data}
+        return {key: value for key, value in known.items() if key not in typed} | data
+
+    @model_validator(mode="after")
+    def _one_key_for_each_angle(self) -> Self:
+        """One reading, or the mean of both faces."""
+        for one, both in _FACES.items():
+            if getattr(self, one) is not None and getattr(self, both) is not None:
+                raise ValueError(
+                    f"{one} is one reading in one face and {both} the mean of both: "
+                    "give one of them"
+                )
+        return self
 
     def figures(self) -> list[Figure]:
         """Every figure that is given, with its source: the sheet's, or the project's own words."""
         sheet = None if self.sheet is None else find_sheet(self.sheet)
-        known = {} if sheet is None else sheet.values
         out = []
         for key in type(self).model_fields:
             value = getattr(self, key)
             if key not in self.model_fields_set or not isinstance(value, int | float):
                 continue
-            same = sheet is not None and known.get(key) == value
-            own = self.source or "project file"
-            out.append(Figure(key, float(value), sheet.source(key) if sheet and same else own))
+            listed = None if sheet is None else sheet.figure(key)
+            if listed is not None and listed.value == value:
+                out.append(listed)
+            else:
+                out.append(Figure(key, float(value), self.source or "project file"))
         return out
+
+    def _one_face(self, key: str) -> float | None:
+        """An angle of one reading in one face [rad], from whichever key it is given by."""
+        one, both = getattr(self, key), getattr(self, _FACES[key])
+        if one is not None:
+            return float(one * SEC)
+        return None if both is None else float(np.sqrt(2) * both * SEC)
+
+    def _systematic_angle(self) -> float:
+        """What the angles of a scanner have beyond their noise [rad]."""
+        noise, accuracy = self.scan_angle_arcsec, self.scan_angle_accuracy_arcsec
+        if noise is None or accuracy is None:
+            return 0.0
+        return float(np.sqrt(max(accuracy**2 - noise**2, 0.0)) * SEC)
 
     def precision(self) -> Precision:
         """The same in metres and radians."""
@@ -124,8 +168,8 @@ class Instrument(Section):
             return None if value is None else value * unit
 
         return Precision(
-            direction=scaled(self.direction_arcsec, SEC),
-            zenith=scaled(self.zenith_arcsec, SEC),
+            direction=self._one_face("direction_arcsec"),
+            zenith=self._one_face("zenith_arcsec"),
             distance=scaled(self.distance_mm, MM),
             scale=self.distance_ppm * 1e-6,
             centring=self.centring_mm * MM,
@@ -134,6 +178,7 @@ class Instrument(Section):
             range=scaled(self.range_mm, MM),
             range_scale=self.range_ppm * 1e-6,
             scan_angle=scaled(self.scan_angle_arcsec, SEC),
+            scan_angle_systematic=self._systematic_angle(),
             target=self.target_floor_mm * MM,
             tilt=scaled(self.levelling_arcsec, SEC),
             gnss_plan=scaled(self.gnss_plan_mm, MM),
@@ -157,4 +202,5 @@ class Instrument(Section):
             angle,
             self.beam_exit_mm * MM,
             self.beam_divergence_mrad * 1e-3,
+            self._systematic_angle(),
         )

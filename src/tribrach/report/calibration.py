@@ -13,7 +13,7 @@ from tribrach.calibration.estimability import Left
 from tribrach.calibration.remedies import Remedy
 from tribrach.calibration.self_calibration import Parameter, SelfCalibration, remedy_sentences
 from tribrach.calibration.significance import BlockTest, Omitted
-from tribrach.instruments.calibration import unit_of
+from tribrach.instruments.calibration import meaning_of, unit_of
 from tribrach.network.quality import global_test
 from tribrach.report.figures import Picture, new_figure, picture
 from tribrach.report.numbers import count_cell, matrix, number, numbers
@@ -58,10 +58,10 @@ def calibration_text(calibration: SelfCalibration) -> str:
     width = max(len(p.name) for p in calibration.parameters)
     for p in calibration.parameters:
         unit = _shown_unit(p.unit)
-        mark = "" if p.significant else "  not significant"
+        mark = "" if p.significant else ", not significant"
         lines.append(
             f"  {p.name:<{width}} {_shown(p.value, p.unit):>10} {unit:<3} "
-            f"sigma {_shown(p.sigma, p.unit):>8}  t {p.t:8.2f}{mark}"
+            f"sigma {_shown(p.sigma, p.unit):>8}  t {p.t:8.2f}  {p.meaning}{mark}"
         )
     return "\n".join([*lines, *(f"! {s}" for s in calibration_sentences(calibration))])
 
@@ -152,8 +152,9 @@ def _model(calibration: SelfCalibration) -> list[str]:
 def _missing(o: Omitted) -> str:
     unit = unit_of(o.name)
     return (
-        f"The residuals call for {o.name}: {_shown(o.value, unit)} {_shown_unit(unit)} with sigma "
-        f"{_shown(o.sigma, unit)} (w = {o.w:.1f} against {o.limit:.1f})."
+        f"The residuals call for {o.name} ({meaning_of(o.name)}): {_shown(o.value, unit)} "
+        f"{_shown_unit(unit)} with sigma {_shown(o.sigma, unit)} "
+        f"(w = {o.w:.1f} against {o.limit:.1f})."
     )
 
 
@@ -326,6 +327,7 @@ def _parameters(calibration: SelfCalibration) -> ReportTable:
 
     columns = [
         (ColumnHead("Parameter", numeric=False), lambda p: text_cell(p.name)),
+        (ColumnHead("What it is", numeric=False), lambda p: text_cell(p.meaning)),
         (ColumnHead("Value"), lambda p: _small(p.value, p.unit)),
         (ColumnHead("σ"), lambda p: _small(p.sigma, p.unit)),
         (ColumnHead("Unit", numeric=False), lambda p: text_cell(_shown_unit(p.unit))),
@@ -353,6 +355,7 @@ def _omitted(calibration: SelfCalibration) -> ReportTable:
 
     columns = [
         (ColumnHead("Parameter", numeric=False), lambda o: text_cell(o.name)),
+        (ColumnHead("What it is", numeric=False), lambda o: text_cell(meaning_of(o.name))),
         (ColumnHead("Would be"), lambda o: _small(o.value, unit_of(o.name))),
         (ColumnHead("σ"), lambda o: _small(o.sigma, unit_of(o.name))),
         (ColumnHead("Unit", numeric=False), lambda o: text_cell(_shown_unit(unit_of(o.name)))),
@@ -496,6 +499,7 @@ def calibration_document(title: str, calibration: SelfCalibration) -> Calibratio
         "parameters": [
             {
                 "name": p.name,
+                "meaning": p.meaning,
                 "unit": p.unit,
                 "value": p.value,
                 "sigma": p.sigma,

@@ -101,20 +101,11 @@ class PlannedScans:
     def _sigma(self, station: str, polar: Array) -> Array:
         """Sigmas (n, 3) of range and angles: the mean of the sets, and the target's own."""
         precision = self.instruments.precision(self.instruments.of_planned(station))
-        along = precision.of_ranges(polar[:, 0])
-        if along is None or precision.scan_angle is None:
+        sigma = precision.of_polar(polar, self.plan.sets)
+        if sigma is None:
             raise self.instruments.project.error(
                 ("plan", "instrument"),
                 f"the scanner of station {station} is not known",
                 "give an instrument with range_mm and scan_angle_arcsec",
             )
-        root, floor = np.sqrt(self.plan.sets), precision.target
-        angle = precision.scan_angle / root
-        return np.stack(
-            [
-                np.hypot(along / root, floor),
-                np.hypot(angle, floor / (polar[:, 0] * np.sin(polar[:, 2]))),
-                np.hypot(angle, floor / polar[:, 0]),
-            ],
-            axis=1,
-        )
+        return precision.with_floor(polar, sigma)

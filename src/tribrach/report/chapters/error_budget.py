@@ -22,9 +22,10 @@ _NOTE = (
     "Sigmas of points by what they come from; their squares add up to the square of "
     "the 3D σ. Regions are by range and incidence angle. What the station has in common (control, "
     "targets, levelling and so on) moves all of its points together and does not average out; "
-    "range, incidence, angles and beam width are of every point alone. Control that is held fixed "
-    "adds nothing. Along the normal is what a comparison of surfaces sees. Sigmas in the files of "
-    "clouds contain incidence only where the project asks for it."
+    "range, incidence, angles and beam width are of every point alone; systematic angles are those "
+    "of its neighbours too. Control that is held fixed adds nothing. Along the normal is what a "
+    "comparison of surfaces sees. Sigmas in the files of clouds contain incidence only where the "
+    "project asks for it."
 )
 
 

@@ -14,21 +14,23 @@ from tribrach.report.tables import ColumnHead, build_table, number_cell, text_ce
 __all__ = ["SUBJECT", "InstrumentFigure"]
 
 _NOTE = (
-    "What the a-priori sigmas and the footprint of the beam were taken from. Makers' figures are "
-    "of single points under good conditions and mean one sigma or a limit, as each maker likes: "
-    "compare them with the sheet of the instrument at hand, and with a field check. Defaults stand "
-    "where the maker publishes nothing."
+    "What the a-priori sigmas and the footprint of the beam were taken from. Angles by ISO 17123-3 "
+    "or DIN 18723 are of the mean of both faces, and one reading in one face has 1.41 times as "
+    "much. Other figures of makers are of good conditions and mean one sigma or a limit, as each "
+    "maker likes: compare them with the sheet of the instrument at hand, and with a field check. "
+    "Defaults stand where the maker publishes nothing."
 )
 
 
 class InstrumentFigure(DocumentPart):
-    """A figure of an instrument: its key with the unit, its source; sheet "" if it has none."""
+    """A figure of an instrument: its key with the unit, its source; sheet, standard "" if none."""
 
     instrument: str
     sheet: str
     key: str
     value: float
     source: str
+    standard: str
     published: bool
 
 
@@ -42,6 +44,7 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
             key=figure.key,
             value=figure.value,
             source=figure.source,
+            standard=figure.standard,
             published=figure.published,
         )
         for name, instrument in instruments.items()
@@ -52,6 +55,7 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
         (ColumnHead("Sheet", numeric=False), lambda f: text_cell(f.sheet)),
         (ColumnHead("Figure", numeric=False), lambda f: text_cell(f.key)),
         (ColumnHead("value"), lambda f: number_cell(f.value, f"{f.value:g}")),
+        (ColumnHead("By", numeric=False), lambda f: text_cell(f.standard)),
         (ColumnHead("Source", numeric=False), lambda f: text_cell(f.source)),
     ]
     table = build_table("instruments", "Instruments", _NOTE, figures, columns)

@@ -31,6 +31,7 @@ class ParameterPart(DocumentPart):
     """A calibration parameter: true = measured + correction."""
 
     name: str
+    meaning: str
     unit: str
     value: float
     sigma: float

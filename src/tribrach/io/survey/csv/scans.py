@@ -90,7 +90,7 @@ class PolarReader(_Scanned):
     """Range, horizontal and zenith angle in the scanner frame."""
 
     def read(self) -> None:
-        """All polar observations.
+        """All polar observations; the instrument's floor is added to every sigma.
 
         Raises
         ------
@@ -101,7 +101,7 @@ class PolarReader(_Scanned):
         near = (values[:, 0] < NEAREST) | (np.abs(np.sin(values[:, 2])) < np.sin(POLE))
         self.refuse(near, f"the target is nearer than {NEAREST} m or within 0.5 deg of a pole")
         face = self.faces()
-        angle = self.precision.scan_angle
+        angle = self.precision.of_scan_angle()
         angles = None if angle is None else np.full(len(values), angle)
         sigma = [
             self.sigma(("sigma_range",), self.all, lambda: self.precision.of_ranges(values[:, 0])),
@@ -112,7 +112,7 @@ class PolarReader(_Scanned):
             ScannerPolar,
             self.all,
             values=values,
-            sigma=np.stack(sigma, axis=1),
+            sigma=self.precision.with_floor(values, np.stack(sigma, axis=1)),
             station=self.stations(),
             target=self.table.names("target", self.all),
             face=face,
