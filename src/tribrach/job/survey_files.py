@@ -259,7 +259,7 @@ class _Reader:
             raise self.project.error(
                 ("observations", k, min(stray)),
                 f"{min(stray)} says nothing about {entry.names[0]}",
-                "it belongs to CSV files of GNSS positions, and to pos, snx and gvx files",
+                "it belongs to CSV files of GNSS positions, and to pos, snx, gvx and asc files",
             )
         survey = read_files(paths, entry.format, self.labels)
         if survey.site != FlatSite() and self.project.site.model_fields_set:

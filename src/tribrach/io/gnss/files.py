@@ -1,4 +1,4 @@
-"""Survey of ready GNSS vectors and positions: GVX, SINEX, solutions of RTKLIB.
+"""Survey of ready GNSS vectors and positions: GVX, SINEX, SKI-ASCII, TDEF, solutions of RTKLIB.
 
 All files of one call share a work frame: that of the job, or one centred on what they hold.
 Coordinates of other frames and epochs are carried to those of the job, or refused where nothing
@@ -16,16 +16,26 @@ import numpy as np
 from tribrach.errors import InputError, RefusalCollector
 from tribrach.geodesy.epochs import Motion, Realisation, carry
 from tribrach.geodesy.site import EllipsoidSite
+from tribrach.io.gnss import ski, tdef
 from tribrach.io.gnss.gvx import read_gvx
 from tribrach.io.gnss.records import GnssRecords
 from tribrach.io.gnss.rtklib_pos import read_rtklib
 from tribrach.io.gnss.sinex import read_sinex
+from tribrach.io.totalstation.text import head
 from tribrach.network.facts import Reference
 from tribrach.network.identity import names_apart
 from tribrach.network.survey import Survey
+from tribrach.observations.base import Use
 from tribrach.observations.gnss import GnssBaselines, GnssPositions
 
-__all__ = ["GnssContext", "read", "survey_of"]
+__all__ = ["GnssContext", "read", "survey_of", "vector_reader"]
+
+Reader = Callable[[Path], GnssRecords]
+#: test of the beginning and reader of text files with vectors, whatever their suffix
+_VECTORS: tuple[tuple[Callable[[str], bool], Reader], ...] = (
+    (ski.sniff, ski.read_ski),
+    (tdef.sniff, tdef.read_tdef),
+)
 
 
 @dataclass(frozen=True)
@@ -73,7 +83,8 @@ def read(
     Parameters
     ----------
     paths
-        GVX (``.gvx``, ``.xml``), solutions of RTKLIB (``.pos``), else SINEX.
+        GVX (``.gvx``, ``.xml``), solutions of RTKLIB (``.pos``), SKI-ASCII and TDEF by how they
+        begin, else SINEX.
     context
         What the project says about them.
     labels
@@ -85,7 +96,7 @@ def read(
         Errors of the readers; epochs that do not fit; a flat work frame.
     """
     settings = context or GnssContext()
-    readers: dict[str, Callable[[Path], GnssRecords]] = {
+    readers: dict[str, Reader] = {
         ".gvx": read_gvx,
         ".xml": read_gvx,
         ".snx": read_sinex,
@@ -98,11 +109,18 @@ def read(
     with RefusalCollector() as refused:
         for path in paths:
             with refused.record():
-                records = readers.get(path.suffix.lower(), read_sinex)(path)
+                reader = readers.get(path.suffix.lower()) or vector_reader(path) or read_sinex
+                records = reader(path)
                 for sources in (records.position_sources, records.vector_sources):
                     sources[:] = [apart[path] + s.removeprefix(path.name) for s in sources]
                 files.append((path, records))
     return survey_of(files, settings)
+
+
+def vector_reader(path: Path) -> Reader | None:
+    """The reader of a text file of vectors that begins like one of these formats, or None."""
+    text = head(path)
+    return next((reader for sniff, reader in _VECTORS if sniff(text)), None)
 
 
 def survey_of(files: Sequence[tuple[Path, GnssRecords]], context: GnssContext) -> Survey:
@@ -216,6 +234,7 @@ def _add(survey: Survey, site: EllipsoidSite, records: GnssRecords, context: Gns
             source = records.position_sources[0]
             survey.correlate(np.full(3 * n, table), item, row, covariance, source)
     if len(records.start):
+        off = np.array(records.vector_off or [""] * len(records.start), dtype=object)
         survey.add(
             GnssBaselines,
             values=records.vectors @ turn.T,
@@ -223,4 +242,6 @@ def _add(survey: Survey, site: EllipsoidSite, records: GnssRecords, context: Gns
             start=records.start,
             end=records.end,
             source=records.vector_sources,
+            use=np.where(off == "", Use.ACTIVE, Use.OFF).astype(np.int8),
+            reason=off,
         )

@@ -40,6 +40,8 @@ class GnssRecords:
         As the file states them, "" and None if it does not.
     position_sources, vector_sources
         ``file:line`` of each.
+    vector_off
+        Why a vector is switched off, "" if it is not; empty if none is.
     warnings
         Sentences.
     """
@@ -58,6 +60,7 @@ class GnssRecords:
     epoch: float | None = None
     position_sources: list[str] = field(default_factory=list)
     vector_sources: list[str] = field(default_factory=list)
+    vector_off: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 
     def realisation(self, default: Realisation | None) -> Realisation | None:

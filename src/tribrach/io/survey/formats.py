@@ -9,6 +9,7 @@ from typing import Any
 
 from tribrach.errors import InputError, RefusalCollector, UnknownName
 from tribrach.geodesy.site import FlatSite
+from tribrach.io.gnss.files import vector_reader
 from tribrach.io.opened_files import contents
 from tribrach.io.totalstation.formats import recognised
 from tribrach.network.identity import names_apart
@@ -64,7 +65,9 @@ def format_of(path: Path) -> str:
             return "gnss"
         return "gama" if b"gama-local" in head else "dynaml"
     if suffix not in SUFFIXES:
-        # raw files of total stations have any suffix, or none
+        # raw files of total stations and lists of vectors have any suffix, or none
+        if vector_reader(path) is not None:
+            return "gnss"
         if recognised(path):
             return "totalstation"
         raise InputError(

@@ -1,0 +1,70 @@
+"""What text files of GNSS vectors have in common: numbers, covariances, recognition by content."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from tribrach._types import Array
+from tribrach.errors import InputError
+
+__all__ = ["covariance", "numbers"]
+
+
+def numbers(words: Sequence[str], what: str, path: Path, line: int) -> Array:
+    """Finite numbers (n,) of words.
+
+    Parameters
+    ----------
+    words
+        Of the line.
+    what
+        They are, for the message.
+    path, line
+        Where they stand.
+
+    Raises
+    ------
+    InputError
+        One of them is no finite number.
+    """
+    try:
+        values = np.array([float(word) for word in words])
+    except ValueError:
+        values = np.array([np.nan])
+    if not np.isfinite(values).all():
+        raise InputError(
+            f"{what} {'are' if len(words) > 1 else 'is'} {' '.join(words)!r}, no numbers",
+            file=path,
+            line=line,
+        )
+    return values
+
+
+def covariance(upper: Array, path: Path, line: int) -> Array:
+    """Covariance (3, 3) [m^2] from its upper half xx, xy, xz, yy, yz, zz (6,).
+
+    Parameters
+    ----------
+    upper : (6,)
+        The elements [m^2].
+    path, line
+        Where they stand.
+
+    Raises
+    ------
+    InputError
+        It is not positive definite.
+    """
+    xx, xy, xz, yy, yz, zz = upper
+    matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    if not np.linalg.eigvalsh(matrix)[0] > 0:
+        raise InputError(
+            "the six numbers of a vector are no covariance matrix",
+            file=path,
+            line=line,
+            cure="export the vectors again with their covariances",
+        )
+    return matrix
