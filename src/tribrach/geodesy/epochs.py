@@ -20,7 +20,7 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geodesy import frames
 
-__all__ = ["PLATES", "Motion", "Realisation", "carry", "crs_is_dynamic", "plates"]
+__all__ = ["PLATES", "Motion", "Passage", "Realisation", "carry", "crs_is_dynamic", "plates"]
 
 
 #: epochs closer than this are taken as one [years]: four days, a tenth of a millimetre
@@ -135,6 +135,60 @@ def carry(
         return moved + years * motion.velocity, accuracy
     assert motion.plate is not None
     return _on_plate(moved, motion.plate, target.frame, source.epoch, target.epoch), accuracy
+
+
+@dataclass(frozen=True, eq=False)
+class Passage:
+    """The way of a file's coordinates to the frame and epoch of the job.
+
+    Attributes
+    ----------
+    source, target
+        Frames with their epochs.
+    motion
+        How the marks move; needed where both frames are dynamic and the epochs differ.
+    """
+
+    source: Realisation
+    target: Realisation
+    motion: Motion | None = None
+
+    def positions(self, xyz: Array) -> tuple[Array, float]:
+        """ECEF coordinates (n, 3) [m] in the frame of the job, and the accuracy stated [m].
+
+        Raises
+        ------
+        InputError
+            As :func:`carry`.
+        """
+        return carry(xyz, self.source, self.target, self.motion)
+
+    def turn(self, place: Array) -> tuple[Array, float]:
+        """What takes vectors at a place (3,) [m] to the frame of the job (method section 1.1).
+
+        Only the frame changes; vectors keep the epoch at which they were measured.
+
+        Returns
+        -------
+        matrix : (3, 3)
+            Derivative of the coordinates: turn and scale between the frames.
+        accuracy : float
+            What is stated for the change of frame [m].
+
+        Raises
+        ------
+        InputError
+            No transformation between the frames is known.
+        """
+        step = 1e5 * np.eye(3)
+        around = np.concatenate([place + step, place - step])
+        epoch = self.source.epoch if self.source.dynamic else self.target.epoch
+        moved, accuracy = frames.transform(
+            around, self.source.frame, self.target.frame, 2000.0 if epoch is None else epoch
+        )
+        # differences over 200 km, less those that do nothing: rounding is 1e-14
+        change = (moved - around).T
+        return np.eye(3) + (change[:, :3] - change[:, 3:]) / 2e5, accuracy
 
 
 @cache

@@ -23,7 +23,15 @@ from pyproj.exceptions import ProjError
 from tribrach._types import Array
 from tribrach.errors import InputError
 
-__all__ = ["decimal_year", "ellipsoid", "frame", "identifier", "is_dynamic", "transform"]
+__all__ = [
+    "connected",
+    "decimal_year",
+    "ellipsoid",
+    "frame",
+    "identifier",
+    "is_dynamic",
+    "transform",
+]
 
 
 #: ITRF to GDA2020: shifts [mm], scale [ppb], rotations of the axes [mas], then their rates per
@@ -42,6 +50,10 @@ ICSM = {
 }
 #: accuracy [m] of the ICSM parameters
 ICSM_ACCURACY = 0.03
+#: frames through which others are reached where EPSG has no direct way, the surer first
+PIVOTS = ("ETRS89", "NAD83(2011)", "WGS 84")
+#: the realisation of WGS 84 that stands for it towards the ITRF
+WGS84_TODAY = "WGS 84 (G2139)"
 
 
 @cache
@@ -171,6 +183,76 @@ def _transformer(source: str, target: str) -> Transformer:
     )
 
 
+@cache
+def _way(source: str, target: str) -> tuple[tuple[str, str], ...]:
+    """Changes of frame from one to another: directly, or through those between.
+
+    EPSG gives parameters for the numbered versions of a datum (NAD83(CSRS)v8) where a grid names
+    the datum alone, and for older datums to ETRS89, NAD83(2011) or WGS 84 only.
+
+    Raises
+    ------
+    InputError
+        No way is known.
+    """
+    ways: list[tuple[tuple[str, str], ...]] = [
+        (_leg(source, target),),
+        *((_leg(source, newest),) for newest in _versions(target)),
+        *((_leg(newest, target),) for newest in _versions(source)),
+    ]
+    if is_dynamic(source) or is_dynamic(target):
+        # satellites on one side; two regional datums would be tied by nothing but an identity
+        ways += [(_leg(source, middle), _leg(middle, target)) for middle in PIVOTS]
+    for way in ways:
+        try:
+            for leg in way:
+                _transformer(*leg)
+        except ProjError:
+            continue
+        return way
+    raise InputError(
+        f"no transformation from {source} to {target} is known",
+        cure=f'give coordinates in {target}, or frame = "{target}" to take them as they are',
+    )
+
+
+def connected(source: str, target: str) -> bool:
+    """True if a transformation between two frames is known.
+
+    Raises
+    ------
+    InputError
+        A frame is not known.
+    """
+    frame(source), frame(target)
+    try:
+        _way(source, target)
+    except InputError:
+        return False
+    return True
+
+
+def _leg(source: str, target: str) -> tuple[str, str]:
+    """One change of frame; WGS 84 as its newest realisations, which agree with the ITRF.
+
+    The ensemble is tied to regional datums with an uncertainty of metres, and PROJ would go through
+    them: 1.8 m from ITRF2014 in North America.
+    """
+    ensemble = [_plain(name) == "WGS84" for name in (source, target)]
+    if ensemble == [True, False] and _plain(target).startswith("ITRF"):
+        return WGS84_TODAY, target
+    if ensemble == [False, True] and _plain(source).startswith("ITRF"):
+        return source, WGS84_TODAY
+    return source, target
+
+
+def _versions(name: str) -> list[str]:
+    """Frames that are numbered versions of a datum, the newest first."""
+    head = _plain(name)
+    found = {k: re.fullmatch(rf"{re.escape(head)}V(\d+)", k) for k in _geocentric()}
+    return sorted((k for k, m in found.items() if m), key=lambda k: -int(k[len(head) + 1 :]))
+
+
 def transform(xyz: Array, source: str, target: str, epoch: Array | float) -> tuple[Array, float]:
     """Carries coordinates from one frame to another at the epoch of their observation.
 
@@ -199,12 +281,26 @@ def transform(xyz: Array, source: str, target: str, epoch: Array | float) -> tup
     if frame(source) == frame(target):
         return xyz, 0.0
     when = np.broadcast_to(np.asarray(epoch, dtype=float), (len(xyz),))
+    moved, variance = xyz, 0.0
+    for start, end in _way(source, target):
+        try:
+            transformer = _transformer(start, end)
+            x, y, z = moved.T
+            there = transformer.transform(x, y, z, when, errcheck=True)
+        except ProjError as error:
+            raise InputError(f"no transformation from {source} to {target} is known") from error
+        moved = np.stack(there[:3], axis=1)
+        variance += _accuracy(transformer, start) ** 2
+    return moved, float(np.sqrt(variance))
+
+
+def _accuracy(transformer: Transformer, source: str) -> float:
+    """What is stated for a transformation that was just used [m], NaN for nothing."""
     try:
-        transformer = _transformer(source, target)
-        moved = transformer.transform(xyz[:, 0], xyz[:, 1], xyz[:, 2], when, errcheck=True)
-    except ProjError as error:
-        raise InputError(f"no transformation from {source} to {target} is known") from error
-    accuracy = transformer.get_last_used_operation().accuracy
-    if accuracy < 0:
-        accuracy = ICSM_ACCURACY if _plain(source) in ICSM else float("nan")
-    return np.stack(moved[:3], axis=1), accuracy
+        accuracy = float(transformer.get_last_used_operation().accuracy)
+    except ProjError:
+        # a null transformation is none for PROJ, yet its accuracy is stated
+        accuracy = float(transformer.accuracy)
+    if accuracy >= 0:
+        return accuracy
+    return ICSM_ACCURACY if _plain(source) in ICSM else float("nan")

@@ -308,7 +308,15 @@ class Job:
         """What the site costs: missing grids, and Cartesian coordinates of a projection."""
         site = self.project.site
         if site.kind == "projected" and site.crs is not None:
-            return missing_grid_sentences(site.crs) if self.frame.leaves_datum else []
+            sentences = missing_grid_sentences(site.crs) if self.frame.leaves_datum else []
+            grid, stated = self.frame.grid, self.files.realisation
+            if grid is not None and grid.datum.frame is None and stated is not None:
+                sentences.append(
+                    f"what datum {site.crs} belongs to is not known to PROJ: geocentric "
+                    f"coordinates and vectors in {stated.words} are taken as in it; give the grid "
+                    "as an EPSG code if it is another"
+                )
+            return sentences
         if site.kind != "flat":
             return []
         xyz = np.array([point.xyz for point in survey.points.values()]).reshape(-1, 3)

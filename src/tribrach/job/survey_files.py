@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,7 +10,7 @@ import numpy as np
 from tribrach._types import Array, Progress
 from tribrach.calibration.calibrated import scanned_stations
 from tribrach.errors import InputError, RefusalCollector
-from tribrach.geodesy.epochs import Realisation
+from tribrach.geodesy.epochs import Passage, Realisation
 from tribrach.geodesy.geoid_grid import GeoidGrid
 from tribrach.geodesy.proj_grids import vertical_name
 from tribrach.geodesy.projection import ProjectedGrid
@@ -30,7 +29,8 @@ from tribrach.job.gnss_observations import (
     compute_sessions,
     gnss_context,
     job_realisation,
-    mover,
+    passage,
+    stated_passage,
 )
 from tribrach.job.lever_arms import lever_arms_of
 from tribrach.job.whose_instrument import Instruments
@@ -101,8 +101,9 @@ def read_survey_files(
     project, survey = instruments.project, reader.survey
     if project.gnss.sessions:
         if sessions is None:
-            sessions = compute_sessions(project.gnss, survey, project.folder, progress)
-        add_sessions(survey, sessions)
+            folder = project.folder
+            sessions = compute_sessions(project.gnss, survey, folder, reader.job, progress)
+        add_sessions(survey, sessions, reader.job)
     return ReadFiles(survey, reader.context, reader.job, sessions or ())
 
 
@@ -113,7 +114,10 @@ class _Reader:
         self.project = project = instruments.project
         self.instruments, self.calibrations = instruments, calibrations
         self.job = job_realisation(project.site)
-        self.context = Context(frame=self._frame(), lever_arms=lever_arms_of(project))
+        self.stated = stated_passage(project.site, self.job)
+        self.context = Context(
+            frame=self._frame(), lever_arms=lever_arms_of(project), geocentric=self.stated
+        )
         self.survey = Survey(site=self.context.frame.site)
         #: what tells files of one name apart
         self.labels = names_apart(
@@ -133,7 +137,7 @@ class _Reader:
 
     def _points(self, k: int, part: PointFile) -> None:
         """One file of points."""
-        carry = self._mover(part, ("points", k))
+        carry = self._passage(part, ("points", k))
         path = self.project.folder / part.file
         context = replace(self.context, role=part.role, carry=carry, label=self.labels[path])
         self.survey.merge(csv_tables.read(path, context))
@@ -215,12 +219,10 @@ class _Reader:
         table = read_table(self.project.folder / self.project.points[0].file)
         return EllipsoidSite.centred(_positions(table))
 
-    def _mover(
-        self, part: EpochKeys, keys: tuple[str | int, ...]
-    ) -> Callable[[Array], Array] | None:
-        """What takes coordinates of a file to the frame and epoch of the site."""
+    def _passage(self, part: EpochKeys, keys: tuple[str | int, ...]) -> Passage | None:
+        """The way of coordinates of a file to the frame and epoch of the site."""
         try:
-            carry = mover(part, self.job)
+            carry = passage(part, self.job)
         except InputError as error:
             raise self.project.error(keys, error.what, error.cure) from error
         if carry is not None and not isinstance(self.context.frame.site, EllipsoidSite):
@@ -237,7 +239,7 @@ class _Reader:
         paths = [self.project.folder / name for name in entry.names]
         kinds = [entry.format or format_of(path) for path in paths]
         if set(kinds) == {"csv"}:
-            context = replace(self.context, carry=self._mover(entry, ("observations", k)))
+            context = replace(self.context, carry=self._passage(entry, ("observations", k)))
             parts = []
             with RefusalCollector() as refused:
                 for path in paths:
@@ -293,7 +295,9 @@ class _Reader:
         known = [n for n, p in self.survey.points.items() if np.isfinite(p.xyz).all()]
         placed = bool(self.project.site.model_fields_set) or self.survey.site != FlatSite()
         try:
-            context = gnss_context(entry, self.survey.site, self.job, known, placed=placed)
+            context = gnss_context(
+                entry, self.survey.site, self.job, self.stated, known, placed=placed
+            )
         except InputError as error:
             raise self.project.error(("observations", k), error.what, error.cure) from error
         survey = gnss_files.read(paths, context, self.labels)

@@ -6,9 +6,17 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
+import numpy as np
+
+from tribrach._types import Array
+from tribrach.geodesy.epochs import Passage
 from tribrach.geodesy.output_frame import OutputFrame
 
-__all__ = ["Fact", "Reference", "facts_of"]
+__all__ = ["Fact", "FrameChange", "Reference", "facts_of"]
+
+
+#: mean radius of the Earth [m]
+EARTH = 6371000.0
 
 
 class Fact:
@@ -81,3 +89,89 @@ class Reference:
             epoch=own.epoch,
             grid=self.grid if self.grid is not None else other.grid,
         )
+
+
+#: changes of a frame below this are not worth a sentence [m]
+_NOTICEABLE = 5e-5
+#: a transformation whose stated accuracy is worse is worth a warning [m]
+_COARSE = 0.05
+
+
+@dataclass(frozen=True)
+class FrameChange(Fact):
+    """Positions or vectors that came in another frame and were taken to that of the network.
+
+    Parameters
+    ----------
+    file : str
+        Where they came from.
+    vectors : bool
+        Vectors, otherwise positions.
+    count : int
+        How many.
+    source, target : str
+        The frames with their epochs, in words.
+    largest : float
+        The largest change of one of them [m].
+    accuracy : float
+        What is stated for the transformation [m], NaN if nothing is.
+    length : float
+        Of the longest vector [m], 0 for positions.
+    """
+
+    file: str
+    vectors: bool
+    count: int
+    source: str
+    target: str
+    largest: float
+    accuracy: float
+    length: float = 0.0
+
+    @classmethod
+    def of_positions(
+        cls, file: str, way: Passage, before: Array, after: Array, accuracy: float
+    ) -> FrameChange:
+        """What became of positions (n, 3) [m] on their way to the frame of the network."""
+        largest = float(np.linalg.norm(after - before, axis=1).max(initial=0.0))
+        ends = way.source.words, way.target.words
+        return cls(file, False, len(before), *ends, largest, accuracy)
+
+    @classmethod
+    def of_vectors(
+        cls, file: str, way: Passage, before: Array, after: Array, accuracy: float
+    ) -> FrameChange:
+        """What became of vectors (n, 3) [m] on their way to the frame of the network."""
+        largest = float(np.linalg.norm(after - before, axis=1).max(initial=0.0))
+        length = float(np.linalg.norm(before, axis=1).max(initial=0.0))
+        ends = way.source.words, way.target.words
+        return cls(file, True, len(before), *ends, largest, accuracy, length)
+
+    @property
+    def uncertain(self) -> float:
+        """What the stated accuracy [m] means for the worst of them: all of it, or its turn."""
+        return self.accuracy * (self.length / EARTH if self.vectors else 1.0)
+
+    @property
+    def sentence(self) -> str | None:
+        """What was done; None where it changes nothing that anybody measures."""
+        if self.largest < _NOTICEABLE and not self.uncertain > _NOTICEABLE:
+            return None
+        what = "vector" if self.vectors else "position"
+        things = f"{self.count} {what}{'s' * (self.count != 1)} of {self.file}"
+        size = f"{1e3 * self.largest:.1f} mm" if self.largest < 10 else f"{self.largest:.0f} m"
+        done = "turned" if self.vectors else "taken"
+        known = "no accuracy is stated for the way"
+        if self.uncertain >= 0:
+            known = f"EPSG's accuracy of the way makes {1e3 * self.uncertain:.1f} mm"
+        return (
+            f"{things} {'are' if self.count != 1 else 'is'} {done} from {self.source} to "
+            f"{self.target}: by {size} at most, {known}"
+        )
+
+    @property
+    def warning(self) -> str | None:
+        """A sentence where positions come by a way that is coarser than surveys are."""
+        if self.vectors or self.uncertain <= _COARSE or self.sentence is None:
+            return None
+        return f"{self.sentence}; control in {self.target} beside them shows what is left"

@@ -79,7 +79,8 @@ class SiteSection(Section):
     deflection
         How the plumb line of levelled scanners leans against the third axis of the frame.
     frame
-        Reference frame of geocentric coordinates.
+        Reference frame of geocentric coordinates; beside a crs of another datum they are
+        transformed into that.
     epoch
         Decimal year that coordinates in a dynamic frame hold for.
     """

@@ -13,8 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
+from tribrach._types import Array
 from tribrach.errors import InputError, RefusalCollector
-from tribrach.geodesy.epochs import Motion, Realisation, carry
+from tribrach.geodesy import frames
+from tribrach.geodesy.epochs import Motion, Passage, Realisation, carry
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.io.gnss import ski, tdef
 from tribrach.io.gnss.gvx import read_gvx
@@ -22,7 +24,7 @@ from tribrach.io.gnss.records import GnssRecords
 from tribrach.io.gnss.rtklib_pos import read_rtklib
 from tribrach.io.gnss.sinex import read_sinex
 from tribrach.io.totalstation.text import head
-from tribrach.network.facts import Reference
+from tribrach.network.facts import FrameChange, Reference
 from tribrach.network.identity import names_apart
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Use
@@ -37,6 +39,9 @@ _VECTORS: tuple[tuple[Callable[[str], bool], Reader], ...] = (
     (tdef.sniff, tdef.read_tdef),
 )
 
+#: what plate-fixed frames are turned against the ITRF [rad]: NAD83, the most of all
+FRAME_TURN = 0.2e-6
+
 
 @dataclass(frozen=True)
 class GnssContext:
@@ -48,6 +53,8 @@ class GnssContext:
         The ellipsoidal work frame, None if the files bring it.
     job
         Frame and epoch of the project.
+    stated
+        The way of coordinates in the frame that the site names, where that is not the job's.
     frame
         Frame of the files; overrides what they say.
     epoch
@@ -64,6 +71,7 @@ class GnssContext:
 
     site: EllipsoidSite | None = None
     job: Realisation | None = None
+    stated: Passage | None = None
     frame: str = ""
     epoch: float | None = None
     motion: Motion | None = None
@@ -139,8 +147,7 @@ def survey_of(files: Sequence[tuple[Path, GnssRecords]], context: GnssContext) -
         Epochs that do not fit; vectors without coordinates of any point.
     """
     job = _job(files, context)
-    for path, records in files:
-        _carried(path, records, context, job)
+    changes = [_carried(path, records, context, job) for path, records in files]
     site = context.site
     if site is None:
         places = [r.xyz for _, r in files if len(r.xyz)]
@@ -155,9 +162,10 @@ def survey_of(files: Sequence[tuple[Path, GnssRecords]], context: GnssContext) -
     survey = Survey(site=site)
     if job is not None:
         survey.reference = Reference(frame=job.frame, epoch=job.epoch)
-    for _, records in files:
+    for (_, records), change in zip(files, changes, strict=True):
         _add(survey, site, records, context)
         survey.warnings += records.warnings
+        survey.facts += change
     return survey
 
 
@@ -174,24 +182,46 @@ def _job(files: Sequence[tuple[Path, GnssRecords]], context: GnssContext) -> Rea
 
 def _carried(
     path: Path, records: GnssRecords, context: GnssContext, job: Realisation | None
-) -> None:
-    """Carry the coordinates of a file into the frame and to the epoch of the job."""
+) -> tuple[FrameChange, ...]:
+    """Carry what a file holds into the frame of the job, and its coordinates to the epoch."""
     if job is None:
-        return
+        return ()
     name = context.frame or records.frame
+    default = job if context.stated is None else context.stated.source
     if not name and len(records.xyz):
         records.warnings.append(
-            f"{path.name} does not name its frame; its coordinates are taken as {job.frame}"
+            f"{path.name} does not name its frame; its coordinates are taken as {default.frame}"
         )
     epoch = records.epoch if context.epoch is None else context.epoch
-    source = Realisation(name or job.frame, job.epoch if epoch is None else epoch)
+    source = Realisation(name or default.frame, default.epoch if epoch is None else epoch)
     motion = context.motion
     if motion is None and records.velocity is not None:
         motion = Motion(velocity=records.velocity)
         _add_velocity_covariance(records, source, job)
+    way = Passage(source, job, motion)
+    changes = []
     try:
         if len(records.xyz):
-            records.xyz, _ = carry(records.xyz, source, job, motion)
+            before = records.xyz
+            records.xyz, accuracy = way.positions(before)
+            if frames.frame(source.frame) != frames.frame(job.frame):
+                changes.append(
+                    FrameChange.of_positions(path.name, way, before, records.xyz, accuracy)
+                )
+        if len(records.vectors) and not frames.connected(source.frame, job.frame):
+            longest = float(np.linalg.norm(records.vectors, axis=1).max())
+            records.warnings.append(
+                f"the vectors of {path.name} are in {source.frame} and used as they are: no way "
+                f"from there to {job.frame} is known; frames of satellites are turned by up to "
+                f"{1e6 * FRAME_TURN:.1f} ppm, {1e3 * FRAME_TURN * longest:.1f} mm in the longest"
+            )
+        elif len(records.vectors) and frames.frame(source.frame) != frames.frame(job.frame):
+            before = records.vectors
+            turn, accuracy = way.turn(_somewhere(records, context))
+            records.vectors = before @ turn.T
+            changes.append(
+                FrameChange.of_vectors(path.name, way, before, records.vectors, accuracy)
+            )
         if records.approximate:
             # start values only: nothing depends on their motion
             places = np.array(list(records.approximate.values()))
@@ -200,6 +230,18 @@ def _carried(
             records.approximate = dict(zip(records.approximate, moved, strict=True))
     except InputError as error:
         raise InputError(error.what, file=path, cure=error.cure) from error
+    records.warnings += [change.warning for change in changes if change.warning is not None]
+    return tuple(changes)
+
+
+def _somewhere(records: GnssRecords, context: GnssContext) -> Array:
+    """A place (3,) [m] near the vectors of a file, geocentric."""
+    if context.site is not None:
+        return context.site.origin
+    if records.approximate:
+        place: Array = np.array(list(records.approximate.values())).mean(axis=0)
+        return place
+    return records.xyz.mean(axis=0) if len(records.xyz) else np.array([6378137.0, 0.0, 0.0])
 
 
 def _add_velocity_covariance(records: GnssRecords, source: Realisation, job: Realisation) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.job.gnss_loops import frame_sentences
 from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.site_accuracy import CommonShift, SiteAccuracy, sessions, site_accuracy
@@ -95,7 +96,10 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
     yield Chapter(
         "georeferencing",
         "Georeferencing",
-        tuple(f"{text[:1].upper()}{text[1:]}." for text in sentences),
+        (
+            *(f"{text[:1].upper()}{text[1:]}." for text in sentences),
+            *frame_sentences(adjustment.network.facts, vectors=False),
+        ),
         (),
         (_table(rows, head),),
         _data(accuracy, common, check, free),

@@ -13,7 +13,13 @@ from tribrach.gnss.baseline import Baseline
 from tribrach.gnss.loops import BaselineLoop
 from tribrach.gnss.orbits import calendar
 from tribrach.gnss.sessions import SessionResult
-from tribrach.job.gnss_loops import BaselineSet, baselines_of, epoch_sentences, loops_of
+from tribrach.job.gnss_loops import (
+    BaselineSet,
+    baselines_of,
+    epoch_sentences,
+    frame_sentences,
+    loops_of,
+)
 from tribrach.job.mounted_antennas import raised_antennas
 from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
@@ -142,6 +148,7 @@ def gnss_chapter(adjustment: Adjustment, sessions: Sequence[SessionResult] = ())
         *_session_sentences(sessions),
         *_loop_sentences(baselines, loops),
         *epoch_sentences(reference, sessions),
+        *frame_sentences(adjustment.network.facts, vectors=True),
     ]
     tables = [_session_table(sessions), _baseline_table(sessions), _loop_table(baselines, loops)]
     return Chapter(

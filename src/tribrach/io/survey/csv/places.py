@@ -16,6 +16,7 @@ from tribrach._types import Array, Index
 from tribrach.geodesy.site import EllipsoidSite, FlatSite
 from tribrach.io.survey.csv.columns import COVARIANCE, LOCAL
 from tribrach.io.survey.csv.reader import Reader, located
+from tribrach.network.facts import FrameChange
 from tribrach.observations.control import Coordinate, Coordinates, Offsets, VectorPriors
 from tribrach.observations.gnss import Antennas, GnssBaselines, GnssPositions
 
@@ -130,9 +131,16 @@ class _Placed(Reader):
                 turned = axes.transpose(0, 2, 1) @ covariance @ axes
         else:
             positions, turned = self.frame.from_own(given, covariance)
-        if self.carry is not None and isinstance(self.frame.site, EllipsoidSite):
+        own = not (self.table.has("latitude", "longitude") or self.table.has("ecef_x"))
+        way = self.carry or (None if own else self.geocentric)
+        if way is not None and isinstance(self.frame.site, EllipsoidSite):
             site = self.frame.site
-            positions = site.from_ecef(self.carry(site.to_ecef(positions)))
+            before = site.to_ecef(positions)
+            after, accuracy = way.positions(before)
+            self.changed(
+                FrameChange.of_positions(self.table.path.name, way, before, after, accuracy)
+            )
+            positions = site.from_ecef(after)
         return positions, turned
 
     def _geocentric_sigmas(self) -> bool:
@@ -216,7 +224,8 @@ class VectorReader(Reader):
     def read(self) -> None:
         """All vectors, geocentric ones turned into the work frame."""
         if self.table.has("dx"):
-            values = self.frame.vectors(self.table.columns("dx", "dy", "dz"))
+            vectors = self._in_frame(self.table.columns("dx", "dy", "dz"))
+            values = self.frame.vectors(vectors)
             covariance = self.frame.turned(self.covariance(("dx", "dy", "dz"), COVARIANCE))
         else:
             values = self.table.columns("de", "dn", "du")
@@ -230,6 +239,16 @@ class VectorReader(Reader):
             start=ends["from"],
             end=ends["to"],
         )
+
+    def _in_frame(self, vectors: Array) -> Array:
+        """Geocentric vectors (n, 3) [m] in the frame of the job."""
+        way, site = self.carry or self.geocentric, self.frame.site
+        if way is None or not isinstance(site, EllipsoidSite):
+            return vectors
+        turn, accuracy = way.turn(site.origin)
+        after = vectors @ turn.T
+        self.changed(FrameChange.of_vectors(self.table.path.name, way, vectors, after, accuracy))
+        return after
 
 
 class CoordinateReader(_Placed):

@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
 from tribrach.errors import InputError
+from tribrach.geodesy.epochs import Passage
 from tribrach.geodesy.work_frame import WorkFrame
 from tribrach.instruments.precision import Precision
 from tribrach.io.survey.csv.file import CsvTable
+from tribrach.network.facts import FrameChange
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Observations, Use
 
@@ -40,8 +42,10 @@ class Context:
         Of points without a role of their own.
     lever_arms : Mapping[str, str]
         Name of the antenna's lever arm by scanner station.
-    carry : callable, optional
-        Takes ECEF (n, 3) [m] of the file to the frame and epoch of the job.
+    carry : Passage, optional
+        The way of the file's coordinates to the frame and epoch of the job.
+    geocentric : Passage, optional
+        The same for geocentric and geographic coordinates of files that name no frame.
     label : str
         What tells the file from others of the same name.
     """
@@ -50,7 +54,8 @@ class Context:
     frame: WorkFrame = field(default_factory=WorkFrame)
     role: str | None = None
     lever_arms: Mapping[str, str] = field(default_factory=dict)
-    carry: Callable[[Array], Array] | None = None
+    carry: Passage | None = None
+    geocentric: Passage | None = None
     label: str = ""
 
 
@@ -61,7 +66,7 @@ class Reader(ABC):
         self.table = table
         self.precision, self.frame = context.precision, context.frame
         self.role, self.lever_arms = context.role, context.lever_arms
-        self.carry = context.carry
+        self.carry, self.geocentric = context.carry, context.geocentric
         self.survey = Survey(site=context.frame.site)
         self.all: Index = np.arange(len(table))
         self.sources: NDArray[Any] = np.empty(len(table), dtype=object)
@@ -84,6 +89,12 @@ class Reader(ABC):
             (use == Use.OFF) & (reason == ""), "switched off in the file", reason
         )
         return use
+
+    def changed(self, change: FrameChange) -> None:
+        """Keep in mind what came in another frame."""
+        self.survey.facts += (change,)
+        if change.warning is not None:
+            self.survey.warnings.append(change.warning)
 
     def add(
         self,
