@@ -27,7 +27,9 @@ Robust = Literal["none", "huber", "danish", "igg3"]
 def adjust(
     files: Annotated[
         list[Path],
-        typer.Argument(help="Networks: gkf, xml, stn/msr, cor/obs, csv, rsp, gvx, snx; or a toml."),
+        typer.Argument(
+            help="Networks: gkf, xml, stn/msr, cor/obs, dat, snproj, csv, rsp, gvx, snx."
+        ),
     ],
     datum: Annotated[
         str | None,

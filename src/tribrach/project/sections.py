@@ -137,7 +137,10 @@ class ObservationFile(EpochKeys, Section):
     file: str | None = None
     files: tuple[str, ...] = ()
     format: (
-        Literal["csv", "gama", "dynaml", "dna", "comp3d", "riscan", "totalstation", "gnss"] | None
+        Literal[
+            "csv", "gama", "dynaml", "dna", "comp3d", "starnet", "riscan", "totalstation", "gnss"
+        ]
+        | None
     ) = None
     instrument: str | None = None
     point: str = ""

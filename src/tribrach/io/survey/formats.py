@@ -11,6 +11,7 @@ from tribrach.errors import InputError, RefusalCollector, UnknownName
 from tribrach.geodesy.site import FlatSite
 from tribrach.io.gnss.files import vector_reader
 from tribrach.io.opened_files import contents
+from tribrach.io.survey.starnet import recognition as starnet
 from tribrach.io.totalstation.formats import recognised
 from tribrach.network.identity import names_apart
 from tribrach.network.survey import Survey
@@ -23,6 +24,7 @@ FORMATS = {
     "dynaml": "survey.dynadjust.dynaml",
     "dna": "survey.dynadjust.dna",
     "comp3d": "survey.comp3d.reader",
+    "starnet": "survey.starnet.reader",
     "riscan": "survey.riscan.reader",
     "totalstation": "survey.totalstation",
     "csv": "survey.csv.tables",
@@ -38,12 +40,14 @@ SUFFIXES = {
     ".new": "comp3d",
     ".obs": "comp3d",
     ".comp": "comp3d",
+    ".snproj": "starnet",
+    ".prj": "starnet",
     ".gvx": "gnss",
     ".snx": "gnss",
     ".pos": "gnss",
 }
 #: formats whose files belong together and are read in one go
-JOINT = ("dynaml", "dna", "comp3d", "totalstation", "gnss")
+JOINT = ("dynaml", "dna", "comp3d", "starnet", "totalstation", "gnss")
 
 
 def format_of(path: Path) -> str:
@@ -70,10 +74,14 @@ def format_of(path: Path) -> str:
             return "gnss"
         if recognised(path):
             return "totalstation"
+        # data of STAR*NET may have any suffix as well
+        if starnet.recognised(path):
+            return "starnet"
         raise InputError(
             f"the suffix {suffix or 'of the file'} belongs to no known format",
             file=path,
-            cure=f"known are {', '.join(sorted(SUFFIXES))}, .xml and raw files of total stations",
+            cure=f"known are {', '.join(sorted(SUFFIXES))}, .xml, data of STAR*NET and raw "
+            "files of total stations",
         )
     return SUFFIXES[suffix]
 
@@ -163,7 +171,7 @@ def read_files(
 def _read(module: Any, name: str, files: list[Path], labels: Mapping[Path, str]) -> Survey:
     """One survey of files that belong together, by the module of their format."""
     survey: Survey
-    if name == "gnss":
+    if name in ("gnss", "starnet"):
         survey = module.read(files, labels=labels)
     elif name in JOINT:
         survey = module.read(files)

@@ -1,0 +1,1 @@
+"""STAR*NET: data files and the settings of their project."""

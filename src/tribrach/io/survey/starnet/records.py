@@ -1,0 +1,245 @@
+"""What STAR*NET's data lines say, as plain records: metres and radians, names, standard errors.
+
+A standard error is a number, or one of the words that stand in its place: fixed (``!``), free
+(``*``: compared, without influence), or the default of the instrument (``&``, or nothing at all).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+from tribrach.io.survey.starnet.settings import StandardErrors
+
+__all__ = [
+    "Given",
+    "Level",
+    "Quantity",
+    "SideShot",
+    "Sight",
+    "Sigma",
+    "SigmaMark",
+    "StarnetRecords",
+    "Vector",
+]
+
+
+class SigmaMark(Enum):
+    """Words in the place of a standard error."""
+
+    FIXED = "!"
+    FREE = "*"
+    DEFAULT = "&"
+
+
+#: a standard error [m or rad], or a word in its place
+Sigma = float | SigmaMark
+
+
+class Quantity(Enum):
+    """What a sight measures."""
+
+    DIRECTION = "direction"
+    ANGLE = "angle"
+    BEARING = "bearing"
+    SLOPE = "slope distance"
+    LEVEL_DISTANCE = "horizontal distance"
+    ZENITH = "zenith angle"
+    RISE = "height difference"
+
+
+@dataclass(frozen=True)
+class Given:
+    """Coordinates of a point.
+
+    Attributes
+    ----------
+    name
+        Of the point.
+    east, north, height
+        [m], or longitude and latitude [rad]; None where not given.
+    sigmas
+        Of east, north, height.
+    geographic
+        East and north are longitude and latitude.
+    ellipsoidal
+        The height is over the ellipsoid.
+    source
+        ``file:line``.
+    """
+
+    name: str
+    east: float | None
+    north: float | None
+    height: float | None
+    sigmas: tuple[Sigma, Sigma, Sigma]
+    geographic: bool
+    ellipsoidal: bool
+    source: str
+
+
+@dataclass(frozen=True)
+class Sight:
+    """One observation of an instrument.
+
+    Attributes
+    ----------
+    quantity
+        What is measured.
+    value
+        [m or rad], None if it is only planned.
+    sigma
+        Standard error.
+    at, to, back
+        Instrument, target, and backsight of an angle.
+    heights
+        Of instrument and target [m].
+    errors
+        Standard errors of the instrument.
+    set_name
+        Of the set of directions.
+    refraction
+        Coefficient k.
+    length
+        Horizontal length that the same line gives [m], None if it gives none.
+    rise
+        Height difference along it [m].
+    centring
+        A standard error that is given grows by centring as well.
+    propagated
+        Constant and ppm of a distance are added in squares.
+    level
+        What the weight of a height difference is by, if it is levelled: length [m] or turns.
+    source
+        ``file:line``.
+    """
+
+    quantity: Quantity
+    value: float | None
+    sigma: Sigma
+    at: str
+    to: str
+    back: str
+    heights: tuple[float, float]
+    errors: StandardErrors
+    set_name: str
+    refraction: float
+    length: float | None
+    rise: float
+    centring: bool
+    propagated: bool
+    source: str
+
+
+@dataclass(frozen=True)
+class Level:
+    """A levelled height difference [m] with its standard error [m or a word].
+
+    Attributes
+    ----------
+    at, to
+        Its ends.
+    value
+        [m], None if it is only planned.
+    sigma
+        Standard error.
+    default
+        Standard error by length or turns [m].
+    source
+        ``file:line``.
+    """
+
+    at: str
+    to: str
+    value: float | None
+    sigma: Sigma
+    default: float
+    source: str
+
+
+@dataclass
+class Vector:
+    """A GNSS vector.
+
+    Attributes
+    ----------
+    at, to
+        Its ends.
+    delta
+        Geocentric [m], None if it is only planned.
+    deviations
+        Standard errors (or variances) of X, Y, Z as written, empty if not given.
+    couplings
+        Correlations (or covariances) XY, XZ, YZ as written, empty if not given.
+    covariances
+        Both are variances and covariances.
+    factor
+        On standard errors in plan and height.
+    centring
+        In plan and height [m].
+    default
+        Standard error: constant [m] and [m/m].
+    heights
+        Of the antennas [m].
+    source
+        ``file:line``.
+    """
+
+    at: str
+    to: str
+    delta: tuple[float, float, float] | None
+    covariances: bool
+    factor: tuple[float, float]
+    centring: tuple[float, float]
+    default: tuple[float, float]
+    heights: tuple[float, float]
+    source: str
+    deviations: tuple[float, ...] = ()
+    couplings: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class SideShot:
+    """A point that is computed from the adjusted network and takes no part in it.
+
+    Attributes
+    ----------
+    name
+        Of the point.
+    sights
+        Numbers of its observations in the records.
+    source
+        ``file:line``.
+    """
+
+    name: str
+    sights: tuple[Sight, ...]
+    source: str
+
+
+@dataclass
+class StarnetRecords:
+    """Everything that the data files of one job say.
+
+    Attributes
+    ----------
+    given
+        Coordinates.
+    sights, levels, vectors, shots
+        Observations.
+    kind
+        ``2D``, ``3D`` or ``LEV``.
+    assumed
+        Standard errors of the default instrument were used although nothing gives them.
+    warnings
+        What has no effect.
+    """
+
+    kind: str
+    given: list[Given] = field(default_factory=list)
+    sights: list[Sight] = field(default_factory=list)
+    levels: list[Level] = field(default_factory=list)
+    vectors: list[Vector] = field(default_factory=list)
+    shots: list[SideShot] = field(default_factory=list)
+    assumed: set[str] = field(default_factory=set)
+    warnings: list[str] = field(default_factory=list)
