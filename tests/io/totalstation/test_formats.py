@@ -17,6 +17,7 @@ BEGINNINGS = {
     "Topcon GTS-7": "TopSURV v6.04(OnBoard)",
     "Topcon GTS-6": "_'110_(COVEK_)1.390_+111_ ?",
     "Carlson RW5": "JB,NMTEST,DT01-16-1998",
+    "Autodesk field book": "UNIT METER DMS\nHORIZ ANGLE RIGHT",
     "Trimble M5": "For M5|Adr 00001|TI  KN STAT",
     "LandXML": '<?xml version="1.0"?>\n<LandXML xmlns="x">',
     "Trimble JobXML": '<?xml version="1.0"?>\n<JOBFile>',

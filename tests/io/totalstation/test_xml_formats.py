@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tribrach.errors import InputError
-from tribrach.io.survey.totalstation import corrected
+from tribrach.io.survey.totalstation import corrected, reduce_file
 from tribrach.io.totalstation import jobxml, landxml
 from tribrach.units import GON, UNITS
 
@@ -137,7 +137,11 @@ def test_jobxml(tmp_path):
     np.testing.assert_allclose(raw.setups.azimuth, [np.radians(40)])
     shots = raw.shots
     assert shots.target.tolist()[:2] == ["B", "P"]  # the circle was set on the backsight
-    assert shots.off.tolist()[3:] == ["the instrument made this mean", "deleted in the field"]
+    assert shots.off.tolist()[3:] == [
+        "the instrument made this mean of readings that are used",
+        "deleted in the field",
+    ]
+    assert not shots.series.any()
     assert shots.face.tolist()[1:3] == [1, 2]
     np.testing.assert_allclose(shots.direction[1:3], np.radians([260.6505192, 80.6505192]))
     assert not shots.applied[1:].any()
@@ -147,6 +151,44 @@ def test_jobxml(tmp_path):
     assert "'gone'" in raw.problems[0].what
     assert raw.points.name.tolist() == ["B", "P", "P", "P", "R"]
     assert raw.points.given.tolist() == [True, False, False, False, False]
+
+
+def test_rounds_and_their_means_count_once(tmp_path):
+    """Two rounds in two faces, the means that the instrument made of them, and a lone mean."""
+    start = '<StartRoundRecord ID="r"><RoundNumber>{}</RoundNumber></StartRoundRecord>'
+    sights = [sight("X", 50, 95)]
+    for number, turn in ((1, 0.0), (2, 0.001)):
+        sights.append(start.format(number))
+        for name, h, v in (("B", 10, 90), ("P", 80, 85)):
+            sights.append(sight(name, h + turn, v))
+            sights.append(sight(name, h + 180 + turn, 360 - v, "Face2"))
+        sights.append("<EndRoundRecord/>")
+    sights += [
+        sight("B", 10.0005, 90, "FaceNull", "MeanTurnedAngle"),
+        sight("P", 80.0005, 85, "FaceNull", "MeanTurnedAngle"),
+        sight("M", 120, 88, "FaceNull", "MeanTurnedAngle"),
+        sight("D", 130, 88, deleted="true"),
+        sight("D", 130, 88, "FaceNull", "MeanTurnedAngle"),
+    ]
+    path = tmp_path / "job.jxl"
+    path.write_text(JOB.format(sights="".join(sights)))
+    raw = jobxml.read(path)
+    used = raw.shots.off == ""
+    assert raw.shots.series[:9].tolist() == [1] * 5 + [2] * 4
+    assert raw.shots.target[used].tolist() == ["X", *"BBPP", *"BBPP", "M", "D"]
+    assert (~used).sum() == 3
+    assert raw.notes == (
+        "2 mean turned angles have no readings beside them; each is taken as one reading in one "
+        "face.",
+    )
+    assert raw.unknown == {"<StrangeRecord>": 1}
+    means = reduce_file(raw).reduction.directions
+    by_name = dict(zip(np.array(list("XBPMD"))[means.target], means.value, strict=True))
+    readings = dict(zip(np.array(list("XBPMD"))[means.target], means.readings, strict=True))
+    assert readings == {"X": 1, "B": 4, "P": 4, "M": 1, "D": 1}
+    turn = np.degrees(by_name["P"] - by_name["B"])
+    assert turn == pytest.approx(70, abs=1e-9)
+    assert means.circle.tolist() == [0] * 5
 
 
 def test_raw_distances_with_air_and_without_ppm(tmp_path):

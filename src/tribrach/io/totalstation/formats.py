@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from tribrach.errors import InputError
-from tribrach.io.totalstation import gsi, gts6, gts7, jobxml, landxml, m5, nikon, rw5, sdr
+from tribrach.io.totalstation import fbk, gsi, gts6, gts7, jobxml, landxml, m5, nikon, rw5, sdr
 from tribrach.io.totalstation.records import RawFile
 from tribrach.io.totalstation.text import head
 
@@ -27,6 +27,7 @@ READERS: dict[str, tuple[Sniff, Read]] = {
     "Topcon GTS-7": (gts7.sniff, gts7.read),
     "Nikon RAW": (nikon.sniff, nikon.read),
     "Carlson RW5": (rw5.sniff, rw5.read),
+    "Autodesk field book": (fbk.sniff, fbk.read),
 }
 
 #: formats that are known and not read: what they are, and how they begin

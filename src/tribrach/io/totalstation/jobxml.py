@@ -2,12 +2,15 @@
 
 Angles are decimal degrees, lengths metres, whatever the instrument showed. Distances are raw: the
 prism constant of the target and the parts per million of the atmosphere are still to be applied;
-the reader notes them beside the distances. Format: Trimble, "JobXML schema".
+the reader notes them beside the distances. ``StartRoundRecord`` begins a set. A mean turned angle,
+which the instrument made of sets or faces, counts only where the file has no readings of its own
+from that set-up to that target. Format: Trimble, "JobXML schema".
 """
 
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -26,7 +29,8 @@ _GIVEN = ("KeyedIn", "Coordinates", "Imported", "ImportedPoint", "Linked", "Copi
 _SILENT = (
     "JobRecord", "UnitsRecord", "CorrectionsRecord", "InstrumentRecord", "NoteRecord",
     "CoordinateSystemRecord", "SurveyEventRecord", "AtmosphereRecord", "TargetRecord",
-    "PrismRecord", "JobPropertiesRecord", "FeatureCodingRecord", "AppUserRecord",
+    "PrismRecord", "JobPropertiesRecord", "FeatureCodingRecord", "AppUserRecord", "EndRoundRecord",
+    "RoundsMeanTurnedAngleResiduals",
 )  # fmt: skip
 
 
@@ -47,6 +51,7 @@ def read(path: Path) -> RawFile:
     reader = _Reader(Recorder(path, "Trimble JobXML"))
     for book in root.iterchildren("FieldBook"):
         reader.book(book)
+    reader.close()
     return reader.recorder.finish()
 
 
@@ -61,6 +66,13 @@ class _Reader:
         self.air: dict[str, etree._Element] = {}
         self.open = ""
         self.bearing = ""
+        #: set-up of the last station record, and how many rounds each set-up has had
+        self.latest = ""
+        self.rounds: Counter[str] = Counter()
+        #: set-ups and targets that have readings of their own
+        self.read: set[tuple[str, str]] = set()
+        self.means = 0
+        self.in_rounds = False
 
     def book(self, book: etree._Element) -> None:
         """All records of a field book, in their order."""
@@ -70,10 +82,21 @@ class _Reader:
             "TargetRecord": self.targets,
             "AtmosphereRecord": self.air,
         }
+        self.read |= {
+            (_text(record, "StationID"), _text(record, "Name"))
+            for record in book.iterchildren("PointRecord")
+            if record.find("Circle") is not None and not _deleted(record) and not _is_mean(record)
+        }
+        self.in_rounds |= book.find("StartRoundRecord") is not None
         for record in _children(book):
             kind = str(record.tag)
             if kind in known:
                 known[kind][record.get("ID", "")] = record
+            if kind == "StationRecord":
+                self.latest = record.get("ID", "")
+            if kind == "StartRoundRecord":
+                self.rounds[_text(record, "StationID") or self.latest] += 1
+                self.recorder.understood[kind] += 1
             if kind == "PointRecord":
                 line = xml_file.line_of(record) or 0
                 try:
@@ -85,7 +108,7 @@ class _Reader:
                 self.recorder.instrument = " ".join(part for part in parts if part)
             if kind in known or kind in _SILENT:
                 self.recorder.understood[kind] += 1
-            elif kind != "PointRecord":
+            elif kind not in ("PointRecord", "StartRoundRecord"):
                 self.recorder.unknown[f"<{kind}>"] += 1
 
     def _point(self, line: int, record: etree._Element) -> None:
@@ -97,7 +120,7 @@ class _Reader:
             A reading that cannot be right, or a station that the file does not have.
         """
         name, method = _text(record, "Name"), _text(record, "Method")
-        deleted = _text(record, "Deleted").lower() == "true"
+        deleted = _deleted(record)
         grids = [g for tag in ("Grid", "ComputedGrid") for g in record.iterchildren(tag)]
         circle = next(record.iterchildren("Circle"), None)
         if grids and not deleted:
@@ -115,8 +138,11 @@ class _Reader:
     ) -> None:
         self._setup(record)
         self._corrections(record)
-        if _text(record, "Method") == "MeanTurnedAngle":
-            off = off or "the instrument made this mean"
+        if _is_mean(record) and not off:
+            if (_text(record, "StationID"), name) in self.read:
+                off = "the instrument made this mean of readings that are used"
+            else:
+                self.means += 1
         target = self.targets.get(_text(record, "TargetID"))
         degrees = [number(_text(circle, x)) for x in ("HorizontalCircle", "VerticalCircle")]
         self.recorder.shot(
@@ -129,9 +155,25 @@ class _Reader:
             height=math.nan if target is None else number(_text(target, "TargetHeight")),
             code=_text(record, "Code"),
             applied=False,
+            series=self._set(_text(record, "StationID")),
             off=off,
         )
         self.recorder.understood["sight"] += 1
+
+    def _set(self, station: str) -> int:
+        """Number of the set, 0 if the file has no rounds.
+
+        What is read before the first round has the circle of it and belongs to it.
+        """
+        return max(self.rounds[station], 1) if self.in_rounds else 0
+
+    def close(self) -> None:
+        """Say what the whole file leaves to be said."""
+        if self.means:
+            self.recorder.note(
+                f"{self.means} mean turned angles have no readings beside them; each is taken as "
+                "one reading in one face."
+            )
 
     def _setup(self, record: etree._Element) -> None:
         """Begin the set-up that a sight refers to, if it or its backsight has changed."""
@@ -177,6 +219,16 @@ def _children(element: etree._Element) -> Iterator[etree._Element]:
 def _text(element: etree._Element, tag: str) -> str:
     """Text of a child element, "" if there is none."""
     return (element.findtext(tag) or "").strip()
+
+
+def _deleted(record: etree._Element) -> bool:
+    """True if a record was deleted in the field."""
+    return _text(record, "Deleted").lower() == "true"
+
+
+def _is_mean(record: etree._Element) -> bool:
+    """True for a mean that the instrument made."""
+    return _text(record, "Method") == "MeanTurnedAngle"
 
 
 def _degrees(element: etree._Element, tag: str) -> float:
