@@ -23,6 +23,7 @@ from tribrach.job.results import JobResults
 from tribrach.job.steps import compare, find_and_name, georeference
 from tribrach.network.adjustment import Adjustment, Options
 from tribrach.network.adjustment import adjust as adjust_alone
+from tribrach.network.blunders.control_mistakes import wrong_coordinate
 from tribrach.network.blunders.mistakes import first_adjustment, mistakes
 from tribrach.network.blunders.robust import adjust_robust
 from tribrach.network.blunders.snooping import SnoopingLog, snoop
@@ -31,7 +32,6 @@ from tribrach.network.network import Datum, Network
 from tribrach.network.observed_part import observed_part
 from tribrach.network.placement import placement_sentences
 from tribrach.network.quality import Quality, assess
-from tribrach.network.reactions import constraint_reactions
 from tribrach.network.separability import confusable
 from tribrach.network.survey import Survey
 from tribrach.network.variance_components import VarianceComponents, estimate_components
@@ -121,13 +121,18 @@ class AdjustmentSettings:
 
 @dataclass(frozen=True)
 class SolvedNetwork:
-    """An adjusted network, its quality, what was done to it, and what looks wrong."""
+    """An adjusted network, its quality, what was done to it, and what looks wrong.
+
+    ``apart`` is the same without a given coordinate that was found to be wrong: what looks wrong
+    in it as well has another reason.
+    """
 
     adjustment: Adjustment
     quality: Quality
     snooping: SnoopingLog | None
     components: VarianceComponents | None
     warnings: tuple[ReportWarning, ...]
+    apart: Adjustment
 
 
 def solve(network: Network, settings: AdjustmentSettings) -> SolvedNetwork:
@@ -135,24 +140,33 @@ def solve(network: Network, settings: AdjustmentSettings) -> SolvedNetwork:
     log: SnoopingLog | None = None
     components: VarianceComponents | None = None
     adjustment = first_adjustment(network)
-    warnings = [*warned(Severity.INPUT, mistakes(adjustment))]
+    wrong = wrong_coordinate(adjustment)
+    warnings = [*warned(Severity.INPUT, [] if wrong is None else [wrong.sentence()])]
+    # what else is wrong is looked for without a coordinate that is wrong for certain
+    wrong = wrong if wrong is not None and wrong.certain else None
+    apart = adjustment if wrong is None else wrong.after
+    warnings += warned(Severity.INPUT, mistakes(apart))
     suspects: Mapping[Key, float] = {}
     if settings.robust != "none":
-        robust = adjust_robust(network, settings.robust)
+        robust = adjust_robust(apart.network, settings.robust)
         warnings += warned(Severity.BLUNDER, robust.sentences())
         suspects = robust.suspects
     if settings.snoop:
-        adjustment, log = snoop(network, suspects=suspects)
+        if wrong is None:
+            adjustment, log = snoop(network, suspects=suspects)
+        else:
+            adjustment, log = wrong.snooped(suspects)
     if settings.vce:
         components = estimate_components(adjustment.network)
         adjustment = components.adjustment
     quality = assess(adjustment, posterior=settings.posterior, confidence=settings.confidence)
-    warnings += warned(Severity.BLUNDER, constraint_reactions(adjustment).sentences())
-    warnings += warned(Severity.WEAK, confusable(adjustment, quality)[:10])
+    apart = adjustment if wrong is None else wrong.without(adjustment)
+    alone = quality if wrong is None else assess(apart, confidence=settings.confidence)
+    warnings += warned(Severity.WEAK, confusable(apart, alone)[:10])
     warnings += warned(Severity.NOTE, placement_sentences(adjustment))
     warnings += warned(Severity.WEAK, weakness_sentences(adjustment))
     warnings += warned(Severity.WEAK, geometry_sentences(adjustment)[:20])
-    return SolvedNetwork(adjustment, quality, log, components, tuple(warnings))
+    return SolvedNetwork(adjustment, quality, log, components, tuple(warnings), apart)
 
 
 def report(
@@ -172,6 +186,7 @@ def report(
         snooping=solution.snooping,
         components=solution.components,
         warnings=solution.warnings,
+        apart=solution.apart,
         job=job or JobResults(),
     )
 

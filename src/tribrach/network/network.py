@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal, get_args
@@ -194,6 +194,10 @@ class Network:
         System of the coordinates.
     facts
         What readers learned besides, for the report.
+    edits
+        What was changed by hand.
+    point_sources
+        ``file:line`` of points by name, where it is known.
     """
 
     start: State
@@ -209,6 +213,7 @@ class Network:
     reference: Reference = Reference()
     facts: tuple[Fact, ...] = ()
     edits: tuple[Edit, ...] = ()
+    point_sources: Mapping[str, str] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         layout, tables = self.start.layout, self.observations

@@ -22,6 +22,7 @@ the network.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
@@ -37,7 +38,9 @@ from tribrach.network.reliability import (
 from tribrach.network.significance import (
     block_noncentrality,
     block_tau_critical,
+    block_tau_significance,
     noncentrality,
+    sidak,
     tau_critical,
     w_critical,
 )
@@ -47,6 +50,7 @@ from tribrach.statistics import chi2, f, t
 
 __all__ = [
     "ROUNDED",
+    "Chance",
     "Quality",
     "assess",
     "block_tests",
@@ -163,6 +167,35 @@ class BlockTests:
 
 
 @dataclass(frozen=True)
+class Chance:
+    """Tests beyond their limits, against what chance makes of a network without blunders.
+
+    Attributes
+    ----------
+    beyond, tests
+        How many tests of values and blocks are beyond their limits, of how many.
+    expected
+        How many of them would be if nothing were wrong.
+    significance
+        Smallest probability of any of them.
+    limit
+        What the smallest probability stays above in clean networks (Šidák 1967), with the
+        confidence of the global test.
+    """
+
+    beyond: int
+    tests: int
+    expected: float
+    significance: float
+    limit: float
+
+    @property
+    def act(self) -> bool:
+        """True if the worst test is more than the worst of so many is by chance."""
+        return self.beyond > 0 and self.significance < self.limit
+
+
+@dataclass(frozen=True)
 class Quality:
     """Tests and reliability of an adjustment; arrays (n,) are in the order of ``adjustment.rows``.
 
@@ -238,6 +271,20 @@ class Quality:
     def suspicious(self) -> NDArray[np.bool_]:
         """Values (n,) whose test is beyond its limit."""
         return np.nan_to_num(np.abs(self.test)) > ROUNDED * self.critical
+
+    @cached_property
+    def chance(self) -> Chance:
+        """How many tests of values and blocks are beyond their limits, and whether by chance."""
+        values, blocks = self.controlled, np.isfinite(self.blocks.statistic)
+        statistic = np.concatenate([self.test[values] ** 2, self.blocks.statistic[blocks]])
+        freedom = np.concatenate([np.ones(int(values.sum())), self.blocks.freedom[blocks]])
+        if self.posterior:
+            p = block_tau_significance(statistic, freedom, self.global_test.dof)
+        else:
+            p = np.asarray(chi2.sf(statistic, freedom), dtype=float)
+        beyond = int(self.suspicious.sum() + self.blocks.rejected.sum())
+        limit = sidak(self.global_test.alpha, len(p))
+        return Chance(beyond, len(p), self.alpha0 * len(p), float(p.min(initial=1.0)), limit)
 
     @property
     def check_critical(self) -> float:

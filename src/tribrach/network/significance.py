@@ -14,6 +14,7 @@ from tribrach.statistics import chi2, f, norm
 __all__ = [
     "block_noncentrality",
     "block_tau_critical",
+    "block_tau_significance",
     "log_significance",
     "noncentrality",
     "sidak",
@@ -83,6 +84,34 @@ def block_tau_critical(freedom: ArrayLike, dof: int, alpha: float) -> NDArray[np
     quantile = k * f.ppf(1 - alpha, k, np.where(rest > 0, rest, 1.0))
     limit = dof * quantile / (rest + quantile)
     return np.where(rest > 0, limit, float(max(dof, 0)))
+
+
+def block_tau_significance(
+    statistic: ArrayLike, freedom: ArrayLike, dof: int
+) -> NDArray[np.float64]:
+    """Probability of a larger statistic than one that was divided by the a-posteriori factor.
+
+    Parameters
+    ----------
+    statistic : array
+        Of each block, at most the redundancy; NaN counts as nothing at all.
+    freedom : array
+        Degrees of freedom k of each.
+    dof
+        Redundancy r of the adjustment.
+
+    Returns
+    -------
+    array
+        That of ``F = (T / k) / ((r - T) / (r - k))``; 1 where the block is all the redundancy.
+    """
+    k = np.asarray(freedom, dtype=float)
+    rest = np.maximum(dof - k, 0.0)
+    x = np.nan_to_num(np.asarray(statistic, dtype=float))
+    left = np.maximum(dof - x, 0.0)
+    alone = rest <= 0
+    ratio = x * np.where(alone, 1.0, rest) / (k * np.where(left > 0, left, 1e-300))
+    return np.where(alone, 1.0, f.sf(ratio, k, np.where(alone, 1.0, rest)))
 
 
 def sidak(alpha: float, count: int) -> float:

@@ -868,6 +868,7 @@ class Survey:
             title=self.title,
             reference=self.reference,
             facts=self.facts,
+            point_sources={name: p.source for name, p in self.points.items() if p.source},
         )
 
     def _given(self) -> dict[str, Iterable[str]]:

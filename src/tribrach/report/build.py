@@ -45,6 +45,7 @@ def build(
     snooping: SnoopingLog | None = None,
     components: VarianceComponents | None = None,
     warnings: Iterable[ReportWarning] = (),
+    apart: Adjustment | None = None,
     job: JobResults = NOTHING,
 ) -> Report:
     """Everything a report says about an adjustment.
@@ -67,6 +68,9 @@ def build(
         Logs of what was done before this adjustment, if anything.
     warnings
         Further ones, of whoever adjusted the network.
+    apart
+        The adjustment without what a warning has explained already; what fits in it is not warned
+        of again. The adjustment itself if None.
     job
         What a job left besides the adjustment.
     """
@@ -95,6 +99,7 @@ def build(
         sights=sights(adjustment),
         adjustment=adjustment,
         quality=quality,
+        apart=adjustment if apart is None else apart,
     )
     chapters = tuple(chapter for subject in SUBJECTS for chapter in subject.chapters(head, job))
     graded = [*adjustment_warnings(head), *warnings]

@@ -187,7 +187,7 @@ class Point:
 
 @dataclass(frozen=True)
 class CheckVerdict:
-    """A squared distance in its own metric, its limit, and whether it stays below.
+    """A squared distance in its own metric, its limit, whether it stays below, its significance.
 
     The limit is of chi-square a priori and of F a posteriori (method section 3.4).
     """
@@ -195,6 +195,7 @@ class CheckVerdict:
     statistic: float
     limit: float
     agrees: bool
+    significance: float
 
 
 @dataclass(frozen=True)
@@ -386,7 +387,8 @@ class Head:
     """What stands on top of a report, and the adjusted network in plain numbers.
 
     Chapters, the map and the JSON result are made from it. ``adjustment`` is what it was made
-    from; ``quality`` its redundancy and tests.
+    from; ``quality`` its redundancy and tests; ``apart`` the same adjustment without what a warning
+    has explained already: what fits in it is not warned of again.
     """
 
     title: str
@@ -409,6 +411,7 @@ class Head:
     sights: tuple[tuple[str, str], ...] = field(default=(), repr=False)
     adjustment: Adjustment = field(repr=False, compare=False)
     quality: Quality = field(repr=False, compare=False)
+    apart: Adjustment = field(repr=False, compare=False)
 
     @property
     def scaled(self) -> bool:

@@ -39,6 +39,7 @@ def brief(content: Report) -> str:
         f"{summary.dof}, {summary.iterations} iterations",
         _sigma0(content),
         summary.test.sentence,
+        *(chapter.sentences if (chapter := content.chapter("adjustment")) else ()),
         content.datum.sentence,
         content.sigma_origin,
     ]

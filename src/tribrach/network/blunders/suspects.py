@@ -33,6 +33,8 @@ class Suspect:
         Row of its largest test value.
     statistic, critical
         Size of w for single values, T for blocks, and its limit.
+    freedom, block
+        Degrees of freedom: 1 for single values; whether it is a block.
     log_p
         Logarithm of its significance.
     gross_error
@@ -48,6 +50,13 @@ class Suspect:
     log_p: float
     gross_error: float
     unit: str
+    freedom: int = 1
+    block: bool = False
+
+    @property
+    def chi_square(self) -> float:
+        """The statistic as chi-square of ``freedom`` degrees."""
+        return self.statistic if self.block else self.statistic**2
 
 
 def find_suspects(system: WeightedResiduals, alpha0: float = 0.001) -> list[Suspect]:
@@ -111,6 +120,8 @@ def _blocks(system: WeightedResiduals, alpha0: float) -> list[Suspect]:
                 log_p=float(p),
                 gross_error=float(np.nan_to_num(blocks.gross_error[b])),
                 unit="m",
+                freedom=int(blocks.freedom[b]),
+                block=True,
             )
         )
     return out

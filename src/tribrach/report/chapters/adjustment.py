@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-
-import numpy as np
+from dataclasses import dataclass
 
 from tribrach.job.results import JobResults
-from tribrach.network.quality import Quality
+from tribrach.network.quality import Quality, assess
 from tribrach.network.reactions import constraint_reactions
+from tribrach.network.significance import sidak
 from tribrach.observations.registry import kind_named
 from tribrach.report.chapter import Chapter
+from tribrach.report.chapters.control import control
+from tribrach.report.chapters.observations import observations
 from tribrach.report.content import Control, Head, KindCount, Observation
 from tribrach.report.subject import Subject
 from tribrach.report.tables import (
@@ -32,7 +34,7 @@ POOR = 0.1
 def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
     """The chapter; every report has it."""
     tables = (_kinds(head), _components(head), _snooping(head))
-    yield Chapter("adjustment", "Adjustment", tables=tables)
+    yield Chapter("adjustment", "Adjustment", sentences=_remarks(head), tables=tables)
 
 
 def _kinds(head: Head) -> ReportTable:
@@ -102,20 +104,53 @@ def _snooping(head: Head) -> ReportTable:
     return build_table("snooping", "Snooping", note, head.snooping, columns)
 
 
+@dataclass(frozen=True)
+class _Seen:
+    """Values, control and quality as they are without what a warning has explained already."""
+
+    observations: Sequence[Observation]
+    control: Sequence[Control]
+    quality: Quality
+
+    @classmethod
+    def of(cls, head: Head) -> _Seen:
+        """Those of the report itself, unless something was explained."""
+        if head.apart is head.adjustment:
+            return cls(head.observations, head.control, head.quality)
+        settings = head.settings
+        quality = assess(head.apart, posterior=settings.posterior, confidence=settings.confidence)
+        return cls(observations(head.apart, quality), control(head.apart, settings), quality)
+
+
 def adjustment_warnings(head: Head) -> tuple[ReportWarning, ...]:
-    """What the reader should know of the adjustment before any number."""
-    quality = head.quality
-    test = quality.global_test
-    graver = Severity.WEAK if test.passed is None else Severity.BLUNDER
+    """What the reader should know of the adjustment before any number, and do about it."""
+    seen = _Seen.of(head)
+    test = seen.quality.global_test
+    failed = [] if test.passed is not False else [f"{test.sentence()}; {_BY_KIND}"]
+    unchecked = [f"{test.sentence()}; observe more"] if test.passed is None else []
     return (
         *warned(Severity.INPUT, head.adjustment.warnings),
-        *warned(graver, [] if test.passed else [test.sentence()]),
-        *warned(Severity.BLUNDER, _suspects(head.observations, quality)),
-        *warned(Severity.BLUNDER, constraint_reactions(head.adjustment).sentences()),
-        *warned(Severity.BLUNDER, _checks(head.control)),
-        *warned(Severity.WEAK, _uncontrolled(quality)),
-        *warned(Severity.NOTE, _off(head.observations)),
+        *warned(Severity.WEAK, unchecked),
+        *warned(Severity.BLUNDER, failed),
+        *warned(Severity.BLUNDER, _suspects(seen, bool(head.snooping))),
+        *warned(Severity.BLUNDER, constraint_reactions(head.apart).sentences()),
+        *warned(Severity.BLUNDER, [f.sentence for f in _disagreement(seen, head) if f.act]),
+        *warned(Severity.WEAK, _uncontrolled(head)),
     )
+
+
+_BY_KIND = "look for blunders first, then at the kinds whose ratio of sigma0 is far above one"
+
+
+def _remarks(head: Head) -> tuple[str, ...]:
+    """What is to be known of the adjustment and asks for nothing."""
+    seen = _Seen.of(head)
+    found = [
+        *_by_chance(seen),
+        *(f.sentence for f in _disagreement(seen, head) if not f.act),
+        *_off(head.observations),
+    ]
+    return tuple(warning.text for warning in warned(Severity.NOTE, found))
 
 
 def _words(o: Observation) -> str:
@@ -124,52 +159,119 @@ def _words(o: Observation) -> str:
     return f"{o.kind.replace('_', ' ')} {arrow}" + (f" ({o.source})" if o.source else "")
 
 
-def _suspects(observations: Sequence[Observation], quality: Quality) -> list[str]:
-    """The suspicious observations, those held out apart, the worst by name."""
-    out = []
-    for state, words in (
-        ("active", "suspicious observations take part"),
-        ("check", "observations held out as checks do not agree"),
-    ):
-        names = dict.fromkeys(
-            _words(o)
-            for o in sorted(observations, key=lambda o: -abs(o.w or 0.0))
-            if o.suspicious and o.state == state and not kind_named(o.kind).facts.listed_as_control
+def _named(observations: Iterable[Observation], most: int = 3) -> str:
+    """The first observations by name, each once, and how many more there are."""
+    names = list(dict.fromkeys(_words(o) for o in observations))
+    more = f"; and {len(names) - most} more" if len(names) > most else ""
+    return "; ".join(names[:most]) + more
+
+
+def _rejected(observations: Sequence[Observation], state: str) -> list[Observation]:
+    """Suspicious values of a state, the worst first; given coordinates are told of apart."""
+    return [
+        o
+        for o in sorted(observations, key=lambda o: -abs(o.w or 0.0))
+        if o.suspicious and o.state == state and not kind_named(o.kind).facts.listed_as_control
+    ]
+
+
+def _suspects(seen: _Seen, snooped: bool) -> list[str]:
+    """Suspicious observations that are more than chance, those held out apart."""
+    out, chance, percent = [], seen.quality.chance, 100 * seen.quality.global_test.alpha
+    active, held_out = (_rejected(seen.observations, state) for state in ("active", "check"))
+    if active and chance.act:
+        out.append(
+            f"suspicious observations take part: {_named(active)} ({_counted(seen)}, and the "
+            f"worst would be by chance in fewer than {percent:g} of 100 networks like this): look "
+            f"into the field notes{'' if snooped else ', or let --snoop decide'}"
         )
-        if names:
-            more = f"; and {len(names) - 3} more" if len(names) > 3 else ""
-            first = "; ".join(list(names)[:3])
-            out.append(f"{words}: {first}{more}")
-            chance = quality.alpha0 * len(quality.w)
-            if state == "active" and chance >= 1:
-                out[-1] += f" (chance alone makes about {chance:.0f} values look so)"
+    if held_out:
+        out.append(
+            f"observations held out as checks do not agree: {_named(held_out)}: compare them with "
+            "what they are to check"
+        )
     return out
 
 
-def _checks(control: Sequence[Control]) -> list[str]:
+def _counted(seen: _Seen) -> str:
+    """How many tests are beyond their limits, and how many would be by chance."""
+    chance = seen.quality.chance
+    verb = "is" if chance.beyond == 1 else "are"
+    expected = f"{chance.expected:.1f}" if chance.expected < 10 else f"{chance.expected:.0f}"
+    return (
+        f"{chance.beyond} of {chance.tests} tests {verb} beyond the limit, {expected} would be by "
+        "chance"
+    )
+
+
+def _by_chance(seen: _Seen) -> list[str]:
+    """Suspicious observations that a network of this size has by chance."""
+    active = _rejected(seen.observations, "active")
+    if not active or seen.quality.chance.act:
+        return []
+    return [
+        f"{_counted(seen)}; the worst is none that a clean network of this size would not have, so "
+        f"nothing is to be done about {_named(active)}"
+    ]
+
+
+@dataclass(frozen=True)
+class _Disagreement:
+    """Points that do not agree with the network; whether that is more than chance."""
+
+    sentence: str
+    act: bool
+
+
+def _disagreement(seen: _Seen, head: Head) -> list[_Disagreement]:
     """Check points and control that do not agree with the network."""
     out = []
-    for use, noun in (("check", "check point"), ("weighted", "control point")):
-        bad = [c.name for c in control if c.use == use and c.verdict and not c.verdict.agrees]
-        if bad:
-            plural = "s" if len(bad) > 1 else ""
-            verb = "do" if plural else "does"
-            out.append(f"{noun}{plural} {', '.join(bad[:12])} {verb} not agree with the network")
+    alpha = head.settings.alpha
+    for use, noun, cure in (
+        ("check", "check point", "compare their coordinates with where they come from"),
+        ("weighted", "control point", "compare their coordinates with where they come from"),
+    ):
+        judged = [c for c in seen.control if c.use == use and c.verdict is not None]
+        verdicts = {c.name: c.verdict for c in judged if c.verdict and not c.verdict.agrees}
+        if not verdicts:
+            continue
+        names = ", ".join(list(verdicts)[:12])
+        plural = "s" if len(verdicts) > 1 else ""
+        verb = "do" if plural else "does"
+        count = (
+            f"{len(verdicts)} of {len(judged)} where {alpha * len(judged):.1f} would be by chance"
+        )
+        least = min(v.significance for v in verdicts.values())
+        act = least < sidak(alpha, len(judged))
+        tail = cure if act else "no more than chance makes in so many tests, nothing is to be done"
+        out.append(
+            _Disagreement(
+                f"{noun}{plural} {names} {verb} not agree with the network ({count}): {tail}", act
+            )
+        )
     return out
 
 
-def _uncontrolled(quality: Quality) -> list[str]:
-    """How many values no other value controls, or hardly."""
-    none = int((~quality.controlled).sum())
-    poor = int((quality.controlled & (np.nan_to_num(quality.redundancy) < POOR)).sum())
+def _uncontrolled(head: Head) -> list[str]:
+    """Values that no other value controls, or hardly, by name."""
+    active = [o for o in head.observations if o.state == "active"]
+    none = [o for o in active if o.w is None]
+    poor = [o for o in active if o.w is not None and (o.redundancy or 0.0) < POOR]
+    poor.sort(key=lambda o: o.redundancy or 0.0)
     out = []
-    total = len(quality.w)
+    total = len(active)
     if none:
-        verb = "is" if none == 1 else "are"
-        out.append(f"{none} of {total} values {verb} controlled by no other: errors stay unseen")
+        verb, it = ("is", "it") if len(none) == 1 else ("are", "them")
+        out.append(
+            f"{len(none)} of {total} values {verb} controlled by no other, so an error in {it} "
+            f"stays unseen: {_named(none)}: observe these points a second time"
+        )
     if poor:
-        verb = "has" if poor == 1 else "have"
-        out.append(f"{poor} of {total} values {verb} a redundancy number below {POOR:g}")
+        verb, it = ("has", "it") if len(poor) == 1 else ("have", "them")
+        out.append(
+            f"{len(poor)} of {total} values {verb} a redundancy number below {POOR:g}, so an error "
+            f"in {it} hardly shows: {_named(poor)}: observe these points again from elsewhere"
+        )
     return out
 
 

@@ -13,7 +13,7 @@ from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.quality import ROUNDED
 from tribrach.network.roles import given_coordinates, held_names, used_axes
-from tribrach.network.significance import block_tau_critical
+from tribrach.network.significance import block_tau_critical, block_tau_significance
 from tribrach.observations.base import Observations, Use
 from tribrach.report.chapter import Chapter
 from tribrach.report.content import CheckVerdict, Control, Head, ReportSettings
@@ -130,6 +130,14 @@ class _Limits:
             return float(freedom * f.ppf(1 - self.alpha, freedom, self.dof))
         return float(block_tau_critical(freedom, self.dof, self.alpha))
 
+    def significance(self, statistic: float, freedom: int) -> float:
+        """Probability of as much by chance."""
+        if self.dof is None:
+            return float(chi2.sf(statistic, freedom))
+        if self.use == Use.CHECK:
+            return float(f.sf(statistic / freedom, freedom, self.dof))
+        return float(block_tau_significance(statistic, freedom, self.dof))
+
 
 def _judged(difference: Array, predicted: Array, limits: _Limits) -> CheckVerdict | None:
     """Test of a difference against its covariance; None where nothing controls it."""
@@ -143,8 +151,9 @@ def _judged(difference: Array, predicted: Array, limits: _Limits) -> CheckVerdic
     good = values > 1e-6 * values.max()
     along = vectors[:, good].T @ difference[used]
     statistic = float((along**2 / values[good]).sum())
-    limit = limits.of(int(good.sum()))
-    return CheckVerdict(statistic, limit, statistic <= limit * ROUNDED)
+    freedom = int(good.sum())
+    limit, significance = limits.of(freedom), limits.significance(statistic, freedom)
+    return CheckVerdict(statistic, limit, statistic <= limit * ROUNDED, significance)
 
 
 def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:

@@ -1,0 +1,369 @@
+"""Names a given coordinate that contradicts everything else, whether it has a sigma or is held.
+
+One mistyped coordinate spoils all observations around it, and each of them looks wrong. Every given
+coordinate is therefore tested as a bias of its own (method section 3.4), single and with the others
+of its point. It is accused only if
+
+* its test fails at 0.1 % for all such tests together, also against the variance factor that is left
+  without it, so that sigmas that are too small everywhere accuse nobody;
+* nothing else explains as much: no observation, no mistake common to several, no other coordinate.
+  What comes close is named as the alternative, and then nothing is called wrong.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
+
+import numpy as np
+
+from tribrach._types import Array, Index
+from tribrach.errors import TribrachError
+from tribrach.network.adjustment import Adjustment, adjust
+from tribrach.network.blunders.mistakes import common_causes, swapped_names
+from tribrach.network.blunders.snooping import (
+    SUSPICIOUS,
+    SnoopingLog,
+    SnoopingStep,
+    restart,
+    snoop,
+    switch,
+)
+from tribrach.network.blunders.suspects import Key, Suspect, find_suspects
+from tribrach.network.given_coordinates import (
+    AXES,
+    GivenCoordinate,
+    GivenCoordinates,
+    coordinate_words,
+    given_coordinates,
+    released,
+)
+from tribrach.network.network import Network, is_given
+from tribrach.network.quality import global_test
+from tribrach.network.reliability import weigh
+from tribrach.network.significance import log_significance
+from tribrach.observations.base import Use
+from tribrach.statistics import chi2, f
+
+__all__ = ["WrongCoordinate", "wrong_coordinate"]
+
+#: significance of all tests of given coordinates together
+_ALPHA = 0.001
+#: explanations whose logarithms of significance differ by less than this cannot be told apart
+_ALIKE = 3.0
+#: the most promising coordinates that are released in turn
+_TRIED = 3
+#: times that it is looked again without the worst reading; once in networks with more unknowns
+_ROUNDS, _LARGE = 4, 5000
+
+
+@dataclass(frozen=True)
+class WrongCoordinate:
+    """Given coordinates of one point that contradict everything else.
+
+    Attributes
+    ----------
+    coordinates
+        One, or several of one point.
+    error : array (m,)
+        Given less adjusted without them [m].
+    sigma : array (m,)
+        Standard deviation of the error, a priori [m].
+    statistic, limit
+        Test against zero and its limit: the size of w for one, chi-square for several.
+    before, after
+        The adjustment with the coordinates, and without them; readings that are wrong as well take
+        part in both.
+    alternatives
+        What explains as much, in words; nothing is wrong for certain then.
+    """
+
+    coordinates: tuple[GivenCoordinate, ...]
+    error: Array
+    sigma: Array
+    statistic: float
+    limit: float
+    before: Adjustment
+    after: Adjustment
+    alternatives: tuple[str, ...] = ()
+
+    @property
+    def certain(self) -> bool:
+        """True if nothing else explains as much."""
+        return not self.alternatives
+
+    def sentence(self) -> str:
+        """All of it in one sentence."""
+        many = len(self.coordinates) > 1
+        words = coordinate_words(self.coordinates)
+        sizes = ", ".join(
+            (f"{AXES[g.axis]} " if many else "") + f"{1e3 * x:+.1f} mm ± {1e3 * s:.1f} mm"
+            for g, x, s in zip(self.coordinates, self.error, self.sigma, strict=True)
+        )
+        it, be = ("them", "are") if many else ("it", "is")
+        figures = (
+            f"{sizes} off what everything else says ({'chi-square' if many else 'test'} "
+            f"{self.statistic:.1f} against {self.limit:.1f}); sigma0 is "
+            f"{self.before.sigma0_posterior:.2f} with {it} and "
+            f"{self.after.sigma0_posterior:.2f} without {it}"
+        )
+        if self.certain:
+            cure = f"compare {it} with where the coordinates come from"
+            return f"{words} {be} wrong: {figures}; {cure}"
+        rivals = " or ".join(self.alternatives)
+        return (
+            f"{words} may be wrong: {figures}; an error in {rivals} would do as well, look at both"
+        )
+
+    def without(self, adjustment: Adjustment) -> Adjustment:
+        """An adjustment of the same network without these coordinates.
+
+        Parameters
+        ----------
+        adjustment
+            Of the network, in which observations may have another use or sigma by now.
+
+        Returns
+        -------
+        Adjustment
+            What else is wrong can be seen in it.
+        """
+        network = adjustment.network
+        if network is self.before.network:
+            return self.after
+        return adjust(restart(released(network, self.coordinates), adjustment))
+
+    def snooped(self, suspects: Mapping[Key, float]) -> tuple[Adjustment, SnoopingLog]:
+        """Snoop while these coordinates stand aside; they come back, and are named in the log.
+
+        Parameters
+        ----------
+        suspects
+            As for :func:`tribrach.network.blunders.snooping.snoop`.
+
+        Returns
+        -------
+        adjustment
+            With the coordinates, without what was switched off.
+        log
+            Its first step says that the coordinates are suspicious and kept.
+        """
+        cleaned, log = snoop(self.after.network, suspects=suspects)
+        given, tables = self.before.network, []
+        for o, other in zip(given.observations, cleaned.network.observations, strict=False):
+            tables.append(replace(o, use=other.use.copy(), reason=other.reason.copy()))
+        for g in self.coordinates:
+            if not g.held:
+                o = given.observations[g.table]
+                tables[g.table].use[g.item] = o.use[g.item]
+                tables[g.table].reason[g.item] = o.reason[g.item]
+        one = len(self.coordinates) == 1
+        step = SnoopingStep(
+            coordinate_words(self.coordinates),
+            self.statistic,
+            self.limit,
+            float(self.error[0]) if one else 0.0,
+            "m",
+            SUSPICIOUS,
+        )
+        adjustment = adjust(replace(given, observations=tuple(tables)))
+        return adjustment, SnoopingLog((step, *log.steps), log.removed)
+
+
+def wrong_coordinate(adjustment: Adjustment) -> WrongCoordinate | None:
+    """Find the given coordinate, or those of one point, that contradict everything else.
+
+    Parameters
+    ----------
+    adjustment
+        The network as it is.
+
+    Returns
+    -------
+    WrongCoordinate or None
+        None if the network fits, or if no given coordinate explains why not.
+    """
+    trial, rounds = adjustment, _ROUNDS if adjustment.n_unknowns <= _LARGE else 1
+    for _ in range(rounds):
+        suspects = find_suspects(weigh(trial))
+        if trial.dof < 2 or (global_test(trial).passed and not suspects):
+            return None
+        found = _explanation(trial, suspects)
+        if found is not None:
+            break
+        measured = [s for s in suspects if not _is_given(trial, s)]
+        if not measured:
+            return None
+        # a reading that is wrong as well must not hide the coordinate
+        less = switch(trial.network, *measured[0].key, Use.OFF, "tried without it")
+        try:
+            trial = adjust(restart(less, trial))
+        except TribrachError:
+            return None
+    else:
+        return None
+    # exchanged names put two targets off that each alone could be a coordinate's error
+    if swapped_names(adjustment.network, adjustment) is not None:
+        return None
+    if trial is adjustment:
+        return found
+    try:
+        after = adjust(restart(released(adjustment.network, found.coordinates), adjustment))
+    except TribrachError:
+        return None
+    return replace(found, before=adjustment, after=after)
+
+
+def _is_given(adjustment: Adjustment, suspect: Suspect) -> bool:
+    """True for given coordinates, which are looked at by themselves."""
+    o = adjustment.network.observations[suspect.key[0]]
+    return is_given(type(o), o.group)
+
+
+def _explanation(adjustment: Adjustment, suspects: list[Suspect]) -> WrongCoordinate | None:
+    """The coordinates that explain most, unless anything else explains more."""
+    given = given_coordinates(adjustment)
+    causes = list(_causes(given))
+    level = _ALPHA / max(len(causes), 1)
+    failing = [cause for cause in causes if _significance(adjustment, cause) < level]
+    if not failing:
+        return None
+    unit = _unit(adjustment, max(failing, key=lambda cause: cause.statistic))
+    cause, after = _best(given, _simplest(failing, unit), unit)
+    if cause is None or after is None:
+        return None
+    score = cause.score(unit)
+    rivals = _rivals(given, failing, cause, suspects, unit)
+    if any(rival < score - _ALIKE for rival in rivals.values()):
+        return None
+    close = sorted((rival, words) for words, rival in rivals.items() if rival < score + _ALIKE)
+    limit = float(chi2.ppf(1 - level, cause.freedom))
+    members = tuple(given.items[k] for k in cause.members)
+    one = len(members) == 1
+    return WrongCoordinate(
+        members,
+        _error(adjustment, after, members),
+        cause.sigma,
+        float(np.sqrt(cause.statistic)) if one else cause.statistic,
+        float(np.sqrt(limit)) if one else limit,
+        adjustment,
+        after,
+        tuple(words for _, words in close[:3]),
+    )
+
+
+def _rivals(
+    given: GivenCoordinates,
+    failing: Sequence[_Cause],
+    cause: _Cause,
+    suspects: Sequence[Suspect],
+    unit: float,
+) -> dict[str, float]:
+    """Scores of everything else that would explain the misfit, by its words."""
+    adjustment = given.adjustment
+    out = {
+        given.words(other.members): other.score(unit)
+        for other in failing
+        if not given.same_point(other.members, cause.members)
+    }
+    for suspect in suspects:
+        if not _is_given(adjustment, suspect):
+            o = adjustment.network.observations[suspect.key[0]]
+            words = Network.describe(o, suspect.key[1], adjustment.state)
+            out[words] = float(log_significance(suspect.chi_square / unit, suspect.freedom))
+    for common in common_causes(adjustment):
+        score = log_significance(common.statistic / unit, len(common.size))
+        out[common.words] = float(score)
+    return out
+
+
+@dataclass(frozen=True)
+class _Cause:
+    """Coordinates (m,) of one point as an explanation, with their test."""
+
+    members: Index
+    statistic: float
+    freedom: int
+    sigma: Array
+
+    def score(self, unit: float) -> float:
+        """Logarithm of the significance with so much variance of unit weight."""
+        return float(log_significance(self.statistic / unit, self.freedom))
+
+
+def _causes(given: GivenCoordinates) -> Iterator[_Cause]:
+    """Every controlled coordinate, and those of one point in plan and together."""
+    order = sorted(np.flatnonzero(given.controlled), key=lambda k: given.items[k].point)
+    for _, group in groupby(order, key=lambda k: given.items[k].point):
+        members = sorted(group, key=lambda k: given.items[k].axis)
+        plan = tuple(k for k in members if given.items[k].axis < 2)
+        for one in sorted({*((k,) for k in members), plan, tuple(members)} - {()}):
+            statistic, freedom, _, sigma = given.test(np.array(one))
+            # several whose errors are not all to be seen are no explanation of their own
+            if freedom == len(one):
+                yield _Cause(np.array(one), statistic, freedom, sigma)
+
+
+def _unit(adjustment: Adjustment, cause: _Cause) -> float:
+    """Variance of unit weight that a cause leaves, at least one."""
+    rest = adjustment.dof - cause.freedom
+    return max(1.0, (adjustment.vtpv - cause.statistic) / rest) if rest > 0 else 1.0
+
+
+def _significance(adjustment: Adjustment, cause: _Cause) -> float:
+    """Probability of as much by chance: with sigma0 a priori, or with what is left if larger."""
+    prior = float(chi2.sf(cause.statistic, cause.freedom))
+    unit, rest = _unit(adjustment, cause), adjustment.dof - cause.freedom
+    if unit == 1.0:
+        return prior
+    return max(prior, float(f.sf(cause.statistic / cause.freedom / unit, cause.freedom, rest)))
+
+
+def _simplest(causes: list[_Cause], unit: float) -> list[_Cause]:
+    """The best first; of those that hold one coordinate of each other the one with the fewest."""
+    ranked = sorted(causes, key=lambda cause: cause.score(unit))
+    out: list[_Cause] = []
+    for cause in ranked:
+        within = [
+            other
+            for other in ranked
+            if set(other.members) < set(cause.members)
+            and other.score(unit) < cause.score(unit) + _ALIKE
+        ]
+        if not within:
+            out.append(cause)
+    return out
+
+
+def _best(
+    given: GivenCoordinates, causes: list[_Cause], unit: float
+) -> tuple[_Cause | None, Adjustment | None]:
+    """Release the most promising in turn: the one without which the network fits best."""
+    best: tuple[_Cause | None, Adjustment | None] = None, None
+    least = np.inf
+    before = given.adjustment
+    for cause in causes[:_TRIED]:
+        members = tuple(given.items[k] for k in cause.members)
+        try:
+            after = adjust(restart(released(before.network, members), before))
+        except TribrachError:
+            continue
+        drop = (before.vtpv - after.vtpv) / unit
+        score = float(log_significance(drop, cause.freedom))
+        if score < least:
+            best, least = (cause, after), score
+    return best
+
+
+def _error(before: Adjustment, after: Adjustment, members: Sequence[GivenCoordinate]) -> Array:
+    """Given less adjusted without them (m,) [m]."""
+    out = []
+    for g in members:
+        place = before.layout.position_index(g.point)
+        if g.held:
+            value = before.state.points[place, g.axis]
+        else:
+            value = before.network.observations[g.table].values[g.item, g.row]
+        out.append(value - after.state.positions[place, g.axis])
+    return np.array(out)
