@@ -5,8 +5,10 @@ points. Every dimension passes through under its own name, ``gps_time`` as ``tim
 
 What the header promises is checked against the size of the file before anything is read: laspy
 takes what is missing for zeros and believes every count, and lazrs reserves memory for as many
-chunks as a file names, so that a few wrong bytes would cost all memory. Positions are those of LAS
-1.4 R15, tables 3 (header), 6 (record headers), and of the chunk table of LASzip.
+chunks, points of a chunk and bytes of a layer as a file names, so that a few wrong bytes would cost
+all memory or end the process. Positions are those of LAS 1.4 R15, tables 3 (header), 6 (record
+headers), and of LASzip (Isenburg 2013, PE&RS 79:209, and the layered chunks of its version 3):
+record 22204, chunk table, and the sizes of layers at the beginning of each layered chunk.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 import laspy
+import lazrs
 import numpy as np
 from laspy.point.dims import COMPOSED_FIELDS
 from numpy.typing import NDArray
@@ -39,6 +42,14 @@ _COMPRESSED = 0x80
 #: dimensions that are not called as in the file
 _RENAMED = {"gps_time": "time"}
 _COORDINATES = ("X", "Y", "Z")
+#: user and number of the record that says how points are compressed, and its fixed bytes
+_LASZIP, _LASZIP_ID, _LASZIP_FIXED = b"laszip encoded", 22204, 34
+#: layered chunks, and the number of layers of each kind of item; bytes have a layer each
+_LAYERED, _LAYERS, _BYTES = 3, {10: 9, 11: 1, 12: 2, 13: 1}, 14
+#: chunks of a stated number of points each have this one
+_VARIABLE = 0xFFFFFFFF
+#: the points of one chunk may need this much memory in any file, and this many times its size
+_CHUNK_BYTES, _CHUNK_GROWTH = 1 << 26, 300
 #: scales and offsets beyond these are no lengths in metres
 _COARSEST, _FARTHEST = 1e3, 1e12
 
@@ -68,7 +79,12 @@ def check_header(path: Path) -> None:
         if head[25] >= 4 and length >= _LONG == len(head):
             _check_extended(file, head, size, path)
         if head[104] & _COMPRESSED:
-            _check_chunks(file, begin, size, path)
+            zipped = _laszip(file, length, records, begin, path)
+            width = struct.unpack_from("<H", head, 105)[0]
+            zipped.check(width, size, path)
+            end = _check_chunks(file, begin, size, path)
+            if zipped.layered:
+                _check_layers(file, zipped, begin, end, _points(head), path)
 
 
 def _check_extended(file: BinaryIO, head: bytes, size: int, path: Path) -> None:
@@ -90,8 +106,87 @@ def _ends(file: BinaryIO, at: int, records: int) -> Iterator[int]:
         yield at
 
 
-def _check_chunks(file: BinaryIO, begin: int, size: int, path: Path) -> None:
-    """Refuse more chunks of compressed points than there are bytes for."""
+@dataclass(frozen=True)
+class _LasZip:
+    """What a file says of its compression.
+
+    Parameters
+    ----------
+    layered
+        Each attribute of a chunk is a layer of its own.
+    chunk
+        Points in a chunk.
+    items
+        Kind and bytes of each part of a point.
+    record
+        The record as it stands, which lazrs reads.
+    """
+
+    layered: bool
+    chunk: int
+    items: tuple[tuple[int, int], ...]
+    record: bytes
+
+    @property
+    def width(self) -> int:
+        """Bytes of a point."""
+        return sum(size for _, size in self.items)
+
+    @property
+    def layers(self) -> int:
+        """Layers of a chunk."""
+        return sum(size if kind == _BYTES else _LAYERS.get(kind, 0) for kind, size in self.items)
+
+    def check(self, width: int, size: int, path: Path) -> None:
+        """Refuse points of another width than the header's, and chunks that need all memory."""
+        if self.width != width:
+            raise _refused(
+                f"a point has {width} bytes and its compressed parts have {self.width}", path
+            )
+        if self.layered and any(k not in _LAYERS and k != _BYTES for k, _ in self.items):
+            raise _refused("the points are compressed in layers of a kind that is none", path)
+        most = max(_CHUNK_BYTES, _CHUNK_GROWTH * size)
+        if self.chunk == 0 or (self.chunk != _VARIABLE and self.chunk * width > most):
+            raise _refused(
+                f"the points are said to lie in chunks of {self.chunk}, in a file of {size} bytes",
+                path,
+            )
+
+
+def _laszip(file: BinaryIO, at: int, records: int, begin: int, path: Path) -> _LasZip:
+    """The record on compression, which stands before the points."""
+    for _ in range(records):
+        file.seek(at)
+        head = file.read(_RECORD)
+        if len(head) < _RECORD:
+            break
+        number, length = struct.unpack_from("<HH", head, 18)
+        at += _RECORD + length
+        if at > begin:
+            break
+        if number != _LASZIP_ID or head[2:18].rstrip(b"\0") != _LASZIP:
+            continue
+        record = file.read(length)
+        if length < _LASZIP_FIXED:
+            break
+        (compressor,) = struct.unpack_from("<H", record)
+        (chunk,) = struct.unpack_from("<I", record, 12)
+        (count,) = struct.unpack_from("<H", record, 32)
+        if length < _LASZIP_FIXED + 6 * count:
+            break
+        items = [struct.unpack_from("<HH", record, _LASZIP_FIXED + 6 * k) for k in range(count)]
+        return _LasZip(compressor == _LAYERED, chunk, tuple(items), record)
+    raise _refused("the points are compressed, and nothing whole says how", path)
+
+
+def _check_chunks(file: BinaryIO, begin: int, size: int, path: Path) -> int | None:
+    """Refuse more chunks of compressed points than there are bytes for.
+
+    Returns
+    -------
+    int or None
+        Where the table of chunks begins; None for a stream that has none.
+    """
     file.seek(begin)
     at = _integer(file)
     if at == -1:
@@ -99,12 +194,58 @@ def _check_chunks(file: BinaryIO, begin: int, size: int, path: Path) -> None:
         file.seek(size - 8)
         at = _integer(file)
     if at < begin + 8 or at + 8 > size:
-        # a stream without a table is read in sequence, which needs no memory
-        return
+        # a stream without a table is read in sequence
+        return None
     file.seek(at + 4)
     chunks = int.from_bytes(file.read(4), "little")
     if chunks > size // 8:
         raise _refused(f"the points are said to lie in {chunks} chunks, more than fit", path)
+    return at
+
+
+def _points(head: bytes) -> int:
+    """The number of points that a header states."""
+    if head[25] >= 4 and len(head) == _LONG:
+        return int(struct.unpack_from("<Q", head, 247)[0])
+    return int(struct.unpack_from("<I", head, 107)[0])
+
+
+def _check_layers(
+    file: BinaryIO, zipped: _LasZip, begin: int, end: int | None, points: int, path: Path
+) -> None:
+    """Refuse layers that reach beyond their chunk, and a table that tells of other chunks.
+
+    lazrs reserves what the beginning of a chunk says before it reads it.
+    """
+    lengths: list[int] | None = None
+    if end is not None:
+        file.seek(begin)
+        table = lazrs.read_chunk_table(file, lazrs.LazVlr(zipped.record))
+        lengths = [int(length) for _, length in table]
+    last = path.stat().st_size if end is None else end
+    at, number, told = begin + 8, 0, 0
+    form = f"<{1 + zipped.layers}I"
+    fixed = zipped.width + struct.calcsize(form)
+    # behind the chunks of a stream other records may follow
+    while at < last and told < points if lengths is None else number < len(lengths):
+        number += 1
+        file.seek(at)
+        head = file.read(fixed)
+        if len(head) < fixed:
+            # the end of a stream, or a chunk that is cut, which the decoder sees as well
+            if lengths is None:
+                return
+            raise _refused(f"chunk {number} begins at byte {at} and the file ends there", path)
+        count, *sizes = struct.unpack_from(form, head, zipped.width)
+        told += count
+        length = fixed + sum(sizes)
+        if at + length > last or (lengths is not None and length != lengths[number - 1]):
+            raise _refused(
+                f"the layers of chunk {number} have {length} bytes, and the chunk has "
+                f"{last - at if lengths is None else lengths[number - 1]}",
+                path,
+            )
+        at += length
 
 
 def _integer(file: BinaryIO) -> int:
@@ -264,11 +405,14 @@ def _damage(path: Path) -> Iterator[None]:
     """Turn what laspy and lazrs raise about a damaged file into an InputError."""
     try:
         yield
-    except (InputError, GeneratorExit, KeyboardInterrupt):
+    except (InputError, GeneratorExit, KeyboardInterrupt, SystemExit):
         raise
     except FileNotFoundError as error:
         raise InputError("there is no such file", file=path, cure="check its name") from error
-    except Exception as error:
+    except BaseException as error:
+        # a panic of the decoder is no Exception
+        if not isinstance(error, Exception) and type(error).__name__ != "PanicException":
+            raise
         words = str(error).strip().rstrip(".") or type(error).__name__
         raise InputError(
             f"the file is damaged or no LAS file ({words})", file=path, cure=CURE
