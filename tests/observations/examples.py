@@ -253,6 +253,23 @@ BUILDERS: dict[str, Build] = {
     "axis_radius": axis,
     "axis_plane": axis,
     "axis_foot": axis,
+    "telescope_target": lambda k, g, s: {
+        **common(k, g),
+        **dict(zip(("reference", "point"), pairs(g, 6).values(), strict=True)),
+        "body": g.integers(0, 2, N),
+        "azimuth": g.integers(0, 3, N),
+        "elevation": g.integers(3, 6, N),
+        "tilt_east": g.integers(6, 9, N),
+        "tilt_north": g.integers(9, 12, N),
+        "axis_offset": g.integers(12, 15, N),
+        "axis_skew": g.integers(15, 18, N),
+        "site": s,
+    },
+    "circle_reading": lambda k, g, s: {
+        **common(k, g),
+        "angle": g.integers(0, 9, N),
+        "zero": np.where(g.random(N) < 0.7, g.integers(9, 18, N), -1),
+    },
     "equal_distance": lambda k, g, s: sights(k, g, s, common=g.integers(0, 18, N)),
     "equal_height_difference": lambda k, g, s: {
         **common(k, g),

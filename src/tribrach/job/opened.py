@@ -34,6 +34,7 @@ from tribrach.job.lever_arms import (
 from tribrach.job.plumb_line import PlumbLine, plumb_columns, plumb_line
 from tribrach.job.shared_heights import add_shared_heights
 from tribrach.job.survey_files import ReadFiles, read_survey_files
+from tribrach.job.telescopes import add_telescopes
 from tribrach.job.whose_instrument import Instruments, Keys
 from tribrach.network.facts import Reference
 from tribrach.network.height_recipe import height_recipe
@@ -221,10 +222,11 @@ class Job:
             more = further.copy()
             self.calibrations.apply(more, more.stations)
             survey.merge(more)
-        add_shared_heights(project, survey, whole=further is not None or not project.scans)
         self._add_scale_bars(survey)
         add_known_setups(self.instruments, survey)
         whole = further is not None or not project.scans
+        add_shared_heights(project, survey, whole=whole)
+        add_telescopes(project, survey, whole=whole)
         self.calibrations.finish(survey, whole=whole)
         self._add_levelling(survey, whole=whole)
         add_lever_arms(survey, self.lever_arms)

@@ -253,6 +253,14 @@ class Observations(ABC):
         """Add what some of the observations (k,) say of where things are, as ``facts.start``."""
         return
 
+    def from_places(self, rows: Index, state: State, given: State) -> State:
+        """The state with what places tell some of the observations (k,) of their other unknowns.
+
+        Asked when places are found, of kinds whose unknowns no tie gives: axes, telescopes. What
+        ``given`` knows stays.
+        """
+        return state
+
     @classmethod
     def instrument_sigma(cls, precision: Precision, line: SightLine) -> Array | None:
         """Sigmas (n,) that an instrument gives along lines; None where it says nothing."""

@@ -15,17 +15,20 @@ section 2.13).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 import numpy as np
 
 from tribrach._types import Array, Index
+from tribrach.errors import InputError
 from tribrach.geodesy.site import FlatSite, Site
+from tribrach.geometry.circles import common_axis
 from tribrach.geometry.rotation import skew
 from tribrach.observations.base import Block, Observations, norm, per_item, refers
 from tribrach.observations.declaration import (
     Category,
+    CsvColumns,
     End,
     KindFacts,
     ObservedAxes,
@@ -35,6 +38,10 @@ from tribrach.observations.declaration import (
 )
 from tribrach.observations.ties import TieCollector
 from tribrach.observations.unknowns import State
+
+#: fewest points of an axis; part of an axis of W that its direction must have at least
+_FEWEST, _LEAST_MAIN = 4, 0.3
+_AXES = ("east", "north", "up")
 
 __all__ = [
     "AxisFeet",
@@ -326,7 +333,7 @@ class AxisRadii(_CircleSights):
         axes=ObservedAxes.SPACE,
         repeats=Repetition.NEVER,
         start=StartTie.NONE,
-        csv=(),
+        csv=(CsvColumns(("axis", "target", "point"), ()),),
     )
 
     def predict(self, state: State) -> Array:
@@ -345,6 +352,50 @@ class AxisRadii(_CircleSights):
             Block(columns("scalar", self.along), by_along[:, None, None]),
             Block(columns("scalar", self.radius), np.full((len(self), 1, 1), -1.0)),
         ]
+
+    def from_places(self, rows: Index, state: State, given: State) -> State:
+        """Axes whose direction is not given, from where the points of their circles are."""
+        for slope in np.unique(self.slope_1[rows]):
+            members = rows[self.slope_1[rows] == slope]
+            located = np.isfinite(state.positions[self.point[members]]).all(axis=1)
+            members = members[located]
+            if np.isfinite(given.scalars[slope]) or len(members) < _FEWEST:
+                continue
+            state = self._started(members, state, given)
+        return state
+
+    def _started(self, rows: Index, state: State, given: State) -> State:
+        """The state with one axis, from its located points (k,)."""
+        x, along = state.positions[self.point[rows]], self.along[rows]
+        centre, normal = common_axis(x, along)
+        main, first = int(self.main[rows[0]]), rows[0]
+        if abs(normal[main]) < _LEAST_MAIN:
+            raise InputError(
+                f"the axis at {state.layout.position_name(int(self.origin[first]))} does not run "
+                f"along {_AXES[main]}: its direction is east {normal[0]:.2f}, north "
+                f"{normal[1]:.2f}, up {normal[2]:.2f}",
+                record=str(self.source[first]) or None,
+                cure="name the axis of the work frame that is closest to it",
+            )
+        n = normal / normal[main]
+        foot = (x - centre) @ n / (n @ n)
+        origin, points, scalars = int(self.origin[first]), state.points.copy(), state.scalars.copy()
+        if origin < len(points) and np.isnan(points[origin]).any():
+            # a circle whose place on the axis is given says where the origin is on it
+            held = np.isfinite(given.scalars[along])
+            k = int(np.argmax(held))
+            base = foot[along == along[k]].mean() - np.nan_to_num(given.scalars[along[k]])
+            points[origin] = centre + base * n
+        else:
+            base = (state.positions[origin] - centre) @ n / (n @ n)
+        spoke = norm(x - centre - foot[:, None] * n)
+        scalars[self.slope_1[first]] = n[(main + 1) % 3]
+        scalars[self.slope_2[first]] = n[(main + 2) % 3]
+        for one in np.unique(along):
+            of = along == one
+            scalars[one] = foot[of].mean() - base
+            scalars[self.radius[rows[of][0]]] = spoke[of].mean()
+        return replace(state, points=points, scalars=scalars)
 
 
 @dataclass(kw_only=True)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
         PointFile,
         ScaleBar,
         StationSection,
+        TelescopeSection,
         parse_datum,
     )
     from tribrach.project.site import SiteSection
@@ -35,6 +36,7 @@ __all__ = [
     "ScaleBar",
     "SiteSection",
     "StationSection",
+    "TelescopeSection",
     "parse_datum",
 ]
 

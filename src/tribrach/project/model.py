@@ -30,6 +30,7 @@ from tribrach.project.sections import (
     Section,
     StationSection,
     TargetSection,
+    TelescopeSection,
 )
 from tribrach.project.site import SiteSection
 
@@ -58,8 +59,9 @@ class Project(Section):
         What is given and measured.
     targets, registration, cloud, comparison
         What is done with scans.
-    stations, lever_arms, scale_bars, heights
-        How scanners were set up, what they carry, known lengths, unknown heights over marks.
+    stations, lever_arms, scale_bars, heights, telescopes
+        How scanners were set up, what they carry, known lengths, unknown heights over marks, axes
+        of telescopes.
     calibration, plan, gnss, adjustment, output
         What is estimated, planned, computed and written.
     """
@@ -82,6 +84,7 @@ class Project(Section):
     lever_arms: dict[str, LeverArm] = Field(default_factory=dict)
     scale_bars: tuple[ScaleBar, ...] = ()
     heights: tuple[HeightSection, ...] = ()
+    telescopes: dict[str, TelescopeSection] = Field(default_factory=dict)
     calibration: CalibrationSection | None = None
     plan: PlanSection | None = None
     gnss: GnssSection = GnssSection()

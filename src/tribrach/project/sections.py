@@ -40,6 +40,7 @@ __all__ = [
     "Section",
     "StationSection",
     "TargetSection",
+    "TelescopeSection",
     "parse_datum",
 ]
 
@@ -262,6 +263,44 @@ class HeightSection(Section):
             raise ValueError("seen_from is of targets; an instrument has sights_to")
         if self.instrument_at is None and self.sights_to:
             raise ValueError("sights_to is of instruments; a target has seen_from")
+        return self
+
+
+class TelescopeSection(Section):
+    """What is known of the axes of a telescope; what is not given is unknown.
+
+    A value with a sigma is observed, with a sigma of zero held, without one it is where to start
+    from.
+
+    Attributes
+    ----------
+    offset_m, sigma_offset_mm
+        Of the elevation axis from the azimuth axis, positive ahead.
+    non_orthogonality_arcsec, sigma_non_orthogonality_arcsec
+        Of the axes, positive where the right end of the elevation axis is high.
+    tilt_east_arcsec, tilt_north_arcsec, sigma_tilt_arcsec
+        How the azimuth axis leans.
+    """
+
+    offset_m: float | None = Field(default=None, gt=-100, lt=100)
+    sigma_offset_mm: NonNegativeFloat | None = None
+    non_orthogonality_arcsec: float | None = Field(default=None, ge=-7200, le=7200)
+    sigma_non_orthogonality_arcsec: NonNegativeFloat | None = None
+    tilt_east_arcsec: float | None = Field(default=None, ge=-7200, le=7200)
+    tilt_north_arcsec: float | None = Field(default=None, ge=-7200, le=7200)
+    sigma_tilt_arcsec: NonNegativeFloat | None = None
+
+    @model_validator(mode="after")
+    def _values(self) -> Self:
+        pairs = (
+            ("offset_m", "sigma_offset_mm"),
+            ("non_orthogonality_arcsec", "sigma_non_orthogonality_arcsec"),
+            ("tilt_east_arcsec", "sigma_tilt_arcsec"),
+            ("tilt_north_arcsec", "sigma_tilt_arcsec"),
+        )
+        for value, sigma in pairs:
+            if getattr(self, sigma) is not None and getattr(self, value) is None:
+                raise ValueError(f"{sigma} is given without {value}")
         return self
 
 

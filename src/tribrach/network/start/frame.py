@@ -120,11 +120,11 @@ class Frame:
         return sum(int(np.isfinite(p).sum()) for p in parts)
 
     def complete(self) -> bool:
-        """True if every position, pose, plane and orientation that is sought is known."""
+        """True if every tied position, pose, plane and orientation that is sought is known."""
         ties = self.ties
         sets = np.unique(ties.rays.set)
         return bool(
-            self.known[: ties.n_positions].all()
+            self.known[: ties.n_positions][ties.tied[: ties.n_positions]].all()
             and np.isfinite(self.turn).all()
             and np.isfinite(self.offset).all()
             and np.isfinite(self.orientation[sets[sets < ties.n_scalars]]).all()

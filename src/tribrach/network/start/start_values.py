@@ -5,8 +5,9 @@
    stations, scanner poses; then intersections, distances, resections; medians everywhere.
 3. What does not hang on the control grows in frames of its own and is fitted in by common places
    (:mod:`parts`). Without control the first part makes the frame.
-4. Places are proposed once more by all their ties, if that fits better (:mod:`settle`).
-5. What is left is named in sentences (:mod:`missing`).
+4. Kinds that give no ties find their unknowns from the places: axes, telescopes.
+5. Places are proposed once more by all their ties, if that fits better (:mod:`settle`).
+6. What is left is named in sentences (:mod:`missing`).
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from tribrach.network.start.parts import join_parts
 from tribrach.network.start.settle import SWEEPS, disagreement, settle
 from tribrach.network.start.space import placed_poses
 from tribrach.network.start.ties import Ties
+from tribrach.observations.base import Use
 from tribrach.observations.declaration import End, StartTie
 from tribrach.observations.unknowns import State
 
@@ -52,15 +54,22 @@ def find_start(network: Network) -> State:
     """
     start = _given(network)
     if not start.missing():
-        return start
+        return _by_places(network, start)
     ties = gather(network, start.vectors)
     frame = _world(network, start, ties)
     join_parts(frame)
-    state = _state(frame, start)
+    state = _by_places(network, _state(frame, start))
     if state.missing():
         sentences = missing_ties(network, frame, state)
         raise NoStartValues("no start values can be found for all unknowns", sentences)
     return _settled(network, frame, start, state)
+
+
+def _by_places(network: Network, state: State) -> State:
+    """The state with the unknowns that kinds find from places."""
+    for o in (*network.observations, *(x.observations for x in network.constraints)):
+        state = o.from_places(np.flatnonzero(o.use == Use.ACTIVE), state, network.start)
+    return state
 
 
 def _settled(network: Network, frame: Frame, start: State, state: State) -> State:
@@ -72,7 +81,7 @@ def _settled(network: Network, frame: Frame, start: State, state: State) -> Stat
         if best <= network.count():
             break
         frame = settle(frame, held)
-        trial = _state(frame, start)
+        trial = _by_places(network, _state(frame, start))
         score = disagreement(network.observations, trial)
         if not score < 0.999 * best:
             break

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -53,6 +54,21 @@ class Ties:
     def north(self) -> int:
         """The set of azimuths."""
         return self.n_sets - 1
+
+    @cached_property
+    def tied(self) -> Mask:
+        """Nodes (n_nodes,) that a tie mentions; others are placed by kinds that give no ties."""
+        both = (self.rays, self.lengths, self.rises, self.zeniths, self.vectors)
+        nodes = [
+            *(part.start for part in both),
+            *(part.end for part in both),
+            self.shots.target,
+            self.fixes.node,
+            np.arange(self.n_points, self.n_positions),
+        ]
+        out = np.zeros(self.n_nodes, dtype=bool)
+        out[np.concatenate(nodes)] = True
+        return out
 
     @property
     def levelled(self) -> Mask:

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tribrach._types import Array
+from tribrach.geometry.circles import common_axis
 from tribrach.io.survey.comp3d.records import (
     AxisRecord,
     CircleRecord,
@@ -176,7 +177,7 @@ class AxisStart:
 
 
 def axis_start(axis: AxisRecord, known: dict[str, Array]) -> AxisStart | None:
-    """The axis through the widest circle of known points.
+    """The axis of all circles of known points.
 
     Parameters
     ----------
@@ -197,16 +198,14 @@ def axis_start(axis: AxisRecord, known: dict[str, Array]) -> AxisStart | None:
         target: np.array([known[c.point] for c in members if c.point in known])
         for target, members in circles.items()
     }
-    wide = [x for x in points.values() if len(x) > 2]
-    if not wide:
+    if not any(len(x) > 2 for x in points.values()):
         return None
-    widest = max(wide, key=lambda x: float(np.ptp(x, axis=0).max()))
-    normal = np.linalg.svd(widest - widest.mean(0))[2][2]
+    number = np.repeat(np.arange(len(points)), [len(x) for x in points.values()])
+    located = [x for x in points.values() if len(x)]
+    centre, normal = common_axis(np.concatenate(located), number)
     main = int(np.argmax(np.abs(normal)))
     normal = normal / normal[main]
-    origin = known.get(axis.origin)
-    if origin is None:
-        origin = _centre(widest, normal)
+    origin = known.get(axis.origin, centre)
     along, radius = {}, {}
     for target, x in points.items():
         if len(x) == 0:
@@ -216,17 +215,6 @@ def axis_start(axis: AxisRecord, known: dict[str, Array]) -> AxisStart | None:
         radius[target] = float(np.linalg.norm(x - origin - foot * normal, axis=1).mean())
     slopes = (float(normal[(main + 1) % 3]), float(normal[(main + 2) % 3]))
     return AxisStart(origin, main, slopes, along, radius)
-
-
-def _centre(points: Array, normal: Array) -> Array:
-    """Centre of the circle through points (n, 3) in a plane with this normal, by least squares."""
-    middle = points.mean(0)
-    across = np.linalg.svd(normal[None])[2][1:]
-    flat = (points - middle) @ across.T
-    design = np.column_stack([2 * flat, np.ones(len(flat))])
-    centre = np.linalg.lstsq(design, (flat**2).sum(axis=1), rcond=None)[0][:2]
-    out: Array = middle + centre @ across
-    return out
 
 
 def offset_points(

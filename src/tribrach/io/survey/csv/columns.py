@@ -18,9 +18,11 @@ from tribrach.observations.base import Observations
 from tribrach.observations.control import Coordinates, Offsets
 from tribrach.observations.declaration import CsvColumns, Planned
 from tribrach.observations.gnss import GnssBaselines, GnssPositions
+from tribrach.observations.instrument_frames import AxisRadii
 from tribrach.observations.registry import kinds
 from tribrach.observations.scanner import Inclinations, ScannerPolar, TargetCentres
 from tribrach.observations.sights import Angles
+from tribrach.observations.telescopes import TelescopeTargets
 
 __all__ = [
     "COVARIANCE",
@@ -54,11 +56,11 @@ _BY_ROW = {"m": LENGTH, "rad": ANGLE, "1": ("percent", "ppm")}
 #: lengths and angles that no kind observes, or that are other names of what it observes
 _LENGTHS = (
     "height_instrument", "height_target", "antenna_height", "eccentricity", "length", "easting",
-    "northing", "height", "ecef_x", "ecef_y", "ecef_z",
+    "northing", "height", "ecef_x", "ecef_y", "ecef_z", "radius", "plane",
 )  # fmt: skip
 
 
-_ANGLES = ("latitude", "longitude", "tilt", "bubble")
+_ANGLES = ("latitude", "longitude", "tilt", "bubble", "elevation")
 
 
 COVARIANCE = ("cxx", "cxy", "cxz", "cyy", "cyz", "czz")
@@ -69,8 +71,9 @@ LOCAL = ("cee", "cen", "ceu", "cnn", "cnu", "cuu")
 
 #: units that people write these in
 _USUAL = {
-    "horizontal": "deg", "latitude": "deg", "longitude": "deg", "tilt_x": "arcsec",
-    "tilt_y": "arcsec", "tilt": "arcsec", "bubble": "arcmin", "eccentricity": "mm",
+    "horizontal": "deg", "elevation": "deg", "latitude": "deg", "longitude": "deg",
+    "tilt_x": "arcsec", "tilt_y": "arcsec", "tilt": "arcsec", "bubble": "arcmin",
+    "eccentricity": "mm",
 }  # fmt: skip
 
 
@@ -113,7 +116,7 @@ NUMBERS = (
 WORDS = (
     "from", "to", "at", "point", "gnss", "station", "scan", "target", "mark", "set", "use",
     "reason", "group", "role", "comment", "setup", "code", "kind", "height_instrument_of",
-    "height_target_of",
+    "height_target_of", "telescope", "axis", "foot", "along",
 )  # fmt: skip
 
 
@@ -314,8 +317,26 @@ SIGHTS = TableLayout(
 )
 
 
+TELESCOPE = TableLayout(
+    "targets on a telescope",
+    (*TelescopeTargets.facts.csv[0].keys, "azimuth", "elevation"),
+    ("telescope", "target", "point", "set"),
+    ("azimuth", "elevation", "sigma_azimuth", "sigma_elevation", "sigma"),
+)
+
+
+CIRCLES = TableLayout(
+    "circles about an axis",
+    AxisRadii.facts.csv[0].keys,
+    ("axis", "target", "point", "along", "foot"),
+    ("sigma_radius", "sigma_plane"),
+)
+
+
 #: the kinds of table; the first whose needs are all there is taken
 LAYOUTS: tuple[TableLayout, ...] = (
+    TELESCOPE,
+    CIRCLES,
     SCANNER_POLAR,
     SCANNER_TARGETS,
     READINGS,

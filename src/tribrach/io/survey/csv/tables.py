@@ -4,9 +4,10 @@ What a file holds follows from its columns (:mod:`~tribrach.io.survey.csv.column
 levelling (``from,to``), angles (``at,from,to``), GNSS vectors (``from,to,de_m,dn_m,du_m``), scanner
 targets and polar observations (``station,target``), readings of a total station
 (``station,target,direction_gon``), inclinations (``station,tilt_x_arcsec``), GNSS
-positions (``gnss,e_m,n_m,u_m``), targets on rods (``mark,target,rod_m``) and given coordinates
-(``point,e_m,n_m,u_m``). Standard deviations stand in ``sigma_`` columns or come from the instrument
-of the project.
+positions (``gnss,e_m,n_m,u_m``), targets on rods (``mark,target,rod_m``), targets on a body that
+turns about one axis (``axis,target,point``) or two (``telescope,target,point,azimuth_deg,
+elevation_deg``) and given coordinates (``point,e_m,n_m,u_m``). Standard deviations stand in
+``sigma_`` columns or come from the instrument of the project.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from tribrach.io.survey.csv.reader import Context, Reader
 from tribrach.io.survey.csv.readings import ReadingsReader
 from tribrach.io.survey.csv.scans import InclinationReader, PolarReader, TargetReader
 from tribrach.io.survey.csv.sights import AngleReader, SightReader
+from tribrach.io.survey.csv.turning import CircleReader, TelescopeReader
 from tribrach.network.survey import Survey
 
 __all__ = ["Context", "read", "survey_of"]
@@ -41,6 +43,8 @@ _READERS: dict[TableLayout, Callable[[CsvTable, Context], Reader]] = {
     columns.VECTORS: VectorReader,
     columns.GEOCENTRIC_VECTORS: VectorReader,
     columns.SIGHTS: SightReader,
+    columns.TELESCOPE: TelescopeReader,
+    columns.CIRCLES: CircleReader,
 }
 
 
