@@ -29,6 +29,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "network",
         "Adjust a network from files of any known format, or a project without scans.",
     ),
+    "export": (
+        "export",
+        "Write a network for another program; what its format cannot hold is named.",
+    ),
     "plan": ("plan", "Predict precision and reliability, and propose targets, stations and sets."),
     "baseline": ("gnss", "Compute a static baseline from RINEX files."),
     "targets": (

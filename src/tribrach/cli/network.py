@@ -19,7 +19,7 @@ from tribrach.project import Project, parse_datum
 from tribrach.report import html, json_result, text
 from tribrach.report.content import Report
 
-__all__ = ["adjust", "finish", "run"]
+__all__ = ["adjust", "finish", "project_of", "run"]
 
 Robust = Literal["none", "huber", "danish", "igg3"]
 
@@ -76,7 +76,7 @@ def adjust(
     def work() -> None:
         claim(files, (json_file, html_file, text_file), overwrite=overwrite)
         other = None if datum is None else parse_datum(datum)
-        project = _project(files)
+        project = project_of(files)
         if project is not None:
             settings = replace(pipeline.AdjustmentSettings.of(project), **given)
             with shown(quiet) as progress:
@@ -97,7 +97,7 @@ def adjust(
     guarded(work)
 
 
-def _project(files: list[Path]) -> Project | None:
+def project_of(files: list[Path]) -> Project | None:
     """The project if its file is given and nothing else.
 
     Raises

@@ -1,0 +1,79 @@
+"""The command export: a network in the format of another program, so that it can check this one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from tribrach.cli.network import project_of
+from tribrach.cli.shell import Overwrite, claim, guarded, shown
+from tribrach.errors import InputError
+from tribrach.io.outputs import write_text
+from tribrach.io.survey.exported import export as exported
+from tribrach.io.survey.formats import read_files
+from tribrach.job.opened import open_job
+from tribrach.network.network import Network
+from tribrach.network.observed_part import observed_part
+
+__all__ = ["export"]
+
+#: suffixes of the files
+_SUFFIX = {"gkf": ".gkf", "dynaml": ".xml"}
+
+
+def export(
+    files: Annotated[
+        list[Path],
+        typer.Argument(help="Networks, as adjust takes them, or a toml."),
+    ],
+    to: Annotated[
+        Literal["gkf", "dynaml"],
+        typer.Option("--to", help="Format: GNU Gama (gkf) or DynAdjust (dynaml)."),
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", help="The file; beside the first input if not given."),
+    ] = None,
+    partial: Annotated[
+        bool, typer.Option("--partial", help="Leave out what the format cannot hold.")
+    ] = False,
+    overwrite: Overwrite = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+) -> None:
+    """Write a network for another program; what its format cannot hold is named."""
+
+    def work() -> None:
+        path = _beside(files[0], _SUFFIX[to]) if out is None else out
+        claim(files, [path], overwrite=overwrite)
+        result = exported(_network(files, quiet), to)
+        if result.lost and not partial:
+            raise InputError(
+                f"{to} cannot hold all of this network: {'; '.join(result.lost)}",
+                cure="give --partial to write the rest, which is another network",
+            )
+        write_text(path, result.text)
+        if quiet:
+            return
+        one = result.written == 1
+        typer.echo(f"{path}: {result.written} observation{'' if one else 's'}")
+        for sentence in (*result.lost, *result.notes):
+            typer.echo(f"! {sentence[:1].upper()}{sentence[1:]}.")
+
+    guarded(work)
+
+
+def _network(files: list[Path], quiet: bool) -> Network:
+    """The network of the files, or of a project, as adjust has it."""
+    project = project_of(files)
+    if project is None:
+        return observed_part(read_files(files)).network()
+    with shown(quiet) as progress:
+        return open_job(project, progress).network()
+
+
+def _beside(path: Path, suffix: str) -> Path:
+    """A name beside an input that is not its own."""
+    other = path.with_suffix(suffix)
+    return other if other != path else path.with_name(f"{path.stem}-export{suffix}")

@@ -1,0 +1,217 @@
+"""What all writers of survey formats share: what a format holds, and words for the rest.
+
+A writer takes a :class:`~tribrach.network.network.Network` and gives an :class:`Exported`: the text
+of its file, and a sentence for everything that the format cannot hold. Nothing is changed silently:
+an observation is written such that its equation is the same, or it is named.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections import Counter
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, field, fields
+from typing import Any, Protocol, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach._types import Array, Index
+from tribrach.errors import UnknownName
+from tribrach.network.network import Network
+from tribrach.observations.base import Observations, Use
+
+__all__ = ["WRITERS", "Exported", "Sieve", "ValueCovariances", "export"]
+
+Mask = NDArray[np.bool_]
+#: where a value stands: table of the network, observation in it, row of the observation
+Place = tuple[int, int, int]
+
+#: format -> module of its writer in :mod:`tribrach.io.survey`
+WRITERS = {
+    "gkf": "gama.writer",
+    "dynaml": "dynadjust.writer",
+}
+
+
+@dataclass(frozen=True)
+class Exported:
+    """A network in the words of another program.
+
+    Attributes
+    ----------
+    text
+        Of the file.
+    written
+        Observations in it.
+    lost
+        A sentence for each kind of thing that takes part in the network and that the format cannot
+        hold, with counts.
+    notes
+        Sentences on what takes no part in the network either, and on what reads differently there.
+    """
+
+    text: str
+    written: int
+    lost: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+class _Writer(Protocol):
+    """A module that writes a format."""
+
+    def write(self, network: Network) -> Exported:
+        """The network as a file."""
+        ...
+
+
+def export(network: Network, format: str) -> Exported:
+    """A network in another program's format.
+
+    Parameters
+    ----------
+    network
+        What is to be written.
+    format
+        A key of :data:`WRITERS`.
+
+    Returns
+    -------
+    Exported
+        Text, and what the format cannot hold.
+
+    Raises
+    ------
+    UnknownName
+        There is no such format.
+    InputError
+        The format can hold nothing of the network, with the reason.
+    """
+    if format not in WRITERS:
+        raise UnknownName("format", format, WRITERS)
+    module = importlib.import_module(f"tribrach.io.survey.{WRITERS[format]}")
+    return cast(_Writer, module).write(network)
+
+
+@dataclass
+class Sieve:
+    """Sorts the observations of a network into those that a format holds and the others.
+
+    Attributes
+    ----------
+    network
+        Whose observations they are.
+    lost
+        How many of which kind for which reason.
+    idle
+        How many are off or checks.
+    """
+
+    network: Network
+    lost: Counter[tuple[str, str]] = field(default_factory=Counter)
+    idle: int = 0
+
+    def rows(self, o: Observations, held: Collection[str] = ()) -> Index:
+        """Active observations (k,) of a table between points that carry nothing beyond their kind.
+
+        Parameters
+        ----------
+        o
+            The table.
+        held
+            Fields that the format has; others must be at their defaults, and unknowns absent.
+        """
+        active = o.use == Use.ACTIVE
+        self.idle += int((~active).sum())
+        keep = active.copy()
+        for mask, why in self._further(o, held):
+            keep = self.drop(o, keep, mask, why)
+        return np.flatnonzero(keep)
+
+    def drop(self, o: Observations, keep: Mask, bad: Mask, why: str) -> Mask:
+        """``keep`` (n,) without what is bad (n,), which is counted with the reason."""
+        self.lost[o.facts.title, why] += int((keep & bad).sum())
+        return keep & ~bad
+
+    def refuse(self, o: Observations, count: int, why: str) -> None:
+        """Count observations that are not written, with the reason."""
+        self.lost[o.facts.title, why] += count
+
+    def refuse_all(self, o: Observations, why: str) -> None:
+        """Count the active observations of a table that are not written."""
+        self.idle += int((o.use != Use.ACTIVE).sum())
+        self.refuse(o, int((o.use == Use.ACTIVE).sum()), why)
+
+    def _further(self, o: Observations, held: Collection[str]) -> Iterator[tuple[Mask, str]]:
+        """What observations refer to and carry beyond the fields that are held."""
+        points = self.network.start.layout.count("point")
+        for reference in o.references():
+            index = np.asarray(getattr(o, reference.name)).reshape(len(o), -1)
+            refers = np.asarray((index >= 0).any(axis=1))
+            if reference.family == "position":
+                outside = np.asarray((index >= points).any(axis=1))
+                yield outside, "at a scanner station"
+            elif reference.family in ("pose", "plane"):
+                yield refers, "at a scanner station"
+            elif reference.name not in held:
+                means = reference.means or reference.name.replace("_", " ")
+                yield refers, f"with an unknown {means}"
+        for item in fields(o):
+            if "per_item" in item.metadata and item.name not in held:
+                value = np.asarray(getattr(o, item.name))
+                word = item.name.replace("_", " ")
+                yield value != item.metadata["per_item"], f"with {word}"
+
+    def sentences(self) -> tuple[str, ...]:
+        """What is lost, most first."""
+        return tuple(
+            f"{title} ({count}): {why}" for (title, why), count in self.lost.most_common() if count
+        )
+
+    def notes(self) -> tuple[str, ...]:
+        """What takes no part in the network."""
+        if not self.idle:
+            return ()
+        what = "observation that is" if self.idle == 1 else "observations that are"
+        return (f"{self.idle} {what} off or a check: not written",)
+
+
+class ValueCovariances:
+    """Covariances between values of a network, whichever tables they are in.
+
+    Parameters
+    ----------
+    network
+        The network.
+    """
+
+    def __init__(self, network: Network) -> None:
+        self.network = network
+        #: number of the joint covariance of a value, and its row there
+        self.joint: dict[Place, tuple[int, int]] = {}
+        for k, joint in enumerate(network.joint):
+            places = zip(joint.table.tolist(), joint.item.tolist(), joint.row.tolist(), strict=True)
+            self.joint.update({place: (k, i) for i, place in enumerate(places)})
+
+    def group(self, place: Place) -> int | None:
+        """Number of the joint covariance that a value belongs to, None if it has its own."""
+        found = self.joint.get(place)
+        return None if found is None else found[0]
+
+    def matrix(self, places: list[Place]) -> Array:
+        """Covariance (k, k) [m, rad] of values of the network."""
+        out = np.zeros((len(places), len(places)))
+        owners: dict[Any, list[int]] = {}
+        for i, place in enumerate(places):
+            joint = self.group(place)
+            owners.setdefault(place[:2] if joint is None else joint, []).append(i)
+        for owner, rows in owners.items():
+            if isinstance(owner, tuple):
+                table, item = owner
+                inner = [places[i][2] for i in rows]
+                block = self.network.observations[table].covariance[item][np.ix_(inner, inner)]
+            else:
+                inner = [self.joint[places[i]][1] for i in rows]
+                block = self.network.joint[owner].covariance[np.ix_(inner, inner)]
+            out[np.ix_(rows, rows)] = block
+        return out
