@@ -43,7 +43,7 @@ def project(folder: Path, face: str, calibration: str = "", turn: float = 2 * np
 
 
 def test_a_scan_of_two_faces_is_two_scans_of_its_station(tmp_path: Path) -> None:
-    scans = open_scans(open_job(project(tmp_path, "order")))
+    scans = open_scans(open_job(project(tmp_path, "order")), Remembered(tmp_path))
     assert [(s.name, s.station, s.faces) for s in scans] == [
         ("S1 front", "S1", "front"),
         ("S1 back", "S1", "back"),
@@ -60,8 +60,10 @@ def test_each_face_has_its_own_correction(tmp_path: Path) -> None:
         "scanner", "", "nist", ("x4",), np.array([1e-3]), np.array([[1e-10]]), sigma_origin="a"
     )
     (tmp_path / "c.toml").write_text(calibration_text(known))
-    plain = open_scans(open_job(project(tmp_path, "order")))
-    corrected = open_scans(open_job(project(tmp_path, "order", 'calibration = "c.toml"')))
+    plain = open_scans(open_job(project(tmp_path, "order")), Remembered(tmp_path))
+    corrected = open_scans(
+        open_job(project(tmp_path, "order", 'calibration = "c.toml"')), Remembered(tmp_path)
+    )
 
     def zenith(scan: StationScan) -> np.ndarray:
         xyz = load(scan.scan).xyz
@@ -82,4 +84,4 @@ def test_faces_that_the_file_has_lost_are_refused(tmp_path: Path) -> None:
     one_side = [line if k % 151 >= 75 else "0 0 0 0" for k, line in enumerate(lines[10:])]
     (tmp_path / "S1.ptx").write_text("\n".join([*lines[:10], *one_side]) + "\n")
     with pytest.raises(InputError, match="one side of the standing axis"):
-        open_scans(open_job(broken))
+        open_scans(open_job(broken), Remembered(tmp_path))

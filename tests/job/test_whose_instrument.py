@@ -9,6 +9,7 @@ from tribrach.errors import InputError
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.job.opened import open_job
 from tribrach.job.scans import open_scans
+from tribrach.job.state import Remembered
 
 HEAD = """[instruments.A]
 range_mm = 1
@@ -76,7 +77,7 @@ def test_a_scan_whose_file_names_its_station(tmp_path: Path) -> None:
     """The name of the station is known only when the scan is opened."""
     job = open_job(written(tmp_path, UNNAMED + STATION))
     with pytest.raises(InputError, match="station S1 has two instruments"):
-        open_scans(job)
+        open_scans(job, Remembered(tmp_path))
 
 
 @pytest.mark.parametrize(
@@ -92,7 +93,7 @@ def test_the_noise_of_a_scan_is_that_of_its_station(
     tmp_path: Path, text: str, instrument: str | None
 ) -> None:
     job = open_job(written(tmp_path, text))
-    (scan,) = open_scans(job)
+    (scan,) = open_scans(job, Remembered(tmp_path))
     assert job.instruments.of_station("S1") == instrument
     assert scan.noise == (None if instrument is None else noise(job.project, instrument))
 
@@ -115,7 +116,8 @@ def test_a_scanner_beside_a_total_station_needs_no_name(tmp_path: Path) -> None:
     head = "[instruments.TS]\ndirection_arcsec = 1\n[instruments.B]" + HEAD.partition("s.B]")[2]
     job = open_job(written(tmp_path, SCAN.replace('instrument = "A"\n', ""), head=head))
     assert job.instruments.of_station("S1") == "B"
-    assert open_scans(job)[0].noise == job.project.instruments["B"].noise()
+    (scan,) = open_scans(job, Remembered(tmp_path))
+    assert scan.noise == job.project.instruments["B"].noise()
 
 
 def test_an_instrument_that_is_not_defined(tmp_path: Path) -> None:

@@ -32,6 +32,9 @@ def register(
     approximate: Annotated[
         bool, typer.Option(help="Try the poses that the files have, among others.")
     ] = True,
+    no_return: Annotated[
+        bool, typer.Option("--keep-no-return", help="Keep points of beams without return.")
+    ] = False,
     floor_mm: Annotated[
         float, typer.Option(min=0, max=1000, help="Sigma of shifts that residuals do not show.")
     ] = 1.0,
@@ -48,7 +51,13 @@ def register(
         claim(files, [json_file], out, overwrite=overwrite)
         floor = (floor_mm / 1e3, floor_arcsec * SEC)
         with shown(quiet) as progress:
-            result = register_files(files, approximate=approximate, floor=floor, progress=progress)
+            result = register_files(
+                files,
+                approximate=approximate,
+                no_return=no_return,
+                floor=floor,
+                progress=progress,
+            )
             written = [] if out is None else write_placed(result, out, progress)
         if json_file is not None:
             text = document_text(registration_document(result))
@@ -59,7 +68,7 @@ def register(
         for table in cloud_registration_tables(result.registration):
             fitting = table if console.width >= _WIDE else table.narrow()
             console.print(printed(fitting, console.width))
-        for sentence in result.registration.sentences:
+        for sentence in result.sentences:
             console.print(f"! {sentence}", markup=False)
         for path in written:
             console.print(str(path), markup=False)

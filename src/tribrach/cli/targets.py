@@ -18,6 +18,7 @@ from tribrach.project.sections import TargetSection
 from tribrach.report.chapters.scans import panorama_png
 from tribrach.report.schema.base import document_text, heading
 from tribrach.report.schema.scans import SCHEMA, TargetsDocument
+from tribrach.scan.no_return import screened
 from tribrach.scan.prepared import seen_from
 
 __all__ = ["targets"]
@@ -62,8 +63,11 @@ def targets(
                 "give --sphere, --checkerboard or --disc with a size in metres"
             )
         findings: list[Findings] = []
+        beams: list[str] = []
         for one in read_scans(scan):
-            seen = one if origin is None else seen_from(one, origin)
+            seen = screened(one if origin is None else seen_from(one, origin))
+            if seen.no_return is not None:
+                beams.append(f"{one.name}: {seen.no_return.sentence}")
             at_station = StationScan(one.name, one.name, seen, None, False, {})
             if not wanted.sphere_radius_m and blind(at_station, wanted):
                 raise InputError(
@@ -76,6 +80,8 @@ def targets(
             findings.append(find_targets(at_station, wanted).moved(seen.scanner))
         _write(findings, json_file, png_file)
         if not quiet:
+            for sentence in beams:
+                typer.echo(f"! {sentence}")
             _print(findings)
 
     guarded(work)

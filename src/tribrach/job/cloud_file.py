@@ -16,6 +16,7 @@ from tribrach.errors import InputError
 from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.io.scans.formats import read_scans
 from tribrach.job.poses import POSES, PoseFile, read_poses
+from tribrach.scan.no_return import screened
 from tribrach.scan.scan import Scan
 
 __all__ = ["CloudFile", "open_cloud", "refuse_other_frames", "station_pair"]
@@ -67,7 +68,7 @@ def open_cloud(path: Path, poses: Path | None = None) -> CloudFile:
     ------
     InputError : what the reader has to say; a file of poses that is none.
     """
-    scans = read_scans(path)
+    scans = tuple(screened(scan) for scan in read_scans(path))
     scanner = None
     if len(scans) == 1 and scans[0].pose is not None and scans[0].origin != "unknown":
         scanner = scans[0].pose.translation

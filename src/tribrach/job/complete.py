@@ -22,6 +22,7 @@ from tribrach.geometry.triangles import covering_points
 from tribrach.io.mesh import MESHES, read_mesh
 from tribrach.io.scans.formats import read_scans
 from tribrach.io.xml_file import read_bytes
+from tribrach.scan.no_return import screened
 from tribrach.scan.scan import Chunk, Scan
 
 __all__ = ["complete_clouds"]
@@ -107,7 +108,7 @@ def complete_clouds(
     stations: dict[str, SurfacePatches] = {}
     for path in clouds:
         names = station_names(path.parent)
-        for scan in read_scans(path):
+        for scan in map(screened, read_scans(path)):
             if required is not None and not set(_SIGMAS) <= set(scan.names):
                 raise InputError(
                     f"{scan.source} has no sigmas of points",
@@ -197,5 +198,5 @@ def _surface(model: Path, grid: PatchGrid) -> Index:
 def _points(model: Path, size: float) -> Iterator[Array]:
     if model.suffix.lower() in MESHES:
         return covering_points(read_mesh(model), size / 2)
-    scans = read_scans(model)
+    scans = map(screened, read_scans(model))
     return chain.from_iterable((_world(s, chunk) for chunk in s.chunks()) for s in scans)

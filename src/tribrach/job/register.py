@@ -22,6 +22,7 @@ from tribrach.job.scans import StationScan
 from tribrach.registration.clouds.prepared import PreparedScan, prepare
 from tribrach.registration.clouds.relative_covariance import GATES as COVARIANCE
 from tribrach.registration.clouds.together import CloudRegistration, register_clouds
+from tribrach.scan.no_return import screened
 from tribrach.scan.scan import Scan
 
 __all__ = ["RegisteredFiles", "register_files", "write_placed"]
@@ -35,11 +36,22 @@ class RegisteredFiles:
     points: dict[str, int]
     registration: CloudRegistration
 
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """What was left out of the scans, and what the registration has to say."""
+        beams = [
+            f"{name}: {scan.no_return.sentence}"
+            for name, scan in self.scans.items()
+            if scan.no_return is not None
+        ]
+        return (*beams, *self.registration.sentences)
+
 
 def register_files(
     paths: Sequence[Path],
     *,
     approximate: bool = True,
+    no_return: bool = False,
     floor: tuple[float, float] = COVARIANCE.floor,
     progress: Progress = lambda what, done, total: None,
 ) -> RegisteredFiles:
@@ -51,6 +63,8 @@ def register_files(
         Files of scans in the frames of their scanners.
     approximate
         Are the poses tried among others that all of the files have?
+    no_return
+        Are points that files have for beams without return kept?
     floor
         Sigmas [m], [rad] of what residuals never show.
     progress
@@ -77,6 +91,9 @@ def register_files(
                 record=scan.name,
                 cure="give scans in the frame of their scanner, with it at zero",
             )
+        if not no_return:
+            progress(f"beams of {name}", 0, None)
+            scans[name] = scan = screened(scan)
         prepared.append(prepare(name, _watched(name, scan, progress)))
     priors = {name: scan.pose for name, scan in scans.items() if scan.pose is not None}
     known = priors if approximate and _distinct(priors) else {}

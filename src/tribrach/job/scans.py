@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,9 +17,11 @@ from tribrach.instruments.correction import Correction, Faces
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.calibration_file import Calibration
 from tribrach.io.scans.formats import read_scans
+from tribrach.job.state import Remembered
 from tribrach.observations.scanner import ScannerPolar
+from tribrach.scan.no_return import find_no_return
 from tribrach.scan.prepared import corrected_scan, seen_from, sides
-from tribrach.scan.scan import Scan
+from tribrach.scan.scan import NoReturn, Scan
 
 if TYPE_CHECKING:
     from tribrach.job.opened import Job
@@ -201,8 +203,15 @@ class StationScan(MeasuredScan):
         return MeasuredScan(self.name, self.station, self.scan, self.noise)
 
 
-def open_scans(job: Job) -> list[StationScan]:
-    """The headers of all scans of a job, in its order.
+def open_scans(job: Job, state: Remembered) -> list[StationScan]:
+    """The headers of all scans of a job, in its order, and what they have for beams without return.
+
+    Parameters
+    ----------
+    job
+        The job.
+    state
+        Where it is remembered which points are beams without return.
 
     Raises
     ------
@@ -212,7 +221,7 @@ def open_scans(job: Job) -> list[StationScan]:
     """
     scans: list[StationScan] = []
     for k, entry in enumerate(job.project.scans):
-        scans += _open(job, k, entry)
+        scans += _open(job, k, entry, state)
     at = Counter(scan.station for scan in scans)
     scans = [s if at[s.station] == 1 else _several(s) for s in scans]
     names: set[str] = set()
@@ -236,7 +245,7 @@ def _several(scan: StationScan) -> StationScan:
     return replace(scan, name=f"{scan.station} {scan.scan.name}")
 
 
-def _open(job: Job, k: int, entry: ScanFile) -> list[StationScan]:
+def _open(job: Job, k: int, entry: ScanFile, state: Remembered) -> list[StationScan]:
     """The scans of one entry."""
     scans = read_scans(job.folder / entry.file)
     if entry.scan is not None:
@@ -258,6 +267,8 @@ def _open(job: Job, k: int, entry: ScanFile) -> list[StationScan]:
     members = []
     for scan in (_from_origin(entry, scan) for scan in scans):
         station = entry.station or scan.name
+        if entry.no_return == "leave out":
+            scan = _screened(scan, state)
         if entry.instrument is not None:
             job.instruments.learn([station], entry.instrument, ("scans", k, "instrument"))
         if entry.face != "order":
@@ -268,6 +279,23 @@ def _open(job: Job, k: int, entry: ScanFile) -> list[StationScan]:
         for part, face in zip(parts, faces, strict=True):
             members.append(_at_station(job, entry, part, station, face))
     return members
+
+
+def _screened(scan: Scan, state: Remembered) -> Scan:
+    """A scan without its beams without return; they are sought in every file once."""
+    key, product = state.key(find_no_return, scan), f"beams-{scan.source}"
+    facts = state.recall(product, key)
+    if facts is None:
+        facts = asdict(find_no_return(scan))
+        state.remember(product, key, facts)
+    found = NoReturn(
+        **facts
+        | {
+            "shell": None if facts["shell"] is None else tuple(facts["shell"]),
+            "places": tuple(tuple(place) for place in facts["places"]),
+        }
+    )
+    return replace(scan, no_return=found if found.points else None)
 
 
 def _from_origin(entry: ScanFile, scan: Scan) -> Scan:

@@ -121,7 +121,7 @@ def find_and_name(job: Job, folder: Path, progress: Progress) -> ScanWork:
     InputError : scans that cannot be read or matched, clouds that are asked for and impossible.
     """
     project, state = job.project, Remembered(folder)
-    scans = open_scans(job)
+    scans = open_scans(job, state)
     refuse_impossible(project, scans)
     requests = requested_comparisons(project, scans)
     findings: Sequence[Findings] = ()

@@ -481,6 +481,9 @@ class ScanFile(Section):
         The face that measured the points, for a calibration: front, back, in ``dome`` the
         back where H is above 180 degrees, or as the ``order`` of rows and columns tells,
         which makes two scans of one.
+    no_return
+        Whether points that the file has for beams without return (zeros, places that
+        repeat, a shell at the largest range) are left out or kept.
     """
 
     file: str
@@ -490,6 +493,7 @@ class ScanFile(Section):
     origin: Literal["scanner"] | tuple[float, float, float] | None = None
     names: dict[str, tuple[float, float, float]] = Field(default_factory=dict)
     face: Literal["front", "back", "dome", "order"] = "front"
+    no_return: Literal["leave out", "keep"] = "leave out"
 
 
 class TargetSection(Section):

@@ -21,7 +21,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +31,7 @@ from tribrach.geometry.pose import Pose
 from tribrach.instruments.correction import Correction
 from tribrach.scan.face import ScanFace
 
-__all__ = ["CHUNK", "Chunk", "Field", "Origin", "Scan"]
+__all__ = ["CHUNK", "Chunk", "Field", "NoReturn", "Origin", "Scan"]
 
 
 #: points read at a time; 8 columns of 8 bytes are then 32 MB
@@ -89,13 +89,104 @@ class Chunk:
 
 
 @dataclass(frozen=True)
+class NoReturn:
+    """What a file has for beams that came back from nothing, in its coordinates.
+
+    :func:`tribrach.scan.no_return.screened` finds it.
+
+    Parameters
+    ----------
+    shell
+        Smallest and largest range of a shell about the scanner [m], None without one.
+    places
+        Places x, y, z [m] that many points share.
+    at_scanner
+        Are there points in the very place of the scanner?
+    zeros, repeated, in_shell
+        Number of points in the place of the scanner, in the shared places, and in the shell.
+    total
+        Number of all points of the file.
+    """
+
+    #: what :meth:`marks` says of a point
+    RETURN: ClassVar[int] = 0
+    ZERO: ClassVar[int] = 1
+    REPEATED: ClassVar[int] = 2
+    SHELL: ClassVar[int] = 3
+
+    shell: tuple[float, float] | None = None
+    places: tuple[tuple[float, float, float], ...] = ()
+    at_scanner: bool = False
+    zeros: int = 0
+    repeated: int = 0
+    in_shell: int = 0
+    total: int = 0
+
+    @property
+    def points(self) -> int:
+        """Number of points that are no return."""
+        return self.zeros + self.repeated + self.in_shell
+
+    def marks(self, xyz: Array, scanner: Array) -> NDArray[np.int64]:
+        """Tell points apart.
+
+        Parameters
+        ----------
+        xyz : array (n, 3)
+            Points of the file [m].
+        scanner : array (3,)
+            Where the scanner stood among them [m].
+
+        Returns
+        -------
+        array of int (n,)
+            ``RETURN``, ``ZERO``, ``REPEATED`` or ``SHELL`` for each point.
+        """
+        out = np.zeros(len(xyz), dtype=np.int64)
+        if self.at_scanner or self.shell is not None:
+            ranges = np.linalg.norm(xyz - scanner, axis=1)
+            if self.shell is not None:
+                low, high = self.shell
+                out[(ranges >= low) & (ranges <= high)] = self.SHELL
+        for place in self.places:
+            out[(xyz == np.array(place)).all(axis=1)] = self.REPEATED
+        if self.at_scanner:
+            out[ranges == 0] = self.ZERO
+        return out
+
+    @property
+    def words(self) -> str:
+        """How many points there are of each kind, in words."""
+        parts = []
+        if self.zeros:
+            parts.append(f"{self.zeros} in the place of the scanner")
+        if self.repeated:
+            where = ", ".join("{:g} {:g} {:g}".format(*p) for p in self.places[:3])
+            more = "" if len(self.places) < 4 else " and elsewhere"
+            parts.append(f"{self.repeated} that repeat {where}{more}")
+        if self.shell is not None and self.in_shell:
+            parts.append(f"{self.in_shell} on a shell at {sum(self.shell) / 2:.2f} m")
+        return ", ".join(parts)
+
+    @property
+    def sentence(self) -> str:
+        """What is left out and how much it is, without the final stop."""
+        share = 100 * self.points / max(self.total, 1)
+        return (
+            f"{self.points} of {self.total} points ({share:.2g} %) are beams without return and "
+            f"are left out: {self.words}"
+        )
+
+
+@dataclass(frozen=True)
 class Scan(ABC):
     """One scan of a file; nothing but its header is in memory.
 
     A reader derives its own class and gives the points as they are stored. What the project knows
-    better than the file stands in the last three fields and is done to the points as they are
-    read, in this order: the place of the scanner is taken off, the points of the other face are
-    left out, the calibration of the scanner is applied (see :mod:`tribrach.scan.prepared`).
+    better than the file stands in the last four fields and is done to the points as they are
+    read, in this order: beams without return are left out, the place of the scanner is taken off,
+    the points of the other face are left out, the calibration of the scanner is applied (see
+    :mod:`tribrach.scan.prepared`).
 
     Parameters
     ----------
@@ -127,6 +218,8 @@ class Scan(ABC):
         The face whose points these are, None for all points.
     correction
         Calibration of the scanner, None if its points are as measured.
+    no_return
+        What the file has for beams without return, None if all its points count.
     """
 
     name: str
@@ -144,6 +237,7 @@ class Scan(ABC):
     scanner: tuple[float, float, float] = (0.0, 0.0, 0.0)
     face: ScanFace | None = None
     correction: Correction | None = None
+    no_return: NoReturn | None = None
 
     @abstractmethod
     def stored(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
@@ -178,16 +272,22 @@ class Scan(ABC):
             The file is truncated or damaged, or its number of records differs from the header's.
         """
         stored = self.stored(size, start)
-        return stored if self.as_stored else map(self._prepared, stored)
+        plain = self.as_stored and self.no_return is None
+        return stored if plain else map(self._prepared, stored)
 
     @property
     def as_stored(self) -> bool:
-        """True if the points are those of the file, none moved and none left out."""
+        """True if the points are those of the file, none moved, no face left out."""
         return not any(self.scanner) and self.face is None and self.correction is None
 
     def _prepared(self, chunk: Chunk) -> Chunk:
         """Return a chunk of the file with everything done to its points."""
         xyz, values, dropped = chunk.xyz, chunk.values, chunk.dropped
+        if self.no_return is not None:
+            keep = self.no_return.marks(xyz, np.array(self.scanner)) == NoReturn.RETURN
+            values = {name: value[keep] for name, value in values.items()}
+            dropped += int(len(keep) - keep.sum())
+            xyz = xyz[keep]
         if any(self.scanner):
             xyz = xyz - np.array(self.scanner)
         if self.face is not None:

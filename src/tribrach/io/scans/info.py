@@ -19,6 +19,7 @@ from tribrach.errors import InputError
 from tribrach.geometry.rotation import log
 from tribrach.io.clouds.header import single_resolution
 from tribrach.scan.angular_step import angular_step
+from tribrach.scan.no_return import point_hashes, screened
 from tribrach.scan.scan import Chunk, Scan
 
 __all__ = ["Description", "describe"]
@@ -41,8 +42,6 @@ _ORIGIN = {
     "assumed": "at zero, assumed because that lies among the points",
     "unknown": "unknown",
 }
-#: odd multipliers of the hash of a point
-_MIX = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], dtype=np.uint64)
 
 
 @dataclass
@@ -161,12 +160,7 @@ class _Doubles:
 
     def add(self, xyz: Array) -> None:
         """Take points (n, 3) into account."""
-        bits = np.ascontiguousarray(xyz + 0.0).view(np.uint64)
-        mixed = np.zeros(len(xyz), dtype=np.uint64)
-        for k in range(3):
-            mixed = (mixed ^ bits[:, k]) * _MIX[k]
-            mixed ^= mixed >> np.uint64(29)
-        self._kept = np.concatenate([self._kept, self._chosen(mixed)])
+        self._kept = np.concatenate([self._kept, self._chosen(point_hashes(xyz))])
         while len(self._kept) > _COMPARED and self._bits < 40:
             self._bits += 1
             self._kept = self._chosen(self._kept)
@@ -229,6 +223,8 @@ class Description:
         if figures.bounds is not None:
             for name, low, high in zip("xyz", *figures.bounds, strict=True):
                 rows.append((f"extent {name}", f"{low:.4f} to {high:.4f} m ({high - low:.3f} m)"))
+        if scan.no_return is not None:
+            rows.append(("beams without return", scan.no_return.words))
         if scan.grid is not None:
             rows.append(("grid", f"{scan.grid[0]} rows, {scan.grid[1]} columns"))
         if self.step is not None:
@@ -279,15 +275,16 @@ class Description:
                 f"The coordinates are numbers of 32 bits: at {far:.0f} m they resolve "
                 f"{1e3 * resolution:.2g} mm."
             )
+        if scan.no_return is not None:
+            out.append(f"{scan.no_return.sentence}.")
         if figures.zeros:
             out.append(f"{figures.zeros} points lie at exactly 0, 0, 0.")
         if figures.doubled >= _DOUBLED:
             out.append(f"{figures.doubled:.1%} of the points are there more than once.")
-        if figures.dropped and scan.grid is None:
-            share = figures.dropped / (figures.dropped + figures.points)
-            out.append(
-                f"{figures.dropped} records ({share:.1%}) hold no point: invalid, or not finite."
-            )
+        invalid = figures.dropped - (0 if scan.no_return is None else scan.no_return.points)
+        if invalid and scan.grid is None:
+            share = invalid / (figures.dropped + figures.points)
+            out.append(f"{invalid} records ({share:.1%}) hold no point: invalid, or not finite.")
         if scan.bounds is not None and figures.bounds is not None:
             out += _of_bounds(scan.bounds, figures.bounds)
         return out
@@ -331,6 +328,15 @@ class Description:
             "points": figures.points,
             "records": scan.records,
             "dropped": figures.dropped,
+            "no_return": None
+            if scan.no_return is None
+            else {
+                "zeros": scan.no_return.zeros,
+                "repeated": scan.no_return.repeated,
+                "places": [list(place) for place in scan.no_return.places],
+                "in_shell": scan.no_return.in_shell,
+                "shell": None if scan.no_return.shell is None else list(scan.no_return.shell),
+            },
             "bounds": None if figures.bounds is None else figures.bounds.tolist(),
             "fields": [
                 {"name": f.name, "dtype": f.dtype, **_limits(figures, f.name)} for f in scan.fields
@@ -349,7 +355,7 @@ class Description:
 
 
 def describe(scan: Scan, among: int = 1) -> Description:
-    """Read a scan once and describe it.
+    """Read a scan and describe it without its beams without return, which are told apart.
 
     Parameters
     ----------
@@ -363,6 +369,7 @@ def describe(scan: Scan, among: int = 1) -> Description:
     InputError
         A damaged file.
     """
+    scan = screened(scan)
     figures = statistics(scan)
     step: tuple[float, float] | None = None
     ranges: tuple[float, ...] = ()

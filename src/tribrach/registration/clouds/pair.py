@@ -14,6 +14,7 @@ from enum import Enum
 
 import numpy as np
 
+from tribrach._types import Array, Mask
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import log
 from tribrach.registration.clouds.fine import FINE, FineAlignment, Indexed, align
@@ -92,6 +93,14 @@ class CloudPairGates:
     #: approximate poses further off than this are called wrong: shift [m], turn [rad]
     wrong_m: float = 1.0
     wrong_rad: float = float(np.radians(5.0))
+    #: a pose is that of one place if it moves b by less: shift [radii of the scans], turn [rad]
+    still_radii: float = 0.02
+    still_rad: float = float(np.radians(3.0))
+    #: ... and rests on equal ranges if surfaces across the line of sight [cosine] at one range
+    #: (share of it) make this share of the area that matches
+    across_cosine: float = 0.97
+    one_range: float = 0.01
+    equal_share: float = 0.2
     #: proposals that are fitted, and those of them that differ only where nothing holds
     fitted: int = 5
     fitted_alike: int = 2
@@ -184,7 +193,7 @@ def _slid(
     alignment = align(few[0], few[1], c.pose, [GATES.second_gates_sizes[-1] * size], steps=1)
     if len(alignment.matches) < GATES.fewest_matches:
         return []
-    unheld = relative_covariance(few[0], few[1], alignment).unheld
+    unheld = relative_covariance(few[0], few[1], alignment, sweep=False).unheld
     if unheld.shape[1] != 1 or np.linalg.norm(unheld[:3, 0]) < GATES.slide_share:
         return []
     along = unheld[:3, 0] / np.linalg.norm(unheld[:3, 0])
@@ -360,6 +369,10 @@ def register_pair(
         matched = kiss_pose(a.coarse.surfels, b.coarse.surfels)
         fits += [] if matched is None else _fits(a, b, [(matched, Origin.KISS)], floor)
         fits.sort(key=lambda f: -f.verdict.score)
+    carried = [f for f in fits if _carried_along(a, b, f)]
+    fits = [f for f in fits if not any(f is c for c in carried)]
+    if carried and not (fits and _consistent(fits[0].verdict)):
+        return CloudPair(a.name, b.name, None, (), (_suspect(a.name, b.name, carried[0]),))
     if not fits:
         return CloudPair(a.name, b.name, None, (), (_no_overlap(a.name, b.name),))
     best = fits[0] if prior is None else _nearest(fits, prior)
@@ -409,7 +422,7 @@ def _fitted(
     alignment = align(a.some, b.some, c.pose)
     if len(alignment.matches) < GATES.fewest_matches:
         return None
-    precision = relative_covariance(a.some, b.some, alignment, floor)
+    precision = relative_covariance(a.some, b.some, alignment, floor, sweep=False)
     tolerance = max(GATES.agrees_m, GATES.agrees_sigmas * alignment.rms)
     verdict = judge(a.some, b.some, (a.view, b.view), alignment.pose, tolerance)
     return PairFit(alignment, precision, verdict, c.origin)
@@ -418,15 +431,14 @@ def _fitted(
 def _with_all(
     a: PreparedScan, b: PreparedScan, fit: PairFit, floor: tuple[float, float]
 ) -> PairFit:
-    """The chosen one with all surfels."""
-    if a.some is a.fine and b.some is b.fine:
-        return fit
-    alignment = align(a.fine, b.fine, fit.pose, FINE.gates_m[1:])
+    """The chosen one with all surfels, and the test whether the scanners stood still."""
+    alignment = fit.alignment
+    if a.some is not a.fine or b.some is not b.fine:
+        alignment = align(a.fine, b.fine, fit.pose, FINE.gates_m[1:])
     if len(alignment.matches) < len(fit.alignment.matches):
-        return fit
-    return replace(
-        fit, alignment=alignment, precision=relative_covariance(a.fine, b.fine, alignment, floor)
-    )
+        return replace(fit, precision=relative_covariance(a.some, b.some, fit.alignment, floor))
+    precision = relative_covariance(a.fine, b.fine, alignment, floor)
+    return replace(fit, alignment=alignment, precision=precision)
 
 
 def _possible(v: Verdict) -> bool:
@@ -438,6 +450,46 @@ def _consistent(v: Verdict) -> bool:
     """True if what overlaps agrees."""
     allowed = GATES.moved_share * v.agree + GATES.moved_standing_share * v.standing
     return v.consistency >= GATES.least_consistency and v.surely_through <= allowed
+
+
+def _carried_along(a: PreparedScan, b: PreparedScan, fit: PairFit) -> bool:
+    """True if a pose near identity rests on points that go with the scanners, at one range.
+
+    Notes
+    -----
+    Beams without return that are written at one range are a shell about either scanner; the shells
+    agree where the scanners lie on each other, wherever they stood. The pose is judged again
+    without what faces the scanner at that range.
+    """
+    shift, turn = apart(fit.pose, Pose.identity())
+    if shift > GATES.still_radii * min(a.radius, b.radius) or turn > GATES.still_rad:
+        return False
+    s, m = a.some.surfels, fit.alignment.matches
+    across, ranges = _across(s)
+    area = s.area[m.first]
+    facing = across[m.first]
+    if not facing.any():
+        return False
+    far = float(np.median(ranges[m.first][facing]))
+    alike = facing & (np.abs(ranges[m.first] / far - 1) < GATES.one_range)
+    if area[alike].sum() < GATES.equal_share * area.sum():
+        return False
+    rest = []
+    for scan in (a, b):
+        across, ranges = _across(scan.some.surfels)
+        shell = across & (np.abs(ranges / far - 1) < GATES.one_range)
+        if (~shell).sum() < GATES.fewest_matches:
+            return True
+        rest.append(Indexed.of(scan.some.surfels.subset(~shell)))
+    tolerance = max(GATES.agrees_m, GATES.agrees_sigmas * fit.alignment.rms)
+    verdict = judge(rest[0], rest[1], (a.view, b.view), fit.pose, tolerance)
+    return not (_possible(verdict) and _consistent(verdict))
+
+
+def _across(s: Surfels) -> tuple[Mask, Array]:
+    """Which surfels (n,) lie across the line of sight, and their ranges (n,) [m]."""
+    ranges = np.linalg.norm(s.center, axis=1)
+    return np.abs(np.einsum("ni,ni->n", s.normal, s.center)) > GATES.across_cosine * ranges, ranges
 
 
 def _rivals(best: PairFit, others: Sequence[PairFit]) -> list[PairFit]:
@@ -494,6 +546,16 @@ def _no_overlap(a: str, b: str) -> str:
     return (
         f"no overlap was found between {a} and {b}: wherever one is laid on the other, less than "
         f"{100 * GATES.least_overlap:.0f} % of either agrees"
+    )
+
+
+def _suspect(a: str, b: str, fit: PairFit) -> str:
+    shift, turn = apart(fit.pose, Pose.identity())
+    return (
+        f"no pose between {a} and {b} is taken: where they fit best they lie on each other "
+        f"({1e3 * shift:.0f} mm and {np.degrees(turn):.1f} degrees apart), and what agrees there "
+        "are points at equal ranges from either scanner, as beams without return make them; "
+        "without these the scans do not agree"
     )
 
 

@@ -2,11 +2,15 @@
 
 Residuals are not independent: neighbours share waves of the surface, beams, and the planes that
 they are compared with, and both directions compare the same points. The covariance takes this into
-account in three ways (method section 2.11).
+account in four ways (method section 2.11).
 
 Weighted residuals are summed over cubes of growing size. Where neighbours share errors the variance
 of the sums outgrows that of independent residuals, until the cubes are as large as what is shared.
 The largest factor divides the number of observations; the size is the correlation length.
+
+A scanner that moved or nodded while it scanned bends its scan as a whole; then sectors of the scan
+fit differently, whatever the size of the cubes. Sums over sectors of the directions from either
+scanner are compared with what the cubes allow, and widen the covariance where they exceed it.
 
 Directions that only the noise of normals seems to hold (a slide along a corridor) have a
 generalised eigenvalue near one; they are named in words and given a sigma as wide as the overlap.
@@ -24,10 +28,11 @@ import numpy as np
 from numba import njit
 from scipy.linalg import eigh
 
-from tribrach._types import Array
+from tribrach._types import Array, Index
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import skew
 from tribrach.registration.clouds.fine import FINE, FineAlignment, Indexed, Matches
+from tribrach.registration.clouds.sweep import SweepTest, sweep_test
 from tribrach.units import SEC
 
 __all__ = ["GATES", "CloudCovarianceGates", "RelativeCovariance", "relative_covariance"]
@@ -64,6 +69,9 @@ class CloudCovarianceGates:
     place_m: float = 1.0
     #: a direction that fewer places than this hold is weak
     fewest_places: float = 6.0
+    #: least edge of the pieces of a sweep [m], and how many there are at most: bounds the time
+    least_piece_m: float = 1.0
+    most_pieces: int = 10_000
     #: in words: a direction moves what has this part of it or more
     told_part: float = 0.1
 
@@ -99,6 +107,9 @@ class RelativeCovariance:
         Length that turns are multiplied by [m].
     places : float
         Smallest number of places that hold a direction.
+    sweep : SweepTest
+        By what factor parts of the sweep fit worse than the rest of the covariance allows; it is in
+        the covariance.
     """
 
     covariance: Array
@@ -111,6 +122,7 @@ class RelativeCovariance:
     unheld: Array
     lever: float
     places: float
+    sweep: SweepTest = SweepTest()
 
     @property
     def rank(self) -> int:
@@ -140,11 +152,23 @@ class RelativeCovariance:
                 f"a direction of the pose between {a} and {b} is held by about "
                 f"{self.places:.0f} places only"
             )
+        if self.sweep.factor > 1:
+            factor, limit = self.sweep.factor, self.sweep.limit
+            out.append(
+                f"parts of {a} and {b} fit differently, as if a scanner moved while it scanned "
+                f"(variance {factor:.1f} times what their neighbours allow, chance makes "
+                f"{limit:.1f}): sigmas are {np.sqrt(factor):.1f} times as wide"
+            )
         return out
 
 
 def relative_covariance(
-    a: Indexed, b: Indexed, alignment: FineAlignment, floor: tuple[float, float] = GATES.floor
+    a: Indexed,
+    b: Indexed,
+    alignment: FineAlignment,
+    floor: tuple[float, float] = GATES.floor,
+    *,
+    sweep: bool = True,
 ) -> RelativeCovariance:
     """Covariance of an alignment with at least ten matches.
 
@@ -156,6 +180,8 @@ def relative_covariance(
         Alignment of b with a.
     floor : tuple of float
         Sigmas [m], [rad] added to shifts of the middle and turns about it.
+    sweep : bool
+        True if it is tested whether parts of the sweeps fit alike.
 
     Returns
     -------
@@ -175,7 +201,11 @@ def relative_covariance(
     unheld, held, places = _directions(a, b, m, design, weight, normal, middle, lever)
     half = held @ _inverse_root(held.T @ normal @ held)
     scores = (design @ half) * (weight * m.residual)[:, None]
-    factor, length = _shared(scores, m)
+    factor, length, edge = _shared(scores, m)
+    test = SweepTest()
+    if sweep:
+        test = _sweep(design @ half, slope, scores, edge, m, alignment.pose)
+        factor *= test.factor
     single = scores.T @ scores
     local = factor * half @ single @ half.T + lever**2 * unheld @ unheld.T
     scale = np.repeat([1.0, 1 / lever], 3)
@@ -192,6 +222,7 @@ def relative_covariance(
         unheld=unheld,
         lever=lever,
         places=places,
+        sweep=test,
     )
 
 
@@ -232,8 +263,8 @@ def _inverse_root(matrix: Array) -> Array:
     return np.asarray(np.linalg.inv(np.linalg.cholesky(matrix)).T)
 
 
-def _shared(scores: Array, m: Matches) -> tuple[float, float]:
-    """By what factor neighbours reduce the observations, and over which length [m]."""
+def _shared(scores: Array, m: Matches) -> tuple[float, float, float]:
+    """By what factor neighbours reduce the observations, over which length, the cubes' edge [m]."""
     alone = float((scores**2).sum())
     factors = []
     for edge in GATES.edges_m:
@@ -246,16 +277,44 @@ def _shared(scores: Array, m: Matches) -> tuple[float, float]:
         e for e, f in zip(GATES.edges_m, factors, strict=True) if f >= GATES.length_share * factor
     ]
     # both directions compare the same points, whatever the residuals say
-    return max(factor, GATES.least_shared), reached[0] if reached else GATES.edges_m[0]
+    length = reached[0] if reached else GATES.edges_m[0]
+    return max(factor, GATES.least_shared), length, GATES.edges_m[int(np.argmax(factors))]
+
+
+def _sweep(
+    design: Array, slope: Array, scores: Array, edge: float, m: Matches, pose: Pose
+) -> SweepTest:
+    """Whether sectors of the scans fit alike, of cubes that are as large as what neighbours share.
+
+    Design (n, k) with a normal matrix of one, its weights (n,), scores (n, k).
+    """
+    edge = max(edge, GATES.least_piece_m)
+    number = _cubes(m.point, m.normal, edge)
+    while number.max() >= GATES.most_pieces:
+        edge *= 2
+        number = _cubes(m.point, m.normal, edge)
+    k, count = design.shape[1], np.bincount(number)
+    products = (design[:, :, None] * (slope[:, None] * design)[:, None, :]).reshape(-1, k * k)
+    columns = np.concatenate([scores, products], axis=1).T
+    sums = np.array([np.bincount(number, column) for column in columns], dtype=float).T
+    middle = np.stack([np.bincount(number, column) / count for column in m.point.T], axis=1)
+    normal = sums[:, k:].reshape(-1, k, k)
+    return sweep_test(sums[:, :k], normal, (middle, pose.inverse @ middle))
 
 
 def _sums(point: Array, normal: Array, values: Array, edge: float) -> Array:
     """Sums (k, c) of values (n, c) over cubes, surfaces that face apart kept apart."""
+    number = _cubes(point, normal, edge)
+    return np.stack([np.bincount(number, column) for column in values.T], axis=1)
+
+
+def _cubes(point: Array, normal: Array, edge: float) -> Index:
+    """Numbers (n,) of the cubes of points (n, 3), surfaces that face apart kept apart."""
     cell = np.floor(point / edge).astype(np.int64) + (1 << 18)
     face = np.argmax(np.abs(normal), axis=1)
     key = ((cell[:, 0] << 38) | (cell[:, 1] << 19) | cell[:, 2]) * 3 + face
     _, number = np.unique(key, return_inverse=True)
-    return np.stack([np.bincount(number, column) for column in values.T], axis=1)
+    return np.asarray(number, dtype=np.int64)
 
 
 @njit(cache=True, nogil=True)

@@ -20,6 +20,7 @@ from tribrach.job.find_targets import Findings
 from tribrach.job.name_targets import Named
 from tribrach.job.panorama import Panorama
 from tribrach.job.results import JobResults
+from tribrach.job.scans import StationScan
 from tribrach.job.steps import PlacedScans
 from tribrach.job.truth import Side, TruthRow
 from tribrach.report.chapter import Chapter
@@ -84,6 +85,18 @@ class Rejection(DocumentPart):
     kind: str
     center: Triple
     reason: str
+
+
+class LeftOutBeams(DocumentPart):
+    """Points that a scan's file has for beams without return; the shell's mean range [m]."""
+
+    scan: str
+    points: int
+    zeros: int
+    repeated: int
+    in_shell: int
+    shell: float | None
+    share: float
 
 
 class WrittenCloud(DocumentPart):
@@ -152,6 +165,7 @@ class BudgetRegion(DocumentPart):
 class ScansPart(DocumentPart):
     """Targets found and rejected, clouds, precision, comparison with the truth."""
 
+    no_return: list[LeftOutBeams]
     targets: list[FoundTarget]
     rejected: list[Rejection]
     clouds: list[WrittenCloud]
@@ -176,6 +190,7 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
         for f in placed.findings
         for r in f.rejected
     ]
+    beams = [_beams(scan) for scan in placed.scans if scan.scan.no_return is not None]
     clouds = [_cloud(product, placed.placements, placed.frame) for product in placed.products]
     placement = () if placed.named is None else tuple(placed.named.identification.sentences)
     precision = _precision(placed.products, placed.frame)
@@ -190,6 +205,7 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
         ),
         (
             _truth_table(placed.truth, columns),
+            _beam_table(beams, columns),
             _target_table(targets, columns),
             _rejection_table(rejections, columns),
             _cloud_table(clouds, columns),
@@ -197,6 +213,7 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
             budget_table(placed.budget, columns),
         ),
         ScansPart(
+            no_return=beams,
             targets=targets,
             rejected=rejections,
             clouds=clouds,
@@ -220,6 +237,21 @@ def _warnings(placed: PlacedScans) -> tuple[ReportWarning, ...]:
         *warned(Severity.NOTE, [*placed.corrected, *lacking]),
         *warned(Severity.WEAK, placed.reach),
         *warned(Severity.NOTE, loose if placed.loose else []),
+    )
+
+
+def _beams(scan: StationScan) -> LeftOutBeams:
+    """What is left out of a scan."""
+    found = scan.scan.no_return
+    assert found is not None
+    return LeftOutBeams(
+        scan=scan.name,
+        points=found.points,
+        zeros=found.zeros,
+        repeated=found.repeated,
+        in_shell=found.in_shell,
+        shell=None if found.shell is None else sum(found.shell) / 2,
+        share=found.points / max(found.total, 1),
     )
 
 
@@ -414,6 +446,23 @@ def _truth_table(truth: Sequence[TruthRow], columns: ColumnSet) -> ReportTable:
         ),
     ]
     return build_table("truth", "Against the truth", note, truth, specs)
+
+
+def _beam_table(beams: Sequence[LeftOutBeams], columns: ColumnSet) -> ReportTable:
+    specs: list[Spec] = [
+        columns.word("Scan", "scan"),
+        columns.plain("points left out", "points", 0),
+        (ColumnHead("of all", "%"), lambda b: number_cell(100 * b.share, f"{100 * b.share:.2f}")),
+        columns.plain("at the scanner", "zeros", 0),
+        columns.plain("at places that repeat", "repeated", 0),
+        columns.plain("on the shell", "in_shell", 0),
+        columns.metres("range of the shell", lambda b: b.shell),
+    ]
+    note = (
+        "Points that the files have for beams that came back from nothing, recognised from their "
+        "ranges and left out of targets, planes, registration, comparison and clouds."
+    )
+    return build_table("beams", "Beams without return", note, beams, specs)
 
 
 def _target_table(targets: Sequence[FoundTarget], columns: ColumnSet) -> ReportTable:

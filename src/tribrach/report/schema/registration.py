@@ -22,6 +22,9 @@ class RegisteredScanPart(DocumentPart):
     scan: str
     file: str
     points: int
+    """Without beams that came back from nothing."""
+    no_return: int
+    """Beams that came back from nothing, left out."""
 
 
 class RegisteredPairPart(DocumentPart):
@@ -102,7 +105,12 @@ def registration_document(files: RegisteredFiles) -> RegistrationDocument:
     registration = files.registration
     data = heading(SCHEMA) | {
         "scans": [
-            {"scan": name, "file": scan.path.name, "points": files.points[name]}
+            {
+                "scan": name,
+                "file": scan.path.name,
+                "points": files.points[name],
+                "no_return": 0 if scan.no_return is None else scan.no_return.points,
+            }
             for name, scan in files.scans.items()
         ],
         "pairs": [
@@ -133,7 +141,7 @@ def registration_document(files: RegisteredFiles) -> RegistrationDocument:
         "covariance_of": "translation [m], left rotation increments [rad]",
         "relative_covariance_of": "translation in the first [m], rotation vector in the second",
         "sigma_origin": "prior",
-        "sentences": list(registration.sentences),
+        "sentences": list(files.sentences),
     }
     return RegistrationDocument.model_validate(data)
 

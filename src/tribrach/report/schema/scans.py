@@ -20,6 +20,19 @@ class FieldPart(DocumentPart):
     high: Finite
 
 
+class NoReturnPart(DocumentPart):
+    """What a file has for beams that came back from nothing: numbers of points, and where [m]."""
+
+    zeros: int
+    """In the very place of the scanner."""
+    repeated: int
+    places: list[list[float]]
+    """Places that repeat."""
+    in_shell: int
+    shell: list[float] | None
+    """Smallest and largest range of a shell about the scanner."""
+
+
 class ScanPart(DocumentPart):
     """A scan of a file [m, rad]."""
 
@@ -29,6 +42,7 @@ class ScanPart(DocumentPart):
     points: int
     records: int | None
     dropped: int
+    no_return: NoReturnPart | None
     bounds: list[list[Finite]] | None
     fields: list[FieldPart]
     grid: list[int] | None

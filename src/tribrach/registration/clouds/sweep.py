@@ -1,0 +1,155 @@
+"""Tests whether parts of a sweep fit alike: a scanner that moved while it scanned has no one pose.
+
+Cubes of matches that share no errors with each other are the pieces of the test. About either
+scanner they fall into sectors and zones; if the residuals are white beyond the size of the cubes,
+the sums of their scores over a part are sums of independent pieces with either sign. Signs are
+drawn at random for all pieces (the wild bootstrap of Wu 1986), and what the true signs make of the
+parts is compared with what the drawn ones do. Method section 2.11.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from tribrach._types import Array, Index
+
+__all__ = ["SweepTest", "sweep_test"]
+
+
+@dataclass(frozen=True)
+class SweepGates:
+    """Which parts of a sweep are compared.
+
+    Notes
+    -----
+    Sectors and zones are those that a turning, a nodding and a driving scanner bends differently.
+    Tried on scans of such scanners and on simulated ones
+    that stood still (tests/registration/clouds/test_no_return).
+    """
+
+    #: sectors about either scanner, each also turned by half of one
+    sectors: tuple[int, ...] = (2, 3, 4, 6, 8)
+    #: zones along the axes of either scanner
+    zones: tuple[int, ...] = (2, 2, 4)
+    #: draws of signs, and the share of them that may make as much where a scanner stood still
+    draws: int = 999
+    level: float = 0.01
+    #: fewer pieces tell nothing
+    fewest_pieces: int = 20
+
+
+GATES = SweepGates()
+
+
+@dataclass(frozen=True)
+class SweepTest:
+    """How parts of a sweep fit.
+
+    Attributes
+    ----------
+    factor : float
+        Variance of the worst parts over that of independent pieces, 1 if chance may have made it.
+    limit : float
+        What chance makes of the same parts.
+    """
+
+    factor: float = 1.0
+    limit: float = 1.0
+
+
+def sweep_test(scores: Array, normal: Array, places: tuple[Array, Array]) -> SweepTest:
+    """Test whether the parts of a sweep fit alike.
+
+    Parameters
+    ----------
+    scores : array (n, k)
+        Score of each piece: the sum of weighted residuals times design, whose total is zero.
+    normal : array (n, k, k)
+        Normal matrix of each piece; their sum is the identity.
+    places : tuple of array (n, 3)
+        Where the pieces are in the frames of both scanners [m].
+
+    Returns
+    -------
+    SweepTest
+        The factor by which variances are too small, and what chance makes.
+    """
+    if len(scores) < GATES.fewest_pieces or scores.shape[1] == 0:
+        return SweepTest()
+    rng = np.random.default_rng(0)
+    signs = rng.integers(0, 2, (GATES.draws + 1, len(scores)), dtype=np.int8)
+    signs = 2 * signs - 1
+    # the first row is what was measured
+    signs[0] = 1
+    squares = np.stack(_squares(scores, normal, places, signs.astype(np.int8)), axis=1)
+    drawn = squares[1:]
+    usual, spread = drawn.mean(axis=0), drawn.std(axis=0)
+    told = spread > 0
+    usual, spread, squares = usual[told], spread[told], squares[:, told]
+    if not told.any():
+        return SweepTest()
+    excess = (squares - usual) / spread
+    most = float(np.quantile(excess[1:].max(axis=1), 1 - GATES.level))
+    if excess[0].max() <= most:
+        return SweepTest()
+    ratios = np.where(excess[0] > most, squares[0] / usual, 0.0)
+    worst = int(np.argmax(ratios))
+    limit = 1 + most * spread[worst] / usual[worst]
+    return SweepTest(float(ratios[worst]), float(limit))
+
+
+def _squares(
+    scores: Array, normal: Array, places: tuple[Array, Array], signs: NDArray[np.int8]
+) -> list[Array]:
+    """Squared scores (draws,) of all parts of each kind, with every draw of the signs."""
+    out = []
+    finest = 2 * int(np.lcm.reduce(GATES.sectors))
+    for place in places:
+        turn = (np.arctan2(place[:, 1], place[:, 0]) / (2 * np.pi) + 0.5) * finest
+        label = np.clip(turn.astype(np.int64), 0, finest - 1)
+        sums, matrix = _by_label(label, finest, scores, normal, signs)
+        for count in GATES.sectors:
+            for shift in (0, finest // (2 * count)):
+                turned = np.roll(sums, shift, axis=1), np.roll(matrix, shift, axis=0)
+                out.append(_square(*turned, count))
+        ways = place / np.maximum(np.linalg.norm(place, axis=1), 1e-9)[:, None]
+        for axis, zones in enumerate(GATES.zones):
+            limits = np.quantile(ways[:, axis], np.arange(1, zones) / zones)
+            label = np.searchsorted(limits, ways[:, axis])
+            out.append(_square(*_by_label(label, zones, scores, normal, signs), zones))
+    return out
+
+
+def _by_label(
+    label: Index, count: int, scores: Array, normal: Array, signs: NDArray[np.int8]
+) -> tuple[Array, Array]:
+    """Sums by label: of signed scores (draws, count, k) and of normal matrices (count, k, k)."""
+    sums = np.zeros((len(signs), count, scores.shape[1]))
+    _signed(label, scores, signs, sums)
+    matrix = np.zeros((count, *normal.shape[1:]))
+    np.add.at(matrix, label, normal)
+    return sums, matrix
+
+
+def _square(sums: Array, matrix: Array, count: int) -> Array:
+    """Squared scores (draws,) of so many parts, each joined of fine ones that follow each other.
+
+    What is fitted takes the share of the normal matrix of a part, times the total, from its sum.
+    """
+    draws, fine, k = sums.shape
+    sums = sums.reshape(draws, count, fine // count, k).sum(axis=2)
+    matrix = matrix.reshape(count, fine // count, k, k).sum(axis=1)
+    left = sums - np.einsum("nij,dj->dni", matrix, sums.sum(axis=1))
+    return np.asarray(np.einsum("dni,dni->d", left, left))
+
+
+@njit(cache=True, nogil=True)
+def _signed(label, scores, signs, sums):  # type: ignore[no-untyped-def]
+    for d in range(len(signs)):
+        for n in range(len(label)):
+            for j in range(scores.shape[1]):
+                sums[d, label[n], j] += signs[d, n] * scores[n, j]
