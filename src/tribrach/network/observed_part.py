@@ -28,11 +28,9 @@ _POINTS = ("point", "position")
 def observed_part(survey: Survey) -> Survey:
     """The survey without points and without axes that are given and observed by nothing.
 
-    A survey in which nothing is observed at all stays as it is.
+    Of a survey in which nothing is observed at all the points stay.
     """
-    if all(map(_given, survey.tables())):
-        return survey
-    return _axes(_points(survey))
+    return _axes(survey if all(map(_given, survey.tables())) else _points(survey))
 
 
 def _given(table: ObservationTable) -> bool:
@@ -74,12 +72,15 @@ def _sentence(names: list[str]) -> str:
 def _axes(survey: Survey) -> Survey:
     """Without the plan or the heights of all points if the whole survey knows nothing of them."""
     tables = survey.tables()
-    observed = [t.kind.observed_axes(t.columns) for t in tables if not _given(t)]
-    used = axes_in_use(observed, survey.site)
+    telling = [t for t in tables if not _given(t)] or tables
+    used = axes_in_use([t.kind.observed_axes(t.columns) for t in telling], survey.site)
     sentence = axes_sentence(used)
     joint = survey.joint_tables()
     whole = any(given.covariance is not None for given in survey.points.values())
-    whole |= any(_given(t) and (k in joint or _correlated(t)) for k, t in enumerate(tables))
+    whole |= any(
+        _given(t) and (k in joint or _correlated(t)) and not _within(t, used)
+        for k, t in enumerate(tables)
+    )
     # coordinates that are correlated with each other are not taken apart
     if sentence is None or whole:
         return survey
@@ -95,6 +96,13 @@ def _axes(survey: Survey) -> Survey:
     )
     out.replace_tables([_of_axes(t, used) if _given(t) else [t] for t in tables])
     return out
+
+
+def _within(table: ObservationTable, used: NDArray[np.bool_]) -> bool:
+    """True if a table of single coordinates has none along axes that are not in use."""
+    return table.kind is Coordinate and bool(
+        used[np.asarray(table.columns["axis"]).astype(int)].all()
+    )
 
 
 def _correlated(table: ObservationTable) -> bool:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from tribrach.errors import RefusalCollector
 from tribrach.io import xml_file
+from tribrach.io.survey.gama.adjusted import read_adjusted
 from tribrach.io.survey.gama.axes import AXES, HANDS, Axes
 from tribrach.io.survey.gama.element import Element, checked
 from tribrach.io.survey.gama.observations import ObservationReader
@@ -31,6 +32,8 @@ NAMESPACE = "{http://www.gnu.org/software/gama/gama-local}"
 
 #: older files leave the namespace out
 ROOTS = (NAMESPACE + "gama-local", "gama-local")
+#: of a result
+ADJUSTED = ("{http://www.gnu.org/software/gama/gama-local-adjustment}gama-local-adjustment",)
 
 
 #: observations that a sentence names
@@ -50,9 +53,9 @@ INDIFFERENT = (
 
 
 def read(path: Path, label: str = "") -> Survey:
-    """The survey in a ``.gkf`` file.
+    """The survey in a ``.gkf`` file, or the adjusted coordinates of a result as control.
 
-    ``survey.facts`` keeps the :class:`GamaFacts` of the file.
+    ``survey.facts`` keeps the :class:`GamaFacts` of a network.
 
     Raises
     ------
@@ -61,7 +64,11 @@ def read(path: Path, label: str = "") -> Survey:
     """
     path = Path(path)
     with RefusalCollector() as refused:
-        root = Element(xml_file.load(path, *ROOTS), path, label, refused)
+        root = Element(xml_file.load(path, *ROOTS, *ADJUSTED), path, label, refused)
+        if root.node.tag in ADJUSTED:
+            survey = read_adjusted(root)
+            refused.settle()
+            return survey
         networks = list(root.children(("network",)))
         if len(networks) != 1:
             raise root.error(f"there are {len(networks)} <network> elements", "give one")
