@@ -20,6 +20,7 @@ from tribrach.errors import InputError
 from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.geodesy.proj_grids import missing_grid_sentences
 from tribrach.geodesy.projection import flat_warnings
+from tribrach.geodesy.site import FlatSite
 from tribrach.geodesy.work_frame import WorkFrame
 from tribrach.gnss.sessions import SessionResult
 from tribrach.io.opened_files import opened_once
@@ -300,11 +301,13 @@ class Job:
     def _reference(self) -> Reference:
         """The reference system that the site names, or that a file brought."""
         site, frame = self.project.site, self.frame
-        grid = None if frame.grid is None else OutputFrame(frame, "projected", site.crs)
+        # of the site, or of the grid that a file brought
+        crs = site.crs if frame.grid is None else frame.grid.crs
+        grid = None if frame.grid is None else OutputFrame(frame, "projected", crs)
         name, epoch = site.frame, site.epoch
         if self.files.realisation is not None:
             name, epoch = self.files.realisation.frame, self.files.realisation.epoch
-        return Reference(site.crs, name, epoch, grid)
+        return Reference(crs, name, epoch, grid)
 
     def _site_warnings(self, survey: Survey) -> list[str]:
         """What the site costs: missing grids, and Cartesian coordinates of a projection."""
@@ -319,7 +322,7 @@ class Job:
                     "as an EPSG code if it is another"
                 )
             return sentences
-        if site.kind != "flat":
+        if site.kind != "flat" or not isinstance(self.frame.site, FlatSite):
             return []
         xyz = np.array([point.xyz for point in survey.points.values()]).reshape(-1, 3)
         return flat_warnings(xyz, site.crs, curved=site.curvature_radius_m is not None)

@@ -23,6 +23,7 @@ from tribrach.io.survey.csv import tables as csv_tables
 from tribrach.io.survey.csv.file import CsvTable, read_table
 from tribrach.io.survey.csv.reader import Context
 from tribrach.io.survey.formats import format_of, read_files
+from tribrach.io.survey.starnet import reader as starnet
 from tribrach.job.calibrations import Calibrations
 from tribrach.job.gnss_observations import (
     add_sessions,
@@ -36,9 +37,10 @@ from tribrach.job.lever_arms import lever_arms_of
 from tribrach.job.whose_instrument import Instruments
 from tribrach.network.identity import names_apart
 from tribrach.network.survey import Survey
+from tribrach.project.model import Project
 from tribrach.project.sections import EpochKeys, ObservationFile, PointFile
 
-__all__ = ["ReadFiles", "read_survey_files"]
+__all__ = ["ReadFiles", "read_survey_files", "starnet_plan"]
 
 
 #: keys of files whose coordinates have a frame and an epoch
@@ -98,6 +100,7 @@ def read_survey_files(
     reader = _Reader(instruments, calibrations)
     reader.points()
     reader.observations()
+    reader.planned()
     project, survey = instruments.project, reader.survey
     if project.gnss.sessions:
         if sessions is None:
@@ -105,6 +108,29 @@ def read_survey_files(
             sessions = compute_sessions(project.gnss, survey, folder, reader.job, progress)
         add_sessions(survey, sessions, reader.job)
     return ReadFiles(survey, reader.context, reader.job, sessions or ())
+
+
+def starnet_plan(project: Project) -> list[Path]:
+    """Files of planned observations that are STAR*NET's, which bring their own points.
+
+    Parameters
+    ----------
+    project : Project
+        The project.
+
+    Returns
+    -------
+    list of Path
+
+    Raises
+    ------
+    InputError
+        No such file, or a suffix of no known format.
+    """
+    if project.plan is None:
+        return []
+    paths = [project.folder / name for name in project.plan.observations]
+    return [path for path in paths if format_of(path) == "starnet"]
 
 
 class _Reader:
@@ -125,6 +151,7 @@ class _Reader:
             for name in (
                 *(part.file for part in project.points),
                 *(name for entry in project.observations for name in entry.names),
+                *(() if project.plan is None else project.plan.observations),
             )
         )
 
@@ -141,6 +168,14 @@ class _Reader:
         path = self.project.folder / part.file
         context = replace(self.context, role=part.role, carry=carry, label=self.labels[path])
         self.survey.merge(csv_tables.read(path, context))
+
+    def planned(self) -> None:
+        """Points that files of planned observations bring."""
+        paths = starnet_plan(self.project)
+        if paths:
+            survey = starnet.read(paths, self.labels, part="points")
+            self._bring(survey, paths[0].name)
+            self.survey.merge(survey)
 
     def observations(self) -> None:
         """Files of observations; readings of calibrated scanners get their models."""
@@ -264,14 +299,7 @@ class _Reader:
                 "it belongs to CSV files of GNSS positions, and to pos, snx, gvx and asc files",
             )
         survey = read_files(paths, entry.format, self.labels)
-        if survey.site != FlatSite() and self.project.site.model_fields_set:
-            raise self.project.error(
-                ("site",),
-                f"{entry.names[0]} brings a work frame of its own",
-                "leave the section site out",
-            )
-        if survey.site != FlatSite():
-            self._adopt(survey)
+        self._bring(survey, entry.names[0])
         return survey
 
     def _csv(self, k: int, path: Path, context: Context) -> Survey:
@@ -283,9 +311,23 @@ class _Reader:
             table, replace(context, precision=precision, label=self.labels[path])
         )
 
+    def _bring(self, survey: Survey, name: str) -> None:
+        """The work frame of a file that brings one becomes that of the job."""
+        if survey.site == FlatSite():
+            return
+        if self.project.site.model_fields_set:
+            raise self.project.error(
+                ("site",),
+                f"{name} brings a work frame of its own",
+                "leave the section site out",
+            )
+        self._adopt(survey)
+
     def _adopt(self, survey: Survey) -> None:
         """The work frame, reference frame and epoch that a file brings become those of the job."""
-        self.context = replace(self.context, frame=WorkFrame(survey.site))
+        grid = survey.reference.grid
+        frame = WorkFrame(survey.site) if grid is None else grid.work
+        self.context = replace(self.context, frame=frame)
         self.survey.site = survey.site
         if self.job is None and survey.reference.frame is not None:
             self.job = Realisation(survey.reference.frame, survey.reference.epoch)

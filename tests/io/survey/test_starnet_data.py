@@ -1,11 +1,14 @@
 """STAR*NET jobs against the listings of the program, and the small files of its imitator."""
 
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tribrach.io.survey.formats import format_of, read
+from tribrach.job.opened import open_job
+from tribrach.job.plan.steps import plan_project
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.observed_part import observed_part
 
@@ -106,6 +109,55 @@ def test_campus_survey_of_levels_alone(folder):
         assert adjustment.state.points[index, 2] == pytest.approx(height, abs=0.6e-4)
         got = np.sqrt(adjustment.covariance(name)[2, 2])
         assert got == pytest.approx(sigma, abs=0.6e-6)
+
+
+def planned_as_listed(folder: Path, listing: str) -> str:
+    """The data of a pre-analysis: given points, and the sets of directions that the listing has.
+
+    The data file that lies beside it has further sets and levels, which came to it afterwards.
+    """
+    data = (folder / "camp_design_preanalysis_input.dat").read_text().splitlines()
+    lines = [line for line in data if line.split()[:1] in (["C"], ["B"])]
+    printed = (folder / listing).read_text(encoding="latin-1").splitlines()
+    first = next(k for k, line in enumerate(printed) if "Measured Direction Obs" in line)
+    for line in printed[first + 3 :]:
+        words = line.split()
+        if words[:1] == ["Number"]:
+            break
+        if words[:1] == ["Set"]:
+            lines.append("DE")
+            opened = False
+        elif len(words) == 5:
+            lines += [] if opened else [f"DB {words[0]}"]
+            lines.append(f"DM {words[1]}")
+            opened = True
+    first = lines.index("DE")
+    return "\n".join([*lines[:first], *lines[first + 1 :], "DE"])
+
+
+def test_pre_analysis(folder, tmp_path):
+    """Sigmas and ellipses of 43 points that nobody has measured yet, by ``[plan]``."""
+    listing = "camp_design_preanalysis_output.lst"
+    (tmp_path / "camp.dat").write_text(planned_as_listed(folder, listing))
+    shutil.copy(folder / "camp_design_preanalysis.snproj", tmp_path / "camp.snproj")
+    (tmp_path / "camp.toml").write_text('[plan]\nobservations = ["camp.dat"]\n')
+    job = open_job(tmp_path / "camp.toml")
+    adjustment = plan_project(job).adjustment
+    counts = {o.kind: len(o) for o in adjustment.network.observations}
+    assert counts["direction"] == counts["slope_distance"] == counts["zenith"] == 244
+    sigmas = table(folder, listing, "Station Coordinate Standard Deviations (Meters)", 3)
+    ellipses = table(folder, listing, "Station Coordinate Error Ellipses (Meters)", 2)
+    grid, layout = job.network().reference.grid, adjustment.layout
+    assert len(sigmas) == 45
+    for name, values in sigmas.items():
+        if name == "FRDN":  # held, and observed by nothing
+            continue
+        jacobian = grid.jacobian(adjustment.state.points[layout.index("point", name)])
+        matrix = jacobian @ adjustment.covariance(name) @ jacobian.T
+        got = np.sqrt(np.maximum(np.diag(matrix), 0))
+        np.testing.assert_allclose(got, values, rtol=2e-3, atol=0.6e-6, err_msg=name)
+        axes = np.sqrt(np.linalg.eigvalsh(matrix[:2, :2])[::-1] * 5.991465)
+        np.testing.assert_allclose(axes, ellipses[name], rtol=2e-3, err_msg=name)
 
 
 #: redundancy of each small file: values less coordinates and orientations

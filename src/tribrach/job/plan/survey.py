@@ -19,8 +19,10 @@ from tribrach.errors import AdjustmentError, InputError
 from tribrach.io.survey.csv import tables as csv_tables
 from tribrach.io.survey.csv.planned import read_planned
 from tribrach.io.survey.csv.reader import Context
+from tribrach.io.survey.starnet import reader as starnet
 from tribrach.job.plan.lever_arm import PlannedLeverArm
 from tribrach.job.plan.scans import PlannedScans, ScannerPlace
+from tribrach.job.survey_files import starnet_plan
 from tribrach.network.adjustment import adjust
 from tribrach.network.network import Network
 from tribrach.network.survey import Survey
@@ -96,10 +98,7 @@ class PlanSurvey:
             first = next((n for n in self.stations if n in self.arm.stations), None)
             if first is not None:
                 self.points = self.arm.targets(self.stations[first].position)
-        self.tables = [
-            read_planned(project.folder / name, self._reading(), self.points)
-            for name in self.plan.observations
-        ]
+        self.tables = self._planned_observations()
         for table, _ in self.tables:
             self.known |= table.named(GnssPositions, "position")
         self.extra = {pair for _, scans in self.tables for pair in scans}
@@ -134,6 +133,15 @@ class PlanSurvey:
         poses = zip(layout.names["pose"], state.pose_t, state.pose_r, strict=True)
         self.measured = {name: ScannerPlace(t, r) for name, t, r in poses}
         return dict(zip(layout.names["scalar"], state.scalars, strict=True))
+
+    def _planned_observations(self) -> list[tuple[Survey, list[tuple[str, str]]]]:
+        """Surveys of planned observations, each with the sights of its planned scans."""
+        paths = [self.project.folder / name for name in self.plan.observations]
+        theirs = starnet_plan(self.project)
+        tables = [
+            read_planned(path, self._reading(), self.points) for path in paths if path not in theirs
+        ]
+        return tables + ([(starnet.read(theirs, part="planned"), [])] if theirs else [])
 
     def _planned_stations(self) -> dict[str, ScannerPlace]:
         if self.plan.stations is None:
