@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from tribrach.cli.shell import Overwrite, claim, guarded, shown
@@ -38,9 +39,9 @@ def info(
             write_text(json_file, document_text(ScansDocument.model_validate(data)))
         console = Console()
         for description in described:
-            table = Table(title=description.title, title_justify="left", show_header=False)
+            table = Table(title=escape(description.title), title_justify="left", show_header=False)
             for name, value in description.rows():
-                table.add_row(name, value)
+                table.add_row(escape(name), escape(value))
             console.print(table)
             for sentence in description.sentences():
                 console.print(f"! {sentence}", markup=False)

@@ -162,7 +162,7 @@ def decimal_year(text: str) -> float:
             first, last = date(day.year, 1, 1), date(day.year + 1, 1, 1)
             return day.year + (day - first) / (last - first)
         return float(text)
-    except ValueError:
+    except (ValueError, OverflowError):
         raise InputError(
             f"epoch {text!r} is not a date",
             cure="write it as day.month.year, such as 01.01.2020",

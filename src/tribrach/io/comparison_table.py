@@ -6,7 +6,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from tribrach.errors import InputError
+from tribrach.io.json_file import read_json
 from tribrach.io.number_table import NumberTable
-from tribrach.io.xml_file import read_bytes
 
 __all__ = ["read_comparison"]
 
@@ -45,9 +44,9 @@ def read_comparison(path: Path, names: Sequence[str]) -> NumberTable:
         Unreadable, not a comparison, or no site that has all figures.
     """
     try:
-        sites = json.loads(read_bytes(path))["sites"]
+        sites = read_json(path)["sites"]
         rows = [(str(site["name"]), [_figure(site, name) for name in names]) for site in sites]
-    except (ValueError, TypeError, KeyError, RecursionError) as error:
+    except (ValueError, TypeError, KeyError) as error:
         raise InputError("this is no JSON of a comparison", file=path, cure=_CURE) from error
     whole = [row for row in rows if None not in row[1]]
     if not whole:

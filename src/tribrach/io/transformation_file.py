@@ -6,7 +6,6 @@ of ``parameters``. Metres and radians.
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -16,7 +15,7 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.errors import InputError
-from tribrach.io.xml_file import read_bytes
+from tribrach.io.json_file import read_json
 from tribrach.transformation.fit import TransformationFit
 from tribrach.transformation.models import Transformation, find_model
 
@@ -88,7 +87,7 @@ def read_transformation(path: Path) -> StoredTransformation:
     """
     cure = "give the file that tribrach transform fit --json wrote"
     try:
-        data = json.loads(read_bytes(path))
+        data = read_json(path)
         if data["kind"] != KIND or data["schema"] != SCHEMA:
             raise InputError("this is no transformation of this version", file=path, cure=cure)
         model = find_model(int(data["model"]), int(data["dimension"]))
@@ -98,7 +97,7 @@ def read_transformation(path: Path) -> StoredTransformation:
         factors = _array(data["factors"], (d,))
         given = data["covariance"]
         covariance = None if given is None else _array(given, (k, k))
-    except (ValueError, TypeError, KeyError, RecursionError) as error:
+    except (ValueError, TypeError, KeyError) as error:
         raise InputError("this is no transformation", file=path, cure=cure) from error
     affine = matrix if model.turn == "affine" else None
     transformation = Transformation(model, centre, shift, rotation, factors, affine)

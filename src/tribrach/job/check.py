@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 
@@ -14,10 +13,10 @@ from tribrach.calibration.field_check import Earlier
 from tribrach.calibration.scanner_readings import ScannerReadings, folded
 from tribrach.errors import InputError
 from tribrach.instruments.precision import Precision
+from tribrach.io.json_file import read_json
 from tribrach.io.survey.csv import tables as csv_tables
 from tribrach.io.survey.csv.reader import Context
 from tribrach.io.survey.csv.scans import SERIES
-from tribrach.io.xml_file import read_bytes
 from tribrach.job.opened import open_job
 from tribrach.job.polar_targets import observe_readings
 from tribrach.job.steps import find_and_name
@@ -112,14 +111,14 @@ def read_earlier(path: Path) -> Earlier:
     """
     cure = "give the file that check wrote with --json"
     try:
-        data = json.loads(read_bytes(path).decode("utf-8"))
+        data = read_json(path)
         part = data["series"]
         if part is None:
             raise InputError(
                 "the earlier check has no repeated series", file=path, cure="compare full checks"
             )
         s, dof, title = float(part["s"]), int(part["dof"]), str(data["title"])
-    except (ValueError, KeyError, TypeError, RecursionError) as error:
+    except (ValueError, KeyError, TypeError) as error:
         raise InputError("this is no JSON of a check", file=path, cure=cure) from error
     if not (math.isfinite(s) and s > 0 and 0 < dof < 1_000_000):
         raise InputError("this is no JSON of a check", file=path, cure=cure)

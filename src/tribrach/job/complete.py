@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
@@ -19,9 +18,9 @@ from tribrach.comparison.completeness import (
 )
 from tribrach.errors import InputError
 from tribrach.geometry.triangles import covering_points
+from tribrach.io.json_file import read_json
 from tribrach.io.mesh import MESHES, read_mesh
 from tribrach.io.scans.formats import read_scans
-from tribrach.io.xml_file import read_bytes
 from tribrach.scan.no_return import screened
 from tribrach.scan.scan import Chunk, Scan
 
@@ -68,9 +67,9 @@ def station_names(folder: Path) -> StationNames:
     if not path.is_file():
         return StationNames()
     try:
-        rows = json.loads(read_bytes(path))["scans"]
+        rows = read_json(path)["scans"]
         names = tuple((str(row["scan"]), str(row["station"])) for row in rows)
-    except (ValueError, TypeError, KeyError, RecursionError) as error:
+    except (ValueError, TypeError, KeyError) as error:
         raise InputError(
             "this is no file of poses", file=path, cure="run the project again, or move it away"
         ) from error

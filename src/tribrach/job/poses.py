@@ -28,9 +28,10 @@ from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.arrays import joint_covariance_bytes, read_joint_covariance
-from tribrach.io.xml_file import read_bytes
+from tribrach.io.json_file import read_json
 from tribrach.job.scans import StationScan
 from tribrach.network.adjustment import Adjustment
+from tribrach.network.survey import LARGEST
 
 __all__ = [
     "JOINT",
@@ -220,11 +221,11 @@ def read_poses(path: Path) -> PoseFile:
         No file of poses, numbers that are none, a joint covariance of another size.
     """
     try:
-        data: dict[str, Any] = json.loads(read_bytes(path))
+        data: dict[str, Any] = read_json(path)
         scans = tuple(_scan(path, row) for row in data["scans"])
         stations = tuple(str(name) for name in data.get("stations", ()))
         joint = data.get("joint_covariance") is not None
-    except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
         raise InputError("this is no file of poses", file=path, cure=_CURE) from error
     known = joint and 0 < len(stations) <= MOST_STATIONS
     return PoseFile(
@@ -267,7 +268,7 @@ def _numbers(path: Path, given: Any, shape: tuple[int, ...], what: str) -> Array
         values = np.array(given, dtype=np.float64)
     except (ValueError, TypeError) as error:
         raise InputError(f"{what} is not made of numbers", file=path, cure=_CURE) from error
-    if values.shape != shape or not np.isfinite(values).all():
+    if values.shape != shape or not (np.abs(values) < LARGEST).all():
         size = "x".join(str(n) for n in shape)
         raise InputError(f"{what} is not made of {size} numbers", file=path, cure=_CURE)
     return values

@@ -9,7 +9,6 @@ of targets: visible, found, invented, wrongly named. Only simulated projects hav
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -24,7 +23,7 @@ from tribrach.errors import InputError
 from tribrach.geometry import rotation
 from tribrach.geometry.pose import Pose
 from tribrach.io.arrays import read_named
-from tribrach.io.xml_file import read_bytes
+from tribrach.io.json_file import read_json
 from tribrach.job.name_targets import Named
 from tribrach.job.scans import StationScan
 from tribrach.network.adjustment import Adjustment
@@ -167,7 +166,7 @@ def read_truth(path: Path) -> dict[str, Any]:
         It cannot be read.
     """
     try:
-        data = json.loads(read_bytes(path))
+        data = read_json(path)
     except (InputError, ValueError) as error:
         raise InputError(
             "the truth file cannot be read", file=path, cure="simulate again"

@@ -5,6 +5,7 @@ Sections with a subject of their own have a file each beside this one.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
@@ -44,6 +45,9 @@ __all__ = [
     "parse_datum",
 ]
 
+#: larger numbers are no length, angle, coordinate, count or year in any unit
+_LARGEST = 1e12
+
 # What all sections of a project file have in common; units stand in the names of the keys.
 
 
@@ -51,6 +55,27 @@ class Section(BaseModel):
     """A table of the project file: no other keys than these, and not changed once read."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _measurable(cls, value: object) -> object:
+        """No number of a project is larger than any measurement, and none is infinite."""
+        for number in _numbers_in(value):
+            if not abs(number) <= _LARGEST:
+                shown = (
+                    f"{number:.3g}" if isinstance(number, float) else "an integer of many digits"
+                )
+                raise ValueError(f"{shown} is beyond any measurement")
+        return value
+
+
+def _numbers_in(value: object) -> Iterator[int | float]:
+    """Numbers of a value and of the lists in it; tables check their own."""
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        yield value
+    elif isinstance(value, list | tuple):
+        for item in value:
+            yield from _numbers_in(item)
 
 
 class EpochKeys(BaseModel):

@@ -16,6 +16,7 @@ from tribrach.errors import InputError, RefusalCollector
 from tribrach.geodesy import frames
 from tribrach.io.gnss.records import GnssRecords
 from tribrach.io.xml_file import line_of, load
+from tribrach.network.survey import LARGEST
 
 __all__ = ["read_gvx"]
 
@@ -112,14 +113,15 @@ def _covariance(path: Path, vector: etree._Element) -> np.ndarray[tuple[int, int
     correlation = np.eye(3)
     for (i, j), name in (((0, 1), "PXY"), ((0, 2), "PXZ"), ((1, 2), "PYZ")):
         correlation[i, j] = correlation[j, i] = _number(path, vector, name)
-    matrix: np.ndarray[tuple[int, int]] = sigma[:, None] * correlation * sigma
-    if not (np.linalg.eigvalsh(matrix) > 0).all():
+    fair = ((sigma > 0) & (sigma < LARGEST)).all() and (np.abs(correlation) <= 1).all()
+    if not fair or not (np.linalg.eigvalsh(correlation) > 0).all():
         raise InputError(
             "the standard deviations and correlations of a vector are no covariance matrix",
             file=path,
             line=line_of(vector),
             cure="correlations are between -1 and 1, sigmas above zero",
         )
+    matrix: np.ndarray[tuple[int, int]] = sigma[:, None] * correlation * sigma
     return matrix
 
 

@@ -158,6 +158,8 @@ def _parameter(path: Path, number: int, line: str) -> _Parameter:
 def _year(text: str) -> float:
     """Decimal year of ``yy:ddd:sssss``."""
     year, day, second = (int(word) for word in text.split(":"))
+    if not (0 <= year <= 9999 and 0 <= day <= 366 and 0 <= second <= 86400):
+        raise ValueError(f"{text} is no date")
     if year < 100:
         year += 1900 if year > 50 else 2000
     days = 366 if year % 4 == 0 and (year % 100 != 0 or year % 400 == 0) else 365

@@ -76,7 +76,7 @@ def packed_dms(text: str) -> float:
     Raises
     ------
     ValueError
-        Not a number, or 60 and more minutes or seconds.
+        Not a number, more than 999 degrees, or 60 and more minutes or seconds.
     """
     text = text.strip()
     if not text:
@@ -85,6 +85,8 @@ def packed_dms(text: str) -> float:
     sign = -1.0 if text.startswith("-") else 1.0
     whole, _, rest = text.lstrip("+-").partition(".")
     rest = rest.ljust(4, "0")
+    if len(whole.lstrip("0")) > 3:
+        raise ValueError(f"{text[:20]} is no angle")
     minutes, seconds = int(rest[:2]), float(f"{rest[2:4]}.{rest[4:] or '0'}")
     if minutes >= 60 or seconds >= 60:
         raise ValueError(f"{text} has 60 or more minutes or seconds")

@@ -1,0 +1,64 @@
+"""Reads JSON files that the program wrote, or that somebody says it wrote.
+
+Numbers are finite and have no more digits than a coordinate needs: Python reads integers of
+thousands of digits and words such as ``Infinity``, and fails on both much later.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any, NoReturn
+
+from tribrach.io.xml_file import read_bytes
+
+__all__ = ["read_json"]
+
+#: integers with more digits are no count and no coordinate
+_DIGITS = 18
+
+
+def read_json(path: Path) -> Any:
+    """The content of a JSON file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    Any
+        Dictionaries, lists, texts and finite numbers.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, is empty or too large.
+    ValueError
+        It is no JSON, is nested too deeply, or has numbers that are none or have too many digits;
+        whoever knows what kind of file it should be says so.
+    """
+    data = read_bytes(path)
+    try:
+        return json.loads(data, parse_int=_integer, parse_float=_real, parse_constant=_refused)
+    except RecursionError:
+        raise ValueError("nested too deeply") from None
+
+
+def _integer(digits: str) -> int:
+    if len(digits) > _DIGITS:
+        raise ValueError(f"an integer of {len(digits)} digits")
+    return int(digits)
+
+
+def _real(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError("a number beyond all bounds")
+    return value
+
+
+def _refused(word: str) -> NoReturn:
+    raise ValueError(f"{word} is no number")
