@@ -9,7 +9,20 @@ from __future__ import annotations
 import math
 import re
 
-__all__ = ["CC", "GON", "MM", "SEC", "UNITS", "format_angle", "parse_angle"]
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = [
+    "CC",
+    "GON",
+    "MM",
+    "SEC",
+    "UNITS",
+    "beyond_circle",
+    "check_circle",
+    "format_angle",
+    "parse_angle",
+]
 
 #: radians per gon, per arc second, per ten-thousandth of a gon
 GON = math.pi / 200
@@ -40,7 +53,38 @@ UNITS: dict[str, float] = {
     "mm2": 1e-6,
 }
 
+#: the circle [rad], with room for rounding
+_CIRCLE = 2 * math.pi * (1 + 1e-9)
+
 _SEXAGESIMAL = re.compile(r"([+-]?)(\d+)[-:°\s]\s*(\d+)[-:'\s]\s*(\d+(?:\.\d*)?)\"?$")
+
+
+def beyond_circle(angle: ArrayLike) -> NDArray[np.bool_]:
+    """True for angles [rad] of more than one turn either way, which no instrument reads.
+
+    Parameters
+    ----------
+    angle : array
+        Any shape; NaN is no angle and not beyond the circle.
+    """
+    return np.asarray(np.abs(np.asarray(angle, dtype=float)) > _CIRCLE)
+
+
+def check_circle(angle: float, turns: int = 1) -> float:
+    """An angle [rad] as it is, unless it is more than a turn, or so many.
+
+    Raises
+    ------
+    ValueError
+        It is; the message has it in gon and degrees.
+    """
+    if abs(angle) > turns * _CIRCLE:
+        circles = "a circle" if turns == 1 else f"{turns} circles"
+        raise ValueError(
+            f"{angle / GON:.10g} gon ({math.degrees(angle):.10g} degrees) is more than {circles}: "
+            "check the angle and its unit"
+        )
+    return angle
 
 
 def parse_angle(text: str, unit: str) -> float:

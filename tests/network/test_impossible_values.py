@@ -9,10 +9,13 @@ import pytest
 from tribrach.calibration import minimum_norm
 from tribrach.errors import InputError, NotConverged
 from tribrach.io.survey.formats import read_files
+from tribrach.io.totalstation.recorder import Recorder
+from tribrach.io.totalstation.text import angle
 from tribrach.network.adjustment import adjust
 from tribrach.network.observed_part import observed_part
 from tribrach.network.survey import Survey
-from tribrach.observations.sights import Distances, SlopeDistances, ZenithAngles
+from tribrach.observations.sights import Directions, Distances, SlopeDistances, ZenithAngles
+from tribrach.units import GON
 
 FIXED = (False, False, False)
 
@@ -104,3 +107,46 @@ def test_a_matrix_that_cannot_be_inverted(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setattr(np.linalg, "inv", singular)
     with pytest.raises(NotConverged, match=r"cannot be inverted\n.* height difference"):
         minimum_norm.adjust_minimum_norm(network)
+
+
+def directions(tmp_path: Path, *gon: float) -> Survey:
+    """Directions of a CSV file, and what makes a network of them."""
+    rows = "".join(f"A,T{k},{value!r},10\n" for k, value in enumerate(gon))
+    path = tmp_path / "tps.csv"
+    path.write_text(f"from,to,direction_gon,sigma_arcsec\n{rows}")
+    return read_files([path])
+
+
+@pytest.mark.parametrize("gon", [2e11, 800.001, -1234.5])
+def test_an_angle_beyond_two_circles_is_refused_with_its_line(tmp_path: Path, gon: float) -> None:
+    with pytest.raises(InputError, match=r"tps.csv:3: direction: .* gon .*more than 2 circles"):
+        directions(tmp_path, 12.5, gon)
+
+
+def test_a_sum_that_was_not_reduced_to_the_circle_counts_and_is_told(tmp_path: Path) -> None:
+    (warning,) = directions(tmp_path, 400.0, 412.5, -399.0).warnings
+    assert "tps.csv:3: the direction of 412.5 gon is more than a circle" in warning
+    assert "counts as 12.5 gon" in warning
+
+
+def test_the_same_from_python() -> None:
+    survey, ends = Survey(), {"start": ["A", "A"], "end": ["B", "C"], "source": ["a:1", "a:2"]}
+    survey.add(Directions, values=[0.1, 6.28], sigma=1e-5, orientation=["o"] * 2, **ends)
+    assert survey.warnings == []
+    with pytest.raises(InputError, match=r"a:2: direction: 900 gon"):
+        survey.add(Directions, values=[0, 900 * GON], sigma=1e-5, orientation=["o"] * 2, **ends)
+
+
+@pytest.mark.parametrize(("reading", "good"), [(399.9999, True), (400.5, False), (2e8, False)])
+def test_no_instrument_reads_more_than_its_circle(
+    tmp_path: Path, reading: float, good: bool
+) -> None:
+    """A sight of a raw file that does is left out and told with its line."""
+    recorder = Recorder(tmp_path / "job.gsi", "GSI")
+    if good:
+        recorder.shot(1, "T1", direction=reading * GON)
+    else:
+        with pytest.raises(ValueError, match="more than a circle"):
+            recorder.shot(1, "T1", direction=reading * GON)
+        with pytest.raises(ValueError, match="more than a circle"):
+            angle(str(reading), "gon")

@@ -24,6 +24,7 @@ from tribrach.observations.base import Observations, Use, covariance_from_sigma
 from tribrach.observations.control import Coordinates
 from tribrach.observations.declaration import Family
 from tribrach.observations.unknowns import FAMILIES, Layout, State
+from tribrach.units import GON, beyond_circle, check_circle
 
 __all__ = ["GivenPoint", "ObservationTable", "Survey", "as_column"]
 
@@ -143,6 +144,48 @@ def check_values(values: Array, source: Sequence[str], kind: str) -> None:
         else f"{kind} is not a number",
         record=source[k] or f"observation {k + 1}",
     )
+
+
+def check_angles(values: Array, source: Sequence[str], kind: type[Observations]) -> list[str]:
+    """Refuse angles of more than two turns, and tell of those of more than one.
+
+    Angles of up to two turns are sums that nobody reduced to the circle, as programs write them;
+    they are right as they are, or a digit of them is not.
+
+    Parameters
+    ----------
+    values : array (n, rows)
+        Of a kind, metres and radians.
+    source
+        Of each observation.
+    kind
+        Says which rows are angles.
+
+    Returns
+    -------
+    list of str
+        A warning for each value between one and two turns.
+
+    Raises
+    ------
+    InputError
+        Names the source of the first that is more.
+    """
+    out = []
+    for row in kind.angular:
+        for k in np.flatnonzero(beyond_circle(values[:, row])):
+            name = " ".join(filter(None, [kind.facts.title, kind.components[row]]))
+            record = source[k] or f"observation {k + 1}"
+            try:
+                check_circle(float(values[k, row]), turns=2)
+            except ValueError as error:
+                raise InputError(f"{name}: {error}", record=record) from None
+            gon = values[k, row] / GON
+            out.append(
+                f"{record}: the {name} of {gon:.6g} gon is more than a circle and counts as "
+                f"{gon - np.sign(gon) * 400:.6g} gon: check that no digit is wrong"
+            )
+    return out
 
 
 def check_sigmas(sigmas: Array, source: Sequence[str], kind: str) -> None:
@@ -644,8 +687,8 @@ class Survey:
         ------
         InputError
             A column that the kind does not have, one that it must have and is missing or empty,
-            one of another length; a value that is not a number, a sigma that is not positive, a
-            covariance that is not positive definite.
+            one of another length; a value that is not a number, an angle of more than two circles,
+            a sigma that is not positive, a covariance that is not positive definite.
         """
         rows = len(kind.units)
         measured = _numbers(values, f"the values of {kind.kind}").reshape(-1, rows)
@@ -653,6 +696,7 @@ class Survey:
         origin = _origins(source, n, kind)
         check_columns(kind, columns, n, origin)
         check_values(measured, origin, kind.kind)
+        self.warnings += check_angles(measured, origin, kind)
         if covariance is None:
             if sigma is None and not hard:
                 raise InputError(

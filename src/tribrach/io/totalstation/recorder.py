@@ -12,6 +12,7 @@ import numpy as np
 
 from tribrach.errors import InputError
 from tribrach.io.totalstation.records import Problem, RawFile, RawSights, Setups, StoredPoints
+from tribrach.units import check_circle
 
 __all__ = ["Recorder"]
 
@@ -205,6 +206,7 @@ class Recorder:
             raise ValueError(f"the distance is {distance:g} m")
         if not math.isnan(zenith) and not 0 <= zenith <= 2 * math.pi:
             raise ValueError(f"the zenith angle is {math.degrees(zenith):g} deg")
+        check_circle(direction)
         if not self._setups:
             self.setup(line, "")
         self._used[-1] = True

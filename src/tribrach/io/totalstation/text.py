@@ -9,7 +9,7 @@ from pathlib import Path
 from tribrach.errors import InputError
 from tribrach.io.opened_files import contents
 from tribrach.io.xml_file import read_bytes
-from tribrach.units import UNITS
+from tribrach.units import UNITS, check_circle
 
 __all__ = ["angle", "head", "number", "packed_dms", "read_lines"]
 
@@ -106,10 +106,10 @@ def angle(text: str, unit: str) -> float:
     Raises
     ------
     ValueError
-        Not a number, or not degrees, minutes and seconds.
+        Not a number, not degrees, minutes and seconds, or more than a circle.
     """
     if unit == "dms":
-        return packed_dms(text)
+        return check_circle(packed_dms(text))
     if unit == "mil":
-        return number(text) * math.pi / 3200
-    return number(text) * UNITS[unit]
+        return check_circle(number(text) * math.pi / 3200)
+    return check_circle(number(text) * UNITS[unit])

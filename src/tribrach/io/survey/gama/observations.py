@@ -34,7 +34,7 @@ from tribrach.observations.sights import (
     SlopeDistances,
     ZenithAngles,
 )
-from tribrach.units import MM
+from tribrach.units import MM, beyond_circle
 
 __all__ = ["ObservationReader"]
 
@@ -295,7 +295,10 @@ class ObservationReader:
             if not 0 < value < np.pi:
                 raise element.error("the zenith angle is not between 0 and 200 gon")
             return value, unit
-        return float(np.remainder(self.hand * value, 2 * np.pi)), self.hand * unit
+        # more than a circle is judged where all angles are
+        turned = self.hand * value
+        inside = not beyond_circle(value)
+        return float(np.remainder(turned, 2 * np.pi)) if inside else turned, self.hand * unit
 
     def _ends(self, element: Element, start: str) -> dict[str, list[str]]:
         """Start and end, or backsight and foresight of an angle."""

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from tribrach.errors import InputError
 from tribrach.io.opened_files import contents
-from tribrach.units import GON, SEC, UNITS
+from tribrach.units import GON, SEC, UNITS, beyond_circle
 
 __all__ = [
     "LINEAR_UNITS",
@@ -163,7 +163,7 @@ def angle_of(word: str, what: str, line: DataLine, *, gon: bool = False) -> floa
         Malformed, 60 minutes or seconds and more, or beyond the circle.
     """
     value = number_of(word, what, line) * GON if gon else _degrees(word, what, line)
-    if abs(value) > 2 * math.pi * (1 + 1e-12):
+    if beyond_circle(value):
         raise line.error(f"{what} is {word}, beyond the circle", "check the angle and its unit")
     return value
 
