@@ -10,7 +10,9 @@ from tests.network.hanoi import survey, twin
 from tribrach.errors import InputError
 from tribrach.job.name_targets import known_points
 from tribrach.network.adjustment import adjust
-from tribrach.network.blunders.mistakes import common_causes, mistakes, swapped_names
+from tribrach.network.blunders.common_causes import common_causes
+from tribrach.network.blunders.gross import explain
+from tribrach.network.blunders.mistakes import mistakes
 from tribrach.network.blunders.snooping import snoop
 from tribrach.network.blunders.suspects import find_suspects
 from tribrach.network.network import Network
@@ -121,7 +123,7 @@ def test_exchanged_names(made: Twin, tmp_path: Path, station: str, first: str, s
 
 def test_no_exchange_is_found_where_names_are_right(made: Twin, tmp_path: Path) -> None:
     network = survey(made, tmp_path).network()
-    assert swapped_names(network, adjust(network)) is None
+    assert explain(network, adjust(network)) is None
 
 
 def test_an_exchange_is_told_from_a_wild_reading(made: Twin, tmp_path: Path) -> None:
@@ -131,7 +133,7 @@ def test_an_exchange_is_told_from_a_wild_reading(made: Twin, tmp_path: Path) -> 
     direction = network.observations[table]
     direction.values[10] += np.pi / 200
     adjustment = adjust(network)
-    assert swapped_names(network, adjustment) is None
+    assert explain(network, adjustment) is None
     worst = find_suspects(weigh(adjustment))[0]
     assert worst.key == (table, 10)
     assert "direction" in Network.describe(direction, 10, adjustment.state)

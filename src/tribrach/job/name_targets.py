@@ -18,7 +18,7 @@ from tribrach.job.mounted_antennas import mounted_antennas
 from tribrach.job.polar_targets import observe_readings
 from tribrach.job.scans import StationScan
 from tribrach.network.adjustment import adjust
-from tribrach.network.blunders.mistakes import swapped_names
+from tribrach.network.blunders.gross import explain
 from tribrach.network.survey import Survey
 from tribrach.observations.control import Offsets
 from tribrach.observations.scanner import TargetCentres
@@ -156,9 +156,9 @@ def _known(survey: Survey) -> dict[str, tuple[Array, float]]:
         alone = adjust(survey.of_marks().network())
     except (AdjustmentError, InputError):
         return _given(survey)
-    exchanged = swapped_names(alone.network, alone)
-    if exchanged is not None:
-        raise InputError(exchanged.sentence(), cure="correct the names in the file")
+    slip = explain(alone.network, alone)
+    if slip is not None:
+        raise InputError(slip.sentence(), cure=slip.cure)
     covariances = alone.position_covariances()
     names = alone.layout.names["point"]
     sigmas = np.sqrt(np.maximum(np.einsum("nii->n", covariances[: len(names)]) / 3, 0))

@@ -21,7 +21,8 @@ import numpy as np
 from tribrach._types import Array, Index
 from tribrach.errors import TribrachError
 from tribrach.network.adjustment import Adjustment, adjust
-from tribrach.network.blunders.mistakes import common_causes, swapped_names
+from tribrach.network.blunders.common_causes import common_causes
+from tribrach.network.blunders.gross import explain
 from tribrach.network.blunders.snooping import (
     SUSPICIOUS,
     SnoopingLog,
@@ -204,7 +205,7 @@ def wrong_coordinate(adjustment: Adjustment) -> WrongCoordinate | None:
     else:
         return None
     # exchanged names put two targets off that each alone could be a coordinate's error
-    if swapped_names(adjustment.network, adjustment) is not None:
+    if explain(adjustment.network, adjustment) is not None:
         return None
     if trial is adjustment:
         return found

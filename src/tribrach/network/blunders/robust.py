@@ -9,6 +9,7 @@ without those that the tests confirm (method section 3.5).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -23,7 +24,7 @@ from tribrach.network.significance import w_critical
 from tribrach.observations.base import Observations
 from tribrach.statistics import robust_sigma
 
-__all__ = ["RobustResult", "adjust_robust", "weight_function"]
+__all__ = ["RobustResult", "adjust_robust", "weight_function", "with_sigmas"]
 
 
 Method = Literal["huber", "danish", "igg3"]
@@ -219,6 +220,24 @@ def _reweighted(first: Adjustment, weights: Array) -> Network:
     for number, factor in enumerate(factors):
         inside = rows.table == number
         factor[rows.item[inside], rows.row[inside]] = 1 / np.sqrt(weights[inside])
+    return with_sigmas(network, factors)
+
+
+def with_sigmas(network: Network, factors: Sequence[Array]) -> Network:
+    """Multiply the sigmas of observed values, their correlations kept.
+
+    Parameters
+    ----------
+    network
+        The network.
+    factors : sequence of array (n, rows)
+        One array for each table of ``network.observations``.
+
+    Returns
+    -------
+    Network
+        A changed copy.
+    """
     observations = tuple(
         _scaled(o, factor) for o, factor in zip(network.observations, factors, strict=True)
     )
