@@ -245,6 +245,27 @@ def test_horizontal_distances_and_height_differences(tmp_path):
     np.testing.assert_allclose(found, expected, atol=1e-7)
 
 
+@pytest.mark.parametrize(
+    "text", ["M A-B-P 0-00-00 100 60-00-00\n", "D A-P 100\nV A-P 60-00-00\nA A-B-P 0-00-00\n"]
+)
+def test_a_scale_stretches_what_is_horizontal(tmp_path, text):
+    """86.6 m of plan become 86.7; the height stays."""
+    start = "C P 1100 2100 150\n"
+    found = place(solved(tmp_path, CONTROL + start + ".SCALE 1.001\n" + text, project()), "P")
+    # curvature and refraction lower the sight by half a millimetre; without a zenith angle in the
+    # line the rise is that of the given coordinates
+    length = 1.001 * 100 * np.sin(np.pi / 3)
+    near = 1e-3 if text.startswith("M") else 5e-3
+    assert np.hypot(*(found[:2] - [1000, 2000])) == pytest.approx(length, abs=near)
+    assert found[2] == pytest.approx(150, abs=near)
+
+
+def test_a_scale_of_horizontal_distances(tmp_path):
+    text = ".2D\n.ORDER EN\nC A 0 0 ! !\n.SCALE 0.9996\nB A-P 90-00-00\nD A-P 1000\n"
+    found = place(solved(tmp_path, text), "P")
+    np.testing.assert_allclose(found[:2], [999.6, 0], atol=1e-6)
+
+
 def test_sets_of_directions_have_an_orientation_each(tmp_path):
     sets = ""
     for zero in (0.0, 77.5):
@@ -513,6 +534,12 @@ B A-B N95-00-00E
 )
 def test_what_is_wrong_is_said(tmp_path, text, sentence):
     assert sentence in refusal(tmp_path, CONTROL + text)
+
+
+def test_a_missing_instrument_is_told_once(tmp_path):
+    sentence = refusal(tmp_path, CONTROL + ".INST SX12\n" * 50 + SIGHTS)
+    assert sentence.count("there is no instrument SX12") == 1
+    assert "give the project file with the data" in sentence
 
 
 def test_a_grid_that_is_not_known_is_refused_with_a_cure(tmp_path):

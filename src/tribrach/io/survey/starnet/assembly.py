@@ -182,10 +182,16 @@ class _Builder:
             )
 
     def _used(self, sights: Iterable[Sight]) -> list[Sight]:
-        """Sights that say something in a job of this kind; slope distances of a plan made level."""
+        """Sights that say something in a job of this kind; slope distances of a plan made level.
+
+        A scale stretches what is horizontal in slope distances and zenith angles.
+        """
         kind = self.records.kind
         out = []
         for sight in sights:
+            if sight.scale != 1 and kind == "3D":
+                with self.refused.record():
+                    sight = self._scaled(sight)
             if kind == "2D" and sight.quantity is Quantity.SLOPE:
                 if sight.length is None or sight.value is None:
                     continue
@@ -193,6 +199,28 @@ class _Builder:
             if sight.quantity in _USED[kind]:
                 out.append(sight)
         return out
+
+    def _scaled(self, sight: Sight) -> Sight:
+        """A slope distance or zenith angle in a local system with a scale."""
+        if sight.value is None or sight.quantity not in (Quantity.SLOPE, Quantity.ZENITH):
+            return sight
+        if sight.quantity is Quantity.ZENITH:
+            plan, up = np.sin(sight.value), np.cos(sight.value)
+            return replace(sight, value=float(np.arctan2(sight.scale * plan, up)))
+        rise = sight.rise
+        if sight.rise == 0 and sight.length == sight.value:
+            # the line has no zenith angle: the coordinates tell how steep it is
+            rise = float(self.places.line([(sight.at, sight.to)])[0, 1])
+            rise += sight.heights[1] - sight.heights[0]
+        if not abs(rise) < sight.value:
+            raise InputError(
+                f"how steep the line {sight.at} to {sight.to} is nothing tells, and the scale "
+                "changes its horizontal part alone",
+                record=sight.source,
+                cure="give its zenith angle in the same line, or coordinates of its ends",
+            )
+        plan = np.sqrt(sight.value**2 - rise**2)
+        return replace(sight, value=float(np.hypot(sight.scale * plan, rise)))
 
     def _add_sights(self, quantity: Quantity, sights: list[Sight]) -> None:
         """All sights of one quantity: weighted ones, conditions, check values."""
@@ -277,6 +305,9 @@ class _Builder:
             out["orientation"] = names("set_name")
         elif quantity is Quantity.BEARING:
             out["convergence"] = self._convergences(sights)
+        elif quantity is Quantity.LEVEL_DISTANCE:
+            # from the local system to the ground
+            out["reduction"] = 1 / np.array([s.scale for s in sights])
         elif quantity is Quantity.ZENITH:
             out["refraction"] = np.array([s.refraction for s in sights])
         return out

@@ -310,6 +310,7 @@ class DataReader:
                 rise,
                 options.add_centring,
                 options.propagated,
+                options.scale,
                 line.source,
             )
             for quantity, sigma in zip(quantities, sigmas, strict=True)

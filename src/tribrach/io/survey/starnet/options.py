@@ -118,6 +118,7 @@ class InlineOptions:
     gnss_default: tuple[float, float] = (0.005, 0.0)
     gnss_heights: tuple[float, float] = (0.0, 0.0)
     explicit_kind: bool = False
+    missing: set[str] = field(default_factory=set)
 
     @classmethod
     def of(cls, settings: StarnetSettings) -> InlineOptions:
@@ -196,6 +197,10 @@ class InlineOptions:
     def _instrument(self, line: DataLine) -> None:
         name = " ".join(line.words).upper()
         if name and name not in self.library:
+            if name in self.missing:
+                return
+            # the first line is told, the others have the same cure
+            self.missing.add(name)
             raise line.error(
                 f"there is no instrument {' '.join(line.words)}",
                 "it stands in the library of the project: give the project file with the data"
@@ -243,6 +248,10 @@ class InlineOptions:
         self.scale = _number(line, 0, self.settings.scale)
         if not 0.5 < self.scale < 2:
             raise line.error(f"the scale is {self.scale:g}", "give a factor near one")
+        if self.settings.grid is not None:
+            raise line.error(
+                "a scale of a local system has no place in a grid job", "leave the line out"
+            )
 
     def _multiplier(self, line: DataLine) -> None:
         self.multiplier = _number(line, 0, 1.0)

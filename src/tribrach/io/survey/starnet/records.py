@@ -108,8 +108,8 @@ class Sight:
         A standard error that is given grows by centring as well.
     propagated
         Constant and ppm of a distance are added in squares.
-    level
-        What the weight of a height difference is by, if it is levelled: length [m] or turns.
+    scale
+        Length in the local system over length on the ground.
     source
         ``file:line``.
     """
@@ -128,6 +128,7 @@ class Sight:
     rise: float
     centring: bool
     propagated: bool
+    scale: float
     source: str
 
 

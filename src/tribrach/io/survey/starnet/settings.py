@@ -232,6 +232,7 @@ def _of_project(text: str, path: Path) -> StarnetSettings:
     turns = instrument.text("level_section_type", "LENGTH").upper().startswith("TURN")
     refusals, warnings = _not_done(job)
     alt = job.yes("gps_factor_alt_vert"), job.yes("gps_centering_alt_vert")
+    grid = job.yes("local_or_grid_adjustment")
     factor = job.size("gps_factor_horiz", 1.0) if job.yes("gps_factor") else 1.0
     centring = job.size("gps_centering_horiz", 0.0) if job.yes("gps_centering") else 0.0
     return StarnetSettings(
@@ -241,9 +242,9 @@ def _of_project(text: str, path: Path) -> StarnetSettings:
         east_first=job.text("coordinate_order", "NE").upper() == "EN",
         from_at_to=job.text("angle_station_order", "At-From-To").upper() == "FROM-AT-TO",
         delta=job.text("3D_input_mode", "Slope/Zenith").upper().startswith("H"),
-        grid=job.text("coordinate_system_name") if job.yes("local_or_grid_adjustment") else None,
+        grid=job.text("coordinate_system_name") if grid else None,
         elevation=job.number("project_elevation", 0.0),
-        scale=1.0 if job.yes("local_default_datum") else job.number("scale_factor", 1.0),
+        scale=1.0 if grid else job.number("scale_factor", 1.0),
         geoid=job.number("geoid_height", 0.0),
         deflection=(
             job.number("vert_defl_north", 0.0) * SEC,
@@ -326,6 +327,8 @@ def _not_done(job: _Values) -> tuple[tuple[str, ...], tuple[str, ...]]:
     warnings = []
     if job.yes("geoid_modeling"):
         warnings.append("its geoid model is not read: its heights are taken with the geoid height")
+    if not job.yes("local_or_grid_adjustment") and job.number("common_datum_reduction", 0.0):
+        warnings.append("its reduction of distances to a common elevation is not done")
     if job.yes("vert_defl_modeling"):
         warnings.append("its model of deflections of the vertical is not read")
     return tuple(refusals), tuple(warnings)
