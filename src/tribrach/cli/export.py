@@ -20,7 +20,7 @@ from tribrach.network.observed_part import observed_part
 __all__ = ["export"]
 
 #: suffixes of the files
-_SUFFIX = {"gkf": ".gkf", "dynaml": ".xml"}
+_SUFFIX = {"gkf": ".gkf", "dynaml": ".xml", "starnet": ".dat"}
 
 
 def export(
@@ -29,8 +29,8 @@ def export(
         typer.Argument(help="Networks, as adjust takes them, or a toml."),
     ],
     to: Annotated[
-        Literal["gkf", "dynaml"],
-        typer.Option("--to", help="Format: GNU Gama (gkf) or DynAdjust (dynaml)."),
+        Literal["gkf", "dynaml", "starnet"],
+        typer.Option("--to", help="Format: GNU Gama (gkf), DynAdjust (dynaml) or STAR*NET."),
     ],
     out: Annotated[
         Path | None,

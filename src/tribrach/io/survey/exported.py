@@ -9,19 +9,21 @@ from __future__ import annotations
 
 import importlib
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from tribrach._types import Array, Index
 from tribrach.errors import UnknownName
 from tribrach.network.network import Network
 from tribrach.observations.base import Observations, Use
 
-__all__ = ["WRITERS", "Exported", "Sieve", "ValueCovariances", "export"]
+__all__ = ["WRITERS", "Exported", "Sieve", "ValueCovariances", "export", "packed_seconds"]
 
 Mask = NDArray[np.bool_]
 #: where a value stands: table of the network, observation in it, row of the observation
@@ -31,6 +33,7 @@ Place = tuple[int, int, int]
 WRITERS = {
     "gkf": "gama.writer",
     "dynaml": "dynadjust.writer",
+    "starnet": "starnet.writer",
 }
 
 
@@ -91,6 +94,22 @@ def export(network: Network, format: str) -> Exported:
         raise UnknownName("format", format, WRITERS)
     module = importlib.import_module(f"tribrach.io.survey.{WRITERS[format]}")
     return cast(_Writer, module).write(network)
+
+
+def packed_seconds(angle: float, decimals: int) -> tuple[int, int, str]:
+    """An angle [rad] from zero on as degrees, minutes, and the digits of the seconds.
+
+    Parameters
+    ----------
+    angle
+        The angle [rad], not negative.
+    decimals
+        Digits of the seconds behind two before the point, which is left out.
+    """
+    unit = 10**decimals
+    minutes, seconds = divmod(round(float(np.degrees(angle)) * 3600 * unit), 60 * unit)
+    degrees, minutes = divmod(minutes, 60)
+    return degrees, minutes, f"{seconds:0{decimals + 2}d}"
 
 
 @dataclass
@@ -187,31 +206,40 @@ class ValueCovariances:
 
     def __init__(self, network: Network) -> None:
         self.network = network
-        #: number of the joint covariance of a value, and its row there
-        self.joint: dict[Place, tuple[int, int]] = {}
+        #: joint covariance of a value, and its row there
+        self._joint: dict[Place, tuple[int, int]] = {}
+        self._group: dict[Place, tuple[int, int]] = {}
         for k, joint in enumerate(network.joint):
-            places = zip(joint.table.tolist(), joint.item.tolist(), joint.row.tolist(), strict=True)
-            self.joint.update({place: (k, i) for i, place in enumerate(places)})
+            columns = (joint.table.tolist(), joint.item.tolist(), joint.row.tolist())
+            places: list[Place] = list(zip(*columns, strict=True))
+            self._joint.update({place: (k, i) for i, place in enumerate(places)})
+            # only what is not zero ties values together
+            _, label = connected_components(coo_array(joint.covariance), directed=False)
+            observations: dict[int, set[tuple[int, int]]] = {}
+            for place, part in zip(places, label.tolist(), strict=True):
+                observations.setdefault(part, set()).add(place[:2])
+            for place, part in zip(places, label.tolist(), strict=True):
+                if len(observations[part]) > 1:
+                    self._group[place] = (k, part)
 
-    def group(self, place: Place) -> int | None:
-        """Number of the joint covariance that a value belongs to, None if it has its own."""
-        found = self.joint.get(place)
-        return None if found is None else found[0]
+    def group(self, place: Place) -> tuple[int, int] | None:
+        """What a value is correlated with beyond its own observation; None if with nothing."""
+        return self._group.get(place)
 
-    def matrix(self, places: list[Place]) -> Array:
+    def matrix(self, places: Sequence[Place]) -> Array:
         """Covariance (k, k) [m, rad] of values of the network."""
         out = np.zeros((len(places), len(places)))
         owners: dict[Any, list[int]] = {}
         for i, place in enumerate(places):
-            joint = self.group(place)
-            owners.setdefault(place[:2] if joint is None else joint, []).append(i)
+            found = self._joint.get(place)
+            owners.setdefault(place[:2] if found is None else found[0], []).append(i)
         for owner, rows in owners.items():
             if isinstance(owner, tuple):
                 table, item = owner
                 inner = [places[i][2] for i in rows]
                 block = self.network.observations[table].covariance[item][np.ix_(inner, inner)]
             else:
-                inner = [self.joint[places[i]][1] for i in rows]
+                inner = [self._joint[places[i]][1] for i in rows]
                 block = self.network.joint[owner].covariance[np.ix_(inner, inner)]
             out[np.ix_(rows, rows)] = block
         return out

@@ -23,7 +23,7 @@ from tribrach.errors import InputError
 from tribrach.geodesy import frames
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.io.survey.dynadjust.records import ARCSEC
-from tribrach.io.survey.exported import Exported, Sieve, ValueCovariances
+from tribrach.io.survey.exported import Exported, Sieve, ValueCovariances, packed_seconds
 from tribrach.network.network import Network
 from tribrach.network.start.start_values import find_start
 from tribrach.observations.base import Observations
@@ -376,9 +376,5 @@ def _date(epoch: float | None) -> str:
 
 def _packed(angle: float, decimals: int) -> str:
     """An angle [rad] as ``ddd.mmssss``: degrees, two digits of minutes, then of seconds."""
-    unit = 10**decimals
-    steps = round(abs(np.degrees(angle)) * 3600 * unit)
-    minutes, seconds = divmod(steps, 60 * unit)
-    degrees, minutes = divmod(minutes, 60)
-    sign = "-" if angle < 0 and steps else ""
-    return f"{sign}{degrees}.{minutes:02d}{seconds:0{decimals + 2}d}"
+    degrees, minutes, seconds = packed_seconds(abs(angle), decimals)
+    return f"{'-' if angle < 0 else ''}{degrees}.{minutes:02d}{seconds}"

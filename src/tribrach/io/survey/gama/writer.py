@@ -296,10 +296,10 @@ def _clusters(
     """Entries that belong together: by their circle or by a covariance; others by their station."""
     if not entries:
         return
-    nodes: dict[tuple[str, int | str], int] = {}
+    nodes: dict[tuple[str, Any], int] = {}
     rows, columns = [], []
     for k, entry in enumerate(entries):
-        keys: list[tuple[str, int | str]] = [
+        keys: list[tuple[str, Any]] = [
             ("joint", group)
             for group in {correlations.group(place) for place in entry.places}
             if group is not None
