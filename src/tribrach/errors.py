@@ -286,7 +286,26 @@ class AdjustmentError(TribrachError):
 
 
 class NoStartValues(AdjustmentError):
-    """No chain of observations leads to some unknowns; the sentences name the missing ties."""
+    """No chain of observations leads to some unknowns; the sentences name the missing ties.
+
+    Parameters
+    ----------
+    headline
+        What cannot be done.
+    sentences
+        The reasons, one each.
+    unplaced
+        Family and name of each unknown without a value.
+    """
+
+    def __init__(
+        self,
+        headline: str,
+        sentences: Sequence[str] = (),
+        unplaced: Sequence[tuple[str, str]] = (),
+    ) -> None:
+        super().__init__(headline, sentences)
+        self.unplaced = tuple(unplaced)
 
 
 class RankDefect(AdjustmentError):

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach.network.network import axes_in_use, axes_sentence, is_given
+from tribrach.network.placed_part import placed_part
 from tribrach.network.survey import GivenPoint, ObservationTable, Survey
 from tribrach.observations.control import Coordinate
 from tribrach.observations.unknowns import FAMILIES
@@ -28,9 +29,17 @@ _POINTS = ("point", "position")
 def observed_part(survey: Survey) -> Survey:
     """The survey without points and without axes that are given and observed by nothing.
 
-    Of a survey in which nothing is observed at all the points stay.
+    Of a survey in which nothing is observed at all the points stay. Files of programs that leave
+    out what cannot be placed are taken so (:mod:`~tribrach.network.placed_part`).
+
+    Raises
+    ------
+    NoStartValues
+        Of such a file half of the points or more cannot be placed.
     """
-    return _axes(survey if all(map(_given, survey.tables())) else _points(survey))
+    if all(map(_given, survey.tables())):
+        return _axes(survey)
+    return placed_part(_axes(_points(survey)))
 
 
 def _given(table: ObservationTable) -> bool:

@@ -502,7 +502,8 @@ class Survey:
     """Points, stations and observations by name.
 
     title : of the file or project, "" if it has none; reference : system of the coordinates;
-    facts : what readers learned besides, for the report.
+    facts : what readers learned besides, for the report; leaves_out_unplaced : points that cannot
+    be placed are left out, as the program does that the file belongs to.
     """
 
     site: Site = field(default_factory=FlatSite)
@@ -517,6 +518,7 @@ class Survey:
     title: str = ""
     reference: Reference = Reference()
     facts: tuple[Fact, ...] = ()
+    leaves_out_unplaced: bool = False
     _tables: list[ObservationTable] = field(default_factory=list)
     _joint: list[tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], Array]] = field(
         default_factory=list
@@ -808,6 +810,7 @@ class Survey:
         self._tables += other._tables
         self._joint += [(t + first, i, r, c) for t, i, r, c in other._joint]
         self.warnings += other.warnings
+        self.leaves_out_unplaced |= other.leaves_out_unplaced
         self.title = self.title or other.title
         self.reference = self.reference.completed(other.reference)
         self.facts += other.facts
@@ -827,6 +830,36 @@ class Survey:
         first = np.cumsum([0, *(len(part) for part in parts)])
         self._tables = [table for part in parts for table in part]
         self._joint = [(first[t], i, r, c) for t, i, r, c in self._joint]
+
+    def part(self, keep: Sequence[NDArray[np.bool_]]) -> Survey:
+        """Some of the observations, with what is left of the covariances that they share.
+
+        Parameters
+        ----------
+        keep : sequence of array of bool (n,)
+            Which observations of each table stay.
+
+        Returns
+        -------
+        Survey
+            With the same points; tables of which nothing stays are left out.
+        """
+        stays = [bool(mask.any()) for mask in keep]
+        number = np.cumsum([0, *stays])
+        place = [np.cumsum(mask) - 1 for mask in keep]
+        joint = []
+        for tables, items, rows, matrix in self._joint:
+            pairs = zip(tables.tolist(), items.tolist(), strict=True)
+            kept = np.flatnonzero([bool(keep[t][i]) for t, i in pairs])
+            if len(kept):
+                t, i = tables[kept], items[kept]
+                moved = np.array([place[a][b] for a, b in zip(t, i, strict=True)], dtype=np.int64)
+                joint.append((number[t], moved, rows[kept], matrix[np.ix_(kept, kept)]))
+        return replace(
+            self,
+            _tables=[t.part(m) for t, m, s in zip(self._tables, keep, stays, strict=True) if s],
+            _joint=joint,
+        )
 
     def of_marks(self) -> Survey:
         """What was measured of marks alone: without scanner stations and without check values.

@@ -421,3 +421,28 @@ def test_deflections_are_named(tmp_path: Path) -> None:
     warnings = comp3d.read(path).warnings
     assert "Deflections of the vertical are given at Q: not applied." in warnings
     assert "No observation sees P: left out." in warnings
+
+
+def test_points_that_cannot_be_placed_are_left_out(tmp_path: Path) -> None:
+    """As Comp3D does: U is seen by one ray whose sigma needs a distance, V by nothing but U."""
+    sights = "".join(
+        f"3 {end} P {np.linalg.norm(np.subtract(place, (1030, 2030, 103))):.4f} 0.001\n"
+        for end, place in (
+            ("A", (1000, 2000, 100)),
+            ("B", (1050, 2000, 101)),
+            ("C", (1000, 2050, 102)),
+        )
+    )
+    hanging = "7 A B 100 0.001\n5 A U 30 0.001 0.001\n3 U V 5 0.001\n"
+    survey, adjustment = adjusted(tmp_path, sights + hanging)
+    left_out = [w for w in survey.warnings if "cannot be placed" in w]
+    assert left_out == [
+        "Point U cannot be placed: it is left out with its observations (net.obs:5, net.obs:6).",
+        "Point V cannot be placed: it is left out with its observations (net.obs:6).",
+    ]
+    assert set(survey.points) == {"A", "B", "C", "P"}
+    alone, expected = adjusted(tmp_path, sights + hanging.splitlines()[0] + "\n")
+    index = alone.network().start.layout.index("point", "P")
+    np.testing.assert_allclose(
+        adjustment.state.points[index], expected.state.points[index], atol=1e-7
+    )

@@ -13,10 +13,11 @@ from tests.io.survey.gama_files import (
     full_network,
     read,
 )
-from tribrach.errors import InputError
+from tribrach.errors import InputError, NoStartValues
 from tribrach.io.survey.gama.reader import GamaFacts
 from tribrach.network.adjustment import adjust
 from tribrach.network.facts import facts_of
+from tribrach.network.observed_part import observed_part
 from tribrach.observations.base import Use
 from tribrach.units import CC, GON, SEC
 
@@ -457,6 +458,63 @@ def test_observations_of_undefined_points_are_left_out(tmp_path):
     np.testing.assert_allclose(joint.covariance, expected, rtol=1e-12)
     assert set(survey.points) == {"A", "B", "P"}
     assert adjust(network).n_observations == 4
+
+
+#: a trilateration with a cluster in which directions to U, which nothing else sees, are correlated
+HANGING = PLANE + (
+    '<point id="Q" adj="xy"/>\n{points}<obs from="A">\n<distance to="P" val="70.7" stdev="5"/>'
+    '<distance to="Q" val="111.8" stdev="5"/></obs>\n<obs from="B">\n'
+    '<distance to="P" val="70.72" stdev="5"/><distance to="Q" val="50.01" stdev="5"/></obs>\n'
+    '<obs from="P"><direction to="A" val="350"/><direction to="B" val="250"/>{directions}'
+    '<direction to="Q" val="200"/>{matrix}</obs>\n{more}'
+)
+
+
+def band(matrix: np.ndarray) -> str:
+    """A full covariance matrix as an element."""
+    n = len(matrix)
+    numbers = " ".join(str(matrix[i, j]) for i in range(n) for j in range(i, n))
+    return f'<cov-mat dim="{n}" band="{n - 1}">{numbers}</cov-mat>'
+
+
+def test_points_that_nothing_places_are_left_out(tmp_path):
+    """As gama-local does: the rest is adjusted as if they were not in the file."""
+    matrix = 100 * (np.eye(4) + 0.2)
+    more = '<obs from="U"><distance to="V" val="9" stdev="5"/></obs>\n'
+    body = HANGING.format(
+        points='<point id="U" adj="xy"/><point id="V" adj="xy"/>',
+        directions='<direction to="U" val="120"/>',
+        matrix=band(matrix),
+        more=more,
+    )
+    survey = observed_part(read(tmp_path, document(body)))
+    assert survey.warnings == [
+        "Point U cannot be placed: it is left out with its observations (net.gkf:14, net.gkf:15).",
+        "Point V cannot be placed: it is left out with its observation (net.gkf:15).",
+    ]
+    kept = [0, 1, 3]
+    alone = HANGING.format(
+        points="", directions="", matrix=band(matrix[np.ix_(kept, kept)]), more=""
+    )
+    found, expected = (
+        adjust(s.network()) for s in (survey, observed_part(read(tmp_path, document(alone))))
+    )
+    assert found.layout.names["point"] == expected.layout.names["point"]
+    np.testing.assert_allclose(found.state.points, expected.state.points, atol=1e-9)
+    np.testing.assert_allclose(
+        found.covariance("P", "Q"), expected.covariance("P", "Q"), rtol=1e-9, atol=1e-16
+    )
+    assert found.dof == expected.dof == 2
+
+
+def test_a_network_of_which_half_hangs_is_not_taken_apart(tmp_path):
+    points = "".join(f'<point id="U{k}" adj="xy"/>' for k in range(5))
+    more = "".join(
+        f'<obs from="A"><direction to="U{k}" val="1" stdev="1"/></obs>' for k in range(5)
+    )
+    body = HANGING.format(points=points, directions="", matrix=band(np.eye(3)), more=more)
+    with pytest.raises(NoStartValues, match="U3"):
+        observed_part(read(tmp_path, document(body)))
 
 
 @pytest.mark.parametrize("case", BAD)

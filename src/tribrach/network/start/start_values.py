@@ -61,7 +61,8 @@ def find_start(network: Network) -> State:
     state = _by_places(network, _state(frame, start))
     if state.missing():
         sentences = missing_ties(network, frame, state)
-        raise NoStartValues("no start values can be found for all unknowns", sentences)
+        what = "no start values can be found for all unknowns"
+        raise NoStartValues(what, sentences, state.missing())
     return _settled(network, frame, start, state)
 
 

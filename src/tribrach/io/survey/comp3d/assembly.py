@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.errors import NoStartValues
 from tribrach.geodesy.projection import ProjectedGrid
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.io.survey.comp3d.points import Comp3dPoint, Comp3dPoints
@@ -68,9 +69,12 @@ from tribrach.observations.sights import (
     SlopeDistances,
     ZenithAngles,
 )
+from tribrach.observations.unknowns import State
 
 __all__ = ["Comp3dFacts", "assemble", "grid_axes"]
 
+#: observations that a sentence names
+_NAMED = 10
 #: reasons of observations that are switched off
 INNER = "the project uses inner constraints"
 _OFF = "its sigma is negative in the file"
@@ -613,13 +617,45 @@ class _Assembly:
         """Find approximate places: by offsets, by subframes, and last by the whole network."""
         self._extend()
         if not self._complete():
-            survey, tables = self.build(core=True)
-            tables.add_to(survey)
-            state = find_start(survey.network())
+            state = self._placed()
             for name, x in zip(state.layout.names["point"], state.points, strict=True):
                 if name not in self.levels and name not in self.given:
                     self.known.setdefault(name, x)
             self._extend()
+
+    def _placed(self) -> State:
+        """Places by the whole network; points that cannot be placed are left out, as in Comp3D.
+
+        Raises
+        ------
+        NoStartValues
+            Half of the points or more cannot be placed, or subframes.
+        """
+        while True:
+            survey, tables = self.build(core=True)
+            tables.add_to(survey)
+            network = survey.network()
+            try:
+                return find_start(network)
+            except NoStartValues as error:
+                names = {name for family, name in error.unplaced if family == "point"}
+                rest = len(network.start.layout.names["point"]) - len(names)
+                if not names or rest <= len(names):
+                    raise
+                self._leave_out(names)
+
+    def _leave_out(self, names: set[str]) -> None:
+        """Leave out points and what was observed of them, with a warning for each."""
+        lines = self.observed.without(names)
+        for name in sorted(names):
+            listed = ", ".join(lines[name][:_NAMED])
+            more = f" and {len(lines[name]) - _NAMED} more" if len(lines[name]) > _NAMED else ""
+            self.problems.warnings.append(
+                f"Point {name} cannot be placed: it is left out with its observations "
+                f"({listed}{more})."
+            )
+        self.active = self.observed.names(active=True)
+        self._extend()
 
     def _extend(self) -> None:
         up = np.array([0.0, 0.0, 1.0])
@@ -769,6 +805,7 @@ class _Assembly:
         grid = project.grid
         assert grid is not None
         survey.title = project.name
+        survey.leaves_out_unplaced = True
         survey.facts = (Comp3dFacts(grid, project.refraction, project.simulation),)
         return survey
 

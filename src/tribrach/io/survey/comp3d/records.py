@@ -7,7 +7,7 @@ equal distances or height differences (:class:`EqualRecord`).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from tribrach.io.survey.comp3d.text import TextLine
 
@@ -241,6 +241,50 @@ class Observed:
     frames: list[FrameRecord] = field(default_factory=list)
     axes: list[AxisRecord] = field(default_factory=list)
     equals: list[EqualRecord] = field(default_factory=list)
+
+    def without(self, names: set[str]) -> dict[str, list[str]]:
+        """Drop what names some points.
+
+        Parameters
+        ----------
+        names
+            Of the points.
+
+        Returns
+        -------
+        dict
+            ``file:line`` of what was dropped, by point.
+        """
+        lines: dict[str, list[str]] = {name: [] for name in names}
+
+        def free(line: TextLine, *ends: str) -> bool:
+            for name in names & set(ends):
+                lines[name].append(line.source)
+            return not names & set(ends)
+
+        self.sights = [s for s in self.sights if free(s.line, *s.names)]
+        frames = [
+            replace(f, entries=tuple(e for e in f.entries if free(e.line, e.target)))
+            for f in self.frames
+            if free(f.line, f.origin)
+        ]
+        self.frames = [frame for frame in frames if frame.entries]
+        axes = [
+            replace(
+                axis,
+                circles=tuple(c for c in axis.circles if free(c.line, c.point)),
+                feet=tuple(foot for foot in axis.feet if free(foot[1], foot[0])),
+            )
+            for axis in self.axes
+            if free(axis.line, axis.origin)
+        ]
+        self.axes = [axis for axis in axes if axis.circles]
+        equals = [
+            replace(e, pairs=tuple(p for p in e.pairs if free(p.line, p.start, p.end)))
+            for e in self.equals
+        ]
+        self.equals = [equal for equal in equals if equal.pairs]
+        return lines
 
     def names(self, *, active: bool) -> set[str]:
         """Names of points in active observations, or in those that are switched off."""

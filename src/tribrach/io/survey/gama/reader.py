@@ -101,7 +101,7 @@ class _Reader:
     def __init__(self, network: Element) -> None:
         self.axes = Axes(network.choice("axes-xy", AXES, "ne"))
         hand = HANDS[network.choice("angles", HANDS, "left-handed")]
-        self.survey = Survey(sigma0=10.0)
+        self.survey = Survey(sigma0=10.0, leaves_out_unplaced=True)
         self.facts = GamaFacts(self.axes)
         parts = list(network.children(("description", "parameters", "points-observations")))
         for part in parts:
