@@ -175,7 +175,7 @@ def check_angles(values: Array, source: Sequence[str], kind: type[Observations])
     for row in kind.angular:
         for k in np.flatnonzero(beyond_circle(values[:, row])):
             name = " ".join(filter(None, [kind.facts.title, kind.components[row]]))
-            record = source[k] or f"observation {k + 1}"
+            record = source[int(k)] or f"observation {k + 1}"
             try:
                 check_circle(float(values[k, row]), turns=2)
             except ValueError as error:
