@@ -10,7 +10,9 @@ from tribrach.io.survey.formats import format_of, read
 from tribrach.job.opened import open_job
 from tribrach.job.plan.steps import plan_project
 from tribrach.network.adjustment import Adjustment, adjust
+from tribrach.network.facts import facts_of
 from tribrach.network.observed_part import observed_part
+from tribrach.network.side_shots import SideShots, compute
 
 pytestmark = pytest.mark.data
 
@@ -72,6 +74,26 @@ def test_campus_survey_of_everything(folder):
     assert round(adjustment.sigma0_posterior, 3) == 0.980
     assert adjustment.iterations <= 6
     check(adjustment, folder, names[1], 0.1, 0.2)
+
+
+def test_side_shots_of_the_campus_survey(folder):
+    """13 shots to a chimney and a meridian mark, which take no part in the network."""
+    names = [f"industry_case_combined_{what}put.txt" for what in ("in", "out")]
+    adjustment = adjust(observed_part(read([folder / name for name in names])).network())
+    computed, left_out = compute(adjustment, *facts_of(adjustment.network.facts, SideShots))
+    assert not left_out
+    grid = adjustment.network.reference.grid
+    assert grid is not None
+    found = [(shot.name, *grid.from_work(shot.xyz[None])[0]) for shot in computed]
+    lines = (folder / names[1]).read_text(encoding="latin-1").splitlines()
+    first = next(k for k, line in enumerate(lines) if "Sideshot Coordinates Computed" in line)
+    rows = [line.split() for line in lines[first : first + 30]]
+    listed = [row for row in rows if row[:1] in (["Chimney"], ["Meridian"])]
+    assert len(listed) == len(found) == 13
+    for (name, east, north, height), row in zip(found, listed, strict=True):
+        assert name == row[0]
+        expected = [float(word) for word in row[1:4]]
+        np.testing.assert_allclose([north, east, height], expected, atol=1e-4)
 
 
 def test_campus_survey_of_vectors_alone(folder, tmp_path):

@@ -17,6 +17,7 @@ from tribrach.report.chapters import (
     registration,
     rigid_model,
     scans,
+    side_shots,
     stations,
     unknowns,
 )
@@ -40,6 +41,7 @@ SUBJECTS = tuple(
         observations,
         stations,
         points,
+        side_shots,
         unknowns,
         instruments,
     )

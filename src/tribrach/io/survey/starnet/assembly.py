@@ -29,6 +29,7 @@ from tribrach.io.survey.starnet.records import (
 from tribrach.io.survey.starnet.settings import StarnetSettings
 from tribrach.io.survey.starnet.weights import sigmas_of
 from tribrach.network.facts import Reference
+from tribrach.network.side_shots import SideShots
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Observations, Use
 from tribrach.observations.gnss import GnssBaselines
@@ -103,9 +104,35 @@ def assemble(
         places.add_to(survey, builder.names())
     if part != "points":
         builder.observations()
+    if part == "all" and records.shots:
+        survey.facts += (_side_shots(records, settings, places, refused),)
     if places.output is not None:
         survey.reference = Reference(crs=settings.crs, grid=places.output)
     return survey
+
+
+def _side_shots(
+    records: StarnetRecords, settings: StarnetSettings, places: Places, refused: RefusalCollector
+) -> SideShots:
+    """Observations of side shots, each to a point of its own."""
+    names: dict[str, str] = {}
+    sources: dict[str, str] = {}
+    left_out: dict[str, str] = {}
+    sights: list[Sight] = []
+    for shot in records.shots:
+        quantities = {sight.quantity for sight in shot.sights}
+        if not quantities & {Quantity.ANGLE, Quantity.BEARING}:
+            left_out[shot.source] = "it has neither an angle nor a bearing"
+        elif records.kind == "3D" and not quantities & {Quantity.ZENITH, Quantity.RISE}:
+            left_out[shot.source] = "it has neither a zenith angle nor a height difference"
+        else:
+            key = f"{shot.name} ({shot.source})"
+            names[key], sources[key] = shot.name, shot.source
+            sights += [replace(sight, to=key) for sight in shot.sights]
+    own = StarnetRecords(records.kind, sights=sights)
+    builder = _Builder(own, settings, places, refused, "all")
+    builder.observations()
+    return SideShots(builder.survey, names, sources, left_out)
 
 
 class _Builder:
