@@ -144,6 +144,13 @@ def frame(kind: type[Observations], rng: np.random.Generator, site: Site, **more
     }
 
 
+def single(kind: type[Observations], rng: np.random.Generator, site: Site) -> dict:
+    """Latitudes and longitudes, which a flat site does not have."""
+    on_ellipsoid = site if isinstance(site, EllipsoidSite) else EllipsoidSite(0.7, 0.2, 150.0)
+    columns = {"position": rng.integers(0, 9, N), "lean": 2e-5, "site": on_ellipsoid}
+    return {**common(kind, rng), **columns}
+
+
 #: columns of each kind by its name
 BUILDERS: dict[str, Build] = {
     "slope_distance": lambda k, g, s: sights(k, g, s, zero=mixed(g, 18), scale=mixed(g, 18)),
@@ -265,6 +272,16 @@ BUILDERS: dict[str, Build] = {
         "axis_skew": g.integers(15, 18, N),
         "site": s,
     },
+    "ellipsoid_chord": lambda k, g, s: {**common(k, g), **pairs(g, 9), "site": s},
+    "ellipsoid_arc": lambda k, g, s: {
+        **common(k, g),
+        **pairs(g, 9),
+        "geoid_start": 40.0,
+        "geoid_end": g.uniform(39, 41, N),
+        "site": s,
+    },
+    "latitude": single,
+    "longitude": single,
     "circle_reading": lambda k, g, s: {
         **common(k, g),
         "angle": g.integers(0, 9, N),

@@ -1,13 +1,21 @@
 """Observation kinds against numbers from the books and against geometry in closed form."""
 
 import numpy as np
+import pyproj
 import pytest
 
-from tribrach.geodesy.site import EllipsoidSite, FlatSite, Site
+from tribrach.geodesy.site import (
+    EllipsoidSite,
+    FlatSite,
+    Site,
+    curvature_radii,
+    ecef_from_geodetic,
+)
 from tribrach.geometry.rotation import exp
 from tribrach.instruments.calibration import NIST, PAPER_EIGHT, PAPER_EIGHT_ELEVATION
 from tribrach.observations.base import Observations
 from tribrach.observations.control import Offsets
+from tribrach.observations.ellipsoidal import EllipsoidArcs, EllipsoidChords
 from tribrach.observations.gnss import Antennas, GnssBaselines
 from tribrach.observations.planes import FittedPlanes
 from tribrach.observations.scanner import Inclinations, ScannerPolar, TargetCentres
@@ -198,3 +206,27 @@ def test_a_turn_of_the_gnss_frame_moves_a_northern_baseline_west():
     at = state(points=[[0, 0, 0], [0, 1e4, 0]], scalars=[1e-6, 2e-6])
     baseline = given(GnssBaselines, np.zeros(3), start=[0], end=[1], turn_u=[0], scale=[1])
     np.testing.assert_allclose(baseline.predict(at), [[-0.01, 10000.02, 0]], atol=1e-6)
+
+
+@pytest.mark.parametrize("azimuth", [0.0, 0.7, 1.571, 4.0])
+@pytest.mark.parametrize("length", [100.0, 30e3, 200e3])
+def test_arcs_are_geodesics(length: float, azimuth: float) -> None:
+    """Arcs against PROJ's geodesics; chords against the feet; sea level by its radius."""
+    geod = pyproj.Geod(ellps="GRS80")
+    lon, lat, _ = geod.fwd(0.2, 0.7, azimuth, length, radians=True)
+    site = EllipsoidSite(0.7, 0.2, 0.0)
+    places = np.array([[0.7, 0.2, 300.0], [lat, lon, 1200.0]])
+    points = site.from_ecef(ecef_from_geodetic(*places.T))
+    feet = ecef_from_geodetic(*(places * [1, 1, 0]).T)
+    ends = {"start": np.array([0]), "end": np.array([1]), "site": site}
+    common = {"values": np.zeros((1, 1)), "covariance": np.ones((1, 1, 1)), **ends}
+    here = state(list(points))
+    (chord,) = EllipsoidChords(**common).predict(here)[0]
+    assert chord == pytest.approx(np.linalg.norm(feet[1] - feet[0]), abs=2e-8)
+    (arc,) = EllipsoidArcs(**common).predict(here)[0]
+    # the radius along the line, at its middle, is that of the whole line to 0.1 mm in 200 km
+    assert arc == pytest.approx(length, abs=1e-7 if length < 1e3 else 1e-4)
+    (sea,) = EllipsoidArcs(**common, geoid_start=50.0, geoid_end=50.0).predict(here)[0]
+    nu, m = curvature_radii(np.array((0.7 + lat) / 2))
+    radius = 1 / (np.sin(azimuth) ** 2 / nu + np.cos(azimuth) ** 2 / m)
+    assert sea / arc == pytest.approx(1 + 50.0 / radius, abs=2e-9)

@@ -88,8 +88,8 @@ def numeric(observations: Observations, state: State) -> np.ndarray:
     for column in range(LAYOUT.size):
         # small against the closest sight and against the distance from a pole
         step = 1e-3 if LAYOUT.describe(column)[0] in ("point", "vector") else 1e-4
-        if "height" in observations.kind:
-            step *= 1000  # heights come out of numbers of Earth size and are nearly linear
+        if "height" in observations.kind or observations.kind in ("latitude", "longitude"):
+            step *= 1000  # these come out of numbers of Earth size and are nearly linear
         for factor, weight in ((2, -1 / 12), (1, 2 / 3), (-1, -2 / 3), (-2, 1 / 12)):
             delta = np.zeros(LAYOUT.size)
             delta[column] = factor * step

@@ -20,7 +20,15 @@ import numpy as np
 
 from tribrach._types import Array
 
-__all__ = ["GRS80", "EllipsoidSite", "FlatSite", "Site", "ecef_from_geodetic", "enu_rotation"]
+__all__ = [
+    "GRS80",
+    "EllipsoidSite",
+    "FlatSite",
+    "Site",
+    "curvature_radii",
+    "ecef_from_geodetic",
+    "enu_rotation",
+]
 
 
 #: semi-major axis [m] and flattening of GRS80
@@ -127,6 +135,27 @@ def ecef_from_geodetic(
         ],
         axis=-1,
     )
+
+
+def curvature_radii(latitude: Array, ellipsoid: tuple[float, float] = GRS80) -> tuple[Array, Array]:
+    """Radii of curvature of an ellipsoid.
+
+    Parameters
+    ----------
+    latitude : (...,)
+        Geodetic latitude [rad].
+    ellipsoid
+        Semi-major axis [m] and flattening.
+
+    Returns
+    -------
+    nu, m : (...,)
+        In the prime vertical and in the meridian [m].
+    """
+    a, f = ellipsoid
+    e2 = f * (2 - f)
+    w2 = 1 - e2 * np.sin(latitude) ** 2
+    return a / np.sqrt(w2), a * (1 - e2) / w2**1.5
 
 
 @dataclass(frozen=True)
@@ -254,11 +283,8 @@ class EllipsoidSite:
         -----
         Its entries are 1/(nu+h), 1/(M+h) and tan(lat)/(nu+h).
         """
-        a, f = self.ellipsoid
-        e2 = f * (2 - f)
         geodetic = self.geodetic(x)
-        w2 = 1 - e2 * np.sin(geodetic[:, 0]) ** 2
-        nu, m = a / np.sqrt(w2), a * (1 - e2) / w2**1.5
+        nu, m = curvature_radii(geodetic[:, 0], self.ellipsoid)
         axes = self.axes(x)
         local = np.zeros((len(x), 3, 3))
         local[:, 0, 1] = -1 / (m + geodetic[:, 2])

@@ -37,11 +37,11 @@ class Gnss:
 
 @dataclass
 class Line:
-    """A measurement on one line: value as (degrees, minutes, seconds) or metres."""
+    """A measurement on one line: (degrees, minutes, seconds), packed degrees, or metres."""
 
     type: str
     names: Sequence[str]
-    value: tuple[int, int, float] | float
+    value: tuple[int, int, float] | str | float
     sigma: float
     heights: tuple[float, float] = (0.0, 0.0)
     ignored: bool = False
@@ -127,7 +127,9 @@ def _dna_set(m: Directions) -> list[str]:
     return out
 
 
-def _dna_value(value: tuple[int, int, float] | float) -> str:
+def _dna_value(value: tuple[int, int, float] | str | float) -> str:
+    if isinstance(value, str):
+        return f"{value:>14}".ljust(28)
     if isinstance(value, tuple):
         d, m, s = value
         return f"{d:>17} {m:02d} {s:07.4f}"
@@ -220,7 +222,9 @@ def _xml_set(m: Directions) -> list[str]:
     return [*out, "</DnaMeasurement>"]
 
 
-def _xml_value(value: tuple[int, int, float] | float) -> str:
+def _xml_value(value: tuple[int, int, float] | str | float) -> str:
+    if isinstance(value, str):
+        return value
     if isinstance(value, tuple):
         d, m, s = value
         return f"{d}.{m:02d}{s:07.4f}".replace(".", "#", 1).replace(".", "").replace("#", ".")

@@ -266,11 +266,12 @@ def test_unmeasured_and_ignored_only_stations(read):
     assert adjust(survey.network()).dof == 9
 
 
-def test_projected_station(read):
+@pytest.mark.parametrize("zone", ["S55", "55"])
+def test_projected_station(read, zone):
     """Flinders Peak in MGA94 zone 55 and geographically (GDA Technical Manual)."""
     network = Network(
         [
-            Station("grid", ["273741.2966", "5796489.7769", "0.0"], "FFF", "UTM", "S55"),
+            Station("grid", ["273741.2966", "5796489.7769", "0.0"], "FFF", "UTM", zone),
             Station("geographic", ["-37.570372030", "144.252952440", "0.0"], "FFF", "LLh"),
         ],
         [baseline("grid", "geographic", np.array([0.0, 0, 1e-3]), covariance(1))],
@@ -358,8 +359,8 @@ BAD = {
         "'ABC' of the point cluster",
     ),
     "type": (
-        lambda n: n.measurements.append(Line("M", ["A", "B"], 3.0, 0.01)),
-        "measurement type M (distance at sea level) is not read",
+        lambda n: n.measurements.append(Line("F", ["A", "B"], 3.0, 0.01)),
+        "measurement type F (unknown) is not read",
     ),
     "no measurements": (lambda n: n.measurements.clear(), "no observations"),
     "no stations": (lambda n: n.stations.clear(), "there are no stations"),
@@ -407,8 +408,8 @@ def test_uncertain_frames_are_warned_about(read):
 
 def test_ignored_type_that_is_not_read_is_reported(read):
     network = full()
-    network.measurements.append(Line("M", ["A", "B"], 3.0, 0.01, ignored=True))
-    assert any("type M" in warning for warning in read(network).warnings)
+    network.measurements.append(Line("F", ["A", "B"], 3.0, 0.01, ignored=True))
+    assert any("type F" in warning for warning in read(network).warnings)
 
 
 def test_broken_files(tmp_path):

@@ -1,12 +1,13 @@
 """Terrestrial measurements in DynaML and DNA files: simulated from places, read back, adjusted."""
 
 import numpy as np
+import pyproj
 import pytest
 
 from tests.io.survey.dynadjust_files import Directions, Line, Network, Station, write_dna, write_xml
 from tests.io.survey.test_dynadjust import ENU, A
 from tribrach.errors import InputError
-from tribrach.geodesy.site import EllipsoidSite
+from tribrach.geodesy.site import EllipsoidSite, ecef_from_geodetic
 from tribrach.io.survey.dynadjust import dna, dynaml
 from tribrach.network.adjustment import adjust
 from tribrach.observations.base import Use
@@ -112,13 +113,79 @@ def test_ignored(read):
     assert list(table.use) == [Use.ACTIVE] * 3 + [Use.OFF]
 
 
+def packed(angle: float) -> str:
+    """Degrees.minutesseconds with nine decimals, 0.3 mm on the ground."""
+    hundred_thousandths = round(np.degrees(abs(angle)) * 3600e5)
+    seconds, fraction = divmod(hundred_thousandths, 100000)
+    sign = "-" if angle < 0 else ""
+    return f"{sign}{seconds // 3600}.{seconds // 60 % 60:02d}{seconds % 60:02d}{fraction:05d}"
+
+
+def on_ellipsoid(name: str) -> tuple[float, float]:
+    """Longitude and latitude [rad]."""
+    latitude, longitude, _ = ANYWHERE.geodetic(ANYWHERE.from_ecef(TRUE[name][None]))[0]
+    return float(longitude), float(latitude)
+
+
+def chord(first: str, second: str) -> float:
+    """Between the feet of two stations on the ellipsoid."""
+    feet = [ecef_from_geodetic(np.float64(b), np.float64(a), np.float64(0.0))
+            for a, b in map(on_ellipsoid, (first, second))]  # fmt: skip
+    return float(np.linalg.norm(feet[1] - feet[0]))
+
+
+def arc(first: str, second: str) -> float:
+    """Geodesic on the ellipsoid."""
+    ends = *on_ellipsoid(first), *on_ellipsoid(second)
+    return float(pyproj.Geod(ellps="GRS80").inv(*ends, radians=True)[2])
+
+
+def older() -> Network:
+    """Latitudes, longitudes, distances on the ellipsoid and astronomic azimuths, with heights."""
+    out = Network([Station(n, [f"{v:.4f}" for v in x]) for n, x in TRUE.items()])
+    m = out.measurements
+    for name in TRUE:
+        m.append(Line("R", [name], height(name), 0.01))
+    for letters, name in (("PQ", "A"), ("IJ", "C")):
+        longitude, latitude = on_ellipsoid(name)
+        m.append(Line(letters[0], [name], packed(latitude), 0.001))
+        m.append(Line(letters[1], [name], packed(longitude), 0.001))
+    m.append(Line("K", ["A", "B"], dms(azimuth("A", "B")), 0.3))
+    m.append(Line("K", ["A", "D"], dms(azimuth("A", "D")), 0.3))
+    for kind, first, second in (("C", "A", "B"), ("C", "B", "C"), ("E", "A", "D"), ("M", "D", "C")):
+        length = chord(first, second) if kind == "C" else arc(first, second)
+        m.append(Line(kind, [first, second], length, 0.005))
+    return out
+
+
+def test_older_types(read):
+    """C, E, I, J, K, M, P and Q give the places that they were computed from."""
+    survey = read(older())
+    for word in ("astronomic latitudes", "distances at sea level"):
+        assert any(word in warning for warning in survey.warnings)
+    network = survey.network()
+    values = {o.kind: o for o in network.observations}
+    longitude, latitude = on_ellipsoid("A")
+    assert values["latitude"].values[0, 0] == pytest.approx(latitude, abs=1e-10)
+    assert values["longitude"].values[0, 0] == pytest.approx(longitude, abs=1e-10)
+    assert values["latitude"].sigma[0, 0] == pytest.approx(0.001 * ARCSEC)
+    adjustment = adjust(network)
+    assert adjustment.defect == 0
+    assert adjustment.dof == 14 - 12
+    assert adjustment.vtpv < 0.01
+    for name, x in TRUE.items():
+        got = survey.site.to_ecef(adjustment.state.points[[adjustment.layout.index("point", name)]])
+        np.testing.assert_allclose(got[0], x, atol=5e-4)
+
+
 @pytest.mark.parametrize(
     ("line", "sentence"),
     [
         (Line("S", ["A", "Q"], 1.0, 0.002), "station Q is in no station file"),
         (Line("S", ["A", "B"], 1.0, 0.0), "sigma of slope_distance is 0"),
         (Line("S", ["A", "B"], 1.0, -0.01), "sigma of slope_distance is -0.01"),
-        (Line("K", ["A", "B"], (1, 2, 3.0), 1.0), "type K (astronomic azimuth) is not read"),
+        (Line("F", ["A", "B"], (1, 2, 3.0), 1.0), "type F (unknown) is not read"),
+        (Line("P", ["A"], "-36.6100", 1.0), "stay below 60"),
         (Line("A", ["A", "B"], (1, 2, 3.0), 1.0), ""),
         (Line("V", ["A", "B"], (90, 61, 3.0), 1.0), "60"),
     ],

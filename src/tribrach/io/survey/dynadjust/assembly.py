@@ -41,6 +41,12 @@ from tribrach.network.network import Datum
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Observations, Use
 from tribrach.observations.control import Heights
+from tribrach.observations.ellipsoidal import (
+    EllipsoidArcs,
+    EllipsoidChords,
+    Latitudes,
+    Longitudes,
+)
 from tribrach.observations.gnss import GnssBaselines, GnssPositions
 from tribrach.observations.levelling import HeightDifferences
 from tribrach.observations.sights import Angles, Azimuths, Directions, SlopeDistances, ZenithAngles
@@ -55,9 +61,17 @@ ACCURATE = 0.1
 _KINDS: dict[str, type[Observations]] = {
     "A": Angles,
     "B": Azimuths,
+    "C": EllipsoidChords,
     "D": Directions,
+    "E": EllipsoidArcs,
     "H": Heights,
+    "I": Latitudes,
+    "J": Longitudes,
+    "K": Azimuths,
     "L": HeightDifferences,
+    "M": EllipsoidArcs,
+    "P": Latitudes,
+    "Q": Longitudes,
     "R": Heights,
     "S": SlopeDistances,
     "V": ZenithAngles,
@@ -326,6 +340,16 @@ def add_sights(survey: Survey, sights: Sequence[TerrestrialRecord]) -> None:
             "measured heights and height differences are orthometric; they are taken as "
             "ellipsoidal, no geoid model is read"
         )
+    active = {sight.type for sight in sights if not sight.ignored}
+    if active & set("IJK"):
+        survey.warnings.append(
+            "astronomic latitudes, longitudes and azimuths are taken as geodetic, no deflections "
+            "of the vertical are read"
+        )
+    if "M" in active:
+        survey.warnings.append(
+            "distances at sea level are taken as on the ellipsoid, no geoid model is read"
+        )
 
 
 def _add_sights(survey: Survey, kind: str, sights: Sequence[TerrestrialRecord]) -> None:
@@ -346,10 +370,10 @@ def _add_sights(survey: Survey, kind: str, sights: Sequence[TerrestrialRecord]) 
 def _fields(kind: str, sights: Sequence[TerrestrialRecord]) -> dict[str, Any]:
     """The fields of the kind that name stations and heights."""
     first = [sight.names[0] for sight in sights]
-    if kind in "HR":
+    if kind in "HIJPQR":
         return {"position": first}
     out: dict[str, Any] = {"start": first, "end": [sight.names[1] for sight in sights]}
-    if kind == "L":
+    if kind in "CELM":
         return out
     out["height_instrument"] = np.array([sight.height_instrument for sight in sights])
     out["height_target"] = np.array([sight.height_target for sight in sights])

@@ -25,6 +25,7 @@ from tribrach.io.survey.dynadjust.records import (
     StationRecord,
     TerrestrialRecord,
     number,
+    packed_dms,
 )
 from tribrach.io.xml_file import read_bytes
 from tribrach.network.survey import Survey
@@ -280,7 +281,11 @@ class _Reader:
         if not all(names):
             raise place.error(f"a measurement of type {kind} needs {len(names)} station names")
         angular = SIGHTS[kind][1]
-        value = _angle(line, place) if angular else number(line[_LINEAR], "the value", place)
+        if angular and len(names) == 1 and line[_LINEAR].strip():
+            # a latitude or longitude stands where lengths do, as degrees.minutesseconds
+            value = packed_dms(line[_LINEAR], "the value", place)
+        else:
+            value = _angle(line, place) if angular else number(line[_LINEAR], "the value", place)
         sigma = number(line[_SIGMA], "the standard deviation", place)
         instrument, target = (
             number(line[c].strip() or "0", "a height", place) for c in (_INSTRUMENT, _TARGET)

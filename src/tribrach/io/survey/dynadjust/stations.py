@@ -232,13 +232,13 @@ def ecef_of(record: StationRecord, ellipsoid: tuple[float, float]) -> Array:
 
 
 def _utm(record: StationRecord, ellipsoid: tuple[float, float]) -> pyproj.Proj:
-    """The projection of a zone such as ``S55``."""
-    match = re.fullmatch(r"([NSns])\s*(\d{1,2})", record.zone.strip())
+    """The projection of a zone such as ``S55``; without a letter it is southern, as DynAdjust's."""
+    match = re.fullmatch(r"([NSns]?)\s*(\d{1,2})", record.zone.strip())
     if match is None or not 1 <= int(match[2]) <= 60:
         raise record.place.error(
             f"hemisphere and zone of station {record.name} are {record.zone!r}",
-            "write them as S55 or N32",
+            "write them as S55 or N32, or 55 for a southern zone",
         )
     a, f = ellipsoid
-    south = match[1].upper() == "S"
+    south = match[1].upper() != "N"
     return pyproj.Proj(proj="utm", zone=int(match[2]), south=south, a=a, f=f)
