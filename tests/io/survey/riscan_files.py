@@ -21,6 +21,8 @@ class Scan:
     accuracy: float = 2.0
     enabled: bool = True
     inactive: Sequence[str] = ()
+    #: paths of what targets are linked to
+    links: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass
@@ -32,11 +34,13 @@ class Rsp:
     glcs: dict[str, tuple[Sequence[float], Sequence[float] | None]] = field(default_factory=dict)
     prcs: dict[str, tuple[Sequence[float], Sequence[float] | None]] = field(default_factory=dict)
     glcs_extra: str = ""
+    crs: str = ""
 
 
 def write(project: Rsp, path: Path) -> Path:
     """The project as XML, one element a line."""
     lines = ['<project name="test" kind="ProjectX">', "<name>test</name>"]
+    lines += [f"<gsm_project_crs>{project.crs}</gsm_project_crs>"]
     lines += [*_matrix("pop", project.pop), "<scanpositions>"]
     for scan in project.scans:
         lines += [f'<scanposition name="{scan.name}">', f"<name>{scan.name}</name>"]
@@ -49,7 +53,7 @@ def write(project: Rsp, path: Path) -> Path:
             ]
         lines += ["<ppm_air_temperature>12</ppm_air_temperature>", "<ppm_instrument/>"]
         lines += [f"<registered>{scan.registered:d}</registered>", *_matrix("sop", scan.sop)]
-        lines += _points("socs", scan.targets, scan.inactive)
+        lines += _points("socs", scan.targets, scan.inactive, links=scan.links)
         lines.append("</scanposition>")
     lines.append("</scanpositions>")
     lines += _points("glcs", project.glcs, (), project.glcs_extra) + _points("prcs", project.prcs)
@@ -67,13 +71,17 @@ def _matrix(tag: str, matrix: np.ndarray | None) -> list[str]:
     return [f"<{tag}>", f'<matrix rows="4" cols="4"> {_numbers(matrix)} </matrix>', f"</{tag}>"]
 
 
-def _points(frame: str, points, inactive: Sequence[str] = (), extra: str = "") -> list[str]:
+def _points(
+    frame: str, points, inactive: Sequence[str] = (), extra: str = "", links: Mapping = {}
+) -> list[str]:
     lines = [f"<tpl_{frame}>", "<active>1</active>"]
     for name, (vector, accuracy) in points.items():
         lines.append(f'<tp_{frame} name="{name}">')
         if accuracy is not None:
             lines.append(f'<accuracy length="3"> {_numbers(accuracy)} </accuracy>')
         lines.append(f"<active>{name not in inactive:d}</active>")
+        if name in links:
+            lines.append(f'<linked_ref noderef="{links[name]}"/>')
         lines.append(f"<name>{name}</name>{extra}")
         lines.append(f'<vector length="3"> {_numbers(vector)} </vector>')
         lines.append(f"</tp_{frame}>")

@@ -3,8 +3,9 @@
 Every scan position becomes a station with six unknowns, every reflector a target centre with the
 covariance of its stated accuracies (along and across the beam) plus a floor.
 
-**Names.** RiSCAN PRO links tie points by name, but numbers them anew at every scan position, so
-that a name may mean two things. Distances between targets do not depend on the station: a reflector
+**Names.** A reflector that is linked to control or to another tie point has the name of that one.
+Others RiSCAN PRO links by name, but numbers them anew at every scan position, so that a name may
+mean two things. Distances between targets do not depend on the station: a reflector
 whose distances to the others differ between two stations is not the same one there.
 
 **Frames.** If anything in the project is geocentric, the work frame is East-North-Up at the
@@ -18,7 +19,7 @@ and are not used.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import radians
 from pathlib import Path
 
@@ -26,6 +27,8 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.geodesy.site import EllipsoidSite, FlatSite
+from tribrach.io.survey.riscan.grid_scale import grid_scale, grid_sentence
+from tribrach.io.survey.riscan.links import linked_stations
 from tribrach.io.survey.riscan.records import (
     Position,
     RiscanProject,
@@ -268,15 +271,20 @@ def read(path: Path) -> Survey:
         Not a RiSCAN PRO project, malformed, or with a stated accuracy that is not positive.
     """
     project = parse(path)
+    linked, warnings = linked_stations(project)
+    project = replace(project, stations=tuple(linked))
     frames = Frames(project)
     survey = Survey(site=frames.site)
+    survey.warnings += warnings
     stations = _stations(survey, project, frames)
     conditions = {station.name: station.conditions for station in stations}
     survey.facts = (RiscanFacts(project.name, conditions),)
-    _targets(survey, stations)
+    names = _targets(survey, stations)
     positions = _positions(survey, stations, frames)
     tilts = _tilts(survey, stations, frames)
     control = _control(survey, project, frames)
+    if not frames.geocentric:
+        survey.warnings[:0] = _grid(project, stations, names)
     if control < 3 and not (positions >= 3 or (positions == 2 and tilts)):
         survey.datum = Datum("free")
         survey.warnings.append(
@@ -310,8 +318,35 @@ def _stations(survey: Survey, project: RiscanProject, frames: Frames) -> list[Sc
     return used
 
 
-def _targets(survey: Survey, stations: Sequence[ScanPosition]) -> None:
-    """All reflectors as target centres."""
+def _grid(
+    project: RiscanProject, stations: Sequence[ScanPosition], names: Sequence[Sequence[str]]
+) -> list[str]:
+    """That the grid of the control is not Cartesian, if the reflectors show it and it explains all.
+
+    It comes before whatever the adjustment says of control.
+    """
+    seen = [
+        {
+            name: (target.vector, _covariance(target))
+            for name, target in zip(own, station.targets, strict=True)
+            if target.active
+        }
+        for own, station in zip(names, stations, strict=True)
+    ]
+    given = {
+        point.name: (point.vector, _control_sigma(point)) for point in project.glcs if point.active
+    }
+    found = grid_scale(seen, given)
+    return [grid_sentence(found, project.crs)] if found is not None and found.told else []
+
+
+def _control_sigma(point: TiePoint) -> Array:
+    """Standard deviations (3,) of a control point [m]."""
+    return point.accuracy if point.accuracy is not None else np.full(3, CONTROL_SIGMA)
+
+
+def _targets(survey: Survey, stations: Sequence[ScanPosition]) -> list[list[str]]:
+    """All reflectors as target centres; returns their names by station."""
     names, warnings = identities(stations)
     survey.warnings += warnings
     for station, targets in zip(stations, names, strict=True):
@@ -327,6 +362,7 @@ def _targets(survey: Survey, stations: Sequence[ScanPosition]) -> None:
             reason=np.where(active, "", OFF).astype(object),
             group="reflectors",
         )
+    return names
 
 
 def _covariance(target: TiePoint) -> Array:
@@ -437,7 +473,7 @@ def _without_yaw(station: ScanPosition) -> bool:
 def _control(survey: Survey, project: RiscanProject, frames: Frames) -> int:
     """Global tie points as weighted control; returns their number."""
     for point in project.glcs:
-        sigma = point.accuracy if point.accuracy is not None else np.full(3, CONTROL_SIGMA)
+        sigma = _control_sigma(point)
         if not (sigma > 0).all():
             raise point.error(f"control point {point.name} has no accuracy above zero")
         if point.height:

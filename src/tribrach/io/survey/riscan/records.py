@@ -40,6 +40,8 @@ class TiePoint:
         False if it is switched off.
     source
         ``file:line``.
+    link
+        Path of the tie point that this one is the same as, "" without one.
     """
 
     name: str
@@ -49,6 +51,7 @@ class TiePoint:
     height: float
     active: bool
     source: str
+    link: str = ""
 
     def error(self, what: str) -> InputError:
         """The error of this tie point."""
@@ -125,6 +128,8 @@ class RiscanProject:
         Scan positions.
     prcs, glcs
         Tie points in these frames.
+    crs
+        Name of the project's coordinate system, "" if it has none.
     """
 
     name: str
@@ -132,6 +137,7 @@ class RiscanProject:
     stations: tuple[ScanPosition, ...]
     prcs: tuple[TiePoint, ...]
     glcs: tuple[TiePoint, ...]
+    crs: str = ""
 
 
 def parse(path: Path) -> RiscanProject:
@@ -162,6 +168,7 @@ def parse(path: Path) -> RiscanProject:
             tuple(stations),
             _tie_points(root, "tpl_prcs", "tp_prcs"),
             _tie_points(root, "tpl_glcs", "tp_glcs"),
+            root.text("gsm_project_crs"),
         )
     return project
 
@@ -193,6 +200,11 @@ class _Node:
     def text(self, tag: str) -> str:
         """Text of a child, empty if there is none."""
         return (self.element.findtext(tag) or "").strip()
+
+    def reference(self, tag: str) -> str:
+        """Path that a child refers to, empty if there is none."""
+        node = self.child(tag)
+        return "" if node is None else str(node.element.get("noderef") or "").strip()
 
     def flag(self, tag: str, default: bool) -> bool:
         """A child that is 0 or 1 as a truth value."""
@@ -322,4 +334,5 @@ def _tie_point(node: _Node, active: bool) -> TiePoint:
         node.number("height", 0.0),
         active and node.flag("active", True),
         node.source,
+        node.reference("linked_ref"),
     )
