@@ -66,7 +66,7 @@ def test_incidence_is_that_on_the_walls_and_makes_ranges_worse(tmp_path: Path) -
     cosine = np.abs(xyz[np.arange(len(xyz)), wall]) / length
     inner &= cosine > 0.5
     assert inner.sum() > 10_000
-    angle = np.array(with_it["incidence"])
+    angle = np.radians(np.array(with_it["incidence"]))
     assert np.abs(angle - np.arccos(cosine))[inner].max() < 2e-3
     trace = [sum(np.array(c[f"sigma_{a}"], float) ** 2 for a in "xyz") for c in (without, with_it)]
     more = NOISE.range_sigma(length) ** 2 * (1 / cosine**2 - 1)
@@ -178,7 +178,7 @@ def test_merged_is_all_scans_in_one_file(tmp_path: Path) -> None:
         assert np.abs(cloud.xyz[number == k] - part.xyz).max() <= merged.step + 1e-9
         for name in ("height", "sigma_x", "sigma_y", "sigma_z"):
             assert (np.array(cloud[name])[number == k] == np.array(part[name])).all()
-    assert extra(merged.path) == {"height", "station", "sigma_x", "sigma_y", "sigma_z"}
+    assert extra(merged.path) == {"height", "station", "sigma_x", "sigma_y", "sigma_z", "sigma"}
     (facts,) = [v for v in cloud.vlrs if v.user_id == "tribrach"]
     said = json.loads(facts.record_data)
     assert said["stations"] == f"0 {scans[0].name}; 1 {scans[1].name}"

@@ -61,7 +61,10 @@ def write(paths: list[Path], target: Path) -> list[Placement]:
     made = [station(path, k + 1) for k, path in enumerate(paths)]
     frame, wish = OutputFrame(WorkFrame()), CloudSection(format=target.suffix[1:])
     scans, places = [one for one, _ in made], [where for _, where in made]
-    CloudProduct(target.stem, scans, places, frame, wish).write(target, lambda *_: None)
+    numbers = range(1, len(scans) + 1)
+    CloudProduct(target.stem, scans, places, frame, wish, numbers, "prior").write(
+        target, lambda *_: None
+    )
     return places
 
 

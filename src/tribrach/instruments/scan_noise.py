@@ -16,6 +16,7 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.errors import InputError
+from tribrach.units import SEC
 
 __all__ = ["ScanNoise"]
 
@@ -89,6 +90,22 @@ class ScanNoise:
         """
         sigma: Array = (self.range + self.range_scale * length) / cosine
         return sigma
+
+    @property
+    def words(self) -> str:
+        """The figures in words, for facts and reports."""
+        angles = " and ".join(f'{a / SEC:.3g}"' for a in (self.horizontal, self.vertical))
+        parts = [
+            f"ranges {1e3 * self.range:.3g} mm + {1e6 * self.range_scale:.3g} ppm",
+            f"angles {angles}",
+        ]
+        if self.systematic:
+            parts.append(f'systematic {self.systematic / SEC:.3g}"')
+        if self.beam_exit or self.beam_divergence:
+            parts.append(
+                f"beam {1e3 * self.beam_exit:.3g} mm and {1e3 * self.beam_divergence:.3g} mrad"
+            )
+        return "noise of the scanner: " + ", ".join(parts)
 
     @property
     def parameters(self) -> Array:

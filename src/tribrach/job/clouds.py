@@ -24,6 +24,7 @@ from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader, CloudWriter, step_for
 from tribrach.io.keeping import is_read
 from tribrach.job.grouping import groups, whole_source
+from tribrach.job.poses import station_order
 from tribrach.job.scans import MeasuredScan, StationScan, share_after
 from tribrach.job.state import Remembered, digest
 from tribrach.scan.normals import incidence_cosines
@@ -127,6 +128,28 @@ def _same(one: Path, other: Path) -> bool:
 _SIGMAS = ("sigma_x", "sigma_y", "sigma_z")
 
 
+#: of all three together
+_SIGMA = "sigma"
+
+
+#: fields of points of LAS that mean nothing elsewhere
+_OF_LAS = frozenset(
+    (
+        "synthetic",
+        "key_point",
+        "withheld",
+        "overlap",
+        "scanner_channel",
+        "scan_direction_flag",
+        "edge_of_flight_line",
+        "user_data",
+        "scan_angle",
+        "scan_angle_rank",
+        "point_source_id",
+    )
+)
+
+
 _CORRELATIONS = ("correlation_xy", "correlation_xz", "correlation_yz")
 
 
@@ -184,6 +207,7 @@ def write_clouds(
     folder: Path,
     state: Remembered,
     progress: Callable[[str, int, int | None], None],
+    sigma_origin: str = "prior",
 ) -> list[Product]:
     """Write every cloud that is not there already.
 
@@ -200,18 +224,23 @@ def write_clouds(
         Where clouds are written and remembered.
     progress
         Called with the name of the cloud, points done, points in all.
+    sigma_origin
+        Whether the covariances of the placements are a priori or a posteriori.
     """
     state.sweep(folder)
     products = []
+    numbers = {name: k for k, name in enumerate(station_order(scans), start=1)}
     for group in groups(scans, section):
         path = folder / group.file
         made = [placements[scan.name] for scan in group.scans]
         measured = [scan.measured for scan in group.scans]
-        key = state.key(CloudProduct, group.name, measured, made, frame, section)
+        source = tuple(numbers[scan.station] for scan in group.scans)
+        known = (group.name, measured, made, frame, section, source, sigma_origin)
+        key = state.key(CloudProduct, *known)
         facts = state.recall(f"cloud-{group.file}", key, path)
         new = facts is None
         if facts is None:
-            cloud = CloudProduct(group.name, measured, made, frame, section)
+            cloud = CloudProduct(*known)
             summary = cloud.write(path, progress)
             facts = {
                 "summary": summary.to_facts(),
@@ -235,7 +264,17 @@ def write_clouds(
 
 
 class CloudProduct:
-    """One cloud on its way into its file."""
+    """One cloud on its way into its file.
+
+    Parameters
+    ----------
+    name, scans, placements, frame, section
+        What is in the cloud, where it stands, and what the project says of it.
+    sources
+        Number of the station of each scan in the file of poses, from 1.
+    sigma_origin
+        Whether the covariances of the placements are a priori or a posteriori.
+    """
 
     def __init__(
         self,
@@ -244,8 +283,12 @@ class CloudProduct:
         placements: Sequence[Placement],
         frame: OutputFrame,
         section: CloudSection,
+        sources: Sequence[int],
+        sigma_origin: str,
     ) -> None:
         self.name, self.scans, self.placements = name, scans, placements
+        self.sources, self.sigma_origin = sources, sigma_origin
+        self.as_las = section.format in ("las", "laz", "copc")
         self.frame, self.section = frame, section
         self.whole = all(where.noise is not None for where in placements)
         self.step = step_for(min(self._smallest(where) for where in placements))
@@ -367,6 +410,8 @@ class CloudProduct:
                     off = float(np.linalg.norm(rigid @ chunk.xyz - out, axis=1).max())
                     self._misfit = max(self._misfit, off)
                 kept = dict(chunk.values) if values else {}
+                if not self.as_las:
+                    kept = {name: v for name, v in kept.items() if name not in _OF_LAS}
                 if values:
                     self._complete(kept, chunk.xyz, turned, sigma, cosine, number)
                 yield out, chunk.xyz, kept, sigma
@@ -387,11 +432,15 @@ class CloudProduct:
             values |= dict(zip(_NORMALS, turned_normals.T, strict=True))
         if len(self.scans) > 1:
             values["station"] = np.full(len(xyz), number, dtype=np.uint16)
+        if self.as_las:
+            values["point_source_id"] = np.full(len(xyz), self.sources[number], dtype=np.uint16)
         if cosine is not None:
-            values["incidence"] = rounded(np.arccos(cosine).astype(np.float32))
+            values["incidence"] = rounded(np.degrees(np.arccos(cosine)).astype(np.float32))
         if sigma is None or not self.whole:
             return
         values |= dict(zip(_SIGMAS, sigma.T, strict=True))
+        three = np.sqrt((sigma.astype(np.float64) ** 2).sum(axis=1))
+        values[_SIGMA] = rounded(three.astype(np.float32))
         if self.section.correlations:
             c = covariances(xyz, turned, cosine)
             root = np.sqrt(c[:, :3])
@@ -408,18 +457,21 @@ class CloudProduct:
             names = set(scan.scan.names)
             shared = [f for f in shared if f.name in names]
         extra: list[Field] = []
-        facts: dict[str, str] = {"frame": self.frame.kind}
+        if not self.as_las:
+            shared = [f for f in shared if f.name not in _OF_LAS]
+        elif all(f.name != "point_source_id" for f in shared):
+            extra.append(Field("point_source_id", "uint16"))
         if len(self.scans) > 1:
             extra.append(Field("station", "uint16", description="number of the scan, from 0"))
-            facts["stations"] = "; ".join(f"{k} {s.name}" for k, s in enumerate(self.scans))
         if self.section.incidence:
-            extra.append(Field("incidence", "float32", description="incidence angle [rad]"))
+            extra.append(Field("incidence", "float32", description="incidence angle [deg]"))
         if self.whole:
             axes = self.frame.axes
             extra += [
                 Field(name, "float32", description=f"sigma of {axis} [m]")
                 for name, axis in zip(_SIGMAS, axes, strict=True)
             ]
+            extra.append(Field(_SIGMA, "float32", description="3D sigma [m]"))
             if self.section.correlations:
                 extra += [Field(name, "float32") for name in _CORRELATIONS]
         offset = self.frame.from_work(self.placements[0].pose.translation[None])[0]
@@ -432,5 +484,39 @@ class CloudProduct:
             pose=pose,
             crs=self.frame.wkt,
             epoch=self.frame.epoch,
-            facts=facts,
+            facts=self._facts(),
         )
+
+    def _facts(self) -> dict[str, str]:
+        """Frame, stations, pose, and where the sigmas come from, in words that ``info`` gives back.
+
+        The poses of a merged cloud are in the file of poses beside it.
+        """
+        facts = {"frame": self.frame.kind, "axes": ", ".join(self.frame.axes)}
+        if len(self.scans) > 1:
+            facts["stations"] = "; ".join(f"{k} {s.name}" for k, s in enumerate(self.scans))
+        else:
+            facts["station"] = self.placements[0].station
+            matrix = self.placements[0].delivered(self.frame).pose.matrix
+            facts["world from scanner"] = "; ".join(
+                " ".join(f"{v:.9g}" if k < 3 else f"{v:.4f}" for k, v in enumerate(row))
+                for row in matrix[:3]
+            )
+        if self.as_las:
+            named = dict(zip(self.sources, (w.station for w in self.placements), strict=True))
+            facts["point_source_id"] = "; ".join(f"{k} {name}" for k, name in named.items())
+        facts["sigmas"] = self._origin_of_sigmas()
+        return facts
+
+    def _origin_of_sigmas(self) -> str:
+        """What the sigmas of the points are made of."""
+        if not self.whole:
+            return "none: no noise is known of the scanner, or not where it stood"
+        noises = list(dict.fromkeys(w.noise for w in self.placements if w.noise is not None))
+        calibrated = any(where.calibration is not None for where in self.placements)
+        parts = [
+            f"pose of the station ({'a posteriori' if 'post' in self.sigma_origin else 'a priori'})"
+        ]
+        parts += ["calibration of the scanner"] if calibrated else []
+        parts += [noise.words for noise in noises[:3]]
+        return "; ".join(parts)

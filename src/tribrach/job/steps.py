@@ -164,7 +164,14 @@ def georeference(
     products: list[Product] = []
     if project.cloud.write:
         products = write_clouds(
-            work.scans, placements, frame, project.cloud, clouds, work.state, progress
+            work.scans,
+            placements,
+            frame,
+            project.cloud,
+            clouds,
+            work.state,
+            progress,
+            sigma_origin,
         )
     budget = error_budget(work.scans, placements, adjustment, work.state, factor)
     loose = bool(adjustment.defect and not adjustment.layout.count("point"))

@@ -85,16 +85,16 @@ def check_tree(path: Path) -> dict[tuple[int, ...], np.ndarray]:
     for key, deeper in below.items():
         code = 1 << 20 * np.arange(3)
         own = np.unique(cells(nodes[key], key[0] + 7) @ code)
-        assert len(own) >= len(nodes[key]) - 8 * 999
+        assert len(own) >= len(nodes[key]) - 8 * 9999
         assert np.isin(cells(np.concatenate(deeper), key[0] + 7) @ code, own).all()
     return nodes
 
 
 @pytest.fixture(scope="module")
 def cloud(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """100,000 points with every kind of field, in chunks."""
+    """300,000 points with every kind of field, in chunks."""
     folder = tmp_path_factory.mktemp("copc")
-    parts = [room(40_000, 1), room(1, 2), points(0, 3), room(59_999, 4)]
+    parts = [room(140_000, 1), room(1, 2), points(0, 3), room(159_999, 4)]
     write(folder / "cloud.las", parts)
     return write(folder / "cloud.copc.laz", parts)
 
@@ -110,7 +110,7 @@ def test_every_point_is_there_with_everything(cloud: Path) -> None:
         names = list(ours.header.point_format.extra_dimension_names)
         assert names == ["row", "sigma_x"]
     (scan,) = read_scans(cloud)
-    assert sum(len(chunk) for chunk in scan.chunks()) == 100_000
+    assert sum(len(chunk) for chunk in scan.chunks()) == 300_000
 
 
 def test_layout_of_the_format(cloud: Path) -> None:
@@ -142,11 +142,58 @@ def test_the_tree(cloud: Path) -> None:
     assert max(level for level, *_ in nodes) >= 2
 
 
+def test_nodes_hold_what_viewers_like(cloud: Path) -> None:
+    """30,000 to 50,000 points on the average, none more than is loaded in one go."""
+    nodes, header = tree(cloud)
+    assert 30_000 <= header.point_count / len(nodes) <= 50_000
+    assert max(len(xyz) for xyz in nodes.values()) <= 130_000
+
+
+def test_the_hierarchy_is_paged(
+    cloud: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Small pages: laspy finds the same points in them, by level and by box."""
+    monkeypatch.setattr(copc, "_PAGE", 6)
+    parts = [room(140_000, 1), room(1, 2), points(0, 3), room(159_999, 4)]
+    path = write(tmp_path / "paged.copc.laz", parts)
+    box = Bounds(UTM + np.array([9.7, -3.5, 0.8]), UTM + np.array([10.1, -2.9, 1.3]))
+    with CopcReader.open(path) as paged, CopcReader.open(cloud) as whole:
+        assert any(entry.point_count == -1 for entry in paged.root_page.entries.values())
+        assert all(entry.point_count >= 0 for entry in whole.root_page.entries.values())
+        for wish in ({"level": 0}, {"level": 2}, {"bounds": box}, {}):
+            ours, plain = paged.query(**wish), whole.query(**wish)
+            assert len(ours) == len(plain) > 0
+            assert np.array_equal(np.sort(ours.gps_time), np.sort(plain.gps_time))
+
+
+def test_pages_of_a_large_tree() -> None:
+    """Every node once, every page small, every reference to the page of its node."""
+    rng = np.random.default_rng(1)
+    leaves = rng.integers(0, 256, (4000, 3))
+    keys = {(8 - up, *(k >> up for k in leaf)) for leaf in leaves.tolist() for up in range(9)}
+    entries = np.zeros(len(keys), dtype=copc._ENTRY)
+    entries["key"] = sorted(keys)
+    entries["points"] = 1
+    data, size = copc.paged_hierarchy(entries, 1000, 100)
+    pending, found, pages = [(1000, size, (0, 0, 0, 0))], [], 0
+    while pending:
+        at, length, root = pending.pop()
+        page = np.frombuffer(data[at - 1000 : at - 1000 + length], dtype=copc._ENTRY)
+        pages += 1
+        assert len(page) <= 108
+        assert root in map(tuple, page["key"][page["points"] > 0].tolist())
+        found += page["key"][page["points"] > 0].tolist()
+        for entry in page[page["points"] == -1]:
+            pending.append((int(entry["offset"]), int(entry["size"]), tuple(entry["key"].tolist())))
+    assert pages > 10
+    assert sorted(map(tuple, found)) == sorted(keys)
+
+
 def test_queries_by_level_and_box(cloud: Path) -> None:
     nodes, _ = tree(cloud)
     with CopcReader.open(cloud) as reader, laspy.open(cloud) as file:
         everything = file.read()
-        assert len(reader.query()) == 100_000
+        assert len(reader.query()) == 300_000
         for level in range(max(key[0] for key in nodes) + 1):
             expected = sum(len(xyz) for key, xyz in nodes.items() if key[0] == level)
             assert len(reader.query(level=level)) == expected > 0
@@ -154,7 +201,7 @@ def test_queries_by_level_and_box(cloud: Path) -> None:
         found = reader.query(Bounds(low, high))
         xyz = everything.xyz
         inside = ((xyz >= low) & (xyz <= high)).all(axis=1)
-        assert 1000 < inside.sum() < 100_000
+        assert 1000 < inside.sum() < 300_000
         assert np.sort(found.gps_time) == pytest.approx(np.sort(everything.gps_time[inside]))
         assert np.sort(found["sigma_x"]) == pytest.approx(np.sort(everything["sigma_x"][inside]))
 
@@ -163,9 +210,9 @@ def test_a_cloud_larger_than_memory(
     cloud: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Blocks and tiles so small that the cloud is divided several times."""
-    monkeypatch.setattr(copc, "_TILE", 20_000)
+    monkeypatch.setattr(copc, "_TILE", 90_000)
     monkeypatch.setattr(point_spool, "_BLOCK", 7_001)
-    parts = [room(40_000, 1), room(1, 2), points(0, 3), room(59_999, 4)]
+    parts = [room(140_000, 1), room(1, 2), points(0, 3), room(159_999, 4)]
     path = write(tmp_path / "cloud.copc.laz", parts)
     assert (records(path) == records(cloud)).all()
     check_tree(path)
@@ -173,8 +220,8 @@ def test_a_cloud_larger_than_memory(
 
 def test_the_same_points_are_the_same_bytes(cloud: Path, tmp_path: Path) -> None:
     """Whatever chunks they come in."""
-    xyz = np.concatenate([room(40_000, 1)[0], room(1, 2)[0], room(59_999, 4)[0]])
-    parts = [room(40_000, 1)[1], room(1, 2)[1], room(59_999, 4)[1]]
+    xyz = np.concatenate([room(140_000, 1)[0], room(1, 2)[0], room(159_999, 4)[0]])
+    parts = [room(140_000, 1)[1], room(1, 2)[1], room(159_999, 4)[1]]
     values = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     path = write(tmp_path / "cloud.copc.laz", [(xyz, values)])
     assert path.read_bytes() == cloud.read_bytes()
@@ -194,12 +241,12 @@ def test_equal_points_and_single_ones(tmp_path: Path, n: int) -> None:
 
 def test_many_points_in_two_places(tmp_path: Path) -> None:
     """Deep in the tree they cannot be parted any further."""
-    xyz, values = points(90_000)
+    xyz, values = points(210_000)
     xyz[:] = UTM
     xyz[::2] += 1e-4
     xyz[0] += 80.0
     path = write(tmp_path / "a.copc.laz", [(xyz, values)])
-    assert len(records(path)) == 90_000
+    assert len(records(path)) == 210_000
     nodes, _ = tree(path)
     assert max(key[0] for key in nodes) == 13  # 80 m / 2^20 < 0.1 mm < 80 m / 2^19
 

@@ -1,9 +1,9 @@
 """COPC 1.0: LAZ whose chunks are the nodes of an octree, so that viewers load what they show.
 
 The format is that of https://copc.io: point records 6 or 7, the record ``copc`` 1 first in the
-file, chunks of variable size, the hierarchy as extended record ``copc`` 1000 after them. Fields,
-steps, offsets and facts are those of LAS. The order of points is that of the octree. The same
-points in the same order give the same bytes.
+file, chunks of variable size, the hierarchy in pages as extended record ``copc`` 1000 after them.
+Fields, steps, offsets and facts are those of LAS. The order of points is that of the octree. The
+same points in the same order give the same bytes.
 
 **The octree.** Each point goes into the coarsest node in which its cell of a grid of 128 x 128 x
 128 is still free; the first point in the file's order wins a cell. Two departures keep the number
@@ -41,7 +41,7 @@ from tribrach.io.clouds.header import CloudHeader
 from tribrach.io.clouds.las import LasRecords, forget_date
 from tribrach.io.clouds.staged import Staged
 
-__all__ = ["Cube", "subtree"]
+__all__ = ["Cube", "paged_hierarchy", "subtree"]
 
 Places = NDArray[np.int32]
 Records = NDArray[np.void]
@@ -52,10 +52,13 @@ _BITS, _GRID_BITS = 31, 7
 GRID = 1 << _GRID_BITS
 #: words of 32 bits that hold a bit for each cell of a node
 _WORDS = GRID**3 // 32
-#: nodes that at most so many points reach keep them
-_LEAF = 30_000
+#: nodes that at most so many points reach keep them; leaves are then between a quarter of it and
+#: all of it, 30,000 to 50,000 on the average, which viewers load in one go
+_LEAF = 100_000
 #: children with fewer points leave them to their parent
-_FEW = 1_000
+_FEW = 10_000
+#: nodes of a page of the hierarchy, about: 16 kB
+_PAGE = 512
 #: levels over which points are counted before the cloud is divided
 _COUNTED = 7
 #: points of a block of the spool, and of a subtree that is built in memory
@@ -515,11 +518,12 @@ class CopcWriter(LasRecords):
         keys = self._write_nodes(cube, laz)
         end = file.seek(0, 2)
         file.seek(las.offset_to_point_data)
-        page = _hierarchy(keys, lazrs.read_chunk_table(file, laz), las.offset_to_point_data)
+        entries = _entries(keys, lazrs.read_chunk_table(file, laz), las.offset_to_point_data)
+        pages, root = paged_hierarchy(entries, end + _EVLR.size, _PAGE)
         file.seek(end)
-        file.write(_EVLR.pack(0, b"copc", 1000, len(page), b"EPT hierarchy") + page)
+        file.write(_EVLR.pack(0, b"copc", 1000, len(pages), b"EPT hierarchy") + pages)
         las.start_of_first_evlr, las.number_of_evlrs = end, 1
-        las.vlrs[0] = VLR("copc", 1, "COPC info VLR", self._info(cube, end, len(page)))
+        las.vlrs[0] = VLR("copc", 1, "COPC info VLR", self._info(cube, end, root))
         file.seek(0)
         las.write_to(file, ensure_same_size=True)
         forget_date(file)
@@ -549,7 +553,7 @@ class CopcWriter(LasRecords):
         return np.concatenate(keys)
 
     def _info(self, cube: Cube, end: int, size: int) -> bytes:
-        """The record ``copc`` 1, with place and size of the page of the hierarchy."""
+        """The record ``copc`` 1, with place and size of the root page of the hierarchy."""
         step, offset = self._header.step, np.asarray(self._header.offset, dtype=float)
         half = cube.side * step / 2
         center = (cube.corner + cube.side / 2) * step + offset
@@ -572,8 +576,10 @@ def _parts(records: Records, ends: NDArray[np.int64]) -> list[memoryview]:
     return [data[a * size : b * size] for a, b in zip(starts, ends.tolist(), strict=True)]
 
 
-def _hierarchy(keys: NDArray[np.int32], chunks: Sequence[tuple[int, int]], start: int) -> bytes:
-    """One page with all nodes.
+def _entries(
+    keys: NDArray[np.int32], chunks: Sequence[tuple[int, int]], start: int
+) -> NDArray[np.void]:
+    """Entries (m,) of the hierarchy.
 
     Parameters
     ----------
@@ -584,12 +590,73 @@ def _hierarchy(keys: NDArray[np.int32], chunks: Sequence[tuple[int, int]], start
     start
         Of the point data in the file.
     """
-    page = np.zeros(max(len(keys), 1), dtype=_ENTRY)  # a cloud without points has an empty root
+    out = np.zeros(max(len(keys), 1), dtype=_ENTRY)  # a cloud without points has an empty root
     if len(keys):
         table = np.array(chunks, dtype=np.int64)
-        page["key"], page["points"], page["size"] = keys, table[:, 0], table[:, 1]
-        page["offset"] = start + _TABLE_OFFSET + np.cumsum(table[:, 1]) - table[:, 1]
-    return page.tobytes()
+        out["key"], out["points"], out["size"] = keys, table[:, 0], table[:, 1]
+        out["offset"] = start + _TABLE_OFFSET + np.cumsum(table[:, 1]) - table[:, 1]
+    return out
+
+
+def paged_hierarchy(entries: NDArray[np.void], start: int, most: int) -> tuple[bytes, int]:
+    """The pages of the hierarchy, that of the root first.
+
+    A page has the nodes below one node, level by level, as long as there is room for a whole level;
+    below the last level each node is the root of a page of its own, which the page above refers to
+    with a number of points of -1.
+
+    Parameters
+    ----------
+    entries : (m,)
+        Nodes with their chunks; parents of every node are among them.
+    start
+        Where the first page begins in the file.
+    most
+        Entries that a page may have, but for the children of its root, which are always in it.
+
+    Returns
+    -------
+    pages : bytes
+        All pages, one after the other.
+    root : int
+        Bytes of the first.
+    """
+    level, places = entries["key"][:, 0], entries["key"][:, 1:].astype(np.int64)
+    pending = [np.arange(len(entries))]
+    pages: list[NDArray[np.void]] = []
+    # places in pages of the entries that refer to others, filled once these have their place
+    referring: list[tuple[int, int]] = []
+    number = 0
+    while number < len(pending):
+        members = pending[number]
+        top = int(level[members].min())
+        sizes = np.bincount(level[members] - top)
+        sums = np.cumsum(sizes)
+        # what fits with references to the level below
+        below = np.append(sizes[1:], 0)
+        fits = np.flatnonzero(sums + below <= most)
+        last = top + (int(fits[-1]) if len(fits) else 0)
+        inside = members[level[members] <= last]
+        page = entries[inside]
+        deeper = members[level[members] > last]
+        if len(deeper):
+            # the node of the level below that each of them is or lies under
+            up = (level[deeper] - last - 1)[:, None]
+            roots, under = np.unique(places[deeper] >> up, axis=0, return_inverse=True)
+            more = np.zeros(len(roots), dtype=_ENTRY)
+            more["key"] = np.column_stack([np.full(len(roots), last + 1), roots])
+            more["points"] = -1
+            for k in range(len(roots)):
+                referring.append((number, len(page) + k))
+                pending.append(deeper[under.ravel() == k])
+            page = np.concatenate([page, more])
+        pages.append(page)
+        number += 1
+    starts = start + np.cumsum([0, *(page.nbytes for page in pages)])
+    for child, (parent, at) in enumerate(referring, start=1):
+        pages[parent]["offset"][at] = starts[child]
+        pages[parent]["size"][at] = pages[child].nbytes
+    return b"".join(page.tobytes() for page in pages), pages[0].nbytes
 
 
 @contextmanager

@@ -51,7 +51,7 @@ from tribrach.io.e57_pages import (
     read_xml,
     verify,
 )
-from tribrach.io.scans.e57 import pose_of
+from tribrach.io.scans.e57 import OURS, pose_of
 from tribrach.scan.scan import Field
 
 __all__ = ["copy_with_poses"]
@@ -62,7 +62,7 @@ _PLACED = ("pinholeRepresentation", "sphericalRepresentation", "cylindricalRepre
 _POSE_BLOCK = 4096
 _DECLARATION = b'<?xml version="1.0" encoding="UTF-8"?>\n'
 #: extensions: prefix and name
-_OURS = ("trb", "urn:tribrach:e57:1")
+_OURS = ("trb", OURS)
 _NORMALS = ("nor", "http://www.libe57.org/E57_NOR_surface_normals.txt")
 _AXES = ("cartesianX", "cartesianY", "cartesianZ")
 _RGB = {"red": "colorRed", "green": "colorGreen", "blue": "colorBlue"}

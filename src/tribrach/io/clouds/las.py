@@ -14,15 +14,18 @@ from typing import Any, BinaryIO, Self
 
 import laspy
 import numpy as np
+from laspy.vlrs.known import WktCoordinateSystemVlr
 from laspy.vlrs.vlr import VLR
 from numba import njit, prange
 from numpy.typing import NDArray
 from pyproj import CRS
+from pyproj.exceptions import CRSError
 
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.io.clouds.header import CloudHeader
 from tribrach.io.clouds.staged import Staged
+from tribrach.io.scans.las import FACTS
 from tribrach.scan.scan import Field
 
 __all__ = ["LasRecords", "LasWriter", "forget_date", "las_header"]
@@ -51,12 +54,22 @@ def las_header(header: CloudHeader) -> laspy.LasHeader:
             las.add_extra_dim(_extra(field))
     _without_limits(las)
     if header.crs is not None:
-        las.add_crs(CRS.from_user_input(header.crs))
+        las.vlrs.append(WktCoordinateSystemVlr(_wkt(CRS.from_user_input(header.crs))))
+        las.global_encoding.wkt = True
     facts = {"name": header.name, "epoch": header.epoch, "intensity": _stretch(header)}
     facts |= dict(header.facts)
     record = json.dumps(facts, sort_keys=True).encode()
-    las.vlrs.append(VLR("tribrach", 1, "facts as JSON", record))
+    las.vlrs.append(VLR(*FACTS, "facts as JSON", record))
     return las
+
+
+def _wkt(crs: CRS) -> str:
+    """WKT as LAS 1.4 asks for it (OGC 01-009); of systems that it cannot hold, that of 2019."""
+    try:
+        wkt = str(crs.to_wkt("WKT1_GDAL"))
+    except CRSError:
+        return str(crs.to_wkt())
+    return wkt
 
 
 def _without_limits(las: laspy.LasHeader) -> None:

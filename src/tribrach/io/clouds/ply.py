@@ -34,7 +34,11 @@ _TYPES = {
     "f4": "float",
     "f8": "double",
 }
-_RENAMED = {"normal_x": "nx", "normal_y": "ny", "normal_z": "nz"}
+#: names of PLY; others begin so that CloudCompare shows them without being asked
+_RENAMED = {
+    **{f"normal_{axis}": f"n{axis}" for axis in "xyz"},
+    **{name: name for name in ("red", "green", "blue", "intensity")},
+}
 #: digits kept free for the number of points; characters of a comment's value
 _DIGITS, _VALUE = 15, 200
 
@@ -101,7 +105,7 @@ class PlyWriter:
             for field in self._header.fields:
                 column = values.get(field.name)
                 width = column.shape[1] if column is not None and column.ndim == 2 else 0
-                bare = re.sub(r"\s+", "_", _RENAMED.get(field.name, field.name))
+                bare = re.sub(r"\s+", "_", _RENAMED.get(field.name, f"scalar_{field.name}"))
                 places = [f"{bare}_{k}" for k in range(width)] if width else [bare]
                 kind = np.dtype(field.dtype).newbyteorder("<").str
                 for k, place in enumerate(places):

@@ -167,7 +167,8 @@ def arranged(
     scale = _colour_factor([sample[ours[c]] for c in _RGB if c in ours])
     fields, sources, factors, used = [], [], [], {"x", "y", "z"}
     for source, dtype in types.items():
-        name = back.get(source, source)
+        # so CloudCompare and our own writer mark what is no coordinate
+        name = back.get(source, source.removeprefix("scalar_") or source)
         if name in ("x", "y", "z") and source in back:
             continue
         while name in used:

@@ -31,9 +31,10 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.io.e57_pages import CURE, child, damaged, number, parse, read_header, read_xml
+from tribrach.io.scans.facts import told_facts
 from tribrach.scan.scan import CHUNK, Chunk, Field, Origin, Scan
 
-__all__ = ["E57Scan", "pose_of", "read"]
+__all__ = ["OURS", "E57Scan", "pose_of", "read"]
 
 Values = NDArray[Any]
 
@@ -67,6 +68,8 @@ _INTEGERS = ("uint8", "int8", "uint16", "int16", "int32", "uint32", "int64")
 FAR = 10.0
 #: stated bounds beyond this are placeholders [m]
 _ENDLESS = 1e9
+#: name of the extension of our own writer
+OURS = "urn:tribrach:e57:1"
 #: entries of the header that are kept as facts
 _TEXTS = {
     "description": "description",
@@ -675,12 +678,15 @@ def read(path: Path) -> tuple[Scan, ...]:
         besides = f" but {len(images)} images" if images is not None and len(images) else ""
         raise InputError(f"the file holds no scan{besides}", file=path, cure="give another file")
     crs, text = crs_of(root)
+    told = root.find(f"{{{OURS}}}facts")
+    ours = {} if told is None else told_facts(told.text or "")
     scans: list[Scan] = []
     for k, (element, (name, notes)) in enumerate(
         zip(elements, unique_names(elements, path), strict=True)
     ):
         header = scan_header(element, path, k)
         facts = header.facts | ({"coordinate metadata": text} if text and crs is None else {})
+        facts |= ours
         scan = E57Scan(
             name=name,
             path=path,

@@ -20,7 +20,7 @@ from tribrach.geometry.rotation import log
 from tribrach.io.clouds.header import single_resolution
 from tribrach.scan.angular_step import angular_step
 from tribrach.scan.no_return import point_hashes, screened
-from tribrach.scan.scan import Chunk, Scan
+from tribrach.scan.scan import Chunk, Field, Scan
 
 __all__ = ["Description", "describe"]
 
@@ -239,16 +239,21 @@ class Description:
         rows.append(("scanner", _ORIGIN[scan.origin]))
         rows.append(("pose", _pose_words(scan)))
         rows.append(("CRS", _crs_words(scan.crs)))
-        rows += [(f"field {f.name}", self._field_words(f.name, f.dtype)) for f in scan.fields]
-        rows += [(key, value) for key, value in scan.facts.items()]
+        rows += [(f"field {f.name}", self._field_words(f)) for f in scan.fields]
+        described = {f"field {f.name}" for f in scan.fields}
+        rows += [(key, value) for key, value in scan.facts.items() if key not in described]
         return rows
 
-    def _field_words(self, name: str, dtype: str) -> str:
-        """Type and range of a field."""
-        values = self.figures.fields.get(name)
+    def _field_words(self, item: Field) -> str:
+        """Type, range and description of a field."""
+        values = self.figures.fields.get(item.name)
+        what = f"{item.dtype}, "
         if values is None or values.low > values.high:
-            return f"{dtype}, no values" if values is not None else f"{dtype}, zero throughout"
-        return f"{dtype}, {values.low:g} to {values.high:g}"
+            what += "no values" if values is not None else "zero throughout"
+        else:
+            what += f"{values.low:g} to {values.high:g}"
+        said = item.description.strip() or self.scan.facts.get(f"field {item.name}", "")
+        return f"{what} ({said})" if said else what
 
     def sentences(self) -> list[str]:
         """What looks wrong or is worth knowing, one sentence each."""
@@ -311,7 +316,9 @@ class Description:
                     f"The pose is the identity although the file has {self.among} scans: "
                     "they may not be registered."
                 )
-        if self.scan.origin == "unknown":
+        if self.scan.origin == "unknown" and not {"sigma_x", "sigma_y", "sigma_z"} <= set(
+            self.scan.names
+        ):
             out.append(
                 "Where the scanner stood among the points is not known: they get no uncertainty "
                 "of their own unless the project says so."

@@ -27,10 +27,11 @@ from laspy.point.dims import COMPOSED_FIELDS
 from numpy.typing import NDArray
 
 from tribrach.errors import InputError
+from tribrach.io.scans.facts import told_facts
 from tribrach.io.scans.origin import assumed_origin, scan_name
 from tribrach.scan.scan import CHUNK, Chunk, Field, Scan
 
-__all__ = ["read"]
+__all__ = ["FACTS", "read"]
 
 CURE = "copy the file again from its source"
 #: bytes of the header of a record before the points, and of one after them
@@ -39,6 +40,8 @@ _RECORD, _EXTENDED = 54, 60
 _SHORTEST, _LONG = 227, 375
 #: bit of the point format that says that points are compressed
 _COMPRESSED = 0x80
+#: user and number of the record with the facts of our own writer
+FACTS = ("tribrach", 1)
 #: dimensions that are not called as in the file
 _RENAMED = {"gps_time": "time"}
 _COORDINATES = ("X", "Y", "Z")
@@ -353,6 +356,7 @@ def read(path: Path) -> tuple[Scan, ...]:
         bounds = np.stack([header.mins, header.maxs]).astype(float)
         records = int(header.point_count)
         fields = tuple(_field(d) for d in header.point_format.dimensions if not _coordinate(d.name))
+        facts = _facts(header)
     return (
         LasScan(
             name=scan_name(path),
@@ -362,9 +366,17 @@ def read(path: Path) -> tuple[Scan, ...]:
             origin=assumed_origin(bounds if records else None),
             crs=wkt,
             bounds=bounds if records else None,
-            facts={"scales": " ".join(f"{s:g}" for s in header.scales)},
+            facts={"scales": " ".join(f"{s:g}" for s in header.scales)} | facts,
         ),
     )
+
+
+def _facts(header: laspy.LasHeader) -> dict[str, str]:
+    """What our own writer says of the cloud; nothing of other files."""
+    for record in header.vlrs:
+        if (record.user_id, record.record_id) == FACTS:
+            return told_facts(bytes(record.record_data_bytes()))
+    return {}
 
 
 def _field(dimension: Any) -> Field:

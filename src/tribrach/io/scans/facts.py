@@ -1,0 +1,34 @@
+"""What our own clouds say of themselves: station, frame, pose, and where their sigmas come from."""
+
+from __future__ import annotations
+
+import json
+
+__all__ = ["told_facts"]
+
+#: facts that are kept, and characters of each
+_MOST, _LENGTH = 50, 20_000
+
+
+def told_facts(text: str | bytes) -> dict[str, str]:
+    """The facts of a record of JSON, as strings by name; none of what is no such record.
+
+    Parameters
+    ----------
+    text
+        An object of strings, numbers and lists of numbers; what is null is left out, the name of
+        the cloud as well, which its file has.
+    """
+    try:
+        told = json.loads(text)
+    except (ValueError, RecursionError):
+        return {}
+    if not isinstance(told, dict):
+        return {}
+    out: dict[str, str] = {}
+    for name, value in list(told.items())[:_MOST]:
+        if value is None or name == "name" or isinstance(value, dict):
+            continue
+        said = " to ".join(map(str, value)) if isinstance(value, list) else str(value)
+        out[str(name)[:80]] = said[:_LENGTH]
+    return out
