@@ -173,7 +173,7 @@ def check_angles(values: Array, source: Sequence[str], kind: type[Observations])
     """
     out = []
     for row in kind.angular:
-        for k in np.flatnonzero(beyond_circle(values[:, row])):
+        for k in np.flatnonzero(beyond_circle(values[:, row])).tolist():
             name = " ".join(filter(None, [kind.facts.title, kind.components[row]]))
             record = source[int(k)] or f"observation {k + 1}"
             try:
