@@ -28,9 +28,11 @@ from tribrach.network.blunders.mistakes import first_adjustment, mistakes
 from tribrach.network.blunders.robust import adjust_robust
 from tribrach.network.blunders.snooping import SnoopingLog, snoop
 from tribrach.network.blunders.suspects import Key
+from tribrach.network.datum_control import unchecked_control
 from tribrach.network.network import Datum, Network
 from tribrach.network.observed_part import observed_part
 from tribrach.network.placement import placement_sentences
+from tribrach.network.plausible_sigmas import implausible_sigmas
 from tribrach.network.quality import Quality, assess
 from tribrach.network.separability import confusable
 from tribrach.network.survey import Survey
@@ -141,7 +143,8 @@ def solve(network: Network, settings: AdjustmentSettings) -> SolvedNetwork:
     components: VarianceComponents | None = None
     adjustment = first_adjustment(network)
     wrong = wrong_coordinate(adjustment)
-    warnings = [*warned(Severity.INPUT, [] if wrong is None else [wrong.sentence()])]
+    warnings = [*warned(Severity.INPUT, implausible_sigmas(network))]
+    warnings += [*warned(Severity.INPUT, [] if wrong is None else [wrong.sentence()])]
     # what else is wrong is looked for without a coordinate that is wrong for certain
     wrong = wrong if wrong is not None and wrong.certain else None
     apart = adjustment if wrong is None else wrong.after
@@ -164,6 +167,7 @@ def solve(network: Network, settings: AdjustmentSettings) -> SolvedNetwork:
     alone = quality if wrong is None else assess(apart, confidence=settings.confidence)
     warnings += warned(Severity.WEAK, confusable(apart, alone)[:10])
     warnings += warned(Severity.NOTE, placement_sentences(adjustment))
+    warnings += warned(Severity.WEAK, unchecked_control(adjustment))
     warnings += warned(Severity.WEAK, weakness_sentences(adjustment))
     warnings += warned(Severity.WEAK, geometry_sentences(adjustment)[:20])
     return SolvedNetwork(adjustment, quality, log, components, tuple(warnings), apart)

@@ -1,0 +1,110 @@
+"""Warns of standard deviations that no instrument and no control has, most often a wrong unit.
+
+A sigma of 0.0003 arc seconds is one of 1 arc second written in degrees; one of 100 degrees is no
+measurement. Both adjust without complaint: the first outweighs everything else, the second is as
+good as left out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tribrach._types import Array
+from tribrach.network.network import Network
+from tribrach.observations.base import Observations, Use
+from tribrach.observations.declaration import Category, Role
+from tribrach.units import SEC
+
+__all__ = ["implausible_sigmas"]
+
+
+@dataclass(frozen=True)
+class _Range:
+    """What standard deviations of a sort may be [m, rad], and why not less or more."""
+
+    least: float
+    most: float
+    too_small: str
+    too_large: str
+
+
+#: of angles: the best theodolites read 0.15 arc seconds, the mean of a hundred sets a tenth of it
+_ANGLES = _Range(
+    0.01 * SEC,
+    np.radians(5),
+    "which no instrument reaches",
+    "which is no measurement",
+)
+#: of lengths: interferometers reach a micrometre
+_LENGTHS = _Range(1e-6, 1.0, "which no instrument reaches", "which is no survey measurement")
+#: of GNSS, code solutions included
+_GNSS = _Range(1e-6, 100.0, "which no receiver reaches", "which is no survey measurement")
+#: of given coordinates, however loosely they are to be held
+_CONTROL = _Range(5e-6, np.inf, "which no coordinates have", "")
+
+
+def implausible_sigmas(network: Network) -> list[str]:
+    """A sentence for each kind of observation that has standard deviations beyond reason.
+
+    Parameters
+    ----------
+    network
+        As it was read.
+
+    Returns
+    -------
+    list of str
+        With ``file:line`` of the first, and how many more there are.
+    """
+    out = []
+    for o in network.observations:
+        taking_part = o.use != Use.OFF
+        for unit in ("rad", "m"):
+            limits = _limits(o, unit)
+            rows = [k for k, u in enumerate(o.units) if u == unit]
+            if limits is None or not rows:
+                continue
+            sigma = o.sigma[:, rows]
+            small = (sigma.min(axis=1) < limits.least) & taking_part
+            large = (sigma.max(axis=1) > limits.most) & taking_part
+            if small.any():
+                out.append(_sentence(network, o, small, sigma.min(axis=1), unit, limits.too_small))
+            if large.any():
+                out.append(_sentence(network, o, large, sigma.max(axis=1), unit, limits.too_large))
+    return out
+
+
+def _limits(o: Observations, unit: str) -> _Range | None:
+    """What standard deviations of a kind may be; None where anything may."""
+    facts = o.facts
+    if facts.role == Role.GIVEN:
+        return _CONTROL if unit == "m" else None
+    if facts.role != Role.READING or facts.category == Category.CENTRING:
+        return None
+    if unit == "rad":
+        return _ANGLES
+    return _GNSS if facts.category == Category.GNSS or facts.absolute else _LENGTHS
+
+
+def _sentence(
+    network: Network, o: Observations, bad: Array, sigma: Array, unit: str, why: str
+) -> str:
+    """The first of them with its line, how many there are, and what to do."""
+    first, count = int(np.argmax(bad)), int(bad.sum())
+    words = Network.describe(o, first, network.start)
+    more = f" and {count - 1} more" if count > 1 else ""
+    verb = "have" if count > 1 else "has"
+    return (
+        f"{words}{more} {verb} a standard deviation of {_sized(float(sigma[first]), unit)}, {why}: "
+        "check its unit, there or with the instrument"
+    )
+
+
+def _sized(sigma: float, unit: str) -> str:
+    """A standard deviation in a unit that people know."""
+    if unit == "rad":
+        degrees = np.degrees(sigma)
+        return f"{degrees:.3g} degrees" if degrees > 1 else f"{sigma / SEC:.2g} arc seconds"
+    return f"{sigma:.3g} m" if sigma > 0.1 else f"{1e3 * sigma:.2g} mm"
