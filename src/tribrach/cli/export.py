@@ -10,7 +10,7 @@ import typer
 from tribrach.cli.network import project_of
 from tribrach.cli.shell import Overwrite, claim, guarded, shown
 from tribrach.errors import InputError
-from tribrach.io.outputs import write_text
+from tribrach.io.outputs import write_texts
 from tribrach.io.survey.exported import export as exported
 from tribrach.io.survey.formats import read_files
 from tribrach.job.opened import open_job
@@ -48,16 +48,18 @@ def export(
         path = _beside(files[0], _SUFFIX[to]) if out is None else out
         claim(files, [path], overwrite=overwrite)
         result = exported(_network(files, quiet), to)
+        claim(files, list(result.files(path)), overwrite=overwrite)
         if result.lost and not partial:
             raise InputError(
                 f"{to} cannot hold all of this network: {'; '.join(result.lost)}",
                 cure="give --partial to write the rest, which is another network",
             )
-        write_text(path, result.text)
+        written = write_texts(result.files(path))
         if quiet:
             return
         one = result.written == 1
-        typer.echo(f"{path}: {result.written} observation{'' if one else 's'}")
+        names = ", ".join(map(str, written))
+        typer.echo(f"{names}: {result.written} observation{'' if one else 's'}")
         for sentence in (*result.lost, *result.notes):
             typer.echo(f"! {sentence[:1].upper()}{sentence[1:]}.")
 

@@ -13,6 +13,7 @@ from tribrach.errors import InputError
 from tribrach.geodesy.site import EllipsoidSite, FlatSite
 from tribrach.io.survey.exported import export
 from tribrach.io.survey.formats import read_files
+from tribrach.io.survey.starnet.settings import grid_of, name_of_grid
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.facts import Reference
 from tribrach.network.network import Datum, Network, axes_in_use
@@ -62,7 +63,10 @@ def again(network: Network, format: str, folder: Path) -> tuple[Adjustment, Adju
     exported = export(network, format)
     assert exported.lost == ()
     path = folder / f"net{SUFFIX[format]}"
-    path.write_text(exported.text, encoding="utf-8")
+    for file in folder.glob("*.snproj"):
+        file.unlink()
+    for file, text in exported.files(path).items():
+        file.write_text(text, encoding="utf-8")
     return adjust(network), adjust(network_of(path))
 
 
@@ -133,8 +137,20 @@ def test_star_net_jobs_come_back(shared_data: Path, tmp_path: Path) -> None:
     for job in jobs:
         assert_same(*again(network_of(job), "starnet", tmp_path))
     campus = [folder / f"industry_case_gnss_{part}put.txt" for part in ("in", "out")]
-    for format in ("gkf", "dynaml"):
+    for format in ("gkf", "dynaml", "starnet"):
         assert_same(*again(network_of(*campus), format, tmp_path))
+
+
+@pytest.mark.data
+def test_a_campus_of_sights_levels_and_vectors_comes_back(
+    shared_data: Path, tmp_path: Path
+) -> None:
+    """A real job in a grid: 313 unknowns, redundancy 1302."""
+    folder = shared_data / STARNET
+    campus = [folder / f"industry_case_combined_{part}put.txt" for part in ("in", "out")]
+    one, other = again(network_of(*campus), "starnet", tmp_path)
+    assert (one.dof, other.dof) == (1302, 1302)
+    assert_same(one, other)
 
 
 @pytest.mark.data
@@ -366,6 +382,81 @@ def test_names_that_have_the_separator(tmp_path: Path) -> None:
         export(survey.network(), "starnet")
 
 
+GRID_JOB = """
+.3D
+.ORDER EN
+C A 500100 5200200 450 ! ! !
+C B 500900 5200300 470 ! ! *
+C C 500700 5200900 480 0.004 0.005 0.01
+C D 500200 5200800 430
+C E 500500 5200500 450 * * 0.003
+B A-D 5-00-00 4 1.5/1.6
+B C-D 280-00-00 4
+D A-B 800 0.003 1.5/1.6
+D A-C 900 0.003 1.5/0.2
+.DELTA ON
+D B-C 600 0.004
+.DELTA OFF
+V A-D 90-00-00 4 1.5/1.6
+.REFRACTION 0.09
+V B-E 90-00-00 4 1.5/1.6
+V C-E 91-00-00 4
+A E-A-B 90-00-00 3 1.5/1.6
+DB D
+DN A 0-00-00 3
+DN C 100-00-00 3
+DN E 50-00-00 3 1.5/1.6
+DE
+L A-E 2.0 500 0.002
+L E-D -1.0 400 0.002
+.GPS ADDHIHT 1.2 1.7
+G1 A-D 1 2 3
+G2 1e-5 2e-5 1e-5
+G3 1e-6 -2e-6 1e-6
+"""
+
+
+def in_a_grid(folder: Path) -> Network:
+    """A job in UTM 32 with everything that a job in a grid has, and values that fit."""
+    (folder / "grid.dat").write_text(GRID_JOB)
+    (folder / "grid.snproj").write_text(
+        "[Adjustment]\nadjustment_type 3D\nlocal_or_grid_adjustment 1\n"
+        "coordinate_system_name UTM84-32\n"
+    )
+    network = network_of(folder / "grid.dat", folder / "grid.snproj")
+    rng, tables = np.random.default_rng(2), []
+    state = network.start
+    state.scalars[:] = 0.7
+    for o in network.observations:
+        sigma = np.sqrt(np.einsum("nii->ni", o.covariance))
+        tables.append(replace(o, values=o.predict(state) + sigma * rng.normal(size=o.values.shape)))
+    return replace(network, observations=tuple(tables))
+
+
+def test_a_job_in_a_grid_comes_back_with_its_project(tmp_path: Path) -> None:
+    """Held, partly held and weighted points, bearings, refraction, antennas over marks."""
+    network = in_a_grid(tmp_path)
+    exported = export(network, "starnet")
+    assert "UTM84-32" in exported.beside[".snproj"]
+    assert '"net.dat"' in exported.files(tmp_path / "net.dat")[tmp_path / "net.snproj"]
+    one, other = again(network, "starnet", tmp_path)
+    assert one.dof > 4
+    # northings of 5,200 km have a rounding of 1e-9 m
+    assert largest_difference(one, other) < 3e-9
+    assert (other.dof, other.n_unknowns) == (one.dof, one.n_unknowns)
+    assert other.posterior_factor == pytest.approx(one.posterior_factor, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("crs", "name"),
+    [("EPSG:2953", "NEWBRUNSWICK83"), ("EPSG:26919", "UTM83-19"), ("EPSG:32632", "UTM84-32"),
+     ("EPSG:32188", "MTM83-8"), ("EPSG:2154", "EPSG:2154")],
+)  # fmt: skip
+def test_grids_go_by_the_names_of_star_net(crs: str, name: str) -> None:
+    assert name_of_grid(crs) == name
+    assert grid_of(name) == crs
+
+
 def scanned() -> Network:
     survey = Survey()
     points(survey, held=3)
@@ -386,6 +477,8 @@ def test_what_a_format_cannot_hold_is_named_with_counts() -> None:
     assert "zenith (18): with curvature and refraction" in export(bent, "gkf").lost[0]
     words = export(on_ellipsoid(), "gkf").lost
     assert any(w.startswith("direction (20): its plumb lines are not parallel") for w in words)
+    with pytest.raises(InputError, match="computed in a grid, and this network is in none"):
+        export(on_ellipsoid(), "starnet")
     with pytest.raises(InputError, match="the site of this network is flat"):
         export(on_a_plane(), "dynaml")
     alone = replace(on_a_plane(), observations=())

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import importlib
 from collections import Counter
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from pathlib import Path
 from typing import Any, Protocol, cast
 
 import numpy as np
@@ -45,6 +46,8 @@ class Exported:
     ----------
     text
         Of the file.
+    beside
+        Texts of files that belong to it by suffix, with ``{name}`` where they name the file.
     written
         Observations in it.
     lost
@@ -58,6 +61,18 @@ class Exported:
     written: int
     lost: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    beside: Mapping[str, str] = field(default_factory=dict)
+
+    def files(self, path: Path) -> dict[Path, str]:
+        """Texts by path.
+
+        Parameters
+        ----------
+        path
+            Of the file itself; what belongs to it has its name with another suffix.
+        """
+        more = {path.with_suffix(s): t.replace("{name}", path.name) for s, t in self.beside.items()}
+        return {path: self.text, **more}
 
 
 class _Writer(Protocol):

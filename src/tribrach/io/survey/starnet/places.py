@@ -25,10 +25,26 @@ from tribrach.io.survey.starnet.settings import StarnetSettings
 from tribrach.network.survey import Survey
 from tribrach.observations.control import Coordinate, DirectedComponents, Heights
 
-__all__ = ["Places"]
+__all__ = ["Places", "grid_around"]
 
 #: coordinates of a point written twice that differ by more are told [m]
 _SAME = 1e-4
+
+
+def grid_around(crs: str, plan: Array, height: float) -> ProjectedGrid:
+    """The grid of a job, with the origin of the work frame in the middle of its points.
+
+    Parameters
+    ----------
+    crs
+        Definition for PROJ.
+    plan : array (n, 2)
+        Easting and northing of the given points [m].
+    height
+        Mean ellipsoidal height [m].
+    """
+    easting, northing = plan.mean(axis=0).round(-1)
+    return ProjectedGrid(crs, float(easting), float(northing), height)
 
 
 class Places:
@@ -126,8 +142,7 @@ class Places:
             )
         heights = [g.height for g in self.given.values() if g.height is not None]
         up = float(np.mean(heights)) if heights else settings.elevation
-        easting, northing = projected.mean(axis=0).round(-1)
-        grid = ProjectedGrid(settings.crs, float(easting), float(northing), up + settings.geoid)
+        grid = grid_around(settings.crs, projected, up + settings.geoid)
         return WorkFrame(grid.site, grid, settings.geoid)
 
     def _place(self, given: Given) -> Array:

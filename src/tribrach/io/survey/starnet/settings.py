@@ -23,7 +23,7 @@ from tribrach.io.survey.starnet.recognition import is_listing
 from tribrach.io.survey.starnet.text import LINEAR_UNITS, text_of
 from tribrach.units import SEC
 
-__all__ = ["StandardErrors", "StarnetSettings", "grid_of", "read_settings"]
+__all__ = ["StandardErrors", "StarnetSettings", "grid_of", "name_of_grid", "read_settings"]
 
 #: refraction is written as the part of the angle at the centre of the Earth that the ray is bent
 #: by: half of the coefficient of the method
@@ -457,3 +457,24 @@ def grid_of(name: str) -> str | None:
         return name if CRS.from_user_input(name).is_projected else None
     except CRSError:
         return None
+
+
+def name_of_grid(crs: str) -> str:
+    """STAR*NET's name of a grid, the definition for PROJ itself where it has none that is known.
+
+    Parameters
+    ----------
+    crs
+        Definition for PROJ, such as ``EPSG:2953``.
+    """
+    for name, code in _GRIDS.items():
+        if crs == code:
+            return name
+    found = re.match(r"EPSG:(\d+)$", crs)
+    number = int(found[1]) if found else 0
+    bases = {"UTM83": 26900, "UTM84": 32600, "UTM27": 26700, "MTM83": 32180}
+    for grid, base in bases.items():
+        zone = number - base
+        if 1 <= zone <= 60 and grid_of(f"{grid}-{zone}") == crs:
+            return f"{grid}-{zone}"
+    return crs
