@@ -244,7 +244,8 @@ class EllipsoidSite:
     def _from_origin(self, x: Array, turn: Array, rise: Array) -> tuple[Array, Array]:
         """Latitudes [rad] and heights [m] (n,) less those of the origin, improved.
 
-        Every difference is written as a product, so that it has the precision of its own size.
+        Every difference is written as a product, so that it has the precision of its own size
+        (method section 1.1).
         """
         a, f = self.ellipsoid
         e2 = f * (2 - f)

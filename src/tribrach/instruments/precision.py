@@ -13,6 +13,7 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.geometry.polar import POLE, polar_from_xyz, xyz_by_polar
+from tribrach.instruments import centring
 from tribrach.units import SEC
 
 __all__ = ["Precision", "beam_covariance", "covariance_of_readings", "pointing_sigma"]
@@ -265,8 +266,10 @@ def _angle(reading: float | None, end: float, length: Array, repetitions: Array)
     """An angle's standard deviation from its reading and errors of both ends across the sight."""
     if reading is None:
         return None
-    across = np.where(np.isnan(length), 0.0, np.sqrt(2) * end / np.where(length > 0, length, 1.0))
-    sigma: Array = np.hypot(reading / np.sqrt(repetitions), across)
+    # both ends count alike, in plan and in height
+    ends = centring.of_directions(np.where(length > 0, length, 1.0), end, end)
+    variance = np.where(np.isnan(length), 0.0, ends)
+    sigma: Array = np.sqrt(reading**2 / repetitions + variance)
     return sigma
 
 

@@ -2,7 +2,8 @@
 
 A side shot is measured once and checked by nothing. Its observations are kept out of the network
 and solved behind it, each with the covariance of the marks that it stands on, so that coordinates
-and sigmas are those that the point would have in the network, while nothing else changes.
+and sigmas are those that the point would have in the network, while nothing else changes (method
+section 3.4).
 """
 
 from __future__ import annotations

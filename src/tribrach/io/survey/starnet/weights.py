@@ -1,19 +1,8 @@
-"""Standard errors of sights as STAR*NET computes them (method section 2.14).
+"""Standard errors of sights as STAR*NET computes them.
 
-What the instrument says is combined in squares with the errors of centring of both ends, which turn
-into angles by the horizontal length ``d`` of the sight. With ``s`` the slope distance and ``e`` the
-height difference, I and T the errors of centring of instrument and target in plan and V those of
-their heights:
-
-* directions and bearings ``I^2/d^2 + T^2/d^2``
-* angles ``(d3 I / (d1 d2))^2 + T^2 (d1^2 + d2^2) / (d1 d2)^2``, d3 between the targets
-* horizontal distances ``I^2 + T^2``
-* slope distances ``(d/s)^2 (I^2 + T^2) + 2 (e/s)^2 V^2``
-* zenith angles ``((e/s)^2 (I^2 + T^2) + 2 (d/s)^2 V^2) / s^2``
-* height differences ``2 V^2``
-
-A standard error that is given with an observation is taken as it is, unless the file says
-otherwise. Source: STAR*NET reference manual, appendix on additional technical information.
+What the instrument says is combined in squares with the errors of centring of both ends (method
+section 2.3). A standard error that is given with an observation is taken as it is, unless the file
+says otherwise.
 """
 
 from __future__ import annotations
@@ -23,6 +12,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.instruments import centring
 from tribrach.io.survey.starnet.records import Quantity, Sight, SigmaMark
 
 __all__ = ["sigmas_of"]
@@ -60,7 +50,7 @@ def sigmas_of(sights: Sequence[Sight], lines: Lines) -> tuple[Array, Array]:
         length[unknown], rise[unknown] = lines(pairs).T
     own = _instrument(quantity, sights, np.hypot(np.nan_to_num(length), np.nan_to_num(rise)))
     sigma = np.where(default, own, given)
-    centring = default | np.array([s.centring for s in sights])
+    grows = default | np.array([s.centring for s in sights])
     errors = _end_errors(sights)
     if quantity is Quantity.ANGLE:
         backs = lines([(s.at, s.back) for s in sights])[:, 0]
@@ -68,8 +58,8 @@ def sigmas_of(sights: Sequence[Sight], lines: Lines) -> tuple[Array, Array]:
         variance = _of_angle(errors, length, backs, across, np.array([s.value for s in sights]))
     else:
         variance = _of_sight(quantity, errors, length, rise)
-    lacking = centring & np.isnan(variance) & (errors > 0).any(axis=1) & ~fixed
-    variance = np.where(centring & ~np.isnan(variance), variance, 0.0)
+    lacking = grows & np.isnan(variance) & (errors > 0).any(axis=1) & ~fixed
+    variance = np.where(grows & ~np.isnan(variance), variance, 0.0)
     return np.where(fixed, np.nan, np.sqrt(sigma**2 + variance)), lacking
 
 
@@ -104,33 +94,24 @@ def _instrument(quantity: Quantity, sights: Sequence[Sight], slope: Array) -> Ar
 
 def _of_sight(quantity: Quantity, errors: Array, length: Array, rise: Array) -> Array:
     """Variances (n,) of centring; NaN where they need a length that is not known."""
-    plan = errors[:, 0] ** 2 + errors[:, 1] ** 2
-    height = 2 * errors[:, 2] ** 2
+    instrument, target, height = errors.T
     if quantity is Quantity.LEVEL_DISTANCE:
-        return plan
-    if quantity is Quantity.RISE:
-        return height
-    slope2 = length**2 + rise**2
-    with np.errstate(divide="ignore", invalid="ignore"):
-        if quantity is Quantity.SLOPE:
-            variance = (length**2 * plan + rise**2 * height) / slope2
-        elif quantity is Quantity.ZENITH:
-            variance = (rise**2 * plan + length**2 * height) / slope2**2
-        else:
-            variance = plan / length**2
-    out: Array = np.where(np.isfinite(variance), variance, np.nan)
-    return out
+        variance: Array = instrument**2 + target**2
+    elif quantity is Quantity.RISE:
+        variance = 2 * height**2
+    elif quantity is Quantity.SLOPE:
+        variance = centring.of_slope_distances(length, rise, instrument, target, height)
+    elif quantity is Quantity.ZENITH:
+        variance = centring.of_zeniths(length, rise, instrument, target, height)
+    else:
+        variance = centring.of_directions(length, instrument, target)
+    return np.where(np.isfinite(variance), variance, np.nan)
 
 
 def _of_angle(errors: Array, ahead: Array, back: Array, across: Array, angle: Array) -> Array:
     """Variances (n,) of centring of angles; NaN where a length is not known."""
     # the third side of the triangle where its length is not known by itself
-    known = ahead**2 + back**2 - 2 * ahead * back * np.cos(angle.astype(float))
-    third2 = np.where(np.isnan(across), known, across**2)
-    product2 = ahead**2 * back**2
-    with np.errstate(divide="ignore", invalid="ignore"):
-        instrument = errors[:, 0] ** 2 * third2 / product2
-        targets = errors[:, 1] ** 2 * (ahead**2 + back**2) / product2
-    variance = instrument + targets
-    out: Array = np.where(np.isfinite(variance), variance, np.nan)
-    return out
+    known2 = ahead**2 + back**2 - 2 * ahead * back * np.cos(angle.astype(float))
+    third = np.where(np.isnan(across), np.sqrt(np.maximum(known2, 0.0)), across)
+    variance = centring.of_angles(ahead, back, third, errors[:, 0], errors[:, 1])
+    return np.where(np.isfinite(variance), variance, np.nan)
