@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from tribrach.geodesy.plumb import PlumbField, PlumbLines
 from tribrach.geodesy.site import EllipsoidSite, FlatSite, Site
 from tribrach.geometry import rotation
 from tribrach.instruments.calibration import NIST
@@ -64,6 +65,13 @@ def pairs(rng: np.random.Generator, count: int) -> dict:
     return {"start": start, "end": (start + rng.integers(1, count, N)) % count}
 
 
+def plumb_lines(rng: np.random.Generator) -> PlumbLines:
+    """Some positions with deflections of their own, one deflection for the others."""
+    own = rng.normal(0, 1e-4, (9, 2))
+    own[::2] = np.nan
+    return PlumbLines(PlumbField(3e-5, -5e-5), own)
+
+
 def sights(kind: type[Observations], rng: np.random.Generator, site: Site, **more: object) -> dict:
     return {
         **common(kind, rng),
@@ -72,6 +80,9 @@ def sights(kind: type[Observations], rng: np.random.Generator, site: Site, **mor
         "height_target": rng.uniform(0, 2, N),
         "height_instrument_unknown": mixed(rng, 18),
         "height_target_unknown": mixed(rng, 18),
+        "xi_error": mixed(rng, 18),
+        "eta_error": mixed(rng, 18),
+        "plumb": plumb_lines(rng),
         "site": site,
         **more,
     }
@@ -167,7 +178,11 @@ BUILDERS: dict[str, Build] = {
         **common(k, g),
         **pairs(g, 9),
         "height_end": 1.5,
-        "geoid_start": 40.0,
+        "geoid_start": [40.0, np.nan, 40.0, np.nan],
+        "geoid_end": [41.0, np.nan, 40.5, np.nan],
+        "xi_error": mixed(g, 18),
+        "eta_error": mixed(g, 18),
+        "plumb": plumb_lines(g),
         "site": s,
     },
     "gnss_baseline": lambda k, g, s: {

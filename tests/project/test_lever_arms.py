@@ -13,6 +13,7 @@ from tribrach.geometry import rotation
 from tribrach.io.lever_arm_file import LeverArmResult, lever_arm_text, read_lever_arm
 from tribrach.job.opened import open_job
 from tribrach.network.adjustment import Adjustment
+from tribrach.observations.scanner import Inclinations
 from tribrach.units import SEC
 
 ARM = np.array([0.012, -0.004, 0.329])
@@ -206,8 +207,10 @@ def test_a_geoid_grid_gives_the_deflection(tmp_path: Path) -> None:
     )
     path.write_text(text)
     found = open_job(path).network()
-    plumb = next(o for o in found.observations if o.kind == "inclination")
-    assert plumb.xi[0] / SEC == pytest.approx(-10.31, abs=0.02)  # type: ignore[attr-defined]
+    (levelled,) = [o for o in found.observations if isinstance(o, Inclinations)]
+    station = np.array([found.start.layout.count("point")])
+    (lean,) = levelled.plumb.deflection(found.site, station, np.zeros((1, 3)))
+    assert lean / SEC == pytest.approx([-10.31, 0.0], abs=0.02)
 
 
 def test_vectors_of_a_session_place_a_scanner_by_its_antenna(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ curvature of the normal plumb line, ``-0.17 arcsec per km of height times sin 2 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -22,7 +23,7 @@ from tribrach.geodesy.proj_grids import offline
 from tribrach.geodesy.site import GRS80
 from tribrach.units import SEC
 
-__all__ = ["GeoidGrid"]
+__all__ = ["GeoidGrid", "slope"]
 
 
 #: half of the distance [rad] over which the slope is taken: two to three cells of a 2.5' grid
@@ -60,8 +61,9 @@ class GeoidGrid:
             )
         offline()
         try:
+            # PROJ looks for relative names in its own folders, not in that of the project
             return pyproj.Transformer.from_pipeline(
-                f'+proj=vgridshift +grids="{self.path}" +multiplier=1'
+                f'+proj=vgridshift +grids="{self.path.resolve()}" +multiplier=1'
             )
         except ProjError as error:
             raise InputError(
@@ -124,18 +126,54 @@ class GeoidGrid:
         ------
         InputError
             The grid cannot be read or does not reach there.
-
-        References
-        ----------
-        Osada et al. 2017, Sensors 17:1489; method section 7.5.
         """
-        lat = latitude + np.array([_STEP, -_STEP, 0.0, 0.0])
-        lon = longitude + np.array([0.0, 0.0, _STEP, -_STEP])
-        n = self.undulation(lat, lon)
-        a, f = GRS80
-        e2 = f * (2 - f)
-        w2 = 1 - e2 * np.sin(latitude) ** 2
-        nu, m = a / np.sqrt(w2), a * (1 - e2) / w2**1.5
-        xi = -(n[0] - n[1]) / (2 * _STEP * m) - _CURVATURE * height * np.sin(2 * latitude)
-        eta = -(n[2] - n[3]) / (2 * _STEP * nu * np.cos(latitude))
+        place = np.array([latitude]), np.array([longitude]), np.array([height])
+        xi, eta = slope(self.undulation, *place)[0]
         return float(xi), float(eta)
+
+
+def slope(
+    undulation: Callable[[Array, Array], Array],
+    latitude: Array,
+    longitude: Array,
+    height: Array,
+    ellipsoid: tuple[float, float] = GRS80,
+) -> Array:
+    """Deflections of the vertical from the slope of geoid heights.
+
+    Parameters
+    ----------
+    undulation
+        Geoid heights (n,) [m] at latitudes and longitudes (n,) [rad].
+    latitude, longitude : (n,)
+        Geodetic positions [rad].
+    height : (n,)
+        Heights of the points [m], for the curvature of the plumb line.
+    ellipsoid
+        Semi-major axis [m] and flattening.
+
+    Returns
+    -------
+    (n, 2) array
+        Northern and eastern component [rad].
+
+    Raises
+    ------
+    InputError
+        As ``undulation``.
+
+    References
+    ----------
+    Osada et al. 2017, Sensors 17:1489; method section 7.5.
+    """
+    step = np.repeat([_STEP, -_STEP, 0.0, 0.0], len(latitude))
+    lat = np.tile(latitude, 4) + step
+    lon = np.tile(longitude, 4) + np.roll(step, 2 * len(latitude))
+    n = undulation(lat, lon).reshape(4, -1)
+    a, f = ellipsoid
+    e2 = f * (2 - f)
+    w2 = 1 - e2 * np.sin(latitude) ** 2
+    nu, m = a / np.sqrt(w2), a * (1 - e2) / w2**1.5
+    xi = -(n[0] - n[1]) / (2 * _STEP * m) - _CURVATURE * height * np.sin(2 * latitude)
+    eta = -(n[2] - n[3]) / (2 * _STEP * nu * np.cos(latitude))
+    return np.stack([xi, eta], axis=1)

@@ -54,6 +54,14 @@ class Site(Protocol):
         """
         ...
 
+    def leaning(self, x: Array, lean: Array) -> Array:
+        """Astronomic east, north, up as rows in W (n, 3, 3), by deflections (n, 2) [rad]."""
+        ...
+
+    def latitude_at(self, x: Array) -> Array:
+        """Geodetic latitudes (n,) [rad], 0 on a flat site, where no lean turns the north."""
+        ...
+
     def height(self, x: Array) -> Array:
         """Heights (n,) in metres of points (n, 3); their gradient is the up axis."""
         ...
@@ -79,6 +87,15 @@ class FlatSite:
     def turn(self, x: Array) -> Array:
         """Zeros: parallel verticals do not turn."""
         return np.zeros((len(x), 3, 3))
+
+    def leaning(self, x: Array, lean: Array) -> Array:
+        """Axes (n, 3, 3) whose third leans by xi, eta (n, 2) [rad] to north and east."""
+        level: Array = enu_rotation(np.zeros(1), np.zeros(1))[0]
+        return enu_rotation(lean[:, 0], lean[:, 1]) @ level.T
+
+    def latitude_at(self, x: Array) -> Array:
+        """Zeros: a flat site has no latitude."""
+        return np.zeros(len(x))
 
     def height(self, x: Array) -> Array:
         """The U coordinate."""
@@ -276,6 +293,26 @@ class EllipsoidSite:
         """East, north and up (of the ellipsoid normal) at each point, as rows in W; (n, 3, 3)."""
         geodetic = self.geodetic(x)
         return enu_rotation(geodetic[:, 0], geodetic[:, 1]) @ self.w_from_ecef.T
+
+    def leaning(self, x: Array, lean: Array) -> Array:
+        """Astronomic east, north and up at each point, as rows in W; (n, 3, 3).
+
+        Parameters
+        ----------
+        x : (n, 3)
+            Points in W [m].
+        lean : (n, 2)
+            Deflections of the vertical xi, eta [rad]: astronomic less geodetic latitude, and
+            astronomic less geodetic longitude times the cosine of the latitude (method section
+            7.5).
+        """
+        geodetic = self.geodetic(x)
+        longitude = geodetic[:, 1] + lean[:, 1] / np.cos(geodetic[:, 0])
+        return enu_rotation(geodetic[:, 0] + lean[:, 0], longitude) @ self.w_from_ecef.T
+
+    def latitude_at(self, x: Array) -> Array:
+        """Geodetic latitudes (n,) [rad]."""
+        return self.geodetic(x)[:, 0]
 
     def turn(self, x: Array) -> Array:
         """Turn of the local axes per metre moved (n, 3, 3) at points (n, 3).

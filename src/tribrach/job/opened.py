@@ -32,7 +32,7 @@ from tribrach.job.lever_arms import (
     add_mounted_points,
     known_lever_arm,
 )
-from tribrach.job.plumb_line import PlumbLine, plumb_columns, plumb_line
+from tribrach.job.plumb_line import PlumbLine, apply_plumb_line, plumb_line
 from tribrach.job.shared_heights import add_shared_heights
 from tribrach.job.survey_files import ReadFiles, read_survey_files
 from tribrach.job.telescopes import add_telescopes
@@ -153,14 +153,14 @@ class Job:
 
     @cached_property
     def plumb(self) -> PlumbLine | None:
-        """The deflection of the vertical at the site, None if the project names none.
+        """Deflection of the vertical and geoid of the site, None if the project names none.
 
         Raises
         ------
         InputError
             A geoid grid that cannot be read, or a flat site.
         """
-        return plumb_line(self.project, self.frame.site)
+        return plumb_line(self.project, self.frame)
 
     def error(self, keys: Keys, what: str, cure: str | None = None) -> InputError:
         """Make an error about what a key of the project file says.
@@ -230,6 +230,7 @@ class Job:
         add_telescopes(project, survey, whole=whole)
         self.calibrations.finish(survey, whole=whole)
         self._add_levelling(survey, whole=whole)
+        apply_plumb_line(survey, self.plumb)
         add_lever_arms(survey, self.lever_arms)
         add_mounted_points(survey, project.stations, project.lever_arms)
         survey.title = project.title
@@ -346,7 +347,6 @@ class Job:
 
         whole : all stations must be there; otherwise those that are not are passed over.
         """
-        plumb = plumb_columns(survey, self.plumb)
         for name, station in self.project.stations.items():
             if name not in survey.stations:
                 if not whole:
@@ -373,5 +373,4 @@ class Job:
                 sigma=tilt,
                 station=[name],
                 source=[f"station {name}"],
-                **plumb,
             )

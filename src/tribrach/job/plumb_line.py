@@ -1,50 +1,54 @@
-"""The plumb line of levelled scanners: deflection of the vertical from numbers or a geoid grid."""
+"""The plumb line of a project: deflection of the vertical from numbers or a geoid grid."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, fields
+
+import numpy as np
 
 from tribrach.geodesy.geoid_grid import GeoidGrid
-from tribrach.geodesy.site import EllipsoidSite, Site
-from tribrach.network.survey import Survey
+from tribrach.geodesy.plumb import PlumbField
+from tribrach.geodesy.site import EllipsoidSite
+from tribrach.geodesy.work_frame import WorkFrame
+from tribrach.network.survey import ObservationTable, Survey
 from tribrach.observations.control import ScalarPriors
+from tribrach.observations.levelling import HeightDifferences
+from tribrach.observations.sights import Sights
 from tribrach.project import Project
 from tribrach.units import SEC
 
-__all__ = ["PlumbLine", "plumb_columns", "plumb_line"]
+__all__ = ["PlumbLine", "apply_plumb_line", "plumb_line"]
 
 _NAMES = ("deflection xi, correction", "deflection eta, correction")
 
 
 @dataclass(frozen=True)
 class PlumbLine:
-    """How the plumb line leans against the third axis of the work frame.
+    """How the plumb line leans against the normal of the work frame.
 
     Parameters
     ----------
-    xi, eta : float
-        Deflection of the vertical towards north and east [rad].
+    everywhere : PlumbField
+        Deflections and geoid heights at any place of the site.
     sigma : float
         Of either component, an error that all stations share [rad]; 0 for none.
     source : str
         Where the deflection comes from.
     """
 
-    xi: float
-    eta: float
+    everywhere: PlumbField
     sigma: float
     source: str
 
 
-def plumb_line(project: Project, site: Site) -> PlumbLine | None:
-    """Find the deflection of the vertical that a project names.
+def plumb_line(project: Project, frame: WorkFrame) -> PlumbLine | None:
+    """Find the deflection of the vertical and the geoid that a project names.
 
     Parameters
     ----------
     project : Project
-        Gives the deflection as numbers or as a geoid grid.
-    site : Site
+        Gives the deflection as numbers or as a geoid grid, and the geoid of given heights.
+    frame : WorkFrame
         The work frame, a place on the ellipsoid where a grid is given.
 
     Returns
@@ -58,54 +62,67 @@ def plumb_line(project: Project, site: Site) -> PlumbLine | None:
         A grid without a place on the ellipsoid, or one that cannot be read.
     """
     deflection = project.site.deflection
+    levelled = frame if frame.geoid_grid is not None else None
     if deflection is None:
-        return None
-    xi = (deflection.xi_arcsec or 0.0) * SEC
-    eta = (deflection.eta_arcsec or 0.0) * SEC
-    source = "deflection of the project" if deflection.xi_arcsec is not None else "no deflection"
+        if levelled is None:
+            return None
+        return PlumbLine(PlumbField(frame=levelled), 0.0, str(project.site.geoid_grid))
+    sigma = deflection.sigma_arcsec * SEC
     if deflection.grid is not None:
-        if not isinstance(site, EllipsoidSite):
+        if not isinstance(frame.site, EllipsoidSite):
             raise project.error(
                 ("site", "deflection"),
                 "a geoid grid needs a place on the ellipsoid, and the site is flat",
                 "give the site a latitude and longitude or a crs, or give xi_arcsec and eta_arcsec",
             )
         grid = GeoidGrid(project.folder / deflection.grid)
-        xi, eta = grid.deflection(site.latitude, site.longitude, site.ellipsoidal_height)
-        source = deflection.grid
-    return PlumbLine(xi, eta, deflection.sigma_arcsec * SEC, source)
+        # a grid that is not there or of another region is refused before anything is adjusted
+        grid.deflection(frame.site.latitude, frame.site.longitude, frame.site.ellipsoidal_height)
+        return PlumbLine(PlumbField(grid=grid, frame=frame), sigma, deflection.grid)
+    xi = (deflection.xi_arcsec or 0.0) * SEC
+    eta = (deflection.eta_arcsec or 0.0) * SEC
+    source = "deflection of the project" if deflection.xi_arcsec is not None else "no deflection"
+    return PlumbLine(PlumbField(xi, eta, frame=levelled), sigma, source)
 
 
-def plumb_columns(survey: Survey, plumb: PlumbLine | None) -> dict[str, Any]:
-    """Give what inclinations of a survey are told of the plumb line.
+def apply_plumb_line(survey: Survey, plumb: PlumbLine | None) -> None:
+    """Tell a survey of the plumb line, and give its readings the error that they share.
 
-    Its error, common to all stations, becomes two unknowns with priors (method section 7.5).
+    The error becomes two unknowns with priors (method section 7.5).
 
     Parameters
     ----------
     survey : Survey
-        Gets the unknowns and their priors.
+        Gets the plumb line, the unknowns and their priors.
     plumb : PlumbLine or None
         The deflection, None if there is none.
-
-    Returns
-    -------
-    dict
-        Columns of :class:`~tribrach.observations.scanner.Inclinations`.
     """
     if plumb is None:
-        return {}
-    columns: dict[str, Any] = {"xi": plumb.xi, "eta": plumb.eta}
-    if plumb.sigma > 0:
-        for name in _NAMES:
-            survey.scalars[name] = (0.0, True)
-        survey.add(
-            ScalarPriors,
-            values=[0.0, 0.0],
-            sigma=plumb.sigma,
-            scalar=list(_NAMES),
-            source=[plumb.source, plumb.source],
-            group="deflection of the vertical",
-        )
-        columns |= {"xi_error": [_NAMES[0]], "eta_error": [_NAMES[1]]}
-    return columns
+        return
+    survey.plumb = plumb.everywhere
+    leaning = [table for table in survey.tables() if _leans(table, plumb.everywhere)]
+    if not (plumb.sigma > 0 and leaning):
+        return
+    for name in _NAMES:
+        survey.scalars[name] = (0.0, True)
+    survey.add(
+        ScalarPriors,
+        values=[0.0, 0.0],
+        sigma=plumb.sigma,
+        scalar=list(_NAMES),
+        source=[plumb.source, plumb.source],
+        group="deflection of the vertical",
+    )
+    for table in leaning:
+        for column, name in zip(("xi_error", "eta_error"), _NAMES, strict=True):
+            table.columns[column] = np.full(table.n, name, dtype=object)
+
+
+def _leans(table: ObservationTable, known: PlumbField) -> bool:
+    """Do the values of a table depend on the deflection?"""
+    if issubclass(table.kind, HeightDifferences):
+        # with a geoid the differences of its heights count, not the deflection
+        return known.grid is None and known.frame is None
+    if issubclass(table.kind, Sights) and not table.kind.along_plumb:
+        return False
+    return any(item.name == "xi_error" for item in fields(table.kind))

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tribrach._types import Array
 from tribrach.errors import InputError, UnknownName
+from tribrach.geodesy.plumb import PlumbField, PlumbLines
 from tribrach.geodesy.site import FlatSite, Site
 from tribrach.network.facts import Fact, Reference
 from tribrach.network.network import Constraint, Datum, JointCovariance, Network
@@ -37,7 +38,7 @@ HIGHEST = 1e4
 
 
 #: fields of every kind that are given otherwise than as columns
-_NO_COLUMNS = frozenset({"values", "covariance", "source", "group", "site"})
+_NO_COLUMNS = frozenset({"values", "covariance", "source", "group", "site", "plumb"})
 
 
 #: what coordinates of points are for
@@ -355,7 +356,7 @@ def layout_of(given: Mapping[str, Iterable[str]], tables: Sequence[ObservationTa
 
 
 def concatenate(
-    layout: Layout, tables: Sequence[ObservationTable], site: Site
+    layout: Layout, tables: Sequence[ObservationTable], site: Site, plumb: PlumbLines
 ) -> tuple[list[Observations], dict[int, tuple[int, int]]]:
     """One Observations per kind and group; where each table went (number, first item)."""
     grouped: dict[tuple[Any, ...], list[ObservationTable]] = {}
@@ -371,7 +372,7 @@ def concatenate(
         for table in members:
             place[id(table)] = (len(out), first)
             first += table.n
-        out.append(_build(layout, kind, group, members, site))
+        out.append(_build(layout, kind, group, members, site, plumb))
     return out, place
 
 
@@ -381,13 +382,14 @@ def _build(
     group: str,
     members: list[ObservationTable],
     site: Site,
+    plumb: PlumbLines,
 ) -> Observations:
     """The tables of one kind and group, one after the other."""
     columns: dict[str, Any] = {}
     families = {reference.name: reference.family for reference in kind.references()}
     for item in fields(kind):
         parts = [m.columns.get(item.name) for m in members]
-        if item.name in ("group", "site") or all(part is None for part in parts):
+        if item.name in ("group", "site", "plumb") or all(part is None for part in parts):
             continue
         if "shared" in item.metadata:
             columns[item.name] = parts[0]
@@ -402,8 +404,9 @@ def _build(
         column = np.concatenate(filled)
         family = families.get(item.name)
         columns[item.name] = column if family is None else _indices(layout, family, column)
-    if any(item.name == "site" for item in fields(kind)):
-        columns["site"] = site
+    for name, value in (("site", site), ("plumb", plumb)):
+        if any(item.name == name for item in fields(kind)):
+            columns[name] = value
     return kind(group=group, **columns)
 
 
@@ -503,7 +506,9 @@ class Survey:
 
     title : of the file or project, "" if it has none; reference : system of the coordinates;
     facts : what readers learned besides, for the report; leaves_out_unplaced : points that cannot
-    be placed are left out, as the program does that the file belongs to.
+    be placed are left out, as the program does that the file belongs to; plumb : what is known of
+    plumb lines and geoid at any place; deflections, undulations : xi, eta [rad] and geoid height
+    [m] of positions by name, which go before that.
     """
 
     site: Site = field(default_factory=FlatSite)
@@ -519,6 +524,9 @@ class Survey:
     reference: Reference = Reference()
     facts: tuple[Fact, ...] = ()
     leaves_out_unplaced: bool = False
+    plumb: PlumbField = field(default_factory=PlumbField)
+    deflections: dict[str, tuple[float, float]] = field(default_factory=dict)
+    undulations: dict[str, float] = field(default_factory=dict)
     _tables: list[ObservationTable] = field(default_factory=list)
     _joint: list[tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], Array]] = field(
         default_factory=list
@@ -778,6 +786,8 @@ class Survey:
             vectors=dict(self.vectors),
             scalars=dict(self.scalars),
             warnings=list(self.warnings),
+            deflections=dict(self.deflections),
+            undulations=dict(self.undulations),
             _tables=[replace(table, columns=dict(table.columns)) for table in self._tables],
             _joint=list(self._joint),
         )
@@ -814,6 +824,10 @@ class Survey:
         self.title = self.title or other.title
         self.reference = self.reference.completed(other.reference)
         self.facts += other.facts
+        self.deflections |= other.deflections
+        self.undulations |= other.undulations
+        if other.plumb != PlumbField():
+            self.plumb = other.plumb
         if other.datum.kind != "control":
             self.datum = other.datum
 
@@ -926,8 +940,10 @@ class Survey:
         if not self._tables:
             raise InputError("there are no observations", cure="give a file with observations")
         layout = layout_of(self._given(), self._tables)
-        kinds, place = concatenate(layout, [t for t in self._tables if not t.hard], self.site)
-        hard, _ = concatenate(layout, [t for t in self._tables if t.hard], self.site)
+        tables, plumb = self._tables, self._plumb_lines(layout)
+        soft = [t for t in tables if not t.hard]
+        kinds, place = concatenate(layout, soft, self.site, plumb)
+        hard, _ = concatenate(layout, [t for t in tables if t.hard], self.site, plumb)
         free, datum_mask = self._masks(layout)
         datum = self.datum
         if datum.kind == "free" and datum.components is None and datum_mask is not None:
@@ -947,6 +963,17 @@ class Survey:
             facts=self.facts,
             point_sources={name: p.source for name, p in self.points.items() if p.source},
         )
+
+    def _plumb_lines(self, layout: Layout) -> PlumbLines:
+        """Plumb lines of all positions, in their order."""
+        names = [*layout.names["point"], *layout.names["pose"]]
+        deflections, undulations = np.empty((0, 2)), np.empty(0)
+        if self.deflections:
+            none = (np.nan, np.nan)
+            deflections = np.array([self.deflections.get(name, none) for name in names])
+        if self.undulations:
+            undulations = np.array([self.undulations.get(name, np.nan) for name in names])
+        return PlumbLines(self.plumb, deflections, undulations)
 
     def _given(self) -> dict[str, Iterable[str]]:
         """Names that are given, by family."""

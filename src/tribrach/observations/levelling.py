@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from tribrach._types import Array, Index
+from tribrach.geodesy.plumb import PlumbLines
 from tribrach.geodesy.site import FlatSite, Site
 from tribrach.instruments.precision import Precision
 from tribrach.observations.base import Block, Observations, per_item, refers
@@ -23,7 +24,7 @@ from tribrach.observations.declaration import (
     SightLine,
     StartTie,
 )
-from tribrach.observations.sights import SlopeDistances
+from tribrach.observations.sights import DEFLECTION_UNKNOWN, SlopeDistances
 from tribrach.observations.ties import Rises, TieCollector
 from tribrach.observations.unknowns import State
 
@@ -34,8 +35,9 @@ __all__ = ["EqualDistances", "EqualHeightDifferences", "HeightDifferences"]
 class HeightDifferences(Observations):
     """Height differences ``H(X_b) - H(X_a)`` [m] of levelling.
 
-    The height is that of the site (U on a flat site, ellipsoidal otherwise) minus a known geoid
-    height of each end. Heights of rod or instrument over the marks are added (method section 2.4).
+    The height is that of the site (U on a flat site, ellipsoidal otherwise) minus the geoid height
+    of each end, as far as geoid or plumb lines are known. Heights of rod or instrument over the
+    marks are added (method section 2.4).
 
     Parameters
     ----------
@@ -44,16 +46,23 @@ class HeightDifferences(Observations):
     height_start, height_end : array (n,), optional
         Heights over the marks of what was levelled [m].
     geoid_start, geoid_end : array (n,), optional
-        Geoid heights [m].
+        Geoid heights [m] of this line, instead of what ``plumb`` knows.
+    plumb : PlumbLines
+        Geoid heights of the positions, or the plumb lines from which their differences follow.
+    xi_error, eta_error : array of int (n,), optional
+        Scalars to be added to the deflection between both ends [rad], -1 for none.
     """
 
     start: Index = refers("position", end=End.FROM)
     end: Index = refers("position", end=End.TO)
     height_start: Array = per_item(0.0)
     height_end: Array = per_item(0.0)
-    geoid_start: Array = per_item(0.0)
-    geoid_end: Array = per_item(0.0)
+    geoid_start: Array = per_item(np.nan)
+    geoid_end: Array = per_item(np.nan)
+    xi_error: Index = refers("scalar", optional=True, means=DEFLECTION_UNKNOWN, unit="rad")
+    eta_error: Index = refers("scalar", optional=True, means=DEFLECTION_UNKNOWN, unit="rad")
     site: Site = field(default_factory=FlatSite)
+    plumb: PlumbLines = field(default_factory=PlumbLines)
     kind: ClassVar[str] = "height_difference"
     units: ClassVar[tuple[str, ...]] = ("m",)
     facts: ClassVar[KindFacts] = KindFacts(
@@ -74,23 +83,57 @@ class HeightDifferences(Observations):
         ),
     )
 
+    @property
+    def stated_rise(self) -> Array:
+        """Rise of the geoid (n,) [m] that is stated with the lines themselves, else 0."""
+        rise: Array = np.nan_to_num(self.geoid_end - self.geoid_start)
+        return rise
+
+    def _geoid(self, state: State) -> tuple[Array, Array]:
+        """Known rise of the geoid (n,) [m], and the lean between the ends besides (n, 2) [rad]."""
+        rise, lean = self.plumb.rise(self.site, self.start, self.end, state.positions)
+        given = self.geoid_end - self.geoid_start
+        known = ~np.isnan(given)
+        rise[known], lean[known] = given[known], 0.0
+        errors = np.stack([state.scalar(self.xi_error), state.scalar(self.eta_error)], axis=1)
+        return rise, lean + errors
+
+    def _run(self, state: State) -> tuple[Array, Array]:
+        """Ways to the north and to the east (n, 2) [m], and these axes (n, 2, 3) in W."""
+        start = state.positions[self.start]
+        axes = self.site.axes(start)[:, [1, 0]]
+        run: Array = np.einsum("nij,nj->ni", axes, state.positions[self.end] - start)
+        return run, axes
+
     def predict(self, state: State) -> Array:
         """Height differences (n, 1)."""
         x = state.positions
-        upper = self.site.height(x[self.end]) - self.geoid_end + self.height_end
-        lower = self.site.height(x[self.start]) - self.geoid_start + self.height_start
-        return (upper - lower)[:, None]
+        upper = self.site.height(x[self.end]) + self.height_end
+        lower = self.site.height(x[self.start]) + self.height_start
+        rise, lean = self._geoid(state)
+        run, _ = self._run(state)
+        values: Array = upper - lower - rise + (lean * run).sum(axis=1)
+        return values[:, None]
 
     def jacobian(self, state: State) -> list[Block]:
-        """The vertical at either end: + at the end, - at the start."""
+        """The vertical at either end: + at the end, - at the start; the way by the deflection."""
         x, columns = state.positions, state.layout.position_columns
-        up_end = self.site.axes(x[self.end])[:, 2:]
-        up_start = self.site.axes(x[self.start])[:, 2:]
-        return [Block(columns(self.end), up_end), Block(columns(self.start), -up_start)]
+        _, lean = self._geoid(state)
+        run, axes = self._run(state)
+        slope = np.einsum("ni,nij->nj", lean, axes)[:, None]
+        up_end = self.site.axes(x[self.end])[:, 2:] + slope
+        up_start = self.site.axes(x[self.start])[:, 2:] + slope
+        blocks = [Block(columns(self.end), up_end), Block(columns(self.start), -up_start)]
+        for axis, index in enumerate((self.xi_error, self.eta_error)):
+            if (index >= 0).any():
+                by_lean = run[:, axis, None, None]
+                blocks.append(Block(state.layout.columns("scalar", index), by_lean))
+        return blocks
 
     def start_ties(self, rows: Index, ties: TieCollector) -> None:
         """Rises from mark to mark."""
-        over = (self.height_start - self.height_end + self.geoid_end - self.geoid_start)[rows]
+        over = (self.height_start - self.height_end)[rows]
+        over = over + self.stated_rise[rows]
         ties.add(Rises(self.start[rows], self.end[rows], self.values[rows, 0] + over))
 
     @classmethod

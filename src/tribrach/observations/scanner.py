@@ -9,6 +9,7 @@ import numpy as np
 
 from tribrach._types import Array, Index
 from tribrach.errors import InputError
+from tribrach.geodesy.plumb import PlumbLines
 from tribrach.geodesy.site import FlatSite, Site
 from tribrach.geometry.polar import NEAREST, POLE, polar_by_xyz, polar_from_xyz, require_defined
 from tribrach.geometry.rotation import skew
@@ -243,7 +244,7 @@ class Inclinations(Observations):
     station : array of int (n,)
         Poses.
     xi, eta : array (n,), optional
-        Deflection of the vertical towards north and east [rad].
+        Deflection of the vertical towards north and east [rad], instead of what ``plumb`` knows.
     offset_x, offset_y : array of int (n,), optional
         Scalars: constant offsets of the inclinometer, -1 for none.
     xi_error, eta_error : array of int (n,), optional
@@ -251,8 +252,8 @@ class Inclinations(Observations):
     """
 
     station: Index = refers("pose", end=End.AT)
-    xi: Array = per_item(0.0)
-    eta: Array = per_item(0.0)
+    xi: Array = per_item(np.nan)
+    eta: Array = per_item(np.nan)
     offset_x: Index = refers("scalar", optional=True, means="inclination offset", unit="rad")
     offset_y: Index = refers("scalar", optional=True, means="inclination offset", unit="rad")
     xi_error: Index = refers(
@@ -262,6 +263,7 @@ class Inclinations(Observations):
         "scalar", optional=True, means="deflection of the vertical", unit="rad"
     )
     site: Site = field(default_factory=FlatSite)
+    plumb: PlumbLines = field(default_factory=PlumbLines)
     kind: ClassVar[str] = "inclination"
     units: ClassVar[tuple[str, ...]] = ("rad", "rad")
     components: ClassVar[tuple[str, ...]] = ("x", "y")
@@ -280,10 +282,13 @@ class Inclinations(Observations):
 
     def _plumb(self, state: State) -> tuple[Array, Array]:
         """Plumb line in W and in the scanner frame, (n, 3) each."""
-        eta = self.eta + state.scalar(self.eta_error)
-        xi = self.xi + state.scalar(self.xi_error)
+        place = state.pose_t[self.station]
+        position = state.layout.count("point") + self.station
+        known = self.plumb.deflection(self.site, position, place)
+        xi = np.where(np.isnan(self.xi), known[:, 0], self.xi) + state.scalar(self.xi_error)
+        eta = np.where(np.isnan(self.eta), known[:, 1], self.eta) + state.scalar(self.eta_error)
         local = np.stack([eta, xi, np.ones(len(self))], axis=1)
-        axes = self.site.axes(state.pose_t[self.station])
+        axes = self.site.axes(place)
         g = np.einsum("nij,ni->nj", axes, local)
         return g, np.einsum("nji,nj->ni", state.pose_r[self.station], g)
 

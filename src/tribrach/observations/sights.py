@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from tribrach._types import Array, Index
+from tribrach.geodesy.plumb import PlumbLines
 from tribrach.geodesy.site import FlatSite, Site
 from tribrach.geometry.rotation import skew
 from tribrach.instruments.precision import Precision
@@ -45,6 +46,10 @@ __all__ = [
 HEIGHT_UNKNOWNS = ("instrument height", "target height")
 
 
+#: what an error of the deflection of the vertical is called
+DEFLECTION_UNKNOWN = "deflection of the vertical"
+
+
 @dataclass(kw_only=True)
 class Sights(Observations):
     """Observations along one line of sight each, from an instrument to a target.
@@ -63,7 +68,11 @@ class Sights(Observations):
         Scalars *added* to those heights, -1 for none: with a height of zero the scalar is the whole
         height, which sights of one set-up or of one target may share.
     site : Site
-        Verticals of the place.
+        Normals of the place.
+    plumb : PlumbLines
+        How plumb lines lean against them, along which instruments and targets stand.
+    xi_error, eta_error : array of int (n,), optional
+        Scalars to be added to the deflection at the instrument [rad], -1 for none.
     """
 
     start: Index = refers("position", end=End.FROM)
@@ -76,7 +85,42 @@ class Sights(Observations):
     height_target_unknown: Index = refers(
         "scalar", optional=True, means=HEIGHT_UNKNOWNS[1], unit="m"
     )
+    xi_error: Index = refers("scalar", optional=True, means=DEFLECTION_UNKNOWN, unit="rad")
+    eta_error: Index = refers("scalar", optional=True, means=DEFLECTION_UNKNOWN, unit="rad")
     site: Site = field(default_factory=FlatSite)
+    plumb: PlumbLines = field(default_factory=PlumbLines)
+    #: is the value read along the plumb line, and not only over it as a slope distance is?
+    along_plumb: ClassVar[bool] = True
+
+    def levelled_share(self) -> Array | float:
+        """How much of the deflection a value feels: all of it, as it is read along plumb lines."""
+        return 1.0
+
+    def _lean(self, state: State) -> Array:
+        """Deflections xi, eta (n, 2) [rad] at the instruments, as far as values feel them."""
+        x = state.positions[self.start]
+        lean = self.plumb.deflection(self.site, self.start, x)
+        lean += np.stack([state.scalar(self.xi_error), state.scalar(self.eta_error)], axis=1)
+        felt: Array = lean * np.reshape(self.levelled_share(), (-1, 1))
+        return felt
+
+    def _has_errors(self) -> bool:
+        """Is an error of the deflection unknown?"""
+        return bool((self.xi_error >= 0).any() or (self.eta_error >= 0).any())
+
+    def _axes(self, state: State) -> Array:
+        """East, north, up (n, 3, 3) of the instruments, up along their plumb lines."""
+        x = state.positions[self.start]
+        if self.plumb.normal and not self._has_errors():
+            return self.site.axes(x)
+        return self.site.leaning(x, self._lean(state))
+
+    def _up(self, state: State, index: Index) -> Array:
+        """Plumb lines (n, 3) of positions, along which targets stand."""
+        x = state.positions[index]
+        if self.plumb.normal:
+            return self.site.axes(x)[:, 2]
+        return self.site.leaning(x, self.plumb.deflection(self.site, index, x))[:, 2]
 
     def sight(self, state: State, end: Index | None = None) -> Array:
         """Vectors ``u`` (n, 3) from instrument to target (or to another ``end``), local axes."""
@@ -84,8 +128,8 @@ class Sights(Observations):
         x_from, x_to = state.positions[self.start], state.positions[end]
         hi = self.height_instrument + state.scalar(self.height_instrument_unknown)
         ht = self.height_target + state.scalar(self.height_target_unknown)
-        chord = x_to + ht[:, None] * self.site.axes(x_to)[:, 2] - x_from
-        u: Array = np.einsum("nij,nj->ni", self.site.axes(x_from), chord)
+        chord = x_to + ht[:, None] * self._up(state, end) - x_from
+        u: Array = np.einsum("nij,nj->ni", self._axes(state), chord)
         u[:, 2] -= hi
         return u
 
@@ -96,7 +140,7 @@ class Sights(Observations):
         end = self.end if end is None else end
         layout = state.layout
         x_from, x_to = state.positions[self.start], state.positions[end]
-        axes, up = self.site.axes(x_from), self.site.axes(x_to)[:, 2]
+        axes, up = self._axes(state), self._up(state, end)
         ht = self.height_target + state.scalar(self.height_target_unknown)
         chord = x_to + ht[:, None] * up - x_from
         in_w = by_u @ axes
@@ -112,7 +156,27 @@ class Sights(Observations):
         if (self.height_target_unknown >= 0).any():
             columns = layout.columns("scalar", self.height_target_unknown)
             blocks.append(Block(columns, in_w @ up[:, :, None]))
-        return blocks
+        return blocks + self._by_deflection(state, by_u, np.einsum("nij,nj->ni", axes, chord))
+
+    def _by_deflection(self, state: State, by_u: Array, c: Array) -> list[Block]:
+        """By the errors of xi and eta, from the chord (n, 3) in the instrument's axes."""
+        if not self._has_errors():
+            return []
+        latitude = self.site.latitude_at(state.positions[self.start])
+        there = latitude + self._lean(state)[:, 0]
+        sine, cosine = np.sin(there) / np.cos(latitude), np.cos(there) / np.cos(latitude)
+        zero = np.zeros(len(c))
+        # a step of the latitude turns about the east, one of the longitude about the Earth's axis
+        by_xi = np.stack([zero, -c[:, 2], c[:, 1]], axis=1)
+        by_eta = np.stack(
+            [sine * c[:, 1] - cosine * c[:, 2], -sine * c[:, 0], cosine * c[:, 0]], axis=1
+        )
+        share = np.reshape(self.levelled_share(), (-1, 1))
+        return [
+            Block(state.layout.columns("scalar", index), by_u @ (share * by_lean)[:, :, None])
+            for index, by_lean in ((self.xi_error, by_xi), (self.eta_error, by_eta))
+            if (index >= 0).any()
+        ]
 
     def lift(self, rows: Index, start: State) -> Array:
         """Height of target less height of instrument (k,) [m], as far as they are known."""
@@ -282,10 +346,13 @@ class Azimuths(Sights):
 
     ``A = atan2(E', N') - c - o`` with a known meridian convergence ``c`` (a grid bearing t gives
     ``A = t + c``) and an optional unknown offset ``o`` of the instrument, such as a gyroscope's
-    (method section 2.5).
+    (method section 2.5). Where plumb lines lean, azimuths are astronomic, as stars and gyroscopes
+    give them, or geodetic, as they are after Laplace's correction.
 
     Parameters
     ----------
+    astronomic : array (n,), optional
+        1 for astronomic azimuths, which is the default, 0 for geodetic ones.
     convergence : array (n,), optional
         Known ``c`` [rad].
     offset : array of int (n,), optional
@@ -293,6 +360,7 @@ class Azimuths(Sights):
     """
 
     convergence: Array = per_item(0.0)
+    astronomic: Array = per_item(1.0)
     offset: Index = refers("scalar", optional=True, means="azimuth offset", unit="rad")
     kind: ClassVar[str] = "azimuth"
     units: ClassVar[tuple[str, ...]] = ("rad",)
@@ -317,6 +385,10 @@ class Azimuths(Sights):
         names_target=True,
         full_circle=True,
     )
+
+    def levelled_share(self) -> Array:
+        """Nothing of the deflection for geodetic azimuths."""
+        return self.astronomic
 
     def predict(self, state: State) -> Array:
         """Azimuths (n, 1) in (-pi, pi]."""
@@ -465,6 +537,7 @@ class SlopeDistances(Sights):
 
     zero: Index = refers("scalar", optional=True, means="distance zero", unit="m")
     scale: Index = refers("scalar", optional=True, means="scale", unit="1")
+    along_plumb: ClassVar[bool] = False
     kind: ClassVar[str] = "slope_distance"
     units: ClassVar[tuple[str, ...]] = ("m",)
     facts: ClassVar[KindFacts] = KindFacts(

@@ -33,7 +33,7 @@ def check_reference(crs: str | None, frame: str | None, epoch: float | None) -> 
 
 
 class Deflection(Section):
-    """Deflection of the vertical at the site.
+    """Deflection of the vertical at the site, for everything that is levelled.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class SiteSection(Section):
     geoid_height_m, geoid_grid
         Make given heights ellipsoidal, by one number or point by point.
     deflection
-        How the plumb line of levelled scanners leans against the third axis of the frame.
+        How the plumb line leans against the normal of the ellipsoid, or the third axis.
     frame
         Reference frame of geocentric coordinates; beside a crs of another datum they are
         transformed into that.

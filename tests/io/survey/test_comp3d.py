@@ -14,6 +14,7 @@ from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.facts import facts_of
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Use
+from tribrach.units import SEC
 
 #: three control points and one free one, some 50 m around 1000, 2000
 CONTROL = """
@@ -415,12 +416,13 @@ def test_not_text(tmp_path: Path) -> None:
         comp3d.read(path)
 
 
-def test_deflections_are_named(tmp_path: Path) -> None:
+def test_deflections_of_points_lean_their_plumb_lines(tmp_path: Path) -> None:
+    """Eta and xi stand in this order, in arc seconds, at the end of a point's line."""
     points = CONTROL + "0 Q 1031 2030 103 5.0 -3.0\n"
     path = write(tmp_path, "3 A Q 43 0.001\n3 B Q 36 0.001\n3 C Q 36 0.001\n", points)
-    warnings = comp3d.read(path).warnings
-    assert "Deflections of the vertical are given at Q: not applied." in warnings
-    assert "No observation sees P: left out." in warnings
+    survey = comp3d.read(path)
+    assert survey.deflections == {"Q": pytest.approx((-3 * SEC, 5 * SEC))}
+    assert "No observation sees P: left out." in survey.warnings
 
 
 def test_points_that_cannot_be_placed_are_left_out(tmp_path: Path) -> None:

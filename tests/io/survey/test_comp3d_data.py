@@ -17,6 +17,7 @@ from typer.testing import CliRunner
 
 from tribrach.cli import app
 from tribrach.errors import AdjustmentError, InputError, NoStartValues, RankDefect
+from tribrach.geodesy.plumb import PlumbField, PlumbLines
 from tribrach.geodesy.projection import ProjectedGrid
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.io.survey.comp3d import reader as comp3d
@@ -25,7 +26,11 @@ from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.facts import facts_of
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Use
+from tribrach.observations.levelling import HeightDifferences
 from tribrach.observations.scanner import Inclinations
+from tribrach.observations.sights import Directions, ZenithAngles
+from tribrach.observations.unknowns import Layout, State
+from tribrach.units import SEC
 
 FOLDER = Path(__file__).resolve().parents[4] / "shared" / "data" / "networks" / "comp3d"
 
@@ -401,3 +406,52 @@ def test_monte_carlo_simulation(tmp_path: Path) -> None:
         variance = np.diag(adjustment.covariance(name))
         sample = np.square(point["MC_shift_sq_average"]) * n / variance
         assert ((sample > low) & (sample < high)).all()
+
+
+def test_deflections_do_to_readings_what_comp3d_says(tmp_path: Path) -> None:
+    """Its corrections of 230 levelled lines, directions and zenith angles by 12 arcsec.
+
+    The network itself has no result, yet Comp3D lists geometry and correction of each reading:
+    readings and corrections together are along the ellipsoid's normal.
+    """
+    reference = Reference.load("coincident_with_VD")
+    lean: dict[str, list[float]] = {}
+    for line in (FOLDER / "coincident_with_VD" / "total2022.cor").read_text("latin1").splitlines():
+        words = line.split("*")[0].split()
+        if len(words) in (7, 10):
+            eta, xi = map(float, words[-2:])
+            lean[words[1]] = [xi * SEC, eta * SEC]
+    compared = dict.fromkeys((4, 5, 6, 7), 0)
+    for point in reference.points.values():
+        for station in point["stations"]:
+            for row in station.get("observations", []):
+                code, stated = row["code"], row.get("deflection_correction", 0.0)
+                ends = [lean.get(row[key]) for key in ("from", "to")]
+                far = row.get("obs_length", 0.0) > 1.0
+                if code not in compared or not stated or not far or None in ends:
+                    continue
+                mine = correction(code, row, np.array(ends))
+                # of a height difference Comp3D takes the place of the end for that of the middle
+                assert mine == pytest.approx(stated, rel=2e-3, abs=5e-7), (code, row)
+                compared[code] += 1
+    assert sum(compared.values()) > 150
+    assert min(compared[4], compared[5], compared[6]) > 40
+
+
+def correction(code: int, row: dict[str, Any], lean: np.ndarray) -> float:
+    """Value along the normal less value along the plumb line, in Comp3D's metres and gon."""
+    azimuth, zenith, length = row["obs_azim"], row["obs_zen"], row["obs_length"]
+    flat = length * np.sin(zenith)
+    state = State.blank(Layout(points=["a", "b"], scalars=["o"]))
+    state.points[0] = 0.0
+    state.points[1] = flat * np.sin(azimuth), flat * np.cos(azimuth), length * np.cos(zenith)
+    state.scalars[0] = 0.0
+    columns: dict[str, Any] = {"start": [0], "end": [1], "values": [[0.0]]}
+    columns["covariance"] = [[[1.0]]]
+    if code in (5, 7):
+        columns["orientation"] = [0]
+    kind = {4: HeightDifferences, 5: Directions, 6: ZenithAngles, 7: Directions}[code]
+    plain = kind(**columns).predict(state)
+    leaning = kind(**columns, plumb=PlumbLines(PlumbField(), lean)).predict(state)
+    difference = float((plain - leaning)[0, 0])
+    return difference if code == 4 else difference * 200 / np.pi

@@ -21,8 +21,10 @@ from scipy.sparse.csgraph import connected_components
 
 from tribrach._types import Array, Index
 from tribrach.errors import UnknownName
+from tribrach.geodesy.plumb import PlumbLines
 from tribrach.network.network import Network
 from tribrach.observations.base import Observations, Use
+from tribrach.observations.levelling import HeightDifferences
 
 __all__ = ["WRITERS", "Exported", "Sieve", "ValueCovariances", "export", "packed_seconds"]
 
@@ -194,7 +196,13 @@ class Sieve:
             if "per_item" in item.metadata and item.name not in held:
                 value = np.asarray(getattr(o, item.name))
                 word = item.name.replace("_", " ")
-                yield value != item.metadata["per_item"], f"with {word}"
+                usual = item.metadata["per_item"]
+                alike = np.isnan(value) if np.isnan(usual) else value == usual
+                yield ~alike, f"with {word}"
+        plumb = getattr(o, "plumb", None)
+        if isinstance(plumb, PlumbLines):
+            leans = plumb.levels if isinstance(o, HeightDifferences) else not plumb.normal
+            yield np.full(len(o), leans), "reduced by deflections of the vertical or a geoid"
 
     def sentences(self) -> tuple[str, ...]:
         """What is lost, most first."""

@@ -70,6 +70,7 @@ from tribrach.observations.sights import (
     ZenithAngles,
 )
 from tribrach.observations.unknowns import State
+from tribrach.units import SEC
 
 __all__ = ["Comp3dFacts", "assemble", "grid_axes"]
 
@@ -791,8 +792,10 @@ class _Assembly:
             and not any(records[n].held)
         ]
         _warn(survey, "Only switched-off observations see", still, "kept where given")
-        bent = [n for n, r in records.items() if r.deflection and n in survey.points]
-        _warn(survey, "Deflections of the vertical are given at", bent, "not applied")
+        for name, record in records.items():
+            if record.deflection is not None and (name in survey.points or name in survey.stations):
+                eta, xi = record.deflection
+                survey.deflections[name] = (xi * SEC, eta * SEC)
         if project.simulation:
             survey.warnings.append(
                 f"The project is a simulation ({project.simulation}): measured values are not "

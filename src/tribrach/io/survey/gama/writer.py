@@ -224,7 +224,7 @@ def _height_differences(
     """Levelled height differences, from mark to mark."""
     name_of = network.start.layout.position_name
     held = ("height_start", "height_end", "geoid_start", "geoid_end")
-    marks = o.values[:, 0] - o.height_end + o.height_start + o.geoid_end - o.geoid_start
+    marks = o.values[:, 0] - o.height_end + o.height_start + o.stated_rise
     for i in sieve.rows(o, held):
         ends = {"from": name_of(int(o.start[i])), "to": name_of(int(o.end[i]))}
         attributes = {**ends, "val": repr(float(marks[i]))}

@@ -202,7 +202,7 @@ class _Writer:
             yield from self._sights(o, table)
         elif type(o) is HeightDifferences:
             held = ("height_start", "height_end", "geoid_start", "geoid_end")
-            marks = o.values[:, 0] - o.height_end + o.height_start + o.geoid_end - o.geoid_start
+            marks = o.values[:, 0] - o.height_end + o.height_start + o.stated_rise
             for i, sigma in self._rows(o, table, held):
                 # the length weighs nothing where a standard error stands
                 yield f"L {self._line(o.start[i], o.end[i])} {float(marks[i])!r} 1 {sigma}"
