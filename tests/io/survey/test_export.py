@@ -21,6 +21,12 @@ from tribrach.network.observed_part import observed_part
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Use
 from tribrach.observations.control import Coordinate, DirectedComponents, Heights
+from tribrach.observations.ellipsoidal import (
+    EllipsoidArcs,
+    EllipsoidChords,
+    Latitudes,
+    Longitudes,
+)
 from tribrach.observations.gnss import GnssBaselines, GnssPositions
 from tribrach.observations.levelling import HeightDifferences
 from tribrach.observations.scanner import TargetCentres
@@ -284,6 +290,10 @@ def on_ellipsoid() -> Network:
         HeightDifferences, values=[1.0], sigma=1e-3, start=["A"], end=["B"], height_start=0.2
     )
     survey.add(Heights, values=[1.0], sigma=2e-3, position=["E"])
+    survey.add(Latitudes, values=[0.8], sigma=1e-9, position=["D"])
+    survey.add(Longitudes, values=[0.1], sigma=1e-9, position=["E"])
+    for kind in (EllipsoidChords, EllipsoidArcs):
+        survey.add(kind, values=[100.0], sigma=2e-3, start=["B"], end=["D"])
     vector = survey.add(
         GnssBaselines, values=np.zeros((2, 3)), sigma=np.full((2, 3), 4e-3), start=["A", "A"],
         end=["C", "D"],

@@ -28,6 +28,12 @@ from tribrach.network.network import Network
 from tribrach.network.start.start_values import find_start
 from tribrach.observations.base import Observations
 from tribrach.observations.control import Coordinates, DirectedComponents, Heights
+from tribrach.observations.ellipsoidal import (
+    EllipsoidArcs,
+    EllipsoidChords,
+    Latitudes,
+    Longitudes,
+)
 from tribrach.observations.gnss import GnssBaselines, GnssPositions
 from tribrach.observations.levelling import HeightDifferences
 from tribrach.observations.sights import (
@@ -48,7 +54,11 @@ _SIGHTS: dict[type[Observations], tuple[str, tuple[str, ...]]] = {
     SlopeDistances: ("S", ("height_instrument", "height_target")),
     Distances: ("S", ()),
     ZenithAngles: ("V", ("height_instrument", "height_target")),
+    EllipsoidChords: ("C", ()),
+    EllipsoidArcs: ("E", ()),
 }
+#: letters of measurements at one station
+_SINGLE: dict[type[Observations], str] = {Heights: "R", Latitudes: "P", Longitudes: "Q"}
 #: how far a direction may be off the one that it is taken for
 _SAME = 1e-9
 _VARIANCE = (("XX", 0, 0), ("XY", 0, 1), ("XZ", 0, 2), ("YY", 1, 1), ("YZ", 1, 2), ("ZZ", 2, 2))
@@ -194,8 +204,8 @@ class _Writer:
                 rest += self._directions(table, o)
             elif type(o) in _SIGHTS:
                 rest += self._sights(table, o)
-            elif isinstance(o, Heights):
-                rest += self._heights(table, o)
+            elif type(o) in _SINGLE:
+                rest += self._single(table, o)
             elif type(o) is HeightDifferences:
                 rest += self._height_differences(table, o)
             else:
@@ -247,12 +257,12 @@ class _Writer:
                 element.append(ray)
             yield element
 
-    def _heights(self, table: int, o: Heights) -> Iterator[etree._Element]:
-        """Ellipsoidal heights."""
+    def _single(self, table: int, o: Observations) -> Iterator[etree._Element]:
+        """Ellipsoidal heights, geodetic latitudes and longitudes."""
         for i in self._alone(table, o, self.sieve.rows(o)):
-            name = self.names[o.position[i]]
-            element = _element("DnaMeasurement", Type="R", Ignore="", First=name)
-            self._value(element, o, table, int(i), float(o.values[i, 0]))
+            name = self.names[o.position[i]]  # type: ignore[attr-defined]
+            element = _element("DnaMeasurement", Type=_SINGLE[type(o)], Ignore="", First=name)
+            self._value(element, o, table, int(i), float(o.values[i, 0]), circle=False)
             yield element
 
     def _height_differences(self, table: int, o: HeightDifferences) -> Iterator[etree._Element]:
@@ -265,12 +275,19 @@ class _Writer:
             yield element
 
     def _value(
-        self, element: etree._Element, o: Observations, table: int, i: int, value: float
+        self,
+        element: etree._Element,
+        o: Observations,
+        table: int,
+        i: int,
+        value: float,
+        *,
+        circle: bool = True,
     ) -> None:
-        """Value and standard deviation, angles in degrees and arc seconds."""
+        """Value and standard deviation, angles in degrees and arc seconds, within one circle."""
         sigma = float(np.sqrt(self.correlations.matrix([(table, i, 0)])[0, 0]))
         angular = o.units[0] == "rad"
-        text = _packed(value % (2 * np.pi), 10) if angular else repr(value)
+        text = _packed(value % (2 * np.pi) if circle else value, 12) if angular else repr(value)
         etree.SubElement(element, "Value").text = text
         etree.SubElement(element, "StdDev").text = repr(sigma / ARCSEC if angular else sigma)
 
