@@ -29,6 +29,7 @@ from tribrach.network.blunders.robust import adjust_robust
 from tribrach.network.blunders.snooping import SnoopingLog, snoop
 from tribrach.network.blunders.suspects import Key
 from tribrach.network.datum_control import unchecked_control
+from tribrach.network.misread_checks import misread_checks
 from tribrach.network.network import Datum, Network
 from tribrach.network.observed_part import observed_part
 from tribrach.network.placement import placement_sentences
@@ -167,6 +168,7 @@ def solve(network: Network, settings: AdjustmentSettings) -> SolvedNetwork:
     alone = quality if wrong is None else assess(apart, confidence=settings.confidence)
     warnings += warned(Severity.WEAK, confusable(apart, alone)[:10])
     warnings += warned(Severity.NOTE, placement_sentences(adjustment))
+    warnings += warned(Severity.INPUT, misread_checks(apart))
     warnings += warned(Severity.WEAK, unchecked_control(adjustment))
     warnings += warned(Severity.WEAK, weakness_sentences(adjustment))
     warnings += warned(Severity.WEAK, geometry_sentences(adjustment)[:20])
