@@ -143,6 +143,7 @@ def gnss_context(
         point=entry.point,
         base=entry.base,
         factor=entry.sigma_factor,
+        stations=entry.stations,
         known=frozenset(known),
     )
 

@@ -44,7 +44,7 @@ __all__ = ["ReadFiles", "read_survey_files", "starnet_plan"]
 
 
 #: keys of files whose coordinates have a frame and an epoch
-GNSS_KEYS = {*EpochKeys.model_fields, "point", "base", "sigma_factor"}
+GNSS_KEYS = {*EpochKeys.model_fields, "point", "base", "sigma_factor", "stations"}
 
 
 @dataclass(frozen=True)

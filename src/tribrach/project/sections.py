@@ -158,6 +158,8 @@ class ObservationFile(EpochKeys, Section):
         Marks of a solution of RTKLIB, which has no names.
     sigma_factor
         Factor on the formal standard deviations of a GNSS solution.
+    stations
+        Stations of a SINEX file that are wanted, all of them if not given.
     """
 
     file: str | None = None
@@ -172,6 +174,7 @@ class ObservationFile(EpochKeys, Section):
     point: str = ""
     base: str = ""
     sigma_factor: PositiveFloat | None = None
+    stations: tuple[str, ...] = ()
 
     @model_validator(mode="after")
     def _complete(self) -> Self:

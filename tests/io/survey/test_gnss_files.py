@@ -15,6 +15,7 @@ from tribrach.io.gnss.gvx import read_gvx
 from tribrach.io.gnss.rtklib_pos import read_rtklib
 from tribrach.io.gnss.sinex import read_sinex
 from tribrach.io.survey.formats import read_files
+from tribrach.job.opened import open_job
 from tribrach.network.adjustment import adjust
 from tribrach.network.network import Datum
 
@@ -281,3 +282,45 @@ def test_broken_solutions(tmp_path: Path, case: str) -> None:
 def test_code_solutions_are_named(tmp_path: Path) -> None:
     path = pos(tmp_path / "P.pos", XYZ, [row(KONYA, 5, "1.0 1.0 2.0 0 0 0")])
     assert "code solutions" in read_rtklib(path).warnings[0]
+
+
+def test_chosen_stations_of_sinex_with_a_factor(tmp_path: Path) -> None:
+    """Some stations with their part of the whole matrix, standard deviations three times larger."""
+    names = ["AAAA", "BBBB", "CCCC", "DDDD"]
+    xyz = KONYA + np.array([[0.0, 0, 0], [100, 200, 300], [-50, 10, 7], [900, -30, 4]])
+    covariance = covariance_of(12)
+    path = write_sinex(tmp_path / "a.snx", names, xyz, covariance)
+    (tmp_path / "job.toml").write_text(
+        '[site]\nframe = "ITRF2014"\nepoch = 2005.25\nlatitude_deg = 37.9\nlongitude_deg = 32.5\n'
+        '[[observations]]\nfile = "a.snx"\nstations = ["DDDD", "BBBB"]\nsigma_factor = 3.0\n'
+        'frame = "ITRF2014"\nepoch = 2005.25\n'
+    )
+    adjustment = adjust(open_job(tmp_path / "job.toml").network())
+    assert sorted(adjustment.layout.names["point"]) == ["BBBB", "DDDD"]
+    site = adjustment.network.site
+    assert isinstance(site, EllipsoidSite)
+    wanted = np.r_[3:6, 9:12]
+    turn = np.kron(np.eye(2), site.w_from_ecef)
+    found = np.block(
+        [[adjustment.covariance(a, b) for b in ("BBBB", "DDDD")] for a in ("BBBB", "DDDD")]
+    )
+    expected = 9 * turn @ covariance[np.ix_(wanted, wanted)] @ turn.T
+    np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-10)
+    assert read_sinex(path).warnings == []
+    with pytest.raises(InputError, match="no coordinates of station ZZZZ; choose among AAAA, BBBB"):
+        read_sinex(path, chosen=["ZZZZ"])
+
+
+def test_sinex_without_a_matrix_says_so(tmp_path: Path) -> None:
+    path = write_sinex(tmp_path / "a.snx", ["KNYA"], KONYA[None], covariance_of(3))
+    head = path.read_text().split("+SOLUTION/MATRIX_ESTIMATE")[0]
+    path.write_text(head + "%ENDSNX\n")
+    records = read_sinex(path)
+    assert np.count_nonzero(records.covariance) == 3
+    assert any("has no covariance matrix" in warning for warning in read([path]).warnings)
+
+
+def test_stations_are_chosen_from_sinex_alone(tmp_path: Path) -> None:
+    context = GnssContext(stations=("A",))
+    with pytest.raises(InputError, match="from SINEX files only"):
+        read([write_gvx(tmp_path / "g.gvx")], context)

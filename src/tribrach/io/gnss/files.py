@@ -64,7 +64,10 @@ class GnssContext:
     point, base
         Names for a solution of RTKLIB.
     factor
-        On the formal standard deviations of a solution of RTKLIB, None for the default.
+        On the formal standard deviations of a solution of RTKLIB, None for the default, or on those
+        of a SINEX file.
+    stations
+        Stations of SINEX files that are wanted, all if empty.
     known
         Points that have coordinates already.
     """
@@ -78,6 +81,7 @@ class GnssContext:
     point: str = ""
     base: str = ""
     factor: float | None = None
+    stations: tuple[str, ...] = ()
     known: frozenset[str] = field(default_factory=frozenset)
 
 
@@ -107,17 +111,26 @@ def read(
     readers: dict[str, Reader] = {
         ".gvx": read_gvx,
         ".xml": read_gvx,
-        ".snx": read_sinex,
         ".pos": lambda path: read_rtklib(
             path, point=settings.point, base=settings.base, factor=settings.factor
         ),
     }
+
+    def solution(path: Path) -> GnssRecords:
+        return read_sinex(path, chosen=settings.stations, factor=settings.factor)
+
     apart = names_apart(paths) if labels is None else labels
     files = []
     with RefusalCollector() as refused:
         for path in paths:
             with refused.record():
-                reader = readers.get(path.suffix.lower()) or vector_reader(path) or read_sinex
+                reader = readers.get(path.suffix.lower()) or vector_reader(path) or solution
+                if settings.stations and reader is not solution:
+                    raise InputError(
+                        "stations are chosen from SINEX files only",
+                        file=path,
+                        cure="leave them out",
+                    )
                 records = reader(path)
                 for sources in (records.position_sources, records.vector_sources):
                     sources[:] = [apart[path] + s.removeprefix(path.name) for s in sources]

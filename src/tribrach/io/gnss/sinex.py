@@ -8,7 +8,7 @@ SINEX 2.02. Sizes are bounded.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -43,14 +43,26 @@ class _Parameter:
     line: int
 
 
-def read_sinex(path: Path) -> GnssRecords:
+def read_sinex(
+    path: Path, *, chosen: Collection[str] = (), factor: float | None = None
+) -> GnssRecords:
     """Positions with their joint covariance, and velocities if the file has them.
+
+    Parameters
+    ----------
+    path
+        The file.
+    chosen
+        Codes of the stations that are wanted; all of them if empty. Their covariance is the part of
+        the whole matrix that belongs to them.
+    factor
+        On the standard deviations, 1 if None.
 
     Raises
     ------
     InputError
-        Unreadable, not SINEX, no coordinates, malformed lines, several epochs, or a matrix that is
-        not positive definite.
+        Unreadable, not SINEX, no coordinates, a chosen station that is not there, malformed lines,
+        several epochs, or a matrix that is not positive definite.
     """
     lines = _lines(path)
     parameters = [_parameter(path, n, line) for n, line in _block(path, lines, "SOLUTION/ESTIMATE")]
@@ -64,8 +76,16 @@ def read_sinex(path: Path) -> GnssRecords:
     stations = list(dict.fromkeys(p.station for p in parameters if p.kind == "STAX"))
     if not stations:
         raise InputError("the file has no station coordinates", file=path)
+    for name in chosen:
+        if name not in stations:
+            raise InputError(
+                f"the file has no coordinates of station {name}",
+                file=path,
+                cure=f"choose among {', '.join(stations[:12])}" + ("…" if stations[12:] else ""),
+            )
+    stations = [name for name in stations if not chosen or name in chosen]
     places = _columns(path, by_name, stations, "STA", parameters)
-    covariance = _covariance(path, lines, parameters)
+    covariance = _covariance(path, lines, parameters) * (factor or 1.0) ** 2
     finite = np.isfinite(covariance).all() and all(np.isfinite(p.value) for p in parameters)
     if not finite:
         raise InputError("a value of the estimate or the matrix is not a number", file=path)
@@ -85,6 +105,12 @@ def read_sinex(path: Path) -> GnssRecords:
         epoch=epochs.pop(),
         position_sources=[f"{path.name}:{parameters[row[0]].line}" for row in places],
     )
+    if _matrix_head(lines) is None:
+        records.warnings.append(
+            f"{path.name} has no covariance matrix: its coordinates are taken as uncorrelated, "
+            "each with its own sigma; what they share (the frame, the reference station) then "
+            "averages out in the result, which it does not in truth"
+        )
     if any(p.kind == "VELX" for p, use in zip(parameters, wanted, strict=True) if use):
         speeds = _columns(path, by_name, stations, "VEL", parameters)
         both = np.concatenate([places.ravel(), speeds.ravel()])
@@ -186,12 +212,16 @@ def _columns(
     return np.array([[by_name[s, kind + axis] for axis in "XYZ"] for s in stations])
 
 
+def _matrix_head(lines: list[str]) -> list[str] | None:
+    """Words of the line that opens the matrix, None if there is no matrix."""
+    name = "+SOLUTION/MATRIX_ESTIMATE"
+    return next((line.split() for line in lines if line.startswith(name)), None)
+
+
 def _covariance(path: Path, lines: list[str], parameters: list[_Parameter]) -> Array:
     """Covariance of all parameters in the order of the estimate; their sigmas if there is none."""
     sigma: Array = np.array([p.sigma for p in parameters])
-    head = next(
-        (line.split() for line in lines if line.startswith("+SOLUTION/MATRIX_ESTIMATE")), None
-    )
+    head = _matrix_head(lines)
     if head is None:
         return np.diag(sigma**2)
     kind = head[2].upper() if len(head) > 2 else "COVA"
