@@ -13,7 +13,8 @@ from rich.table import Table
 from tribrach.cli.shell import Overwrite, claim, guarded, shown
 from tribrach.io.outputs import write_text
 from tribrach.io.scans.formats import read_scans
-from tribrach.io.scans.info import describe
+from tribrach.io.scans.info import Description, describe
+from tribrach.io.survey.riscan.info import ProjectDescription, describe_project
 from tribrach.job.convert import convert_scans
 from tribrach.report.schema.base import document_text, heading
 from tribrach.report.schema.scans import SCHEMA, ScansDocument
@@ -22,7 +23,7 @@ __all__ = ["convert", "info"]
 
 
 def info(
-    files: Annotated[list[Path], typer.Argument(help="Scans of any known format.")],
+    files: Annotated[list[Path], typer.Argument(help="Scans, or projects of RiSCAN PRO (.rsp).")],
     json_file: Annotated[Path | None, typer.Option("--json", help="Write it as JSON.")] = None,
     overwrite: Overwrite = False,
 ) -> None:
@@ -30,15 +31,23 @@ def info(
 
     def work() -> None:
         claim(files, [json_file], overwrite=overwrite)
-        described = []
+        described: list[Description] = []
+        projects: list[ProjectDescription] = []
         for path in files:
+            if path.suffix.lower() == ".rsp":
+                projects.append(describe_project(path))
+                continue
             scans = read_scans(path)
             described += [describe(scan, among=len(scans)) for scan in scans]
         if json_file is not None:
-            data = heading(SCHEMA) | {"scans": [d.to_json() for d in described]}
+            data = heading(SCHEMA) | {
+                "scans": [d.to_json() for d in described],
+                "projects": [p.to_json() for p in projects],
+            }
             write_text(json_file, document_text(ScansDocument.model_validate(data)))
         console = Console()
-        for description in described:
+        everything: list[Description | ProjectDescription] = [*projects, *described]
+        for description in everything:
             table = Table(title=escape(description.title), title_justify="left", show_header=False)
             for name, value in description.rows():
                 table.add_row(escape(name), escape(value))

@@ -59,10 +59,41 @@ class ScanPart(DocumentPart):
     sentences: list[str]
 
 
+class ScanPositionPart(DocumentPart):
+    """A scan position of a project of RiSCAN PRO [m]."""
+
+    name: str
+    registered: bool
+    sop: Matrix | None
+    """Project from scanner, 4 x 4."""
+    reflectors: int
+    active: int
+    of_control: int
+    """Reflectors that are control points."""
+    gnss: list[float] | None
+    """Position by the scanner's own receiver."""
+    gnss_accuracy: float | None
+
+
+class ScannerProjectPart(DocumentPart):
+    """A project of RiSCAN PRO [m]."""
+
+    file: str
+    name: str
+    crs: str | None
+    pop: Matrix | None
+    """Global from project, 4 x 4."""
+    control: int
+    tie_points: int
+    positions: list[ScanPositionPart]
+    sentences: list[str]
+
+
 class ScansDocument(Document):
     """What ``tribrach info --json`` writes."""
 
     scans: list[ScanPart]
+    projects: list[ScannerProjectPart]
 
 
 class DetectionPart(DocumentPart):
