@@ -218,3 +218,12 @@ def test_what_is_left_of_a_released_point_keeps_its_covariance() -> None:
     assert after.dof == adjustment.dof - 1
     expected = np.linalg.inv(np.linalg.inv(correlated[1:, 1:]) + 1e6 * np.eye(2))
     assert after.covariance("A")[1:, 1:] == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("role", ["fixed", "control"])
+def test_a_wrong_digit_of_tens_of_metres_is_the_same_sentence(role: str) -> None:
+    """Also where everything is bent so far that names might be thought exchanged."""
+    content = adjust_network(network(role, 3, {("P2", 0): 10.0}), AdjustmentSettings())
+    (warning,) = content.warnings
+    assert "E of P2 (control.csv:4) is wrong: +10.00" in warning
+    assert "m ± " in warning

@@ -32,7 +32,7 @@ def sights(sigma: object) -> Survey:
 def test_angles(sigma: float, words: str) -> None:
     (sentence,) = implausible_sigmas(sights([1.0 * SEC, sigma]).network())
     assert sentence.startswith("direction A -> C (tps.csv:3) has a standard deviation of " + words)
-    assert sentence.endswith("check its unit, there or with the instrument")
+    assert "check its unit, there or with the instrument" in sentence
     (both,) = implausible_sigmas(sights(sigma).network())
     assert "direction A -> B (tps.csv:2) and 1 more have a standard deviation of" in both
 

@@ -98,7 +98,7 @@ def _sentence(
     verb = "have" if count > 1 else "has"
     return (
         f"{words}{more} {verb} a standard deviation of {_sized(float(sigma[first]), unit)}, {why}: "
-        "check its unit, there or with the instrument"
+        "check its unit, there or with the instrument; what holds exactly is better held"
     )
 
 

@@ -99,7 +99,7 @@ class WrongCoordinate:
         many = len(self.coordinates) > 1
         words = coordinate_words(self.coordinates)
         sizes = ", ".join(
-            (f"{AXES[g.axis]} " if many else "") + f"{1e3 * x:+.1f} mm ± {1e3 * s:.1f} mm"
+            (f"{AXES[g.axis]} " if many else "") + _sized(x, s)
             for g, x, s in zip(self.coordinates, self.error, self.sigma, strict=True)
         )
         it, be = ("them", "are") if many else ("it", "is")
@@ -277,6 +277,12 @@ def _rivals(
         score = log_significance(common.statistic / unit, len(common.size))
         out[common.words] = float(score)
     return out
+
+
+def _sized(error: float, sigma: float) -> str:
+    """An error with its sigma, in metres from one on."""
+    size = f"{error:+.3f} m" if abs(error) >= 1 else f"{1e3 * error:+.1f} mm"
+    return f"{size} ± {1e3 * sigma:.1f} mm"
 
 
 @dataclass(frozen=True)
