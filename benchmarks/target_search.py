@@ -113,7 +113,7 @@ def searches(xyz, intensity, image):
     light = {
         **noise,
         "sigma_angle": NOISE.vertical,
-        "footprint": (NOISE.beam_exit, NOISE.beam_divergence),
+        "footprint": NOISE.beam,
     }
     spot = float(np.hypot(NOISE.vertical, NOISE.beam_angle(np.array([15.0]))[0]))
     return {

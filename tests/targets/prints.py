@@ -14,7 +14,7 @@ NOISE = ScanNoise(0.0012, 1e-5, 3.9e-5, 3.9e-5, 0.0035, 0.00023)
 TOLD = {
     "sigma_range": NOISE.range + 15 * NOISE.range_scale,
     "sigma_angle": NOISE.vertical,
-    "footprint": (NOISE.beam_exit, NOISE.beam_divergence),
+    "footprint": NOISE.beam,
     "floor": 0.0,
 }
 

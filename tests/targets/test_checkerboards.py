@@ -126,7 +126,7 @@ def test_coarse_boards_whose_edges_follow_rows_of_points(seed):
     noise = newcastle_lab.NOISE
     told = {
         "sigma_angle": noise.vertical,
-        "footprint": (noise.beam_exit, noise.beam_divergence),
+        "footprint": noise.beam,
         "floor": 0.0,
     }
     image = organise(xyz, row, column)

@@ -122,7 +122,10 @@ def _terms(x, y, z, noise, cosine):  # type: ignore[no-untyped-def]
     rho = np.sqrt(rho2)
     along = noise[0] + noise[1] * rho
     along = along * along / (cosine * cosine)
+    wide = noise[4] + noise[5] * rho
     footprint = (noise[4] * noise[4] + noise[5] * noise[5] * rho2) / 16
+    if noise[7] > 0.0:
+        footprint = wide * wide / 16
     common = noise[6] * noise[6]
     across_h = flat2 * (noise[2] * noise[2] + common) + footprint
     across_v = rho2 * (noise[3] * noise[3] + common) + footprint

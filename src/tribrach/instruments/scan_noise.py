@@ -4,8 +4,8 @@ This is ``C_int`` of method sections 5.1 and 5.2. It has three parts: the range,
 rho``, divided by the cosine of the incidence angle where that is known; the angles of the encoders,
 in noise and in a systematic part that neighbouring points share; and the place of the echo within
 the beam's footprint, ``delta / 4`` in both directions across the beam, with the beam's diameter
-``d(rho) = hypot(d0, gamma rho)`` and ``delta = d / rho`` (Lichti and Gordon 2004). Metres and
-radians.
+``d(rho)`` (:class:`~tribrach.instruments.beam.Beam`) and ``delta = d / rho`` (Lichti and Gordon
+2004). Metres and radians.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.errors import InputError
+from tribrach.instruments.beam import Beam
 from tribrach.units import SEC
 
 __all__ = ["ScanNoise"]
@@ -38,6 +39,8 @@ class ScanNoise:
     systematic
         What both angles are wrong by for a whole neighbourhood [rad]: part of a point's standard
         deviation, which no mean of points makes smaller.
+    beam_cone
+        True if the beam is a cone from its exit on, else it has its waist there.
 
     Raises
     ------
@@ -52,6 +55,7 @@ class ScanNoise:
     beam_exit: float = 0.0
     beam_divergence: float = 0.0
     systematic: float = 0.0
+    beam_cone: bool = False
 
     def __post_init__(self) -> None:
         """Refuse what is no standard deviation and no diameter."""
@@ -63,10 +67,14 @@ class ScanNoise:
                     cure="give zero or a positive number of metres or radians",
                 )
 
+    @property
+    def beam(self) -> Beam:
+        """The beam by itself."""
+        return Beam(self.beam_exit, self.beam_divergence, self.beam_cone)
+
     def beam_diameter(self, length: Array) -> Array:
         """Diameter (n,) [m] of the beam at ranges (n,) [m]."""
-        diameter: Array = np.hypot(self.beam_exit, self.beam_divergence * length)
-        return diameter
+        return self.beam.diameter(length)
 
     def beam_angle(self, length: Array) -> Array:
         """Standard deviation (n,) [rad] of the echo's place within the footprint, ``delta / 4``."""
@@ -104,12 +112,13 @@ class ScanNoise:
         if self.beam_exit or self.beam_divergence:
             parts.append(
                 f"beam {1e3 * self.beam_exit:.3g} mm and {1e3 * self.beam_divergence:.3g} mrad"
+                + (" as a cone" if self.beam_cone else "")
             )
         return "noise of the scanner: " + ", ".join(parts)
 
     @property
     def parameters(self) -> Array:
-        """The seven numbers (7,) in the order of the fields, for compiled loops."""
+        """The eight numbers (8,) in the order of the fields, for compiled loops."""
         return np.array(
             [
                 self.range,
@@ -119,5 +128,6 @@ class ScanNoise:
                 self.beam_exit,
                 self.beam_divergence,
                 self.systematic,
+                float(self.beam_cone),
             ]
         )

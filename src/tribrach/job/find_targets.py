@@ -104,7 +104,7 @@ def find_targets(scan: MeasuredScan, wanted: TargetSection) -> Findings:
         seen = cloud.xyz, cloud.intensity, image
         more: dict[str, Any] = {"floor": floor, "scan": scan.name, **noise}
         if scan.noise is not None:
-            more["footprint"] = scan.noise.beam_exit, scan.noise.beam_divergence
+            more["footprint"] = scan.noise.beam
             # light is the mean over the footprint, so only the encoders move it
             more["sigma_angle"] = scan.noise.vertical
         if wanted.checkerboard_side_m:

@@ -135,7 +135,7 @@ def poses_json(
         "frame": {"kind": frame.kind, "crs": frame.crs, "epoch": frame.epoch, "axes": frame.axes},
         "covariance_of": "translation [m], left rotation increments [rad]",
         "noise_of": "single points: range [m], range_scale [m/m], horizontal and vertical [rad], "
-        "beam_exit [m], beam_divergence [rad], systematic part of both angles [rad]",
+        "beam_exit [m], beam_divergence [rad], systematic part of both angles [rad], beam_cone",
         "sigma_origin": sigma_origin,
         "stations": station_order(scans),
         "joint_covariance": JOINT if joint else None,
@@ -254,12 +254,14 @@ def _noise(path: Path, name: str, row: Mapping[str, Any]) -> ScanNoise | None:
     if given is None:
         return None
     keys = [item.name for item in fields(ScanNoise)]
-    # poses of earlier runs have no systematic part
-    figures = [given.get(key, 0.0) if key == "systematic" else given[key] for key in keys]
+    # poses of earlier runs have no systematic part and no cones
+    later = ("systematic", "beam_cone")
+    figures = [given.get(key, 0.0) if key in later else given[key] for key in keys]
     values = _numbers(path, figures, (len(keys),), f"the noise of {name}")
     if (values < 0).any():
         raise InputError(f"the noise of {name} is negative", file=path, cure=_CURE)
-    return ScanNoise(*values.tolist())
+    noise = dict(zip(keys, values.tolist(), strict=True))
+    return ScanNoise(**noise | {"beam_cone": noise["beam_cone"] > 0})
 
 
 def _numbers(path: Path, given: Any, shape: tuple[int, ...], what: str) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 from pydantic import Field, NonNegativeFloat, PositiveFloat, field_validator, model_validator
@@ -52,6 +52,8 @@ class Instrument(Section):
         it is beyond the noise is common to neighbouring points and does not average out.
     beam_exit_mm, beam_divergence_mrad
         Diameter of the beam at the exit and full angle, which give its footprint.
+    beam_shape
+        How it widens: as a beam with its ``waist`` at the exit, or as a ``cone``.
     target_floor_mm
         Added to target centres.
     levelling_arcsec
@@ -88,6 +90,7 @@ class Instrument(Section):
     scan_angle_accuracy_arcsec: PositiveFloat | None = None
     beam_exit_mm: NonNegativeFloat = 0.0
     beam_divergence_mrad: NonNegativeFloat = 0.0
+    beam_shape: Literal["waist", "cone"] = "waist"
     target_floor_mm: NonNegativeFloat = 0.0
     levelling_arcsec: PositiveFloat | None = None
     magnification: PositiveFloat | None = None
@@ -203,4 +206,5 @@ class Instrument(Section):
             self.beam_exit_mm * MM,
             self.beam_divergence_mrad * 1e-3,
             self._systematic_angle(),
+            self.beam_shape == "cone",
         )

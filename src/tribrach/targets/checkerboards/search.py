@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array, Single
 from tribrach.errors import InputError
+from tribrach.instruments.beam import Beam
 from tribrach.scan.range_image import RangeImage
 from tribrach.targets.checkerboards.fit import CheckerboardFit, fit_checkerboard
 from tribrach.targets.detection import Detection, Rejected, lies_on
@@ -24,6 +25,9 @@ from tribrach.targets.prints.search import PrintCandidate, PrintSearch, Refused,
 from tribrach.targets.prints.windows import on_circle, shortening, slope
 
 __all__ = ["find_checkerboards"]
+
+#: a beam of which nothing is published (method section 5.2)
+_USUAL = Beam(4e-3, 0.3e-3)
 
 
 @dataclass(frozen=True)
@@ -269,7 +273,7 @@ def find_checkerboards(
     *,
     sigma_range: float | None = None,
     sigma_angle: float = 2e-5,
-    footprint: tuple[float, float] = (4e-3, 0.3e-3),
+    footprint: Beam = _USUAL,
     floor: float = 3e-4,
     scan: str = "",
 ) -> tuple[list[Detection], list[Rejected]]:
@@ -289,8 +293,8 @@ def find_checkerboards(
         Not used: the range noise is estimated from each board [m].
     sigma_angle : float
         Sigma of the angles of one point [rad].
-    footprint : tuple of float
-        Exit diameter [m] and full divergence [rad] of the beam.
+    footprint : Beam
+        The beam that makes footprints.
     floor : float
         Sigma added to each coordinate of a centre [m].
     scan : str

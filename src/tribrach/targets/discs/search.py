@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array
 from tribrach.errors import InputError
+from tribrach.instruments.beam import Beam
 from tribrach.scan.range_image import RangeImage
 from tribrach.targets.detection import Detection, Rejected, lies_on
 from tribrach.targets.discs.fit import DiscFit, fit_disc
@@ -228,7 +229,7 @@ def find_discs(
     *,
     sigma_range: float | None = None,
     sigma_angle: float | None = None,
-    footprint: tuple[float, float] | None = None,
+    footprint: Beam | None = None,
     floor: float = 0.0,
     scan: str = "",
 ) -> tuple[list[Detection], list[Rejected]]:
@@ -248,8 +249,8 @@ def find_discs(
         Sigma of the range of one point, estimated from the points if None [m].
     sigma_angle : float or None
         Sigma of the angles of one point, estimated from the points if None [rad].
-    footprint : tuple of float or None
-        Exit diameter [m] and full divergence [rad] of the beam, estimated if None.
+    footprint : Beam or None
+        The beam that makes footprints, estimated if None.
     floor : float
         Sigma added to each coordinate of a centre [m].
     scan : str

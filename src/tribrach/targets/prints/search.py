@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array
+from tribrach.instruments.beam import Beam
 from tribrach.scan.range_image import RangeImage
 from tribrach.targets.detection import Kind, Rejected
 from tribrach.targets.prints.windows import points_around
@@ -184,13 +185,13 @@ class PrintSearch(Generic[Fit]):
         return best.fits, rejected
 
 
-def footprint_at(footprint: tuple[float, float], place: Array) -> float:
+def footprint_at(footprint: Beam, place: Array) -> float:
     """Diameter of a beam at a place.
 
     Parameters
     ----------
-    footprint : tuple of float
-        Exit diameter [m] and full divergence [rad].
+    footprint : Beam
+        The beam.
     place : array (3,)
         The place in the scanner frame [m].
 
@@ -199,4 +200,4 @@ def footprint_at(footprint: tuple[float, float], place: Array) -> float:
     float
         Diameter [m].
     """
-    return float(np.hypot(footprint[0], footprint[1] * np.linalg.norm(place)))
+    return float(footprint.diameter(np.asarray(np.linalg.norm(place))))
