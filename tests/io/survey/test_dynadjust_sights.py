@@ -1,11 +1,14 @@
 """Terrestrial measurements in DynaML and DNA files: simulated from places, read back, adjusted."""
 
+from pathlib import Path
+
 import numpy as np
 import pyproj
 import pytest
 
 from tests.io.survey.dynadjust_files import Directions, Line, Network, Station, write_dna, write_xml
 from tests.io.survey.test_dynadjust import ENU, A
+from tests.network.test_deflections import zenith_frame
 from tribrach.errors import InputError
 from tribrach.geodesy.site import EllipsoidSite, ecef_from_geodetic
 from tribrach.io.survey.dynadjust import dna, dynaml
@@ -196,3 +199,85 @@ def test_bad_input_is_named(read, line, sentence):
     with pytest.raises(InputError) as caught:
         read(net)
     assert sentence in str(caught.value)
+
+
+#: geoid height [m], deflections in the meridian and in the prime vertical [arc seconds]
+GEOID = {
+    "A": (4.780, -7.168, -4.144),
+    "B": (4.796, 21.5, 12.25),
+    "C": (4.727, -15.0, 30.5),
+    "D": (4.81, 8.0, -11.0),
+}
+
+
+def geoid_file(folder: Path) -> Path:
+    """As DynAdjust writes it: the numbers end at columns 50, 69 and 79."""
+    lines = [f"{name:<40}{n:>10.3f}{xi:>19.3f}{eta:>10.3f}" for name, (n, xi, eta) in GEOID.items()]
+    path = folder / "net.geo"
+    path.write_text("\n".join(["# DNA geoid file.", *lines, ""]))
+    return path
+
+
+def test_a_geoid_file_leans_plumb_lines_and_lowers_heights(tmp_path: Path) -> None:
+    """Readings along the plumb line of each station, orthometric heights, astronomic values."""
+    geodetic = ANYWHERE.geodetic(ANYWHERE.from_ecef(np.stack(list(TRUE.values()))))
+    place = dict(zip(TRUE, geodetic, strict=True))
+    astronomic, axes = {}, {}
+    for name, (_, xi, eta) in GEOID.items():
+        latitude, longitude, _ = place[name]
+        there = latitude + xi * ARCSEC, longitude + eta * ARCSEC / np.cos(latitude)
+        astronomic[name], axes[name] = there, zenith_frame(*there)
+
+    def plumb(first: str, second: str, hi: float = 0.0, ht: float = 0.0) -> np.ndarray:
+        start = TRUE[first] + hi * axes[first][2]
+        return axes[first] @ (TRUE[second] + ht * axes[second][2] - start)
+
+    def bearing(first: str, second: str) -> float:
+        east, north, _ = plumb(first, second)
+        return float(np.arctan2(east, north))
+
+    level = {name: place[name][2] - GEOID[name][0] for name in GEOID}
+    held = packed(place["A"][0]), packed(place["A"][1]), f"{level['A']:.4f}"
+    net = Network([Station("A", held, "CCC", "LLH")])
+    net.stations += [Station(n, [f"{v:.4f}" for v in TRUE[n]]) for n in "BCD"]
+    m = net.measurements
+    m.append(Line("K", ["A", "B"], dms(bearing("A", "B")), 0.1))
+    m.append(Line("B", ["A", "C"], dms(azimuth("A", "C")), 0.1))
+    for first, second in ("AB", "AC", "AD", "BC", "CD"):
+        u = plumb(first, second, 1.5, 1.8)
+        zenith = np.arctan2(np.hypot(u[0], u[1]), u[2])
+        m.append(Line("V", [first, second], dms(zenith), 0.1, (1.5, 1.8)))
+        m.append(Line("S", [first, second], float(np.linalg.norm(u)), 0.001, (1.5, 1.8)))
+    for first, second in ("BC", "CD", "AD"):
+        m.append(Line("L", [first, second], level[second] - level[first], 0.001))
+    m.append(Line("H", ["D"], level["D"], 0.001))
+    m.append(Directions("B", [(t, dms(bearing("B", t) - 1.234)) for t in "ACD"], 0.1))
+    files = write_dna(net, tmp_path)
+    without = adjust(dna.read(files).network())
+    assert without.sigma0_posterior > 20
+    survey = dna.read([*files, geoid_file(tmp_path)])
+    assert not any("orthometric" in warning for warning in survey.warnings)
+    adjustment = adjust(survey.network())
+    assert adjustment.sigma0_posterior < 1.0
+    found = adjustment.network.site.to_ecef(adjustment.state.points)
+    names = adjustment.layout.names["point"]
+    for name, xyz in zip(names, found, strict=True):
+        # the files have four decimals
+        assert xyz == pytest.approx(TRUE[name], abs=3e-4), name
+
+
+def test_geoid_files_are_looked_at(tmp_path: Path) -> None:
+    files = write_dna(network(), tmp_path)
+    path = geoid_file(tmp_path)
+    path.write_text(path.read_text().replace(f"{'D':<40}", f"{'E':<40}"))
+    (warning,) = [w for w in dna.read([*files, path]).warnings if "geoid file" in w]
+    assert warning.startswith("the geoid file has nothing for 1 stations: D;")
+    for text, words in (
+        ("A 4.8 -7 -4\n", "a name and three numbers"),
+        (f"{'A':<40} 4.8 -7 x\n", "net.geo:1"),
+        (f"{'A':<40} 4.8 -7 -4\n" * 2, "twice"),
+        (f"{'A':<40} 4800 -7 -4\n", "give metres and arc seconds"),
+    ):
+        path.write_text(text)
+        with pytest.raises(InputError, match=words):
+            dna.read([*files, path])

@@ -35,6 +35,7 @@ SUFFIXES = {
     ".rsp": "riscan",
     ".stn": "dna",
     ".msr": "dna",
+    ".geo": "dna",
     ".csv": "csv",
     ".cor": "comp3d",
     ".new": "comp3d",

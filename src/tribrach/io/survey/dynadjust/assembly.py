@@ -10,8 +10,10 @@ baseline by both its ends. Covariances are scaled in latitude, longitude and hei
 then as a whole by V; those of geographic points are in rad^2 and m^2.
 
 **Terrestrial measurements.** Angles, azimuths, directions, zenith and vertical angles refer to the
-ellipsoid's normal; DynAdjust models no refraction and none is assumed here. Orthometric heights and
-their differences are taken as ellipsoidal, for lack of a geoid model.
+ellipsoid's normal; DynAdjust models no refraction and none is assumed here. With a geoid file,
+angles are read along the plumb lines of its stations, astronomic values are reduced by their
+deflections, and heights and their differences are orthometric; without one the latter are taken as
+ellipsoidal.
 """
 
 from __future__ import annotations
@@ -151,13 +153,16 @@ def _add_points(survey: Survey, stations: Stations, clusters: Sequence[GnssClust
     xyz = np.zeros((len(entries), 3))
     for i, entry in enumerate(entries):
         if geographic[i]:
-            xyz[i] = ecef_from_geodetic(*_geographic(entry), stations.ellipsoid)
+            latitude, longitude, height = _geographic(entry)
+            if owner[i].coordinates == "LLH":
+                height = height + stations.geoid_height(entry.first)
+            xyz[i] = ecef_from_geodetic(latitude, longitude, height, stations.ellipsoid)
         else:
             xyz[i] = _cartesian(entry)
     scaling = _scaling(stations, owner, xyz)
     scaling[geographic] = scaling[geographic] @ _ecef_by_geodetic(stations, xyz[geographic])
     moved = _in_network_frame(survey, stations, owner, xyz, positions=True)
-    if any(cluster.coordinates == "LLH" for cluster in clusters):
+    if not stations.geoid and any(cluster.coordinates == "LLH" for cluster in clusters):
         survey.warnings.append(
             "heights of points measured as LLH are orthometric; they are taken as ellipsoidal, "
             "no geoid model is read"
@@ -318,13 +323,15 @@ def _geographic(entry: Entry) -> tuple[Any, Any, Any]:
     return np.float64(latitude), np.float64(longitude), np.float64(height)
 
 
-def add_sights(survey: Survey, sights: Sequence[TerrestrialRecord]) -> None:
+def add_sights(survey: Survey, stations: Stations, sights: Sequence[TerrestrialRecord]) -> None:
     """Add all terrestrial measurements.
 
     Parameters
     ----------
     survey
         Gets the observations.
+    stations
+        Give geoid heights and deflections.
     sights
         The measurements.
 
@@ -334,27 +341,62 @@ def add_sights(survey: Survey, sights: Sequence[TerrestrialRecord]) -> None:
         A standard deviation that is not positive.
     """
     for kind in dict.fromkeys(sight.type for sight in sights):
-        _add_sights(survey, kind, [sight for sight in sights if sight.type == kind])
+        _add_sights(survey, stations, kind, [sight for sight in sights if sight.type == kind])
+    active = {sight.type for sight in sights if not sight.ignored}
+    if "M" in active:
+        survey.warnings.append("distances at sea level are taken as on the ellipsoid")
+    if stations.geoid:
+        _apply_geoid(survey, stations)
+        return
     if any(sight.type in "HL" and not sight.ignored for sight in sights):
         survey.warnings.append(
             "measured heights and height differences are orthometric; they are taken as "
             "ellipsoidal, no geoid model is read"
         )
-    active = {sight.type for sight in sights if not sight.ignored}
     if active & set("IJK"):
         survey.warnings.append(
             "astronomic latitudes, longitudes and azimuths are taken as geodetic, no deflections "
             "of the vertical are read"
         )
-    if "M" in active:
+
+
+def _apply_geoid(survey: Survey, stations: Stations) -> None:
+    """Plumb lines and geoid heights of the stations that the geoid file knows."""
+    for name, (undulation, xi, eta) in stations.geoid.items():
+        if name in survey.points:
+            survey.undulations[name] = undulation
+            survey.deflections[name] = (xi, eta)
+    missing = [name for name in survey.points if name not in stations.geoid]
+    if missing:
+        some = ", ".join(missing[:5]) + (", ..." if len(missing) > 5 else "")
         survey.warnings.append(
-            "distances at sea level are taken as on the ellipsoid, no geoid model is read"
+            f"the geoid file has nothing for {len(missing)} stations: {some}; their heights are "
+            "taken as ellipsoidal and their plumb lines as normals; add them to it"
         )
+        # as ellipsoidal as the heights: no difference of levels is half reduced
+        survey.undulations |= dict.fromkeys(missing, 0.0)
 
 
-def _add_sights(survey: Survey, kind: str, sights: Sequence[TerrestrialRecord]) -> None:
+def _reductions(stations: Stations, kind: str, sights: Sequence[TerrestrialRecord]) -> Array:
+    """What makes orthometric heights and astronomic places (n,) those of the ellipsoid."""
+    none = (0.0, 0.0, 0.0)
+    geoid = np.array([stations.geoid.get(sight.names[0], none) for sight in sights]).reshape(-1, 3)
+    if kind == "H":
+        return geoid[:, 0]
+    if kind == "I":
+        return -geoid[:, 1]
+    if kind == "J":
+        xyz = np.array([stations.ecef[sight.names[0]] for sight in sights])
+        longitude: Array = -geoid[:, 2] / np.cos(stations.geodetic(xyz)[:, 0])
+        return longitude
+    return np.zeros(len(sights))
+
+
+def _add_sights(
+    survey: Survey, stations: Stations, kind: str, sights: Sequence[TerrestrialRecord]
+) -> None:
     ignored = np.array([sight.ignored for sight in sights])
-    values = np.array([sight.value for sight in sights])
+    values = np.array([sight.value for sight in sights]) + _reductions(stations, kind, sights)
     survey.add(
         _KINDS[kind],
         # a vertical angle is counted from the horizon
@@ -377,6 +419,8 @@ def _fields(kind: str, sights: Sequence[TerrestrialRecord]) -> dict[str, Any]:
         return out
     out["height_instrument"] = np.array([sight.height_instrument for sight in sights])
     out["height_target"] = np.array([sight.height_target for sight in sights])
+    if kind in "BK":
+        out["astronomic"] = 1.0 if kind == "K" else 0.0
     if kind == "A":
         out["foresight"] = [sight.names[2] for sight in sights]
     if kind == "D":
@@ -410,7 +454,7 @@ def assemble(files: Sequence[Records], refused: RefusalCollector) -> Survey:
     stations.add_to(survey, active, ignored)
     refused.settle()
     add_clusters(survey, stations, clusters, refused)
-    add_sights(survey, sights)
+    add_sights(survey, stations, sights)
     points = any(c.type == "Y" and not all(e.ignored for e in c.entries) for c in clusters)
     if not points and not stations.constrained & active:
         survey.datum = Datum("free")

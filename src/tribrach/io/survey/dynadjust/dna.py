@@ -1,6 +1,8 @@
-"""DNA text files of DynAdjust: stations (``.stn``) and measurements (``.msr``), fixed columns.
+"""DNA text files of DynAdjust: stations (``.stn``), measurements (``.msr``), geoid (``.geo``).
 
-Versions 3.00 and 3.01. A measurement file needs its station file; give both to :func:`read`.
+Fixed columns of versions 3.00 and 3.01. A measurement file needs its station file; give both to
+:func:`read`, and the geoid file if there is one: names in the first forty columns, then the geoid
+height [m] and the deflections in the meridian and in the prime vertical [arc seconds].
 """
 
 from __future__ import annotations
@@ -103,6 +105,8 @@ def parse(path: Path, refused: RefusalCollector) -> Records:
         raise InputError(
             "the file is not UTF-8 text", file=path, cure="save it as UTF-8"
         ) from error
+    if path.suffix.lower() == ".geo":
+        return _geoid(path, lines, refused)
     head = lines[0]
     layout = _LAYOUTS.get(head[6:12].strip())
     kind = head[12:15].upper()
@@ -119,6 +123,38 @@ def parse(path: Path, refused: RefusalCollector) -> Records:
         reader.stations()
     else:
         reader.measurements()
+    return records
+
+
+#: columns of names in a geoid file
+_GEOID_NAME = 40
+#: limits of what a geoid file can mean: geoid heights [m], deflections [arc seconds]
+_GEOID_LIMITS = (200.0, 200.0, 200.0)
+
+
+def _geoid(path: Path, lines: Sequence[str], refused: RefusalCollector) -> Records:
+    """Geoid heights and deflections of a file, by the names of stations."""
+    records = Records(str(path), "", "")
+    for number_, line in enumerate(lines, start=1):
+        if not line.strip() or line.startswith(("#", "*", "!")):
+            continue
+        place = RecordPlace(records.file, number_)
+        name, words = line[:_GEOID_NAME].strip(), line[_GEOID_NAME:].split()
+        with refused.record():
+            if not name or len(words) != 3:
+                raise place.error(
+                    "a line of a geoid file is a name and three numbers",
+                    "give geoid height and both deflections behind column 40",
+                )
+            n, xi, eta = (number(word, f"the geoid at {name}", place) for word in words)
+            if not all(abs(v) < most for v, most in zip((n, xi, eta), _GEOID_LIMITS, strict=True)):
+                raise place.error(
+                    f"the geoid at {name} has {n:g} m, {xi:g} and {eta:g} arcsec",
+                    "give metres and arc seconds",
+                )
+            if name in records.geoid:
+                raise place.error(f"the geoid at {name} is there twice", "remove one")
+            records.geoid[name] = (n, xi * ARCSEC, eta * ARCSEC)
     return records
 
 

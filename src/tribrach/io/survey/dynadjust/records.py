@@ -272,6 +272,8 @@ class Records:
         Defaults of the file.
     stations, clusters, sights
         The records.
+    geoid
+        Geoid height [m] and deflections xi, eta [rad] by the name of the station.
     warnings
         Sentences.
     """
@@ -282,6 +284,7 @@ class Records:
     stations: list[StationRecord] = field(default_factory=list)
     clusters: list[GnssCluster] = field(default_factory=list)
     sights: list[TerrestrialRecord] = field(default_factory=list)
+    geoid: dict[str, tuple[float, float, float]] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
 
     def refuse(self, kind: str, ignored: bool, place: RecordPlace) -> None:

@@ -53,6 +53,8 @@ class Stations:
         The work frame.
     constrained
         Names of stations with at least one fixed component.
+    geoid
+        Geoid height [m] and deflections xi, eta [rad] by name, empty without a geoid file.
 
     Raises
     ------
@@ -70,6 +72,7 @@ class Stations:
                 cure="give the station file together with the measurement file",
             )
         self.records = [record for record, _ in members]
+        self.geoid = {name: values for file in files for name, values in file.geoid.items()}
         self.frame, self.epoch = members[0][1].frame, members[0][1].epoch
         place = members[0][0].place
         with place.named():
@@ -79,7 +82,7 @@ class Stations:
         places = []
         for record in self.records:
             with refused.record():
-                places.append(ecef_of(record, self.ellipsoid))
+                places.append(ecef_of(record, self.ellipsoid, self.geoid_height(record.name)))
         refused.settle()
         xyz = np.array(places)
         for file in files:
@@ -91,6 +94,10 @@ class Stations:
         self.ecef = {record.name: row for record, row in zip(self.records, xyz, strict=True)}
         self.site = EllipsoidSite.centred(xyz, self.ellipsoid)
         self.constrained = {r.name for r in self.records if "C" in r.constraints}
+
+    def geoid_height(self, name: str) -> float:
+        """Geoid height at a station [m], 0 where it is not known."""
+        return self.geoid.get(name, (0.0, 0.0, 0.0))[0]
 
     def known(self, names: Sequence[str], place: RecordPlace) -> set[str]:
         """The names as a set, if all of them are stations.
@@ -195,8 +202,10 @@ class Stations:
         return self.site.geodetic(self.site.from_ecef(xyz))
 
 
-def ecef_of(record: StationRecord, ellipsoid: tuple[float, float]) -> Array:
-    """ECEF (3,) [m] of a station's coordinates; orthometric heights are taken as ellipsoidal.
+def ecef_of(
+    record: StationRecord, ellipsoid: tuple[float, float], undulation: float = 0.0
+) -> Array:
+    """ECEF (3,) [m] of a station's coordinates; orthometric heights by the geoid height [m].
 
     Raises
     ------
@@ -227,7 +236,9 @@ def ecef_of(record: StationRecord, ellipsoid: tuple[float, float]) -> Array:
             f"coordinate type {record.type!r} of station {record.name} is not known",
             "use XYZ, LLH, LLh or UTM",
         )
-    geodetic = np.array([latitude, longitude, height])
+    # heights beside latitudes, longitudes and grid coordinates are orthometric, but for LLh
+    ellipsoidal = height if record.type == "LLh" else height + undulation
+    geodetic = np.array([latitude, longitude, ellipsoidal])
     return ecef_from_geodetic(geodetic[0], geodetic[1], geodetic[2], ellipsoid)
 
 

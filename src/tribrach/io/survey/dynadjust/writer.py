@@ -50,7 +50,7 @@ __all__ = ["write"]
 #: letters of measurements with two or three stations and heights, and the fields that are written
 _SIGHTS: dict[type[Observations], tuple[str, tuple[str, ...]]] = {
     Angles: ("A", ()),
-    Azimuths: ("B", ("convergence",)),
+    Azimuths: ("B", ("convergence", "astronomic")),
     SlopeDistances: ("S", ("height_instrument", "height_target")),
     Distances: ("S", ()),
     ZenithAngles: ("V", ("height_instrument", "height_target")),

@@ -49,7 +49,7 @@ __all__ = ["write"]
 _SIGHTS: dict[type[Observations], tuple[str, tuple[str, ...]]] = {
     Directions: ("direction", ("orientation",)),
     Angles: ("angle", ()),
-    Azimuths: ("azimuth", ("convergence",)),
+    Azimuths: ("azimuth", ("convergence", "astronomic")),
     HorizontalDistances: ("distance", ("reduction",)),
     SlopeDistances: ("s-distance", ()),
     Distances: ("s-distance", ()),

@@ -56,7 +56,7 @@ _HEIGHTS = ("height_instrument", "height_target")
 #: codes of sights with two or three stations, and the fields that are written or reduced
 _CODES: dict[type[Observations], tuple[str, tuple[str, ...]]] = {
     Angles: ("A", _HEIGHTS),
-    Azimuths: ("B", (*_HEIGHTS, "convergence")),
+    Azimuths: ("B", (*_HEIGHTS, "convergence", "astronomic")),
     SlopeDistances: ("D", _HEIGHTS),
     Distances: ("D", _HEIGHTS),
     HorizontalDistances: ("D", (*_HEIGHTS, "reduction")),
