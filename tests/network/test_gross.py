@@ -53,16 +53,16 @@ def said(found: Network) -> str:
     return sentence
 
 
-def test_two_directions_off_by_200_gon(shared_data: Path) -> None:
+def test_two_directions_off_by_200_gon(shared_data: Path, tmp_path: Path) -> None:
     """The names T4 and T5 were blamed for them, with a sigma0 of 1350."""
-    path = shared_data / "faults" / "hz200" / "p.toml"
-    if not path.is_file():
+    folder = shared_data / "faults" / "hz200"
+    if not folder.is_dir():
         pytest.skip("the project is not there")
-    try:
-        found = open_job(Project.load(path)).network()
-    except InputError as error:
-        # 519.3 gon is beyond the circle as well
-        pytest.skip(str(error))
+    for path in folder.iterdir():
+        # one of them is written beyond the circle, which is refused by itself
+        text = path.read_text().replace("519.3329254", "119.3329254")
+        (tmp_path / path.name).write_text(text)
+    found = open_job(Project.load(tmp_path / "p.toml")).network()
     with pytest.raises(InputError) as caught:
         first_adjustment(found)
     text = str(caught.value)

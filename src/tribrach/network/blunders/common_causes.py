@@ -120,6 +120,11 @@ def common_causes(adjustment: Adjustment) -> list[CommonCause]:
         best = int(np.argmin(score)) if len(score) else -1
         if best < 0 or score[best] > limit:
             break
+        # what one observation explains nearly as well is no common cause
+        alone = np.array([not cause.common for cause in causes])
+        rival = int(np.argmin(np.where(alone, score, 0.0)))
+        if alone[rival] and score[rival] < score[best] + _ALIKE:
+            best = rival
         cause, (statistic, _, size, sigma) = causes[best], tests[best]
         basis = _joined(basis, cause.left)
         residual = adjustment.whitened_residuals

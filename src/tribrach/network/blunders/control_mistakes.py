@@ -21,6 +21,7 @@ import numpy as np
 from tribrach._types import Array, Index
 from tribrach.errors import TribrachError
 from tribrach.network.adjustment import Adjustment, adjust
+from tribrach.network.blunders.clearing import fits
 from tribrach.network.blunders.common_causes import common_causes
 from tribrach.network.blunders.gross import explain
 from tribrach.network.blunders.snooping import (
@@ -53,6 +54,8 @@ __all__ = ["WrongCoordinate", "wrong_coordinate"]
 _ALPHA = 0.001
 #: explanations whose logarithms of significance differ by less than this cannot be told apart
 _ALIKE = 3.0
+#: redundancy from which sigma0 without the coordinate is an estimate to test against
+_MANY = 15
 #: the most promising coordinates that are released in turn
 _TRIED = 3
 #: times that it is looked again without the worst reading; once in networks with more unknowns
@@ -191,7 +194,7 @@ def wrong_coordinate(adjustment: Adjustment) -> WrongCoordinate | None:
         if trial.dof < 2 or (global_test(trial).passed and not suspects):
             return None
         found = _explanation(trial, suspects)
-        if found is not None:
+        if found is not None and _explains(found.after):
             break
         measured = [s for s in suspects if not _is_given(trial, s)]
         if not measured:
@@ -204,6 +207,8 @@ def wrong_coordinate(adjustment: Adjustment) -> WrongCoordinate | None:
             return None
     else:
         return None
+    if trial is not adjustment and _one_reading(adjustment):
+        return None
     # exchanged names put two targets off that each alone could be a coordinate's error
     if explain(adjustment.network, adjustment) is not None:
         return None
@@ -214,6 +219,20 @@ def wrong_coordinate(adjustment: Adjustment) -> WrongCoordinate | None:
     except TribrachError:
         return None
     return replace(found, before=adjustment, after=after)
+
+
+def _one_reading(adjustment: Adjustment) -> bool:
+    """True if a network fits without one of its readings: then no coordinate is needed."""
+    return any(
+        fits(adjustment.vtpv - s.chi_square, adjustment.dof - s.freedom)
+        for s in find_suspects(weigh(adjustment))
+        if not _is_given(adjustment, s)
+    )
+
+
+def _explains(after: Adjustment) -> bool:
+    """True if a network fits without a coordinate, or has the redundancy to estimate its misfit."""
+    return after.dof >= _MANY or fits(after.vtpv, after.dof)
 
 
 def _is_given(adjustment: Adjustment, suspect: Suspect) -> bool:
@@ -272,7 +291,8 @@ def _rivals(
         if not _is_given(adjustment, suspect):
             o = adjustment.network.observations[suspect.key[0]]
             words = Network.describe(o, suspect.key[1], adjustment.state)
-            out[words] = float(log_significance(suspect.chi_square / unit, suspect.freedom))
+            # a vector may be wrong in one of its values alone
+            out[words] = float(log_significance(suspect.chi_square / unit, 1))
     for common in common_causes(adjustment):
         score = log_significance(common.statistic / unit, len(common.size))
         out[common.words] = float(score)
