@@ -6,14 +6,19 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from tests.cli.scan_jobs import SPHERES, cloud, points, project
 from tests.targets.prints import NOISE, gap, scanned
 from tribrach.cli import app
+from tribrach.geometry.polar import polar_by_xyz
 from tribrach.io.scans.formats import read_scans
 from tribrach.job.find_targets import find_targets, merged
+from tribrach.job.opened import open_job
 from tribrach.job.scans import StationScan
+from tribrach.job.steps import find_and_name
 from tribrach.project.sections import TargetSection
 from tribrach.scan.prepared import seen_from
 from tribrach.simulate import scene as sc
+from tribrach.units import SEC
 
 BOARD, DISC, BALL = np.array([[6.0, -0.6, 0.2], [6.0, 0.1, 0.2], [5.8, 0.6, 0.2]])
 WANTED = TargetSection(
@@ -119,3 +124,24 @@ def test_the_command_takes_the_place_of_the_scanner(placed, tmp_path):
     result = run.invoke(app, ["targets", str(placed), "--checkerboard", "0.2", *wrong])
     assert result.exit_code == 2
     assert "m from the points" in " ".join(result.output.split())
+
+
+def test_systematic_angles_do_not_average_out_within_a_target(tmp_path):
+    """Both angles of a centre get them, whatever the number of points; its range does not."""
+    cloud(tmp_path / "S1.las", points())
+    path = project(tmp_path, "S1.las")
+    noise = "scan_angle_arcsec = 10.0"
+    text, variances = path.read_text(), []
+    for more in ("", "\nscan_angle_accuracy_arcsec = 26.0"):
+        path.write_text(text.replace(noise, noise + more))
+        work = find_and_name(open_job(path), tmp_path / "out", lambda *_: None)
+        centres = next(
+            o for o in work.registered.survey.network().observations if o.kind == "target_centre"
+        )
+        assert len(centres) == len(SPHERES)
+        slope = polar_by_xyz(centres.values)
+        covariance = slope @ centres.covariance @ slope.transpose(0, 2, 1)
+        variances.append(np.einsum("nii->ni", covariance))
+    added = variances[1] - variances[0]
+    np.testing.assert_allclose(added[:, 1:], (24 * SEC) ** 2, rtol=1e-6)
+    np.testing.assert_allclose(added[:, 0], 0.0, atol=1e-12)

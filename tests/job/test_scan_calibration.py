@@ -24,6 +24,7 @@ from tribrach.job.calibrate import calibrate_project, calibrations_of
 from tribrach.job.grouping import whole_source
 from tribrach.job.opened import open_job
 from tribrach.project import Project
+from tribrach.report import text as text_report
 from tribrach.scan.prepared import corrected_scan
 from tribrach.simulate.twins.newcastle_lab import MISALIGNMENTS, build, places
 from tribrach.units import SEC
@@ -184,6 +185,7 @@ def test_parameters_may_be_unknowns_of_an_ordinary_project(folder: Path) -> None
     (folder / "sought.toml").write_text(text)
     content = pipeline.run(Project.load(folder / "sought.toml"))
     assert "is corrected by x10, x2, x3, x4, x6, adjusted" in "\n".join(content.warnings)
+    assert "calibration: mirror tilt (collimation)" in text_report.render(content)
     for u in content.unknowns:
         true = MISALIGNMENTS[u.name.split("(")[0]]
         assert u.values[0] == pytest.approx(true, abs=4 * u.sigma[0])

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
+from tribrach.instruments.calibration import meaning_of
 from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.roles import scalar_roles, unknown_references
@@ -13,7 +14,7 @@ from tribrach.report.chapter import Chapter
 from tribrach.report.content import CorrelationRow, Head, ReportSettings, Unknown
 from tribrach.report.numbers import Style, matrix, numbers, sigmas
 from tribrach.report.subject import Subject
-from tribrach.report.tables import Cell, ColumnHead, ReportTable, Spec, build_table
+from tribrach.report.tables import Cell, ColumnHead, ReportTable, Spec, build_table, text_cell
 
 __all__ = ["SUBJECT", "correlations", "other_unknowns"]
 
@@ -126,12 +127,19 @@ def _unknown_table(head: Head) -> ReportTable:
     )
     columns: list[Spec] = [
         head.columns.word("Name", "name"),
-        head.columns.word("What", "role"),
+        (ColumnHead("What", numeric=False), _what),
         head.columns.word("At", "at"),
         (ColumnHead("value", numeric=False), _values(head.columns.style)),
         (ColumnHead("σ", numeric=False), _sigmas(head.columns.style)),
     ]
     return build_table("unknowns", "Other unknowns", note, head.unknowns, columns)
+
+
+def _what(unknown: Unknown) -> Cell:
+    """What an unknown is; a calibration parameter by the name of its error."""
+    if unknown.role != "calibration":
+        return text_cell(unknown.role)
+    return text_cell(f"calibration: {meaning_of(unknown.name.split('(')[0])}")
 
 
 def _values(style: Style) -> Callable[[Unknown], Cell]:
