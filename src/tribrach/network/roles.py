@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach.instruments.calibration import unit_of
+from tribrach.network.network import axes_in_use, is_given
 from tribrach.network.solved import SolvedSystem
 from tribrach.observations.base import Observations, Use
 from tribrach.observations.declaration import IndexField
@@ -31,12 +32,19 @@ Role = Literal["control", "free", "check"]
 
 
 def used_axes(adjustment: SolvedSystem) -> NDArray[np.bool_]:
-    """Which of E, N, U (3,) the network has at all: free somewhere, or given and not zero."""
+    """Which of E, N, U (3,) the network has at all: free somewhere, or given and not zero.
+
+    What nothing observes it has not, as a levelling network has no plan.
+    """
     layout = adjustment.layout
     free = adjustment.network.free
     points = free[: 3 * layout.count("point")].reshape(-1, 3).any(axis=0)
     given = (np.nan_to_num(adjustment.network.start.points) != 0).any(axis=0)
-    out: NDArray[np.bool_] = points | given | (layout.count("pose") > 0)
+    network = adjustment.network
+    tables = [*network.observations, *(c.observations for c in network.constraints)]
+    telling = [o for o in tables if not is_given(type(o), o.group)]
+    observed = axes_in_use((o.observed_axes(vars(o)) for o in telling), network.site)
+    out: NDArray[np.bool_] = points | (given & observed) | (layout.count("pose") > 0)
     return out
 
 

@@ -467,6 +467,39 @@ def test_a_project_brings_the_files_that_are_checked(tmp_path):
     assert read_settings(path).instruments["S9"].zenith == pytest.approx(0.5 * SEC)
 
 
+def test_a_listing_beside_takes_the_place_of_the_project(tmp_path):
+    heading = """
+                   Summary of Files Used and Option Settings
+                   =========================================
+      STAR*NET Run Mode                   : Adjust with Error Propagation
+      Type of Adjustment                  : 3D
+      Project Units                       : FeetUS; DMS
+      Coordinate System                   : LOCAL
+      Input/Output Coordinate Order       : East-North
+
+      Project Default Instrument
+        Distances (Constant)              :    0.010000 FeetUS
+        Distances (PPM)                   :    2.000000
+        Zeniths                           :    7.000000 Seconds
+        Centering Error Vertical          :    0.001000 FeetUS
+
+                    Summary of Unadjusted Input Observations
+        Distances (Constant)              :    9.000000 FeetUS
+"""
+    (tmp_path / "job.lst").write_text(heading)
+    settings = read_settings(tmp_path / "job.lst")
+    foot = 1200 / 3937
+    assert settings.unit == pytest.approx(foot)
+    assert settings.east_first
+    assert settings.grid is None
+    assert settings.default.distance == pytest.approx(0.01 * foot)
+    assert settings.default.vertical == pytest.approx(0.001 * foot)
+    assert settings.default.zenith == pytest.approx(7 * SEC)
+    found = survey(tmp_path, "C A 1000 2000 100 ! ! !\nDV A-P 100 90-00-00\n")
+    np.testing.assert_allclose(found.points["A"].xyz, np.array([1000, 2000, 100]) * foot)
+    assert any("job.lst" in warning for warning in found.warnings)
+
+
 def test_standard_errors_that_nobody_gave_are_told(tmp_path):
     found = survey(tmp_path, CONTROL + SIGHTS)
     assert any("There is no project file" in warning for warning in found.warnings)

@@ -12,6 +12,7 @@ from tribrach.job.plan.steps import plan_project
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.facts import facts_of
 from tribrach.network.observed_part import observed_part
+from tribrach.network.roles import datum_sentence
 from tribrach.network.side_shots import SideShots, compute
 
 pytestmark = pytest.mark.data
@@ -126,6 +127,7 @@ def test_campus_survey_of_levels_alone(folder):
     assert round(adjustment.sigma0_posterior, 3) == 0.905
     rows = table(folder, names[1], "Adjusted Elevations and Error Propagation", 2)
     assert len(rows) == 12
+    assert datum_sentence(adjustment) == "Control: OOP held without error."
     for name, (height, sigma) in rows.items():
         index = adjustment.layout.index("point", name)
         assert adjustment.state.points[index, 2] == pytest.approx(height, abs=0.6e-4)

@@ -101,7 +101,9 @@ def assemble(
     survey.warnings += [*places.warnings, *records.warnings]
     if part != "planned":
         places.hold_heights(builder.without_heights(), survey.warnings)
-        places.add_to(survey, builder.names())
+        # targets of side shots alone are computed, whatever is given of them
+        seen = builder.observed()
+        places.add_to(survey, seen | {*places.given}, {s.name for s in records.shots} - seen)
     if part != "points":
         builder.observations()
     if part == "all" and records.shots:
@@ -152,9 +154,9 @@ class _Builder:
         self.sights = self._used(records.sights)
         self.lacking: list[str] = []
 
-    def names(self) -> set[str]:
-        """Names of all points that are given or observed."""
-        out = set(self.places.given)
+    def observed(self) -> set[str]:
+        """Names of all points that are observed."""
+        out: set[str] = set()
         for sight in self.sights:
             out |= {sight.at, sight.to} | ({sight.back} if sight.back else set())
         for level in self.records.levels:

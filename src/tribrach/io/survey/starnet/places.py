@@ -241,7 +241,7 @@ class Places:
             )
         self.held = {name for name, given in self.given.items() if self._holds(given)}
 
-    def add_to(self, survey: Survey, names: set[str]) -> None:
+    def add_to(self, survey: Survey, names: set[str], but: set[str]) -> None:
         """Add the points, with what is known of them beforehand.
 
         Parameters
@@ -250,14 +250,16 @@ class Places:
             Gets them.
         names
             Of all points that are given or observed.
+        but
+            Of points that take no part.
         """
         for given in self.given.values():
-            if given.name in self.xyz:
+            if given.name in self.xyz and given.name not in but:
                 self._add(survey, given)
         if self.kind == "2D" and self.frame.grid is not None:
             # a job in plan is at one height
             level = self.settings.elevation + self.settings.geoid
-            flat = sorted(names - self.held)
+            flat = sorted(names - self.held - but)
             survey.add(
                 Heights,
                 values=np.full(len(flat), level),

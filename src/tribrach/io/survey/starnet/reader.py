@@ -96,7 +96,10 @@ def _beside(data: Sequence[Path]) -> Path | None:
             continue
         if wanted <= {PureWindowsPath(name).name.lower() for name in files}:
             listing.append(project)
-    return listing[0] if len(listing) == 1 else None
+    if len(listing) == 1:
+        return listing[0]
+    heading = data[0].with_suffix(".lst")
+    return heading if heading.is_file() and is_settings(heading) else None
 
 
 def _listed(where: Path, settings: StarnetSettings) -> list[Path]:
