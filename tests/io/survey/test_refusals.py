@@ -8,6 +8,8 @@ import pytest
 
 from tests.io.survey.dynadjust_files import Gnss, Line, Network, Station, write_dna, write_xml
 from tests.io.survey.gama_files import document
+from tests.io.survey.riscan_files import Rsp, Scan
+from tests.io.survey.riscan_files import write as write_riscan
 from tribrach.errors import InputError, NoStartValues, RefusalCollector, Refusals
 from tribrach.io.survey.dynadjust import dna, dynaml
 from tribrach.io.survey.formats import read_files
@@ -194,6 +196,16 @@ def test_a_dna_cluster_that_is_refused_takes_no_others_with_it(tmp_path: Path) -
     assert [error.what.split(" is ")[0] for error in caught.value.errors] == [
         "a variance",
         "the value",
+    ]
+
+
+def test_riscan(tmp_path: Path) -> None:
+    fine, bare = ((1.0, 2.0, 3.0), (0.004, 0.002, 0.002)), ((3.0, 2.0, 1.0), None)
+    scans = [Scan("S1", {"a": fine, "b": bare}), Scan("S2", {"a": bare, "b": fine})]
+    path = write_riscan(Rsp(scans), tmp_path / "project.rsp")
+    assert [what for _, _, what in refusals(path)] == [
+        "reflector b has no accuracy above zero",
+        "reflector a has no accuracy above zero",
     ]
 
 

@@ -26,6 +26,7 @@ from pathlib import Path
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.errors import RefusalCollector
 from tribrach.geodesy.site import EllipsoidSite, FlatSite
 from tribrach.io.survey.riscan.grid_scale import grid_scale, grid_sentence
 from tribrach.io.survey.riscan.links import linked_stations
@@ -349,6 +350,10 @@ def _targets(survey: Survey, stations: Sequence[ScanPosition]) -> list[list[str]
     """All reflectors as target centres; returns their names by station."""
     names, warnings = identities(stations)
     survey.warnings += warnings
+    with RefusalCollector() as refused:
+        for target in (target for station in stations for target in station.targets):
+            with refused.record():
+                _covariance(target)
     for station, targets in zip(stations, names, strict=True):
         active = np.array([target.active for target in station.targets])
         survey.add(
