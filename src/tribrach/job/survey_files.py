@@ -21,6 +21,7 @@ from tribrach.io.gnss import files as gnss_files
 from tribrach.io.survey import totalstation
 from tribrach.io.survey.csv import tables as csv_tables
 from tribrach.io.survey.csv.file import CsvTable, read_table
+from tribrach.io.survey.csv.matrix import read_matrix
 from tribrach.io.survey.csv.reader import Context
 from tribrach.io.survey.formats import format_of, read_files
 from tribrach.io.survey.starnet import reader as starnet
@@ -166,7 +167,11 @@ class _Reader:
         """One file of points."""
         carry = self._passage(part, ("points", k))
         path = self.project.folder / part.file
-        context = replace(self.context, role=part.role, carry=carry, label=self.labels[path])
+        matrix = None
+        if part.covariance is not None:
+            matrix = read_matrix(self.project.folder / part.covariance)
+        label = self.labels[path]
+        context = replace(self.context, role=part.role, carry=carry, label=label, matrix=matrix)
         self.survey.merge(csv_tables.read(path, context))
 
     def planned(self) -> None:

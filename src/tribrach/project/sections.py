@@ -137,10 +137,21 @@ class EpochKeys(BaseModel):
 
 
 class PointFile(EpochKeys, Section):
-    """A CSV file of coordinates and what they are for, unless its column ``role`` says it."""
+    """A CSV file of coordinates and what they are for, unless its column ``role`` says it.
+
+    Attributes
+    ----------
+    file
+        The file.
+    role
+        What its points are for.
+    covariance
+        A CSV file with the covariance matrix of its control coordinates.
+    """
 
     file: str
     role: Literal["control", "fixed", "approximate", "check"] = "control"
+    covariance: str | None = None
 
 
 class ObservationFile(EpochKeys, Section):

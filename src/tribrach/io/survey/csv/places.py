@@ -13,8 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
+from tribrach.errors import InputError
 from tribrach.geodesy.site import EllipsoidSite, FlatSite
 from tribrach.io.survey.csv.columns import COVARIANCE, LOCAL
+from tribrach.io.survey.csv.matrix import CoordinateCovariance
 from tribrach.io.survey.csv.reader import Reader, located
 from tribrach.network.facts import FrameChange
 from tribrach.observations.control import Coordinate, Coordinates, Offsets, VectorPriors
@@ -261,7 +263,7 @@ class CoordinateReader(_Placed):
     def read(self) -> None:
         """All points; on a flat site a point may lack coordinates."""
         names = self.table.names("point", self.all)
-        given, (sigma, covariance) = self.given(), self._precision()
+        given, (sigma, covariance) = self.given(), self._precision(names)
         roles = self._roles(np.asarray(np.isfinite(sigma).any(axis=1)))
         known = ~np.isnan(given)
         partial = isinstance(self.frame.site, FlatSite) and self.frame.grid is None
@@ -285,8 +287,57 @@ class CoordinateReader(_Placed):
             rest = np.flatnonzero(members & ~known.all(axis=1))
             if len(rest):
                 self._single(role, rest, given, sigma, names)
+        if self.matrix is not None:
+            self._correlate(self.matrix, names, given)
 
-    def _precision(self) -> tuple[Array, Array]:
+    def _check_matrix(self, matrix: CoordinateCovariance, names: list[str]) -> None:
+        """Refuse covariances of points and axes that the file does not have."""
+        missing = [name for name, _ in matrix.keys if name not in names]
+        if missing or not self.table.has("e"):
+            what = f"{missing[0]}, which is no point" if missing else "east, north, up, and not"
+            raise InputError(
+                f"the covariances are of {what} of {self.table.name}",
+                file=matrix.path,
+                line=matrix.line,
+                cure="give covariances of the coordinates of this file, in their own axes",
+            )
+
+    def _correlate(self, matrix: CoordinateCovariance, names: list[str], given: Array) -> None:
+        """Give the control coordinates that a matrix names their covariances."""
+        place: dict[tuple[str, int], tuple[int, int, int]] = {}
+        for number, table in enumerate(self.survey.tables()):
+            axes = np.broadcast_to(table.columns.get("axis", -1), table.n).astype(int)
+            for item, name in enumerate(table.columns["position"]):
+                rows = range(3) if axes[item] < 0 else [int(axes[item])]
+                place |= {(str(name), axis): (number, item, axis % len(rows)) for axis in rows}
+        chosen = [k for k, key in enumerate(matrix.keys) if key in place]
+        keys = [matrix.keys[k] for k in chosen]
+        turn = self._own_axes(keys, names, given)
+        block = turn @ matrix.matrix[np.ix_(chosen, chosen)] @ turn.T
+        where = np.array([place[key] for key in keys]).reshape(-1, 3)
+        source = f"{matrix.path.name}:{matrix.line}"
+        self.survey.correlate(where[:, 0], where[:, 1], where[:, 2], block, source)
+
+    def _own_axes(self, keys: list[tuple[str, int]], names: list[str], given: Array) -> Array:
+        """Derivative (k, k) of coordinates in W by those of the file, each of them by its key."""
+        if self.frame.grid is None:
+            return np.eye(len(keys))
+        out = np.zeros((len(keys), len(keys)))
+        number = {key: k for k, key in enumerate(keys)}
+        for name in dict.fromkeys(name for name, _ in keys):
+            rows = [number.get((name, axis), -1) for axis in range(3)]
+            if -1 in rows:
+                raise self.table.error(
+                    names.index(name),
+                    f"the covariances leave a coordinate of {name} out",
+                    "give them for east, north and height: a grid is turned into space",
+                )
+            there = given[names.index(name)]
+            ahead, behind = (self.to_work(there + sign * np.eye(3))[0] for sign in (1, -1))
+            out[np.ix_(rows, rows)] = (ahead - behind).T / 2
+        return out
+
+    def _precision(self, names: list[str]) -> tuple[Array, Array]:
         """Sigmas (n, 3), NaN where not given, and covariances (n, 3, 3)."""
         if any(self.table.has(name) for name in (*LOCAL, *COVARIANCE)):
             covariance = self.covariance(_AXES, LOCAL)
@@ -295,6 +346,11 @@ class CoordinateReader(_Placed):
             self.table.refuse(bad, "a variance is not above zero", "give variances above zero")
             return np.sqrt(diagonal), covariance
         sigma = np.stack([self.table.number(f"sigma_{a}") for a in _AXES], axis=1)
+        if self.matrix is not None:
+            self._check_matrix(self.matrix, names)
+            known = self.matrix.sigmas()
+            own = [[known.get((name, axis), np.nan) for axis in range(3)] for name in names]
+            sigma = np.where(np.isnan(own), sigma, own)
         filled = np.where(np.isnan(sigma), CHECK_SIGMA, sigma)
         return sigma, filled[:, :, None] ** 2 * np.eye(3)
 

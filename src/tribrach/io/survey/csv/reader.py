@@ -18,6 +18,7 @@ from tribrach.geodesy.epochs import Passage
 from tribrach.geodesy.work_frame import WorkFrame
 from tribrach.instruments.precision import Precision
 from tribrach.io.survey.csv.file import CsvTable
+from tribrach.io.survey.csv.matrix import CoordinateCovariance
 from tribrach.network.facts import FrameChange
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Observations, Use
@@ -48,6 +49,8 @@ class Context:
         The same for geocentric and geographic coordinates of files that name no frame.
     label : str
         What tells the file from others of the same name.
+    matrix : CoordinateCovariance, optional
+        Covariances between the coordinates of a file of points.
     """
 
     precision: Precision = field(default_factory=Precision)
@@ -57,6 +60,7 @@ class Context:
     carry: Passage | None = None
     geocentric: Passage | None = None
     label: str = ""
+    matrix: CoordinateCovariance | None = None
 
 
 class Reader(ABC):
@@ -67,6 +71,7 @@ class Reader(ABC):
         self.precision, self.frame = context.precision, context.frame
         self.role, self.lever_arms = context.role, context.lever_arms
         self.carry, self.geocentric = context.carry, context.geocentric
+        self.matrix = context.matrix
         self.survey = Survey(site=context.frame.site)
         self.all: Index = np.arange(len(table))
         self.sources: NDArray[Any] = np.empty(len(table), dtype=object)
