@@ -90,7 +90,8 @@ def compare(
         for table in comparison_tables(result):
             fitting = table if console.width >= _WIDE else table.narrow()
             console.print(printed(fitting, console.width))
-        for sentence in comparison_sentences(result, offsets):
+        beams = [f"{sentence}." for cloud in (one, two) for sentence in cloud.sentences]
+        for sentence in (*beams, *comparison_sentences(result, offsets)):
             console.print(f"! {sentence}", markup=False)
 
     guarded(work)

@@ -49,6 +49,12 @@ class CloudFile:
         """WKT of the coordinates, if the file says."""
         return next((scan.crs for scan in self.scans if scan.crs), None)
 
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """Which points are left out as beams without return, without the final stop."""
+        found = [(scan.source, scan.no_return) for scan in self.scans]
+        return tuple(f"{name}: {beams.sentence}" for name, beams in found if beams is not None)
+
     def stream(self) -> Iterator[Array]:
         """Chunks of points (n, 3) [m]."""
         for scan in self.scans:
