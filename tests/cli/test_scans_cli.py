@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
+from tests.targets.prints import alone
 from tribrach.cli import app, scans
 from tribrach.cli import simulate as simulations
 from tribrach.io.clouds.formats import create
@@ -208,6 +209,32 @@ class TestTargets:
 
     def test_nothing_found_is_a_result(self, ball: Path) -> None:
         assert "0 targets" in works("targets", ball, "--checkerboard", 0.3)
+
+    def test_a_board_cut_out_of_a_scan_is_measured_from_its_scanner(self, tmp_path: Path) -> None:
+        """Its scanner is far outside its points: said with zeros, in its own or any coordinates."""
+        center, xyz, light, _ = alone("board", 40.0, 0.3, 0.3, 8e-3, 1)
+        part = np.linalg.norm(xyz - center, axis=1) < 0.3
+        at = np.array([650.0, -410.0, 30.0])
+        fields = (Field("intensity", "float32", 0.0, 1.0),)
+        for name, shift in (("own", np.zeros(3)), ("placed", at)):
+            with create(tmp_path / f"{name}.las", CloudHeader(name, fields, 1e-5)) as writer:
+                writer.write(xyz[part] + shift, {"intensity": light[part]})
+        asked = "targets", tmp_path / "own.las", "--checkerboard", 0.3
+        assert "or --origin 0 0 0 if those of the file are the scanner's own" in fails(*asked)
+        for file, origin in (("own", np.zeros(3)), ("placed", at)):
+            made = tmp_path / f"{file}.json"
+            place = ("--checkerboard", 0.3, "--origin", *origin, "--json", made)
+            works("targets", tmp_path / f"{file}.las", *place)
+            (found,) = json.loads(made.read_text())["targets"]
+            error = np.array(found["center"]) - center - origin
+            assert error @ np.linalg.solve(found["covariance"], error) < 16.3  # 99.9 %
+            assert found["range"] == pytest.approx(40.0, abs=0.02)
+        far = "targets", tmp_path / "own.las", "--checkerboard", 0.3, "--origin"
+        assert "if these are the scanner's own" in fails(*far, 400, 0, 0)
+        with create(tmp_path / "map.las", CloudHeader("map", fields, 1e-5)) as writer:
+            writer.write(xyz[part] + [5e3, 9e3, 0], {"intensity": light[part]})
+        zero = "targets", tmp_path / "map.las", "--checkerboard", 0.3, "--origin", 0, 0, 0
+        assert "these are not the scanner's own coordinates" in fails(*zero)
 
     def test_pictures_of_several_scans_are_numbered(self, tmp_path: Path) -> None:
         ptx(tmp_path / "a.ptx", scans=2)

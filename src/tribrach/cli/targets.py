@@ -75,7 +75,8 @@ def targets(
                     "discs are measured along its lines of sight",
                     file=scan,
                     record=one.name,
-                    cure="give its coordinates with --origin x y z",
+                    cure="give its coordinates with --origin x y z, or --origin 0 0 0 if those of "
+                    "the file are the scanner's own",
                 )
             findings.append(find_targets(at_station, wanted).moved(seen.scanner))
         _write(findings, json_file, png_file)

@@ -34,8 +34,16 @@ __all__ = ["corrected_scan", "head_turn", "seen_from", "sides"]
 
 Integers = NDArray[np.integer]
 
-#: a scanner this many times the extent of the points away from their middle took none of them
+#: a scanner this many times the extent of the points away from them took none of them, ...
 _FAR = 20.0
+
+#: ... unless they are a part cut out of a scan, which may be a single board: so far scanners for
+#: survey stations measure to targets and walls [m]
+_TARGET_REACH = 350.0
+
+#: 0, 0, 0 says that the coordinates are the scanner's own: those end where the longest ranging
+#: tripod scanners do (maker's figure for 90 % reflectance, long range mode) [m]
+_LONGEST_REACH = 6000.0
 
 #: points that are looked at where the header states no bounds
 _GLANCE = 50_000
@@ -102,7 +110,11 @@ def seen_from(scan: Scan, scanner: tuple[float, float, float]) -> Scan:
 
 
 def _refuse_far(scan: Scan, at: Array) -> None:
-    """Swapped or mistyped coordinates of the scanner are far from its points."""
+    """Swapped or mistyped coordinates of the scanner are far from its points.
+
+    What was cut out of a scan does not surround its scanner: the extent of a distant board says
+    nothing about how far it is.
+    """
     bounds = scan.bounds
     if bounds is None or not np.isfinite(bounds).all():
         first = next(scan.chunks(_GLANCE), None)
@@ -110,12 +122,17 @@ def _refuse_far(scan: Scan, at: Array) -> None:
             return
         bounds = np.stack([first.xyz.min(axis=0), first.xyz.max(axis=0)])
     away = float(np.linalg.norm(at - np.clip(at, *bounds)))
-    if away > _FAR * max(1.0, float(np.linalg.norm(bounds[1] - bounds[0]))):
+    own = not at.any()
+    reach = _LONGEST_REACH if own else _TARGET_REACH
+    if away > max(reach, _FAR * float(np.linalg.norm(bounds[1] - bounds[0]))):
         raise InputError(
             f"the place given for the scanner is {away:.0f} m from the points",
             file=scan.path,
             record=scan.name,
-            cure="give it in the coordinates of the file, x first, or leave origin out",
+            cure="these are not the scanner's own coordinates, so give its place in them, x first"
+            if own
+            else "give it in the coordinates of the file, x first, or 0, 0, 0 if these are the "
+            "scanner's own",
         )
 
 
