@@ -137,7 +137,9 @@ def test_the_same_from_python() -> None:
         survey.add(Directions, values=[0, 900 * GON], sigma=1e-5, orientation=["o"] * 2, **ends)
 
 
-@pytest.mark.parametrize(("reading", "good"), [(399.9999, True), (400.5, False), (2e8, False)])
+@pytest.mark.parametrize(
+    ("reading", "good"), [(399.9999, True), (400.5, True), (800.5, False), (2e8, False)]
+)
 def test_no_instrument_reads_more_than_its_circle(
     tmp_path: Path, reading: float, good: bool
 ) -> None:
@@ -146,7 +148,7 @@ def test_no_instrument_reads_more_than_its_circle(
     if good:
         recorder.shot(1, "T1", direction=reading * GON)
     else:
-        with pytest.raises(ValueError, match="more than a circle"):
+        with pytest.raises(ValueError, match="more than 2 circles"):
             recorder.shot(1, "T1", direction=reading * GON)
-        with pytest.raises(ValueError, match="more than a circle"):
+        with pytest.raises(ValueError, match="more than 2 circles"):
             angle(str(reading), "gon")

@@ -6,8 +6,8 @@ that is written passes :func:`refuse_loss`, which knows three rules:
 * no result takes the place of a file that is read, under whatever name: a link, a hard link and
   another spelling are the same file;
 * below a folder of results nothing is written through a link;
-* a file that is there is replaced only if this program wrote it. What it wrote is listed, with
-  sizes, in ``.tribrach/written.json`` of the folder of results, or of the folder of a single file.
+* a file that is there is replaced only if this program wrote one of that name there. What it wrote
+  is listed in ``.tribrach/written.json`` of the folder of results, or of that of a single file.
 
 The last rule is lifted by ``overwrite``, the first two are not.
 """
@@ -159,40 +159,36 @@ def refuse_loss(path: Path) -> None:
         _refuse_links(path, scope.folder)
     if scope.overwrite or _own(path) or not path.is_file():
         return
-    if path.stat().st_size not in _written(path, scope).get(_name(path, scope), ()):
+    if _name(path, scope) not in _written(path, scope):
         raise InputError(
-            "there is a file of this name that this program did not write, or that was changed "
-            "since",
+            "there is a file of this name that this program did not write",
             file=path,
             cure="move it away, or replace it with --overwrite",
         )
 
 
-def note_written(path: Path, size: int) -> None:
+def note_written(path: Path) -> None:
     """List a file as written by this program, just before it gets its name.
 
     Parameters
     ----------
     path : Path
         The file as it is named.
-    size : int
-        Its size [bytes].
     """
     scope = _scope_of(path)
     if scope is None or _own(path):
         return
-    listed = _written(path, scope)
-    # work that is killed between this and the new name leaves the old file, which is ours too
-    before = {path.stat().st_size} if path.is_file() else set[int]()
-    listed[_name(path, scope)] = sorted(before | {size})
+    listed, name = _written(path, scope), _name(path, scope)
+    if name in listed:
+        return
     place = _root(path, scope) / STATE_FOLDER / MANIFEST
-    text = json.dumps({"written": dict(sorted(listed.items()))}, indent=0)
+    text = json.dumps({"written": sorted(listed | {name})}, indent=0)
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{MANIFEST}.", suffix=".part", dir=place.parent)
+        handle, part = tempfile.mkstemp(prefix=f".{MANIFEST}.", suffix=".part", dir=place.parent)
         with os.fdopen(handle, "w", encoding="utf-8") as file:
             file.write(text)
-        os.replace(name, place)
+        os.replace(part, place)
     except OSError:
         # a folder where only the file itself may be written: it will not be known as ours
         return
@@ -224,16 +220,17 @@ def _own(path: Path) -> bool:
     return path.parent.name == STATE_FOLDER
 
 
-def _written(path: Path, scope: _Scope) -> dict[str, list[int]]:
-    """Sizes of the files that the program wrote, by name; empty where the list is damaged."""
+def _written(path: Path, scope: _Scope) -> set[str]:
+    """Names of the files that the program wrote; empty where the list is damaged."""
     place = _root(path, scope) / STATE_FOLDER / MANIFEST
     try:
         if place.stat().st_size > _LARGEST:
-            return {}
+            return set()
         listed = json.loads(place.read_text(encoding="utf-8"))["written"]
-        return {str(k): [int(size) for size in sizes] for k, sizes in listed.items()}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        return {}
+        known = listed if isinstance(listed, list) else []
+        return {name for name in known if isinstance(name, str)}
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return set()
 
 
 def _refuse_links(path: Path, folder: Path) -> None:

@@ -107,7 +107,7 @@ def _put(name: str, path: Path) -> None:
     if special(path):
         path.write_bytes(Path(name).read_bytes())
     else:
-        note_written(path, Path(name).stat().st_size)
+        note_written(path)
         os.replace(name, path.resolve())
 
 

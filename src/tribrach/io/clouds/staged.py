@@ -58,7 +58,7 @@ class Staged:
                 self.file.flush()
                 os.fsync(self.file.fileno())
                 self.file.close()
-            note_written(self.path, self._hidden.stat().st_size)
+            note_written(self.path)
             os.replace(self._hidden, self._place)
         except OSError as error:
             self.discard()

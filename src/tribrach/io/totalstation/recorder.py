@@ -12,7 +12,7 @@ import numpy as np
 
 from tribrach.errors import InputError
 from tribrach.io.totalstation.records import Problem, RawFile, RawSights, Setups, StoredPoints
-from tribrach.units import check_circle
+from tribrach.units import GON, beyond_circle, check_circle
 
 __all__ = ["Recorder"]
 
@@ -206,7 +206,13 @@ class Recorder:
             raise ValueError(f"the distance is {distance:g} m")
         if not math.isnan(zenith) and not 0 <= zenith <= 2 * math.pi:
             raise ValueError(f"the zenith angle is {math.degrees(zenith):g} deg")
-        check_circle(direction)
+        check_circle(direction, turns=2)
+        if beyond_circle(direction):
+            gon = direction / GON
+            self.note(
+                f"line {line}: the direction of {gon:.6g} gon is more than a circle and counts as "
+                f"{gon - math.copysign(400, gon):.6g} gon: check that no digit is wrong"
+            )
         if not self._setups:
             self.setup(line, "")
         self._used[-1] = True

@@ -106,10 +106,10 @@ def angle(text: str, unit: str) -> float:
     Raises
     ------
     ValueError
-        Not a number, not degrees, minutes and seconds, or more than a circle.
+        Not a number, not degrees, minutes and seconds, or more than two circles.
     """
     if unit == "dms":
-        return check_circle(packed_dms(text))
+        return check_circle(packed_dms(text), turns=2)
     if unit == "mil":
-        return check_circle(number(text) * math.pi / 3200)
-    return check_circle(number(text) * UNITS[unit])
+        return check_circle(number(text) * math.pi / 3200, turns=2)
+    return check_circle(number(text) * UNITS[unit], turns=2)
