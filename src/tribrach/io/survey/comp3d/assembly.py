@@ -5,9 +5,9 @@ points. Where the coordinate file does not give them, the survey is built twice:
 observations that need them, to find start values, then in full.
 
 A fully weighted point is control with a covariance; a partly weighted one is observed axis by axis:
-east and north of the grid, height over the ellipsoid. Points with a height only keep their plan
-position and the other way round. Coordinates that are held drop out if the whole point is held and
-are hard constraints otherwise.
+east and north of the grid, height over the ellipsoid. A file of covariances correlates them. Points
+with a height only keep their plan position and the other way round. Coordinates that are held drop
+out if the whole point is held and are hard constraints otherwise.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from tribrach._types import Array
 from tribrach.errors import NoStartValues
 from tribrach.geodesy.projection import ProjectedGrid
 from tribrach.geodesy.site import EllipsoidSite
+from tribrach.io.survey.comp3d.covariances import TableKey, Weight, correlate
 from tribrach.io.survey.comp3d.points import Comp3dPoint, Comp3dPoints
 from tribrach.io.survey.comp3d.project import Comp3dProject
 from tribrach.io.survey.comp3d.records import (
@@ -40,6 +41,7 @@ from tribrach.io.survey.comp3d.starts import (
     offset_points,
 )
 from tribrach.io.survey.comp3d.text import Problems
+from tribrach.io.survey.csv.matrix import CoordinateCovariance
 from tribrach.network.facts import Fact
 from tribrach.network.network import Datum, Network
 from tribrach.network.start.start_values import find_start
@@ -108,7 +110,8 @@ class _Rows:
 class Tables:
     """Observations gathered one by one, for a survey that takes one table per kind and group."""
 
-    rows: dict[tuple[type[Observations], str, bool], _Rows] = field(default_factory=dict)
+    rows: dict[TableKey, _Rows] = field(default_factory=dict)
+    weights: dict[str, Weight] = field(default_factory=dict)
 
     def put(
         self,
@@ -121,7 +124,7 @@ class Tables:
         off: str = "",
         group: str = "",
         hard: bool = False,
-    ) -> None:
+    ) -> tuple[TableKey, int]:
         """Add one observation.
 
         Parameters
@@ -142,6 +145,11 @@ class Tables:
             Of its variance component.
         hard
             It is a hard constraint.
+
+        Returns
+        -------
+        tuple
+            Key of its table and its number there.
         """
         rows = self.rows.setdefault((kind, group, hard), _Rows())
         size = len(kind.units)
@@ -154,12 +162,18 @@ class Tables:
         rows.reason.append(off)
         for name, entry in columns.items():
             rows.columns.setdefault(name, []).append(entry)
+        return (kind, group, hard), len(rows.values) - 1
 
     def computed(self, network: Network) -> dict[tuple[str, str], Array]:
         """Values (n, rows) of each kind and group as the network's start values give them."""
         return {(o.kind, o.group): o.predict(network.start) for o in network.observations}
 
-    def add_to(self, survey: Survey, computed: dict[tuple[str, str], Array] | None = None) -> None:
+    def add_to(
+        self,
+        survey: Survey,
+        computed: dict[tuple[str, str], Array] | None = None,
+        covariances: CoordinateCovariance | None = None,
+    ) -> None:
         """Add all rows to a survey.
 
         Parameters
@@ -168,12 +182,15 @@ class Tables:
             Gets the tables.
         computed
             Values that replace the measured ones, for a simulation.
+        covariances
+            Of weighted coordinates.
         """
+        numbers: dict[TableKey, int] = {}
         for (kind, group, hard), rows in self.rows.items():
             values = np.array(rows.values)
             if computed is not None and not hard:
                 values = computed[kind.kind, group or kind.kind]
-            survey.add(
+            numbers[kind, group, hard] = survey.add(
                 kind,
                 values=values,
                 covariance=None if hard else np.array(rows.covariance),
@@ -184,6 +201,8 @@ class Tables:
                 reason=rows.reason,
                 **{name: np.array(entries) for name, entries in rows.columns.items()},
             )
+        if covariances is not None:
+            correlate(survey, covariances, self.weights, numbers)
 
 
 def grid_axes(x: Array, site: EllipsoidSite) -> Array:
@@ -235,16 +254,27 @@ def add_control(
     if all(weighted) and min(record.sigmas) > 0:
         covariance = axes.T @ np.diag(np.square(record.sigmas)) @ axes
         where = {"position": record.name}
-        tables.put(Coordinates, x, covariance, record.line.source, where, off=off, group="control")
+        source = record.line.source
+        key, item = tables.put(Coordinates, x, covariance, source, where, off=off, group="control")
+        if not off:
+            rows = {axis: (key, item, axis) for axis in range(3)}
+            tables.weights[record.name] = Weight(rows, record.sigmas, axes)
         return
     free = free_axes(record)
+    single: dict[int, tuple[TableKey, int, int]] = {}
     for axis in range(3):
         sigma = record.sigmas[axis]
         if weighted[axis]:
             reason = off or ("" if sigma > 0 else "its sigma is negative in the file")
-            _put(tables, record, axis, x, axes, site, abs(sigma), off=reason, group="control")
+            key, item = _put(
+                tables, record, axis, x, axes, site, abs(sigma), off=reason, group="control"
+            )
+            if not reason:
+                single[axis] = key, item, 0
         elif record.held[axis] and free[axis]:
             _put(tables, record, axis, x, axes, site, 1.0, hard=True)
+    if single:
+        tables.weights[record.name] = Weight(single, record.sigmas, None)
 
 
 def _put(
@@ -259,7 +289,7 @@ def _put(
     off: str = "",
     group: str = "",
     hard: bool = False,
-) -> None:
+) -> tuple[TableKey, int]:
     """Observe one coordinate of a point."""
     kind: type[Observations] = Heights
     value = float(site.height(x[None])[0])
@@ -268,7 +298,7 @@ def _put(
         kind, value = DirectedComponents, float(axes[axis] @ x)
         columns["direction"] = axes[axis]
     source = record.line.source
-    tables.put(kind, value, sigma, source, columns, off=off, group=group, hard=hard)
+    return tables.put(kind, value, sigma, source, columns, off=off, group=group, hard=hard)
 
 
 class PointDistances:
@@ -521,7 +551,11 @@ def add_equal(
 
 
 def assemble(
-    project: Comp3dProject, points: Comp3dPoints, observed: Observed, problems: Problems
+    project: Comp3dProject,
+    points: Comp3dPoints,
+    observed: Observed,
+    problems: Problems,
+    covariances: CoordinateCovariance | None = None,
 ) -> Survey:
     """The survey of a project; the values of a simulation are computed ones.
 
@@ -531,6 +565,8 @@ def assemble(
         The records.
     problems
         Holds warnings.
+    covariances
+        Of weighted coordinates.
 
     Raises
     ------
@@ -544,12 +580,12 @@ def assemble(
     assembly.check()
     assembly.locate()
     survey, tables = assembly.build()
-    tables.add_to(survey)
+    tables.add_to(survey, covariances=covariances)
     if project.simulation:
         network = survey.network()
         computed = tables.computed(network.with_start(find_start(network)))
         survey, tables = assembly.build()
-        tables.add_to(survey, computed)
+        tables.add_to(survey, computed, covariances)
     return assembly.finish(survey)
 
 

@@ -49,6 +49,8 @@ class Comp3dProject:
         The project uses inner constraints.
     simulation
         "" or the kind of simulation, for which measured values do not count.
+    covariance
+        Name of the file with covariances of weighted coordinates, "" for none.
     """
 
     name: str
@@ -60,6 +62,7 @@ class Comp3dProject:
     refraction: float
     inner_constraints: bool
     simulation: str
+    covariance: str = ""
 
 
 def read_project(paths: Sequence[Path]) -> Comp3dProject:
@@ -99,12 +102,6 @@ def read_project(paths: Sequence[Path]) -> Comp3dProject:
 def _from_json(path: Path) -> Comp3dProject:
     config = _config(path)
     names = [_entry(config, key, str, path) for key in ("root_COR_file", "root_OBS_file")]
-    if config.get("coord_cov_file"):
-        raise InputError(
-            f"the covariance file {config['coord_cov_file']} of the coordinates is not read",
-            file=path.name,
-            cure="remove it from the project, or give the points' sigmas",
-        )
     kind = _entry(config, "compute_type", int, path)
     unit = _entry(config, "files_unit", int, path)
     if kind not in (0, 1, 2) or unit not in _UNITS:
@@ -119,7 +116,21 @@ def _from_json(path: Path) -> Comp3dProject:
         refraction=float(_entry(config, "refraction", (int, float), path)),
         inner_constraints=bool(config.get("internal_constraints")),
         simulation=("", "propagation of variances", "Monte Carlo")[kind],
+        covariance=_covariance(config, path),
     )
+
+
+def _covariance(config: dict[str, Any], path: Path) -> str:
+    """Name of the file with covariances of coordinates, "" for none."""
+    given: str = _entry({"coord_cov_file": "", **config}, "coord_cov_file", str, path)
+    name = given.replace("\\", "/")
+    if not (path.parent / name).resolve().is_relative_to(path.parent.resolve()):
+        raise InputError(
+            f"the covariance file {name} is outside the folder of the project",
+            file=path.name,
+            cure="put it beside the project",
+        )
+    return name
 
 
 def _grid(config: dict[str, Any], path: Path) -> ProjectedGrid:

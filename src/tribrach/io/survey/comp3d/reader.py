@@ -18,6 +18,7 @@ import numpy as np
 from tribrach.errors import InputError
 from tribrach.geodesy.projection import ProjectedGrid, stereographic
 from tribrach.io.survey.comp3d.assembly import assemble
+from tribrach.io.survey.comp3d.covariances import read_covariances
 from tribrach.io.survey.comp3d.observations import read_observations
 from tribrach.io.survey.comp3d.points import Comp3dPoints, read_points
 from tribrach.io.survey.comp3d.project import DEFAULT_LATITUDE, Comp3dProject, read_project
@@ -42,7 +43,8 @@ def read(paths: Path | Sequence[Path], *, tolerant: bool = False) -> Survey:
     InputError
         A file is missing or not readable; a line is malformed, has an unknown code or a sigma too
         close to zero (not if tolerant); a point is held although the project uses inner
-        constraints; points that are sighted have one and the same place.
+        constraints; points that are sighted have one and the same place; a file of covariances is
+        not a symmetric positive definite matrix of weighted coordinates.
     NoStartValues
         Points whose distance a sigma depends on cannot be located.
     """
@@ -61,7 +63,8 @@ def read(paths: Path | Sequence[Path], *, tolerant: bool = False) -> Survey:
         if not points.records:
             raise InputError("no point has usable coordinates", file=project.points)
         project = _located(project, points, problems)
-        survey = assemble(project, points, observed, problems)
+        covariances = read_covariances(project, points, problems)
+        survey = assemble(project, points, observed, problems, covariances)
     return survey
 
 

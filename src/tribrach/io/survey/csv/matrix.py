@@ -1,11 +1,13 @@
 """A covariance matrix of coordinates from a CSV file: square, its rows and columns named alike.
 
 The first cell is ``covariance_m2`` or ``covariance_mm2``; columns and rows are named after points
-with the axis behind them, ``A_e, A_n, A_u, B_e, ...`` (also ``_x, _y, _z``).
+with the axis behind them, ``A_e, A_n, A_u, B_e, ...`` (also ``_x, _y, _z``). The matrix that
+Comp3D exports has the same shape, another first cell, and further unknowns besides coordinates.
 """
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -48,18 +50,29 @@ class CoordinateCovariance:
         return dict(zip(self.keys, np.sqrt(np.diag(self.matrix)).tolist(), strict=True))
 
 
-def read_matrix(path: Path) -> CoordinateCovariance:
+def read_matrix(
+    path: Path, wanted: Collection[tuple[str, int]] | None = None
+) -> CoordinateCovariance:
     """Read a covariance matrix of coordinates.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    wanted : collection of (str, int), optional
+        Points and axes to take from a matrix in square metres whose first cell says nothing, and
+        whose other rows may be of anything. All rows of the file's own format if not given.
 
     Raises
     ------
     InputError
         Unreadable, not square, names that are no coordinates or differ between rows and columns, a
-        cell that is no number, or a matrix that is not symmetric and positive definite.
+        cell that is no number, a matrix that is not symmetric and positive definite, or none of
+        the wanted coordinates in it.
     """
     rows, lines = read_rows(path)
     head = [cell.strip() for cell in rows[0]]
-    factor = _UNITS.get(head[0].lower())
+    factor = 1.0 if wanted is not None else _UNITS.get(head[0].lower())
     if factor is None:
         raise InputError(
             f"the first cell is {head[0]!r}",
@@ -67,6 +80,9 @@ def read_matrix(path: Path) -> CoordinateCovariance:
             line=lines[0],
             cure="write covariance_m2 or covariance_mm2",
         )
+    if not any(row[-1].strip() for row in rows):
+        # a separator at the end of each line
+        head, rows = head[:-1], [row[:-1] for row in rows]
     names = head[1:]
     if len(rows) != len(head):
         raise InputError(
@@ -75,22 +91,14 @@ def read_matrix(path: Path) -> CoordinateCovariance:
             line=lines[0],
             cure="give the whole square matrix",
         )
-    keys = [_key(path, lines[0], name) for name in names]
-    if len(set(keys)) < len(keys):
-        raise InputError("a coordinate is named twice", file=path, line=lines[0])
-    matrix = np.zeros((len(names), len(names)))
-    for k, (row, line) in enumerate(zip(rows[1:], lines[1:], strict=True)):
-        if row[0].strip() != names[k]:
-            raise InputError(
-                f"the row of {row[0].strip()!r} stands where that of {names[k]} should",
-                file=path,
-                line=line,
-                cure="keep rows and columns in one order",
-            )
+    _check_rows(path, names, rows[1:], lines[1:])
+    chosen, keys = _chosen(path, lines[0], names, wanted)
+    matrix = np.zeros((len(keys), len(keys)))
+    for k, row in enumerate(chosen):
         try:
-            matrix[k] = [float(cell) for cell in row[1:]]
+            matrix[k] = [float(rows[row + 1][column + 1]) for column in chosen]
         except ValueError:
-            raise InputError("a cell is not a number", file=path, line=line) from None
+            raise InputError("a cell is not a number", file=path, line=lines[row + 1]) from None
     scale = np.sqrt(np.abs(np.diag(matrix)))
     good = np.isfinite(matrix).all() and (np.diag(matrix) > 0).all()
     unit = matrix / np.outer(scale, scale) if good else matrix
@@ -102,6 +110,40 @@ def read_matrix(path: Path) -> CoordinateCovariance:
             cure="check the order and the signs of its elements",
         )
     return CoordinateCovariance(path, lines[0], tuple(keys), factor * (matrix + matrix.T) / 2)
+
+
+def _check_rows(path: Path, names: list[str], rows: list[list[str]], lines: list[int]) -> None:
+    """Refuse rows that are not in the order of the columns."""
+    for name, row, line in zip(names, rows, lines, strict=True):
+        if row[0].strip() != name:
+            raise InputError(
+                f"the row of {row[0].strip()!r} stands where that of {name} should",
+                file=path,
+                line=line,
+                cure="keep rows and columns in one order",
+            )
+
+
+def _chosen(
+    path: Path, line: int, names: list[str], wanted: Collection[tuple[str, int]] | None
+) -> tuple[list[int], list[tuple[str, int]]]:
+    """Numbers of the rows that are taken, and their points and axes."""
+    if wanted is None:
+        every = {k: _key(path, line, name) for k, name in enumerate(names)}
+    else:
+        split = ((k, *name.rpartition("_")[::2]) for k, name in enumerate(names))
+        every = {k: (point, _AXES.get(axis.lower(), -1)) for k, point, axis in split}
+        every = {k: key for k, key in every.items() if key in wanted}
+        if not every:
+            raise InputError(
+                "it has covariances of no coordinate that carries a weight",
+                file=path,
+                line=line,
+                cure="give rows and columns such as A_x, A_y, A_z of constrained points",
+            )
+    if len(set(every.values())) < len(every):
+        raise InputError("a coordinate is named twice", file=path, line=line)
+    return list(every), list(every.values())
 
 
 def _key(path: Path, line: int, name: str) -> tuple[str, int]:
