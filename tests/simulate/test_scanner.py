@@ -125,6 +125,18 @@ def test_intensity_is_reflectance_times_cosine():
     assert chi2.ppf(0.0005, len(spread)) < (spread**2).sum() < chi2.ppf(0.9995, len(spread))
 
 
+def test_speckle_is_a_share_of_the_light():
+    clear, rough = (Scanner(QUIET, intensity=0, weakest=-1, speckle=s) for s in (0, 0.05))
+    still, out = (all_of(scan(room(), pose(), s, GRID, 1)) for s in (clear, rough))
+    assert np.array_equal(out["xyz"], still["xyz"])
+    use = (still["intensity"] > 0.02) & (still["intensity"] < 0.75)
+    share = (out["intensity"] / still["intensity"] - 1)[use]
+    low, high = chi2.ppf([5e-4, 0.9995], use.sum()) / use.sum()
+    assert low < np.mean(share**2) / 0.05**2 < high
+    dark = still["intensity"][use] < 0.3
+    assert share[dark].std() == pytest.approx(share[~dark].std(), rel=0.05)
+
+
 def test_edges_blur_over_the_footprint():
     """Intensity across a straight edge is the share of a disc, ranges at a jump lie between."""
     board = sc.Scene.of(

@@ -19,13 +19,16 @@ TOLD = {
 }
 
 
-def scanned(primitives, h, v, step, seed):
-    """Points (n, 3), intensities (n,) and range image of a window of directions [rad]."""
+def scanned(primitives, h, v, step, seed, speckle=0.0):
+    """Points (n, 3), intensities (n,) and range image of a window of directions [rad].
+
+    speckle : noise of light, its share.
+    """
     blocks = list(
         scan(
             sc.Scene.of(primitives),
             Pose(np.eye(3), np.zeros(3)),
-            Scanner(NOISE),
+            Scanner(NOISE, speckle=speckle),
             ScanGrid.window(h, v, step),
             seed,
         )
@@ -37,7 +40,7 @@ def scanned(primitives, h, v, step, seed):
     return xyz, light, organise(xyz, row, column)
 
 
-def alone(kind, away, incidence, size, pitch, seed):
+def alone(kind, away, incidence, size, pitch, seed, speckle=0.0):
     """One target of a kind before a wall, anywhere in front, turned anyhow: centre and scan.
 
     size : side of a board, radius of a disc [m]; pitch : of points across the beam [m].
@@ -60,7 +63,7 @@ def alone(kind, away, incidence, size, pitch, seed):
         half = 1.2 * size / away
     wall = sc.rectangle(center * (1 + 0.6 / away), -beam, 9, 9, 0.4)
     h, v = (azimuth - half, azimuth + half), (np.pi / 2 - elevation - half,) * 2
-    return center, *scanned([target, wall], h, (v[0], v[0] + 2 * half), pitch / away, seed)
+    return center, *scanned([target, wall], h, (v[0], v[0] + 2 * half), pitch / away, seed, speckle)
 
 
 def squares(search, kind, size, cases, repeats):

@@ -169,6 +169,42 @@ def test_stated_covariance_is_that_of_the_errors_everywhere():
     assert 0.5 < np.nanmean(z) / 3 < 1.1
 
 
+def speckled(speckle, count):
+    """``e C^-1 e`` (count,) of boards of 60 points and more under speckle, NaN where not found."""
+    out = np.full(count, np.nan)
+    for k in range(count):
+        rng = np.random.default_rng(777 + k)
+        away, incidence = rng.uniform(3, 25), np.radians(rng.uniform(0, 60))
+        side, points = rng.choice([0.15, 0.3]), np.exp(rng.uniform(np.log(60), np.log(3000)))
+        pitch = side * np.sqrt(np.cos(incidence) / points)
+        center, xyz, light, image = alone("board", away, incidence, side, pitch, k, speckle)
+        found, _ = find_checkerboards(xyz, light, image, [side], **TOLD)
+        assert len(found) <= 1
+        if found:
+            e = found[0].center - center
+            out[k] = e @ np.linalg.solve(found[0].covariance, e)
+    return out
+
+
+def test_speckle_does_not_make_plain_print_an_edge():
+    """White print is noisier than black: with one noise for both, ratios were 1.3 and more."""
+    z = speckled(0.08, 24)
+    assert not np.isnan(z).any()
+    low, high = chi2.ppf([1e-3, 0.999], 3 * z.size)
+    assert 0.75 * low < z.sum() < high
+    assert z.max() < chi2.ppf(1 - 1e-4 / 24, 3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("speckle", [0.02, 0.05, 0.08])
+def test_stated_covariance_is_that_of_the_errors_under_speckle(speckle):
+    z = speckled(speckle, 400)
+    assert np.isnan(z).mean() <= 0.01
+    assert 0.8 < np.nanmean(z) / 3 < 1.2
+    # what is allowed for unknown profiles of beams makes dense boards a little cautious
+    assert 0.93 <= np.nanmean(z < chi2.ppf(0.95, 3)) <= 0.985
+
+
 @cache
 def clip(folder, name):
     """The board of a clip of a real scan."""

@@ -120,6 +120,9 @@ class Scanner:
         The noise of ranges is divided by the cosine of the incidence angle.
     intensity
         Noise of the intensity, which is reflectance times cosine and goes from 0 to 1.
+    speckle
+        Noise of the intensity that grows with it, as its share: laser light that a rough surface
+        scatters interferes with itself (2 to 10 % for terrestrial scanners).
     weakest
         Echoes below this intensity are lost.
     nearest, farthest
@@ -139,6 +142,7 @@ class Scanner:
     noise: ScanNoise
     incidence: bool = False
     intensity: float = 0.01
+    speckle: float = 0.0
     weakest: float = 0.01
     nearest: float = 0.4
     farthest: float = 150.0
@@ -273,6 +277,9 @@ class _Beams:
         sigma = noise.range_sigma(np.minimum(echo.range, s.farthest), cosine)
         measured = self._measured_range(echo.range, reported) + errors[:, 0] * sigma
         strength = echo.intensity + errors[:, 3] * s.intensity
+        if s.speckle:
+            # drawn only where asked for: scans without it stay as they were
+            strength += echo.intensity * s.speckle * self._rng.standard_normal(len(strength))
         keep = echo.kept & (strength > s.weakest)
         keep &= (measured > s.nearest) & (measured < s.farthest)
         return SimulatedPoints(

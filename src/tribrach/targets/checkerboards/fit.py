@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array
-from tribrach.statistics import robust_sigma
 from tribrach.targets.checkerboards.pattern import GATES as PATTERN
 from tribrach.targets.checkerboards.pattern import (
     BoardPattern,
@@ -25,7 +24,7 @@ from tribrach.targets.checkerboards.pattern import (
     pitch,
     solve_pattern,
 )
-from tribrach.targets.prints.edges import EdgePoints, locate_edge
+from tribrach.targets.prints.edges import EdgePoints, locate_edge, noise_of_colours, usual_noise
 from tribrach.targets.prints.plane import BoardPlane, fit_board_plane
 from tribrach.targets.prints.search import Refused
 
@@ -306,7 +305,7 @@ def _near_edge(
     k: int,
     scale: tuple[float, float, float],
     plane: BoardPlane,
-    noise: float,
+    noise: Array,
     shift: float,
 ) -> EdgePoints:
     """The points that may tell where edge ``k`` is, none that the other edge may touch."""
@@ -325,25 +324,28 @@ def _near_edge(
         along=d[near] @ [-normals[k, 1], normals[k, 0]],
         across=distance[near, k],
         level=(light[near] - p[4]) / p[5] * sign,
-        noise=noise / abs(p[5]),
+        noise=np.where(sign[:, None] > 0, noise, noise[::-1]) / abs(p[5]),
         blur=blur,
         jitter=jitter,
     )
 
 
-def _levels(flat: Array, light: Array, p: Array, clear: float) -> tuple[Array, float]:
-    """Parameters with the levels of the plain parts of the quadrants, and the noise of light."""
+def _levels(flat: Array, light: Array, p: Array, clear: float) -> tuple[Array, Array]:
+    """Parameters with the levels of the plain parts of the quadrants, and the noise (2,) of either
+    colour.
+    """
     d = flat - p[:2]
     a, b = d @ [np.cos(p[2]), np.sin(p[2])], d @ [np.cos(p[3]), np.sin(p[3])]
     plain = np.minimum(np.abs(a), np.abs(b)) > clear
     sign = np.sign(a * b)
     high, low = light[plain & (sign > 0)], light[plain & (sign < 0)]
     if min(len(high), len(low)) < GATES.plain_points:
-        return p, GATES.least_noise_swing * abs(p[5])
+        return p, np.full(2, GATES.least_noise_swing * abs(p[5]))
     out, ends = p.copy(), np.array([np.median(high), np.median(low)])
     out[4:6] = ends.mean(), (ends[0] - ends[1]) / 2
-    left = np.concatenate([high - ends[0], low - ends[1]])
-    return out, max(robust_sigma(left, about=0.0), GATES.least_noise_swing * abs(out[5]))
+    left = np.concatenate([low - ends[1], high - ends[0]])
+    noise = noise_of_colours(left, np.arange(len(left)) >= len(low))
+    return out, np.maximum(noise, GATES.least_noise_swing * abs(out[5]))
 
 
 @dataclass(frozen=True)
@@ -560,7 +562,7 @@ def _judged(
     value, _ = pattern_light(flat, p)
     left = light[inside] - value[inside]
     explained = 1 - float(left.var()) / max(float(light[inside].var()), 1e-12)
-    contrast = 2 * abs(p[5]) / max(solved.noise, 1e-12)
+    contrast = 2 * abs(p[5]) / max(usual_noise(solved.noise), 1e-12)
     reason = doubt(flat, light, p, half, int(inside.sum()), contrast, explained)
     if reason:
         return Refused(reason)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.special import erf
 
 from tribrach._types import Array
-from tribrach.statistics import robust_sigma
+from tribrach.targets.prints.edges import noise_of_colours
 
 __all__ = [
     "GATES",
@@ -57,6 +57,9 @@ class PatternGates:
     inside_halves: float = 0.94
     #: the blur is predicted to this, sigma of its logarithm
     blur_log_sigma: float = 0.5
+    #: edges are expected at right angles, sigma [rad]: where points lie far apart an edge turns
+    #: freely between two of them, and light that says otherwise is stronger than this
+    square_sigma_rad: float = float(np.radians(2.0))
     #: residuals of light beyond this many sigmas take no part ...
     trim_sigmas: float = 3.5
     #: ... but while the blur narrows only those beyond this share of the half swing
@@ -99,14 +102,14 @@ class BoardPattern:
         Their covariance.
     use : array of bool (n,)
         Points used.
-    noise : float
-        Noise of the intensities.
+    noise : array (2,)
+        Noise of the intensities on the colour of ``I0 - dI`` and on that of ``I0 + dI``.
     """
 
     p: Array
     covariance: Array
     use: NDArray[np.bool_]
-    noise: float
+    noise: Array
 
 
 def guess_pattern(flat: Array, light: Array, side: float) -> Array | None:
@@ -293,7 +296,7 @@ def _descend(
         Numbers of the steps; the first ones have a given blur.
     """
     half, _, jitter = scale
-    p, noise, blurs = start.copy(), 0.0, GATES.first_blurs_halves
+    p, noise, blurs = start.copy(), np.zeros(2), GATES.first_blurs_halves
     if inside_board(flat, p, half).sum() < GATES.fewest_points // 2:
         return None
     for step in steps:
@@ -304,23 +307,29 @@ def _descend(
         drift = np.hypot(j[:, 0], j[:, 1]) * jitter
         use = inside_board(flat, p, half)
         v = light - value
-        noise = (
-            max(robust_sigma(v[use], about=0.0), GATES.least_noise_swing * abs(p[5]))
-            if use.any()
-            else 0
-        )
+        least = GATES.least_noise_swing * abs(p[5])
+        # while the blur narrows residuals are misfit: a colour that fits worse is no noisier
+        bright = j[use, 5] > 0
+        noise = noise_of_colours(v[use], np.zeros_like(bright) if fixed else bright)
+        noise = np.maximum(noise, least)
+        # light between the colours is as noisy as its level says
+        own = np.hypot(noise[0] + (noise[1] - noise[0]) * (j[:, 5] + 1) / 2, drift)
         use &= np.abs(v) < np.maximum(
-            GATES.trim_sigmas * np.hypot(noise, drift),
+            GATES.trim_sigmas * own,
             GATES.stray_swing * abs(p[5]) if fixed else 0,
         )
-        if use.sum() < GATES.fewest_points // 2 or noise <= 0:
+        if use.sum() < GATES.fewest_points // 2 or not noise.min() > 0:
             return None
-        w = 1 / (noise**2 + drift[use] ** 2)
+        w = 1 / own[use] ** 2
         n = j[use].T @ (j[use] * w[:, None])
         right = j[use].T @ (w * v[use])
         tight = 1e8 if fixed else 1 / GATES.blur_log_sigma**2
         n[6, 6] += tight
         right[6] += tight * (np.log(narrow) - p[6]) * (not fixed)
+        turn = np.array([-1.0, 1.0]) / GATES.square_sigma_rad
+        n[2:4, 2:4] += np.outer(turn, turn)
+        skew = (p[3] - p[2]) % np.pi - np.pi / 2
+        right[2:4] -= turn * skew / GATES.square_sigma_rad
         move = np.linalg.lstsq(n + 1e-9 * np.diag(np.diag(n)), right)[0]
         if not np.isfinite(move).all():
             return None

@@ -10,7 +10,7 @@ points themselves.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import erfc, exp, log, sqrt
+from math import sqrt
 
 import numpy as np
 from numba import njit, prange
@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from tribrach._types import Array
-from tribrach.statistics import robust_sigma
-from tribrach.targets.prints.edges import BLURS, messages
+from tribrach.targets.prints.edges import BLURS, LightOfDistance, at_distance, noise_of_colours
 from tribrach.targets.prints.edges import GATES as LIGHT
 
 __all__ = [
@@ -120,9 +119,6 @@ class CircleEdgeGates:
 
 GATES = CircleEdgeGates()
 
-# compiled code reads constants of the module, not attributes of an object
-_ASTRAY_SHARE = LIGHT.astray_share
-
 
 @dataclass(frozen=True)
 class DiscShape:
@@ -192,8 +188,8 @@ class EdgeFit:
         Centre x, y [m], level outside, gain, ln s, radius R [m].
     covariance : array (6, 6)
         Covariance of the parameters.
-    noise : float
-        Noise of the intensities.
+    noise : array (2,)
+        Noise of the intensities outside and inside.
     jitter : float
         Sigma of a point's place [m].
     use : array of bool (n,)
@@ -202,7 +198,7 @@ class EdgeFit:
 
     p: Array
     covariance: Array
-    noise: float
+    noise: Array
     jitter: float
     use: NDArray[np.bool_]
 
@@ -262,7 +258,7 @@ def solve(flat: Array, light: Array, start: Array, shape: DiscShape) -> EdgeFit 
     """
     narrow = shape.narrow
     p = np.array([*start, np.log(narrow), shape.radius])
-    jitter, noise, use, n = shape.jitter, 0.0, np.ones(len(light), dtype=bool), np.eye(6)
+    jitter, noise, use, n = shape.jitter, np.zeros(2), np.ones(len(light), dtype=bool), np.eye(6)
     blurs = GATES.first_blurs_radii
     centre, radius = GATES.centre_step_radii, GATES.radius_step_radii
     limit = np.array(
@@ -281,19 +277,20 @@ def solve(flat: Array, light: Array, start: Array, shape: DiscShape) -> EdgeFit 
             p[4] = np.log(max(narrow, blurs[step] * shape.radius))
         value, j = light_of(flat, p, shape.slope)
         v, edge, model = light - value, np.abs(j[:, 5]), _model_error(j, p, shape.misfit)
-        noise = max(_noise(flat, v, p, shape.pitch), GATES.least_noise_gain * abs(p[3]))
+        noise = np.maximum(_noise(flat, v, p, shape.pitch), GATES.least_noise_gain * abs(p[3]))
+        own = _noise_at(j, noise)
         near = np.hypot(*(flat - p[:2]).T) < GATES.patch_radii * shape.radius
         if not fixed and step % 3 == 0:
-            known = np.hypot(noise, model)[use & near]
+            known = np.hypot(own, model)[use & near]
             jitter = _jitter(v[use & near], edge[use & near], known, shape.jitter)
-        total = np.sqrt(noise**2 + model**2 + (jitter * edge) ** 2)
+        total = np.sqrt(own**2 + model**2 + (jitter * edge) ** 2)
         use = near & (
             np.abs(v)
             < np.maximum(
                 GATES.trim_sigmas * total, GATES.first_trim_gain * abs(p[3]) if fixed else 0
             )
         )
-        if use.sum() < GATES.fewest_points or noise <= 0:
+        if use.sum() < GATES.fewest_points or not noise.min() > 0:
             return None
         w = 1 / total[use] ** 2
         n = j[use].T @ (j[use] * w[:, None])
@@ -345,17 +342,24 @@ def _inverse(n: Array) -> Array | None:
         return None
 
 
-def _noise(flat: Array, v: Array, p: Array, pitch: float) -> float:
-    """Noise of light on plain print, on both sides of the edge together."""
+def _noise(flat: Array, v: Array, p: Array, pitch: float) -> Array:
+    """Noise (2,) of light on plain print, outside and inside of the edge."""
     away = np.hypot(*(flat - p[:2]).T)
     gap = min(
         max(GATES.plain_blurs * np.exp(p[4]), GATES.plain_pitches * pitch), GATES.plain_radii * p[5]
     )
     plain = (np.abs(away - p[5]) > gap) & (away < GATES.patch_radii * p[5])
     inside = away < p[5]
-    parts = [v[plain & side] for side in (inside, ~inside)]
-    left = np.concatenate([part - np.median(part) for part in parts if len(part)] or [v])
-    return robust_sigma(left, about=0.0)
+    left = v.copy()
+    for side in (plain & inside, plain & ~inside):
+        left[side] -= np.median(v[side]) if side.any() else 0.0
+    plain = plain if plain.any() else np.ones_like(plain)
+    return noise_of_colours(left[plain], inside[plain])
+
+
+def _noise_at(j: Array, noise: Array) -> Array:
+    """Noise (n,) of light between outside and inside; j (n, 6) as of :func:`light_of`."""
+    return np.asarray(noise[0] + (noise[1] - noise[0]) * j[:, 3])
 
 
 def _jitter(v: Array, edge: Array, noise: Array, foretold: float) -> float:
@@ -400,7 +404,7 @@ def departure(flat: Array, light: Array, fit: EdgeFit, shape: DiscShape) -> tupl
     a = np.column_stack([j[:, :4], *[j[:, 5] * wave for wave in waves]])
     use = np.hypot(d[:, 0], d[:, 1]) < GATES.patch_radii * shape.radius
     model = _model_error(j, fit.p, shape.misfit)
-    w = 1 / (fit.noise**2 + model**2 + (fit.jitter * j[:, 5]) ** 2)
+    w = 1 / (_noise_at(j, fit.noise) ** 2 + model**2 + (fit.jitter * j[:, 5]) ** 2)
     scale = 1 / np.maximum(np.sqrt((a[use] ** 2 * w[use, None]).sum(axis=0)), 1e-300)
     a = a[use] * scale
     n = a.T @ (a * w[use, None]) + 1e-9 * np.eye(a.shape[1])
@@ -465,8 +469,9 @@ def posterior(flat: Array, light: Array, fit: EdgeFit, shape: DiscShape) -> tupl
     use = use[:: max(1, len(use) // GATES.telling_points)]
     level, noise = _levels(away, light, fit, float(np.median(tail)))
     level = level[use]
+    blurs = [beam * share * stretch[use] for share in BLURS]
     told = [
-        messages(level, noise, beam * share * stretch[use], jitter * stretch[use])
+        LightOfDistance.of(level, np.tile(noise, (len(use), 1)), jitter / (beam * share))
         for share in BLURS
     ]
     sigma = float(np.hypot(shape.radius_sigma, GATES.profile_blurs * beam))
@@ -474,23 +479,24 @@ def posterior(flat: Array, light: Array, fit: EdgeFit, shape: DiscShape) -> tupl
         fit.p[5] + sigma * k - (beam * stretch[use]) ** 2 / (2 * shape.radius)
         for k in GATES.radius_sigmas
     ]
-    return _closed_in(flat[use], told, radii, fit.p[:2], reach)
+    return _closed_in(flat[use], told, blurs, radii, fit.p[:2], reach)
 
 
-def _levels(away: Array, light: Array, fit: EdgeFit, clear: float) -> tuple[Array, float]:
-    """Light (n,) as -1 outside and 1 inside, from the plain parts, and its noise."""
+def _levels(away: Array, light: Array, fit: EdgeFit, clear: float) -> tuple[Array, Array]:
+    """Light (n,) as -1 outside and 1 inside, from the plain parts, and its noise (2,) on both."""
     clear = min(clear, GATES.plain_radii * fit.p[5])
     low, high = fit.p[2], fit.p[2] + fit.p[3]
     inner, outer = light[away < fit.p[5] - clear], light[away > fit.p[5] + clear]
     if min(len(inner), len(outer)) >= GATES.plain_points:
         low, high = float(np.median(outer)), float(np.median(inner))
     half = (high - low) / 2
-    return (light - low) / half - 1, max(fit.noise / abs(half), GATES.posterior_noise)
+    return (light - low) / half - 1, np.maximum(fit.noise / abs(half), GATES.posterior_noise)
 
 
 def _closed_in(
     flat: Array,
-    told: list[tuple[Array, Array, NDArray[np.int8]]],
+    told: list[LightOfDistance],
+    blurs: list[Array],
     radii: list[Array],
     mean: Array,
     reach: Array,
@@ -502,13 +508,11 @@ def _closed_in(
             m + np.linspace(-1, 1, GATES.grid_nodes) * r for m, r in zip(mean, reach, strict=True)
         ]
         score = np.empty((len(told), len(radii), GATES.grid_nodes, GATES.grid_nodes))
-        for k, (place, sigma, kind) in enumerate(told):
-            share = np.log(BLURS[k])
-            # a density of light is one of places times the blur
-            prior = (kind == 0).sum() * share - 0.5 * (share / LIGHT.blur_log_sigma) ** 2
+        for k, table in enumerate(told):
+            scale = 1 / (table.step * blurs[k])
             for m, radius in enumerate(radii):
-                _score(flat, radius, place, sigma, kind, nodes[0], nodes[1], score[k, m])
-            score[k] += prior
+                _score(flat, radius, table.log, scale, nodes[0], nodes[1], score[k, m])
+            score[k] -= 0.5 * (np.log(BLURS[k]) / LIGHT.blur_log_sigma) ** 2
         weight = np.exp(score - score.max()).sum(axis=(0, 1))
         weight /= weight.sum()
         mean = np.array([weight.sum(axis=1) @ nodes[0], weight.sum(axis=0) @ nodes[1]])
@@ -525,22 +529,13 @@ def _closed_in(
 
 
 @njit(cache=True, nogil=True, parallel=True)
-def _score(flat, radius, place, sigma, kind, xs, ys, out):  # type: ignore[no-untyped-def]
-    """Log-likelihood of every centre."""
+def _score(flat, radius, log, scale, xs, ys, out):  # type: ignore[no-untyped-def]
+    """Log-likelihood of every centre; ``scale`` are steps of the tables in a metre."""
     for i in prange(len(xs)):
         for j in range(len(ys)):
             total = 0.0
             for n in range(len(flat)):
                 dx, dy = flat[n, 0] - xs[i], flat[n, 1] - ys[j]
-                z = (radius[n] - sqrt(dx * dx + dy * dy) - place[n]) / sigma[n]
-                if kind[n] == 0:
-                    total += log(exp(-0.5 * z * z) + _ASTRAY_SHARE)
-                else:
-                    y = kind[n] * z
-                    # a side that is right beyond doubt costs nothing
-                    total += (
-                        log(0.5 * erfc(-y / sqrt(2.0)) + _ASTRAY_SHARE)
-                        if y < 6
-                        else log(1 + _ASTRAY_SHARE)
-                    )
+                away = radius[n] - sqrt(dx * dx + dy * dy)
+                total += at_distance(log, n, away * scale[n])
             out[i, j] = total

@@ -19,6 +19,7 @@ from tribrach._types import Array, Mask
 from tribrach.statistics import robust_sigma
 from tribrach.targets.discs.edge import GATES as EDGE
 from tribrach.targets.discs.edge import DiscShape, EdgeFit, departure, light_of, posterior, solve
+from tribrach.targets.prints.edges import usual_noise
 from tribrach.targets.prints.plane import BoardPlane, fit_board_plane
 from tribrach.targets.prints.search import Refused
 
@@ -534,7 +535,7 @@ class _Patch:
     def _doubt(self, flat: Array, light: Array, fit: EdgeFit) -> Refused | None:
         """Why a converged fit is no disc of this size."""
         away = np.hypot(*(flat - fit.p[:2]).T)
-        contrast = abs(fit.p[3]) / max(fit.noise, 1e-12)
+        contrast = abs(fit.p[3]) / max(usual_noise(fit.noise), 1e-12)
         explained = _explained(flat, light, fit, self.shape)
         seen, shown = self._edge_seen(flat, light, fit)
         wrong = abs(fit.p[5] - self.radius)
@@ -643,7 +644,7 @@ class _Patch:
             distance_sigma=sigma,
             rms=float(np.sqrt(np.mean(self.residual[use] ** 2))),
             gain=gain,
-            contrast=abs(gain) / max(solved.noise, 1e-12),
+            contrast=abs(gain) / max(usual_noise(solved.noise), 1e-12),
             explained=_explained(flat, light, solved, self.shape),
             radius=float(free.p[5]),
             blur=float(np.exp(solved.p[4])),

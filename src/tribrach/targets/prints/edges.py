@@ -1,26 +1,37 @@
 """Locates a straight edge of print, with its covariance, from the intensities of points near it.
 
 A point's intensity says how far its beam was from the edge where the footprint lay on both colours,
-and on which side of it where not. The place of a point is known to the jitter of the angles, the
-profile of the footprint to a share of its width. The posterior of an edge's shift and turn is
-summed over a grid that closes in on it. Scans much coarser than the beam, where any line between
-two rows of points fits and least squares have no slope, are so treated like dense ones (method
-section 8.2).
+and on which side of it where not. How sure it is follows from the noise of light, which grows with
+light where it is speckle: white print has its own noise and black its own. The place of a point is
+known to the jitter of the angles, the profile of the footprint to a share of its width. The
+posterior of an edge's shift and turn is summed over a grid that closes in on it. Scans much coarser
+than the beam, where any line between two rows of points fits and least squares have no slope, are
+so treated like dense ones (method section 8.2).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import erfc, exp, log, sqrt
 
 import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
-from scipy.special import erf
+from scipy.special import erf, ndtr
 
 from tribrach._types import Array
+from tribrach.statistics import robust_sigma
 
-__all__ = ["BLURS", "GATES", "EdgePoints", "EdgePosteriorGates", "locate_edge", "messages"]
+__all__ = [
+    "BLURS",
+    "GATES",
+    "EdgePoints",
+    "EdgePosteriorGates",
+    "LightOfDistance",
+    "at_distance",
+    "locate_edge",
+    "noise_of_colours",
+    "usual_noise",
+]
 
 
 @dataclass(frozen=True)
@@ -41,14 +52,20 @@ class EdgePosteriorGates:
     grid_reach_sigmas: float = 4.0
     #: closing in ends when the grid shrinks to no less than this share
     grid_shrinks_share: float = 0.6
-    #: points that say only a side, and that the whole grid obeys by this many sigmas, are left out
-    obeyed_sigmas: float = 5.0
-    #: light nearer to plain white or black than this share of half the swing says only the side
-    plain_swing: float = 0.06
-    #: ... or nearer than this many sigmas of its noise
-    plain_sigmas: float = 3.0
-    #: share of points that obey nothing of this (dirt, damaged print)
+    #: print is as even as this, sigma over half the swing: plain print is not taken for an edge
+    uneven_swing: float = 0.02
+    #: share of points that obey nothing of this (dirt, damaged print): their light is anything
+    #: within so many half swings
     astray_share: float = 0.01
+    astray_swings: float = 3.0
+    #: the profile is followed to so many blurs from the edge, in steps of so many
+    profile_reach_blurs: float = 3.5
+    profile_step_blurs: float = 0.03
+    #: likelihoods are tabulated in these shares of the error of a place, out to so many of it
+    table_step_sigmas: float = 0.4
+    table_reach_sigmas: float = 4.0
+    #: a colour on fewer points gets the noise of the other
+    colour_points: int = 6
     #: how well the blur is predicted, sigma of its logarithm
     blur_log_sigma: float = 0.3
     #: blurs that are tried, in these sigmas
@@ -60,13 +77,6 @@ class EdgePosteriorGates:
 
 
 GATES = EdgePosteriorGates()
-
-# compiled code reads constants of the module, not attributes of an object
-_ASTRAY_SHARE = GATES.astray_share
-
-
-Kinds = NDArray[np.int8]
-
 
 #: multiples of the predicted blur that are tried
 BLURS = np.exp(GATES.blur_log_sigma * np.array(GATES.blur_sigmas))
@@ -83,9 +93,6 @@ _LEVELS = (
 )
 
 
-_SLOPES = np.gradient(_LEVELS, _PLACES)
-
-
 @dataclass(frozen=True)
 class EdgePoints:
     """Points near one edge.
@@ -96,8 +103,8 @@ class EdgePoints:
         Coordinates along the edge and across it, from its presumed place [m].
     level : array (n,)
         Intensity scaled to -1 on the negative side of the edge and 1 on the positive side.
-    noise : float
-        Noise of the level.
+    noise : array (n, 2)
+        Noise of the level on plain print, of level -1 and of level 1.
     blur : float
         Sigma of the footprint across the edge [m].
     jitter : float
@@ -107,7 +114,7 @@ class EdgePoints:
     along: Array
     across: Array
     level: Array
-    noise: float
+    noise: Array
     blur: float
     jitter: float
 
@@ -133,22 +140,19 @@ def locate_edge(points: EdgePoints, shift: float, turn: float) -> tuple[Array, A
     """
     mean, reach = np.zeros(2), np.array([shift, turn])
     told = [
-        messages(points.level, points.noise, points.blur * share, points.jitter) for share in BLURS
+        LightOfDistance.of(points.level, points.noise, points.jitter / (points.blur * share))
+        for share in BLURS
     ]
     for _ in range(GATES.grid_rounds):
         nodes = [
             m + np.linspace(-1, 1, GATES.grid_nodes) * r for m, r in zip(mean, reach, strict=True)
         ]
         score = np.empty((len(BLURS), GATES.grid_nodes, GATES.grid_nodes))
-        for k, (place, sigma, kind) in enumerate(told):
-            away = points.across - mean[0] - mean[1] * points.along
-            margin = kind * (away - place) - reach[0] - reach[1] * np.abs(points.along)
-            n = (kind == 0) | (margin < GATES.obeyed_sigmas * sigma)
-            lot = points.along[n], points.across[n], place[n], sigma[n], kind[n]
+        for k, table in enumerate(told):
+            scale = 1 / (points.blur * BLURS[k])
+            lot = points.along, points.across, table.log, table.step, scale
             _score(*lot, nodes[0], nodes[1], score[k])
-            # a density of light is one of places times the blur
-            share = np.log(BLURS[k])
-            score[k] += (kind == 0).sum() * share - 0.5 * (share / GATES.blur_log_sigma) ** 2
+            score[k] -= 0.5 * (np.log(BLURS[k]) / GATES.blur_log_sigma) ** 2
         weight = np.exp(score - score.max()).sum(axis=0)
         mean, covariance = _moments(weight / weight.sum(), nodes[0], nodes[1])
         step, before = 2 * reach / (GATES.grid_nodes - 1), reach
@@ -159,54 +163,122 @@ def locate_edge(points: EdgePoints, shift: float, turn: float) -> tuple[Array, A
     return mean, covariance
 
 
-def messages(
-    level: Array, noise: float, blur: Array | float, jitter: Array | float
-) -> tuple[Array, Array, Kinds]:
-    """What each point says of its distance from the edge.
+def noise_of_colours(residual: Array, bright: NDArray[np.bool_]) -> Array:
+    """Noise of light on either colour of a print.
 
     Parameters
     ----------
-    level : array (n,)
-        Levels as in :class:`EdgePoints`.
-    noise : float
-        Noise of the level.
-    blur : float or array (n,)
-        Sigma of the footprint across the edge, common or for each point [m].
-    jitter : float or array (n,)
-        Sigma of a point's place across the edge, common or for each point [m].
+    residual : array (n,)
+        Residuals of intensity on plain print.
+    bright : array of bool (n,)
+        True for one colour, False for the other.
 
     Returns
     -------
-    place : array (n,)
-        Distance from the edge [m].
-    sigma : array (n,)
-        Its sigma [m].
-    kind : array of int (n,)
-        0 where the distance is known; 1 or -1 where it is only known to be more, or less, than
-        ``place``.
+    array (2,)
+        Robust sigmas of the colour False and of the colour True. A colour with few points gets that
+        of the other, both 0 if both have few.
+
+    Notes
+    -----
+    Speckle is a share of the light, so white print is several times as noisy as black. A sigma of
+    both together is too small for the white and makes plain white points pass for points on an edge
+    (method section 8.2).
     """
-    plain = max(GATES.plain_swing, GATES.plain_sigmas * noise)
-    width = np.hypot(jitter, GATES.profile_blurs * blur)
-    kind = np.where(level > 1 - plain, 1, np.where(level < plain - 1, -1, 0)).astype(np.int8)
-    place = np.interp(np.clip(level, plain - 1, 1 - plain), _LEVELS, _PLACES)
-    slope = np.interp(place, _PLACES, _SLOPES) / blur
-    sigma = np.where(kind == 0, np.hypot(width, noise / slope), width)
-    return place * blur, sigma, kind
+    own = [residual[bright == colour] for colour in (False, True)]
+    known = [len(part) >= GATES.colour_points for part in own]
+    noise = np.array(
+        [robust_sigma(part, about=0.0) if k else 0.0 for part, k in zip(own, known, strict=True)]
+    )
+    return noise if all(known) else np.full(2, noise.max())
+
+
+def usual_noise(noise: Array) -> float:
+    """One noise for both colours of a print, to compare its contrast with.
+
+    Parameters
+    ----------
+    noise : array (2,)
+        Noise of either colour.
+
+    Returns
+    -------
+    float
+        Root mean square of both.
+    """
+    return float(np.sqrt(np.mean(noise**2)))
+
+
+@dataclass(frozen=True)
+class LightOfDistance:
+    """How likely the light of each point is at every distance from the edge.
+
+    Attributes
+    ----------
+    log : array (n, m)
+        Log-likelihoods at distances from ``-(m - 1)/2`` to ``(m - 1)/2`` steps, alike beyond.
+    step : float
+        From one distance to the next, over the blur.
+    """
+
+    log: Array
+    step: float
+
+    @classmethod
+    def of(cls, level: Array, noise: Array, jitter: float) -> LightOfDistance:
+        """Tabulate the likelihoods (method section 8.2).
+
+        Parameters
+        ----------
+        level : array (n,)
+            Levels as in :class:`EdgePoints`.
+        noise : array (n, 2)
+            Noise of level -1 and of level 1; between them it grows with the level.
+        jitter : float
+            Sigma of a point's place across the edge, over the blur.
+
+        Returns
+        -------
+        LightOfDistance
+            The table.
+        """
+        width, reach = float(np.hypot(jitter, GATES.profile_blurs)), GATES.profile_reach_blurs
+        step = GATES.table_step_sigmas * width
+        half = int(np.ceil((reach + GATES.table_reach_sigmas * width) / step))
+        distance = np.arange(-half, half + 1) * step
+        # where beams may have been, plain print on either side as one place each
+        nodes = int(reach / GATES.profile_step_blurs)
+        borders = np.linspace(-reach, reach, 2 * nodes + 2)
+        place = np.concatenate([[-np.inf], (borders[:-1] + borders[1:]) / 2, [np.inf]])
+        light = np.interp(place, _PLACES, _LEVELS)
+        below = ndtr((borders[:, None] - distance) / width)
+        share = np.diff(below, axis=0, prepend=0.0, append=1.0)
+        grown = noise[:, :1] + (noise[:, 1:] - noise[:, :1]) * (light + 1) / 2
+        sigma = np.hypot(grown, GATES.uneven_swing)
+        density = np.exp(-0.5 * ((level[:, None] - light) / sigma) ** 2) / sigma
+        astray = GATES.astray_share / GATES.astray_swings
+        usual = (1 - GATES.astray_share) / np.sqrt(2 * np.pi)
+        return cls(np.log(usual * (density @ share) + astray), step)
+
+
+@njit(cache=True, nogil=True)
+def at_distance(log, n, distance):  # type: ignore[no-untyped-def]
+    """Log-likelihood of point ``n`` at a distance in steps of its table."""
+    last = log.shape[1] - 1
+    place = min(max(distance + 0.5 * last, 0.0), last - 1e-9)
+    k = int(place)
+    return log[n, k] + (place - k) * (log[n, k + 1] - log[n, k])
 
 
 @njit(cache=True, nogil=True, parallel=True)
-def _score(along, across, place, sigma, kind, shifts, turns, out):  # type: ignore[no-untyped-def]
-    """Log-likelihood of every shift and turn."""
+def _score(along, across, log, step, scale, shifts, turns, out):  # type: ignore[no-untyped-def]
+    """Log-likelihood of every shift and turn; ``scale`` is one over the blur."""
     for i in prange(len(shifts)):
         for j in range(len(turns)):
             total = 0.0
             for n in range(len(along)):
                 distance = across[n] - shifts[i] - turns[j] * along[n]
-                z = (distance - place[n]) / sigma[n]
-                if kind[n] == 0:
-                    total += log(exp(-0.5 * z * z) + _ASTRAY_SHARE)
-                else:
-                    total += log(0.5 * erfc(-kind[n] * z / sqrt(2.0)) + _ASTRAY_SHARE)
+                total += at_distance(log, n, distance * scale / step)
             out[i, j] = total
 
 
