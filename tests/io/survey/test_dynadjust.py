@@ -15,11 +15,11 @@ from tests.io.survey.dynadjust_files import (
 from tribrach.errors import InputError
 from tribrach.geodesy import frames
 from tribrach.geodesy.site import EllipsoidSite, ecef_from_geodetic, enu_rotation
-from tribrach.io.survey.dynadjust import dna, dynaml
+from tribrach.io.survey.dynadjust import reader as dynadjust
 from tribrach.network.adjustment import adjust
 from tribrach.observations.base import Use
 
-FORMATS = {"dna": (write_dna, dna.read), "xml": (write_xml, dynaml.read)}
+FORMATS = {"dna": write_dna, "xml": write_xml}
 LATITUDE, LONGITUDE = np.radians(-36.5), np.radians(146.25)
 #: rows east, north, up in ECEF at A
 ENU = enu_rotation(np.float64(LATITUDE), np.float64(LONGITUDE))
@@ -79,8 +79,8 @@ def full() -> Network:
 @pytest.fixture(params=FORMATS)
 def read(request, tmp_path):
     """Write a network in one of the formats and read it."""
-    write, reader = FORMATS[request.param]
-    return lambda network: reader(write(network, tmp_path))
+    write = FORMATS[request.param]
+    return lambda network: dynadjust.read(write(network, tmp_path))
 
 
 def table(survey, kind):
@@ -126,7 +126,7 @@ def test_dense_least_squares_agrees(read):
 
 
 def test_both_formats_give_the_same_network(tmp_path):
-    networks = [reader(write(full(), tmp_path)).network() for write, reader in FORMATS.values()]
+    networks = [dynadjust.read(w(full(), tmp_path)).network() for w in FORMATS.values()]
     for a, b in zip(networks[0].observations, networks[1].observations, strict=True):
         assert type(a) is type(b)
         np.testing.assert_array_equal(a.values, b.values)
@@ -414,25 +414,25 @@ def test_ignored_type_that_is_not_read_is_reported(read):
 
 def test_broken_files(tmp_path):
     cases = {
-        "no header\n": (dna.read, "not the header"),
-        "!#=DNA 2.00 STN\n": (dna.read, "not the header"),
-        "!#=DNA 3.01 MSR\nG A                   B\n": (dna.read, "the file ends"),
-        "": (dna.read, "empty"),
-        "<DnaXmlFormat>": (dynaml.read, "XML cannot be read"),
-        "<other/>": (dynaml.read, "root element is <other>"),
-        "<DnaXmlFormat><Thing/></DnaXmlFormat>": (dynaml.read, "<Thing>"),
-        "<DnaXmlFormat><DnaStation/></DnaXmlFormat>": (dynaml.read, "no <"),
-        '<!DOCTYPE a [<!ENTITY b "c">]>\n<DnaXmlFormat/>': (dynaml.read, "entities"),
-        '<?xml version="1.0" encoding="x-nonsense"?><DnaXmlFormat/>': (dynaml.read, "XML cannot"),
+        "no header\n": "not the header",
+        "!#=DNA 2.00 STN\n": "not the header",
+        "!#=DNA 3.01 MSR\nG A                   B\n": "the file ends",
+        "": "empty",
+        "<DnaXmlFormat>": "XML cannot be read",
+        "<other/>": "root element is <other>",
+        "<DnaXmlFormat><Thing/></DnaXmlFormat>": "<Thing>",
+        "<DnaXmlFormat><DnaStation/></DnaXmlFormat>": "no <",
+        '<!DOCTYPE a [<!ENTITY b "c">]>\n<DnaXmlFormat/>': "entities",
+        '<?xml version="1.0" encoding="x-nonsense"?><DnaXmlFormat/>': "XML cannot",
     }
-    for text, (reader, sentence) in cases.items():
+    for text, sentence in cases.items():
         path = tmp_path / "net.txt"
         path.write_text(text)
         with pytest.raises(InputError) as caught:
-            reader(path)
+            dynadjust.read(path)
         assert sentence in str(caught.value), text
     path.write_bytes(b"!#=DNA 3.01 STN\n\xff\xfe")
     with pytest.raises(InputError, match="not UTF-8"):
-        dna.read(path)
+        dynadjust.read(path)
     with pytest.raises(InputError, match="cannot be read"):
-        dna.read(tmp_path / "absent.stn")
+        dynadjust.read(tmp_path / "absent.stn")

@@ -5,14 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tribrach.io.survey.dynadjust import dna, dynaml
+from tribrach.io.survey.dynadjust import reader as dynadjust
 from tribrach.network.adjustment import Adjustment, adjust
 
 pytestmark = pytest.mark.data
 
 FORMATS = {
-    "xml": (dynaml.read, "gnss-networkstn.xml", "gnss-networkmsr.xml"),
-    "dna": (dna.read, "gnss-network.stn", "gnss-network.msr"),
+    "xml": ("gnss-networkstn.xml", "gnss-networkmsr.xml"),
+    "dna": ("gnss-network.stn", "gnss-network.msr"),
 }
 
 
@@ -25,8 +25,7 @@ def folder(shared_data) -> Path:
 @pytest.fixture(scope="module", params=FORMATS)
 def adjustment(request, folder) -> Adjustment:
     """The GNSS network adjusted, from either format."""
-    reader, *names = FORMATS[request.param]
-    return adjust(reader([folder / name for name in names]).network())
+    return adjust(dynadjust.read([folder / name for name in FORMATS[request.param]]).network())
 
 
 def expected(folder: Path, title: str) -> list[str]:
@@ -95,10 +94,8 @@ def test_corrections_and_normalised_residuals(adjustment, folder):
 
 def test_both_formats_agree(folder):
     """The given stations of the two files differ a little, and so do the work frames."""
-    reader, *names = FORMATS["xml"]
-    a = reader([folder / n for n in names]).network()
-    reader, *names = FORMATS["dna"]
-    b = reader([folder / n for n in names]).network()
+    a = dynadjust.read([folder / name for name in FORMATS["xml"]]).network()
+    b = dynadjust.read([folder / name for name in FORMATS["dna"]]).network()
     for one, other in zip(a.observations, b.observations, strict=True):
         assert one.ends(a.start.layout) == other.ends(b.start.layout)
         if one.kind == "gnss_position":
@@ -110,7 +107,7 @@ def test_both_formats_agree(folder):
 
 def test_free_baseline_network(folder):
     """The tutorial network has no control: minimum-norm least squares in ECEF by pseudoinverse."""
-    survey = dna.read([folder / "skye-tutorial.stn", folder / "skye-tutorial.msr"])
+    survey = dynadjust.read([folder / "skye-tutorial.stn", folder / "skye-tutorial.msr"])
     assert survey.datum.kind == "free"
     adjustment = adjust(survey.network())
     assert adjustment.dof == 9 * 3 - 6 * 3 + 3

@@ -10,8 +10,9 @@ from tests.io.survey.dynadjust_files import Directions, Line, Network, Station, 
 from tests.io.survey.test_dynadjust import ENU, A
 from tests.network.test_deflections import zenith_frame
 from tribrach.errors import InputError
-from tribrach.geodesy.site import EllipsoidSite, ecef_from_geodetic
-from tribrach.io.survey.dynadjust import dna, dynaml
+from tribrach.geodesy.site import EllipsoidSite, curvature_radii, ecef_from_geodetic
+from tribrach.io.survey.dynadjust import reader as dynadjust
+from tribrach.io.survey.formats import read as read_survey
 from tribrach.network.adjustment import adjust
 from tribrach.observations.base import Use
 
@@ -82,8 +83,8 @@ def network() -> Network:
 @pytest.fixture(params=["dna", "xml"])
 def read(request, tmp_path):
     """Write a network in one of the formats and read it."""
-    write, reader = {"dna": (write_dna, dna.read), "xml": (write_xml, dynaml.read)}[request.param]
-    return lambda net: reader(write(net, tmp_path))
+    write = {"dna": write_dna, "xml": write_xml}[request.param]
+    return lambda net: dynadjust.read(write(net, tmp_path))
 
 
 def test_values_and_sigmas(read):
@@ -218,7 +219,8 @@ def geoid_file(folder: Path) -> Path:
     return path
 
 
-def test_a_geoid_file_leans_plumb_lines_and_lowers_heights(tmp_path: Path) -> None:
+@pytest.mark.parametrize("write", [write_dna, write_xml])
+def test_a_geoid_file_leans_plumb_lines_and_lowers_heights(tmp_path: Path, write) -> None:
     """Readings along the plumb line of each station, orthometric heights, astronomic values."""
     geodetic = ANYWHERE.geodetic(ANYWHERE.from_ecef(np.stack(list(TRUE.values()))))
     place = dict(zip(TRUE, geodetic, strict=True))
@@ -252,10 +254,10 @@ def test_a_geoid_file_leans_plumb_lines_and_lowers_heights(tmp_path: Path) -> No
         m.append(Line("L", [first, second], level[second] - level[first], 0.001))
     m.append(Line("H", ["D"], level["D"], 0.001))
     m.append(Directions("B", [(t, dms(bearing("B", t) - 1.234)) for t in "ACD"], 0.1))
-    files = write_dna(net, tmp_path)
-    without = adjust(dna.read(files).network())
+    files = write(net, tmp_path)
+    without = adjust(dynadjust.read(files).network())
     assert without.sigma0_posterior > 20
-    survey = dna.read([*files, geoid_file(tmp_path)])
+    survey = dynadjust.read([*files, geoid_file(tmp_path)])
     assert not any("orthometric" in warning for warning in survey.warnings)
     adjustment = adjust(survey.network())
     assert adjustment.sigma0_posterior < 1.0
@@ -266,11 +268,42 @@ def test_a_geoid_file_leans_plumb_lines_and_lowers_heights(tmp_path: Path) -> No
         assert xyz == pytest.approx(TRUE[name], abs=3e-4), name
 
 
+def test_distances_at_sea_level_follow_the_geoid(tmp_path: Path) -> None:
+    """On a geoid of one height N an arc of radius R is longer by N/R, DynaML like DNA text.
+
+    Its ends at heights N1 and N2 over the ellipsoid are a right-angled triangle apart besides.
+    """
+    net = Network([Station(n, [f"{v:.4f}" for v in x]) for n, x in TRUE.items()])
+    net.measurements.append(Line("M", ["A", "B"], arc("A", "B"), 0.001))
+    xml, text = (write(net, tmp_path) for write in (write_xml, write_dna))
+    path = tmp_path / "net.geo"
+    ellipsoidal = read_survey(text)
+    assert any("distances at sea level" in warning for warning in ellipsoidal.warnings)
+    (plain,) = ellipsoidal.network().observations
+    length = plain.predict(ellipsoidal.network().start)[0, 0]
+    latitude = on_ellipsoid("A")[1]
+    radii = curvature_radii(np.array([latitude]), ANYWHERE.ellipsoid)
+    bearing = azimuth("A", "B")
+    radius = 1 / (np.sin(bearing) ** 2 / radii[0][0] + np.cos(bearing) ** 2 / radii[1][0])
+    for low, high in ((60.0, 60.0), (60.0, 70.0)):
+        heights = {"A": low, "B": high, "C": 0.0, "D": 0.0}
+        path.write_text("".join(f"{n:<40}{v:10.3f} 0 0\n" for n, v in heights.items()))
+        for files in (text, xml):
+            survey = read_survey([*files, path])
+            assert not any("sea level" in warning for warning in survey.warnings)
+            network = survey.network()
+            (table,) = network.observations
+            assert (table.geoid_start[0], table.geoid_end[0]) == (low, high)
+            found = table.predict(network.start)[0, 0]
+            expected = np.hypot(length * (1 + (low + high) / 2 / radius), high - low)
+            assert found == pytest.approx(expected, abs=2e-5)
+
+
 def test_geoid_files_are_looked_at(tmp_path: Path) -> None:
     files = write_dna(network(), tmp_path)
     path = geoid_file(tmp_path)
     path.write_text(path.read_text().replace(f"{'D':<40}", f"{'E':<40}"))
-    (warning,) = [w for w in dna.read([*files, path]).warnings if "geoid file" in w]
+    (warning,) = [w for w in dynadjust.read([*files, path]).warnings if "geoid file" in w]
     assert warning.startswith("the geoid file has nothing for 1 stations: D;")
     for text, words in (
         ("A 4.8 -7 -4\n", "a name and three numbers"),
@@ -280,4 +313,4 @@ def test_geoid_files_are_looked_at(tmp_path: Path) -> None:
     ):
         path.write_text(text)
         with pytest.raises(InputError, match=words):
-            dna.read([*files, path])
+            dynadjust.read([*files, path])

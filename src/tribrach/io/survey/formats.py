@@ -21,8 +21,8 @@ __all__ = ["FORMATS", "format_of", "read", "read_files"]
 #: format name -> module of the reader in :mod:`tribrach.io`
 FORMATS = {
     "gama": "survey.gama.reader",
-    "dynaml": "survey.dynadjust.dynaml",
-    "dna": "survey.dynadjust.dna",
+    "dynaml": "survey.dynadjust.reader",
+    "dna": "survey.dynadjust.reader",
     "comp3d": "survey.comp3d.reader",
     "starnet": "survey.starnet.reader",
     "riscan": "survey.riscan.reader",
@@ -144,16 +144,18 @@ def read_files(
     InputError
         Of the readers, and for points defined twice or different work frames.
     """
-    by_format: dict[str, list[Path]] = {}
+    # formats of one reader may be mixed
+    by_reader: dict[str, tuple[str, list[Path]]] = {}
     with RefusalCollector() as refused:
         for path in paths:
             with refused.record():
-                by_format.setdefault(format or format_of(path), []).append(path)
+                name = format or format_of(path)
+                by_reader.setdefault(FORMATS[name], (name, []))[1].append(path)
     surveys: list[Survey] = []
     apart = names_apart(paths) if labels is None else labels
     with RefusalCollector() as refused:
-        for name, files in by_format.items():
-            module = importlib.import_module(f"tribrach.io.{FORMATS[name]}")
+        for reader, (name, files) in by_reader.items():
+            module = importlib.import_module(f"tribrach.io.{reader}")
             for together in [files] if name in JOINT else [[path] for path in files]:
                 with refused.record():
                     surveys.append(_read(module, name, together, apart))

@@ -12,8 +12,8 @@ then as a whole by V; those of geographic points are in rad^2 and m^2.
 **Terrestrial measurements.** Angles, azimuths, directions, zenith and vertical angles refer to the
 ellipsoid's normal; DynAdjust models no refraction and none is assumed here. With a geoid file,
 angles are read along the plumb lines of its stations, astronomic values are reduced by their
-deflections, and heights and their differences are orthometric; without one the latter are taken as
-ellipsoidal.
+deflections, heights and their differences are orthometric and distances at sea level are on the
+geoid; without one all of these are taken as on the ellipsoid.
 """
 
 from __future__ import annotations
@@ -343,11 +343,13 @@ def add_sights(survey: Survey, stations: Stations, sights: Sequence[TerrestrialR
     for kind in dict.fromkeys(sight.type for sight in sights):
         _add_sights(survey, stations, kind, [sight for sight in sights if sight.type == kind])
     active = {sight.type for sight in sights if not sight.ignored}
-    if "M" in active:
-        survey.warnings.append("distances at sea level are taken as on the ellipsoid")
     if stations.geoid:
         _apply_geoid(survey, stations)
         return
+    if "M" in active:
+        survey.warnings.append(
+            "distances at sea level are taken as on the ellipsoid, no geoid model is read"
+        )
     if any(sight.type in "HL" and not sight.ignored for sight in sights):
         survey.warnings.append(
             "measured heights and height differences are orthometric; they are taken as "
@@ -405,16 +407,19 @@ def _add_sights(
         source=[str(sight.place) for sight in sights],
         use=np.where(ignored, Use.OFF, Use.ACTIVE).astype(np.int8),
         reason=np.where(ignored, IGNORED, "").astype(object),
-        **_fields(kind, sights),
+        **_fields(stations, kind, sights),
     )
 
 
-def _fields(kind: str, sights: Sequence[TerrestrialRecord]) -> dict[str, Any]:
-    """The fields of the kind that name stations and heights."""
+def _fields(stations: Stations, kind: str, sights: Sequence[TerrestrialRecord]) -> dict[str, Any]:
+    """The fields of the kind that name stations and heights, of the geoid too."""
     first = [sight.names[0] for sight in sights]
     if kind in "HIJPQR":
         return {"position": first}
     out: dict[str, Any] = {"start": first, "end": [sight.names[1] for sight in sights]}
+    if kind == "M":
+        for k, name in enumerate(("geoid_start", "geoid_end")):
+            out[name] = np.array([stations.geoid_height(sight.names[k]) for sight in sights])
     if kind in "CELM":
         return out
     out["height_instrument"] = np.array([sight.height_instrument for sight in sights])

@@ -1,8 +1,7 @@
 """DNA text files of DynAdjust: stations (``.stn``), measurements (``.msr``), geoid (``.geo``).
 
-Fixed columns of versions 3.00 and 3.01. A measurement file needs its station file; give both to
-:func:`read`, and the geoid file if there is one: names in the first forty columns, then the geoid
-height [m] and the deflections in the meridian and in the prime vertical [arc seconds].
+Fixed columns of versions 3.00 and 3.01. A geoid file has names in the first forty columns, then the
+geoid height [m] and the deflections in the meridian and in the prime vertical [arc seconds].
 """
 
 from __future__ import annotations
@@ -16,7 +15,6 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.errors import InputError, RefusalCollector
-from tribrach.io.survey.dynadjust.assembly import assemble
 from tribrach.io.survey.dynadjust.records import (
     ARCSEC,
     SIGHTS,
@@ -30,9 +28,8 @@ from tribrach.io.survey.dynadjust.records import (
     packed_dms,
 )
 from tribrach.io.xml_file import read_bytes
-from tribrach.network.survey import Survey
 
-__all__ = ["parse", "read"]
+__all__ = ["parse"]
 
 
 def _columns(*edges: tuple[int, int]) -> tuple[slice, ...]:
@@ -67,21 +64,6 @@ _LAYOUTS = {
 _FIRST, _SECOND, _THIRD = _columns((2, 20), (22, 20), (42, 20))
 _LINEAR, _DEGREES, _MINUTES, _SECONDS = _columns((62, 14), (76, 4), (80, 2), (82, 8))
 _SIGMA, _INSTRUMENT, _TARGET = _columns((90, 9), (99, 7), (106, 7))
-
-
-def read(paths: Path | Sequence[Path]) -> Survey:
-    """Survey of one or more DNA files: station and measurement files of one network.
-
-    Raises
-    ------
-    InputError
-        Unreadable, malformed, no stations, or a measurement type that is not read.
-    """
-    with RefusalCollector() as refused:
-        files = [parse(p, refused) for p in ([paths] if isinstance(paths, Path) else paths)]
-        refused.settle()
-        survey = assemble(files, refused)
-    return survey
 
 
 def parse(path: Path, refused: RefusalCollector) -> Records:

@@ -1,11 +1,8 @@
-"""DynaML, the XML of DynAdjust: station, measurement and combined files.
-
-A measurement file needs its station file; give both to :func:`read`.
-"""
+"""DynaML, the XML of DynAdjust: station, measurement and combined files."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +10,6 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.errors import RefusalCollector
-from tribrach.io.survey.dynadjust.assembly import assemble
 from tribrach.io.survey.dynadjust.records import (
     ARCSEC,
     SIGHTS,
@@ -27,28 +23,12 @@ from tribrach.io.survey.dynadjust.records import (
     packed_dms,
 )
 from tribrach.io.xml_file import line_of, load
-from tribrach.network.survey import Survey
 
-__all__ = ["parse", "read"]
+__all__ = ["parse"]
 
 #: elements of a variance and of a covariance block
 _VARIANCE = ("SigmaXX", "SigmaXY", "SigmaXZ", "SigmaYY", "SigmaYZ", "SigmaZZ")
 _BLOCK = [[f"m{i}{j}" for j in (1, 2, 3)] for i in (1, 2, 3)]
-
-
-def read(paths: Path | Sequence[Path]) -> Survey:
-    """Survey of one or more DynaML files: station and measurement files of one network.
-
-    Raises
-    ------
-    InputError
-        Unreadable, malformed, no stations, or a measurement type that is not read.
-    """
-    with RefusalCollector() as refused:
-        files = [parse(p, refused) for p in ([paths] if isinstance(paths, Path) else paths)]
-        refused.settle()
-        survey = assemble(files, refused)
-    return survey
 
 
 def parse(path: Path, refused: RefusalCollector) -> Records:

@@ -1,0 +1,51 @@
+"""Networks of DynAdjust: DNA text or DynaML, stations and measurements, with or without a geoid.
+
+Each file is known by what it holds, so that a geoid file (``.geo``) goes with either format and
+stations in one with measurements in the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from tribrach.errors import RefusalCollector
+from tribrach.io.survey.dynadjust import dna, dynaml
+from tribrach.io.survey.dynadjust.assembly import assemble
+from tribrach.io.survey.dynadjust.records import Records
+from tribrach.io.xml_file import read_bytes
+from tribrach.network.survey import Survey
+
+__all__ = ["read"]
+
+
+def read(paths: Path | Sequence[Path]) -> Survey:
+    """Survey of the files of one network.
+
+    Parameters
+    ----------
+    paths
+        Stations, measurements and a geoid file, if there is one.
+
+    Returns
+    -------
+    Survey
+
+    Raises
+    ------
+    InputError
+        Unreadable, malformed, no stations, or a measurement type that is not read.
+    """
+    with RefusalCollector() as refused:
+        files = [_parse(p, refused) for p in ([paths] if isinstance(paths, Path) else paths)]
+        refused.settle()
+        survey = assemble(files, refused)
+    return survey
+
+
+def _parse(path: Path, refused: RefusalCollector) -> Records:
+    """Records of one file, XML or text."""
+    head = read_bytes(path).removeprefix(b"\xef\xbb\xbf").lstrip()
+    if path.suffix.lower() == ".xml" or head.startswith(b"<"):
+        return dynaml.parse(path, refused)
+    return dna.parse(path, refused)
