@@ -33,7 +33,7 @@ from tribrach.network.misread_checks import misread_checks
 from tribrach.network.network import Datum, Network
 from tribrach.network.observed_part import observed_part
 from tribrach.network.placement import placement_sentences
-from tribrach.network.plausible_sigmas import implausible_sigmas
+from tribrach.network.plausible_sigmas import held_azimuths, implausible_sigmas
 from tribrach.network.quality import Quality, assess
 from tribrach.network.separability import confusable
 from tribrach.network.survey import Survey
@@ -149,7 +149,9 @@ def solve(network: Network, settings: AdjustmentSettings) -> SolvedNetwork:
     # what else is wrong is looked for without a coordinate that is wrong for certain
     wrong = wrong if wrong is not None and wrong.certain else None
     apart = adjustment if wrong is None else wrong.after
-    warnings += warned(Severity.INPUT, mistakes(apart))
+    found = mistakes(apart)
+    warnings += warned(Severity.INPUT, found.sentences)
+    warnings += warned(Severity.NOTE, (*found.notes, *held_azimuths(network)))
     suspects: Mapping[Key, float] = {}
     if settings.robust != "none":
         robust = adjust_robust(apart.network, settings.robust)

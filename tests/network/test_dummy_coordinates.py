@@ -90,7 +90,7 @@ def test_a_job_of_five_setups_adjusts_and_names_two_heights(shared_data: Path) -
     assert not [w for w in survey.warnings if "fitted to" in w]
     adjustment = adjust(survey)
     assert not [w for w in adjustment.warnings if "placeholders" in w and w not in said]
-    first, second = mistakes(adjustment)
+    first, second = mistakes(adjustment).sentences
     assert "the height of instrument at 8 (1.6450 m), 1301.1 mm" in first
     assert "the height of target at 9 (1.4210 m), 1420.7 mm" in second
     assert "too high" in first

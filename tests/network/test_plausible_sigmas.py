@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from tribrach.io.survey.formats import read_files
-from tribrach.network.plausible_sigmas import implausible_sigmas
+from tribrach.network.plausible_sigmas import held_azimuths, implausible_sigmas
 from tribrach.network.survey import Survey
 from tribrach.observations.gnss import GnssPositions
 from tribrach.observations.levelling import HeightDifferences
-from tribrach.observations.sights import Directions, SlopeDistances
+from tribrach.observations.sights import Azimuths, Directions, SlopeDistances
 from tribrach.units import SEC
 
 ENDS = {"start": ["A", "A"], "end": ["B", "C"], "source": ["tps.csv:2", "tps.csv:3"]}
@@ -75,3 +75,23 @@ def test_a_sigma_in_degrees_that_a_file_calls_arc_seconds(tmp_path: Path) -> Non
     path.write_text("from,to,direction_gon,sigma_arcsec\nA,B,10,0.0003\nA,C,20,0.0003\n")
     (sentence,) = implausible_sigmas(read_files([path]).network())
     assert "direction A -> B (tps.csv:2) and 1 more" in sentence
+
+
+def test_an_azimuth_may_be_held_by_its_sigma() -> None:
+    """Textbooks turn a network by one azimuth with a sigma of 0.001 arc seconds."""
+    survey = Survey()
+    ends = {"start": ["A", "A"], "end": ["B", "C"], "source": ["tps.csv:2", "tps.csv:3"]}
+    survey.add(Azimuths, values=[0.1, 0.2], sigma=[0.001 * SEC, 5 * SEC], **ends)
+    network = survey.network()
+    assert implausible_sigmas(network) == []
+    (sentence,) = held_azimuths(network)
+    assert sentence.startswith("azimuth A -> B (tps.csv:2) has a standard deviation of 0.001 arc")
+    assert "taken as held exactly" in sentence
+
+
+def test_a_value_that_counts_for_nothing() -> None:
+    survey = Survey()
+    survey.add(SlopeDistances, values=[10.0, 20.0], sigma=[3.0, 0.001], **ENDS)
+    (sentence,) = implausible_sigmas(survey.network())
+    assert "3 m, which is no survey measurement: check its unit" in sentence
+    assert sentence.endswith("what is to count for nothing is better left out")

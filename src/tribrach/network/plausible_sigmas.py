@@ -15,9 +15,10 @@ from tribrach._types import Array
 from tribrach.network.network import Network
 from tribrach.observations.base import Observations, Use
 from tribrach.observations.declaration import Category, Role
+from tribrach.observations.sights import Azimuths
 from tribrach.units import SEC
 
-__all__ = ["implausible_sigmas"]
+__all__ = ["held_azimuths", "implausible_sigmas"]
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,10 @@ _GNSS = _Range(1e-6, 100.0, "which no receiver reaches", "which is no survey mea
 _CONTROL = _Range(5e-6, np.inf, "which no coordinates have", "")
 
 
+#: what to do
+_CHECK = "check its unit, there or with the instrument"
+
+
 def implausible_sigmas(network: Network) -> list[str]:
     """A sentence for each kind of observation that has standard deviations beyond reason.
 
@@ -69,10 +74,44 @@ def implausible_sigmas(network: Network) -> list[str]:
             sigma = o.sigma[:, rows]
             small = (sigma.min(axis=1) < limits.least) & taking_part
             large = (sigma.max(axis=1) > limits.most) & taking_part
-            if small.any():
-                out.append(_sentence(network, o, small, sigma.min(axis=1), unit, limits.too_small))
+            if small.any() and not isinstance(o, Azimuths):
+                words = _told(network, o, small, sigma.min(axis=1), unit)
+                out.append(
+                    f"{words}, {limits.too_small}: {_CHECK}; what holds exactly is better held"
+                )
             if large.any():
-                out.append(_sentence(network, o, large, sigma.max(axis=1), unit, limits.too_large))
+                words = _told(network, o, large, sigma.max(axis=1), unit)
+                out.append(
+                    f"{words}, {limits.too_large}: {_CHECK}; what is to count for nothing is "
+                    "better left out"
+                )
+    return out
+
+
+def held_azimuths(network: Network) -> list[str]:
+    """A sentence on azimuths whose sigma is so small that they are meant to be exact.
+
+    A network is often turned into its frame by one azimuth with such a sigma. It is no mistake,
+    and not that of an instrument either.
+
+    Parameters
+    ----------
+    network
+        As it was read.
+
+    Returns
+    -------
+    list of str
+        With ``file:line`` of the first, and how many more there are.
+    """
+    out = []
+    for o in network.observations:
+        small = (o.sigma.min(axis=1) < _ANGLES.least) & (o.use != Use.OFF)
+        if isinstance(o, Azimuths) and small.any():
+            words = _told(network, o, small, o.sigma.min(axis=1), "rad")
+            out.append(
+                f"{words}: taken as held exactly, not as measured; if it was, check the unit"
+            )
     return out
 
 
@@ -88,18 +127,13 @@ def _limits(o: Observations, unit: str) -> _Range | None:
     return _GNSS if facts.category == Category.GNSS or facts.absolute else _LENGTHS
 
 
-def _sentence(
-    network: Network, o: Observations, bad: Array, sigma: Array, unit: str, why: str
-) -> str:
-    """The first of them with its line, how many there are, and what to do."""
+def _told(network: Network, o: Observations, bad: Array, sigma: Array, unit: str) -> str:
+    """The first of them with its line, how many there are, and how large its sigma is."""
     first, count = int(np.argmax(bad)), int(bad.sum())
     words = Network.describe(o, first, network.start)
     more = f" and {count - 1} more" if count > 1 else ""
     verb = "have" if count > 1 else "has"
-    return (
-        f"{words}{more} {verb} a standard deviation of {_sized(float(sigma[first]), unit)}, {why}: "
-        "check its unit, there or with the instrument; what holds exactly is better held"
-    )
+    return f"{words}{more} {verb} a standard deviation of {_sized(float(sigma[first]), unit)}"
 
 
 def _sized(sigma: float, unit: str) -> str:

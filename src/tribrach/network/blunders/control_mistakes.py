@@ -293,7 +293,7 @@ def _rivals(
             words = Network.describe(o, suspect.key[1], adjustment.state)
             # a vector may be wrong in one of its values alone
             out[words] = float(log_significance(suspect.chi_square / unit, 1))
-    for common in common_causes(adjustment):
+    for common in common_causes(adjustment).named:
         score = log_significance(common.statistic / unit, len(common.size))
         out[common.words] = float(score)
     return out

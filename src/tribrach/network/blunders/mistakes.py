@@ -7,6 +7,8 @@ that could have said otherwise.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from tribrach.errors import InputError, NotConverged
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.blunders.clearing import fits
@@ -14,7 +16,7 @@ from tribrach.network.blunders.common_causes import common_causes
 from tribrach.network.blunders.gross import SlipSearch, explain
 from tribrach.network.network import Network
 
-__all__ = ["first_adjustment", "mistakes"]
+__all__ = ["Mistakes", "first_adjustment", "mistakes"]
 
 
 def first_adjustment(network: Network) -> Adjustment:
@@ -47,7 +49,23 @@ def first_adjustment(network: Network) -> Adjustment:
         raise InputError(found.sentence(), cure=found.cure) from error
 
 
-def mistakes(adjustment: Adjustment) -> list[str]:
+@dataclass(frozen=True)
+class Mistakes:
+    """What is said of them.
+
+    Attributes
+    ----------
+    sentences
+        Mistakes that explain several bad observations each; that the search gave up, if it did.
+    notes
+        What many set-ups or targets have a little of, which is no mistake of one.
+    """
+
+    sentences: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+def mistakes(adjustment: Adjustment) -> Mistakes:
     """Find mistakes that explain several bad observations each.
 
     Parameters
@@ -57,17 +75,18 @@ def mistakes(adjustment: Adjustment) -> list[str]:
 
     Returns
     -------
-    list of str
-        Sentences, empty for a network that fits; that the search gave up, if it did.
+    Mistakes
+        Empty for a network that fits.
     """
-    causes = common_causes(adjustment)
-    said = [cause.sentence() for cause in causes]
-    if causes:
-        freedom = sum(len(cause.size) for cause in causes)
-        if fits(causes[-1].rest, adjustment.dof - freedom):
-            return said
+    found = common_causes(adjustment)
+    notes = () if found.pattern is None else (found.pattern.sentence(),)
+    said = tuple(cause.sentence() for cause in found.named)
+    if found.named:
+        freedom = sum(len(cause.size) for cause in found.named)
+        if fits(found.named[-1].rest, adjustment.dof - freedom):
+            return Mistakes(said, notes)
     search = SlipSearch()
-    found = explain(adjustment.network, adjustment, search)
-    if found is not None:
-        return [found.sentence()]
-    return [*said, *search.sentences()]
+    slip = explain(adjustment.network, adjustment, search)
+    if slip is not None:
+        return Mistakes((slip.sentence(),), notes)
+    return Mistakes((*said, *search.sentences()), notes)
