@@ -9,7 +9,7 @@ from hypothesis import given, strategies
 from pyproj import Transformer
 
 from tribrach.errors import InputError, Refusals
-from tribrach.geodesy.site import ecef_from_geodetic
+from tribrach.geodesy.site import ecef_from_geodetic, enu_rotation
 from tribrach.io.survey.formats import format_of, read
 from tribrach.io.survey.starnet.data import CODES
 from tribrach.io.survey.starnet.recognition import DATA_TYPES, recognised
@@ -397,6 +397,50 @@ DV A-P {slope:.6f} {format_angle(zenith, "dms", 6)}
     grid = adjustment.network.reference.grid
     found = grid.from_work(place(adjustment, "P")[None])[0]
     np.testing.assert_allclose(found, [east[1], north[1], 90.0], atol=1e-4)
+
+
+def test_the_deflection_of_a_grid_job_leans_its_plumb_lines(tmp_path):
+    """Angles along a zenith 30" south and 10" west of the normal; bearings and levels know none.
+
+    Positive are north and east (STAR*NET reference manual, tutorial on a grid job).
+    """
+    north, east = np.radians(np.array([-30.0, -10.0]) / 3600)
+    to_grid = Transformer.from_crs("EPSG:4269", "EPSG:26919", always_xy=True)
+    geodetic = np.array([[-66.64, 45.95, 40.0], [-66.63, 45.955, 90.0], [-66.638, 45.951, 190.0]])
+    grid = np.column_stack([*to_grid.transform(*geodetic[:, :2].T), geodetic[:, 2]])
+    radians = np.radians(geodetic[:, :2])
+    ecef = ecef_from_geodetic(radians[:, 1], radians[:, 0], geodetic[:, 2])
+    longitude, latitude = radians[0]
+    zenith_at = np.array([longitude + east / np.cos(latitude), latitude + north])
+    slopes = np.linalg.norm(ecef - ecef[0], axis=1)
+    axes = enu_rotation(zenith_at[1], zenith_at[0]) @ (ecef - ecef[0]).T
+    turned = np.arctan2(axes[0, 2], axes[1, 2]) - np.arctan2(axes[0, 1], axes[1, 1])
+    leaning = [
+        format_angle(zenith_angle(ecef[[0, k]], zenith_at, slopes[k], 0.14), "dms", 6)
+        for k in (1, 2)
+    ]
+    bearing = format_angle(np.arctan2(*(grid[1, :2] - grid[0, :2])), "dms", 6)
+    text = f"""
+C A {grid[0, 0]:.6f} {grid[0, 1]:.6f} 40 ! ! !
+C P {grid[1, 0] + 1:.3f} {grid[1, 1] - 1:.3f} 91
+C Q {grid[2, 0] + 1:.3f} {grid[2, 1] - 1:.3f} 191
+B A-P {bearing}
+A A-P-Q {format_angle(float(turned), "dms", 6)}
+DV A-P {slopes[1]:.6f} {leaning[0]}
+DV A-Q {slopes[2]:.6f} {leaning[1]}
+L A-P 50.0 1
+"""
+    settings = project(grid=1).replace(
+        "geoid_height ", "vert_defl_north -30.0\nvert_defl_east -10.0\ngeoid_height "
+    )
+    adjustment = solved(tmp_path, text, settings)
+    assert adjustment.sigma0_posterior < 0.1
+    known = adjustment.network.reference.grid
+    for k, name in enumerate("PQ", start=1):
+        found = known.from_work(place(adjustment, name)[None])[0]
+        np.testing.assert_allclose(found, grid[k], atol=2e-4)
+    # without it the level and the zenith angle contradict each other
+    assert solved(tmp_path, text, project(grid=1)).sigma0_posterior > 2
 
 
 def zenith_angle(ecef: np.ndarray, place: np.ndarray, slope: float, k: float) -> float:

@@ -2,7 +2,9 @@
 
 Zenith angles carry refraction; grid bearings the convergence and the correction from arc to chord
 that the coordinates tell; vectors are turned into the work frame, their standard errors stretched
-in plan and height. Observations that are fixed become conditions, free ones check values.
+in plan and height. Observations that are fixed become conditions, free ones check values. In a grid
+plumb lines lean by the one deflection of the project; bearings and height differences feel nothing
+of it, as they refer to the grid and to heights over a geoid of one height.
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array
 from tribrach.errors import InputError, RefusalCollector
+from tribrach.geodesy.plumb import PlumbField
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.io.survey.starnet.places import Places
 from tribrach.io.survey.starnet.records import (
@@ -150,7 +153,11 @@ class _Builder:
     ) -> None:
         self.records, self.settings, self.places = records, settings, places
         self.refused, self.planned = refused, part == "planned"
-        self.survey = Survey(site=places.frame.site)
+        # a deflection is an option of grid jobs in space
+        space = records.kind == "3D" and settings.grid is not None
+        self.leans = space and part != "points" and any(settings.deflection)
+        plumb = PlumbField(*settings.deflection) if self.leans else PlumbField()
+        self.survey = Survey(site=places.frame.site, plumb=plumb)
         self.sights = self._used(records.sights)
         self.lacking: list[str] = []
 
@@ -334,12 +341,19 @@ class _Builder:
             out["orientation"] = names("set_name")
         elif quantity is Quantity.BEARING:
             out["convergence"] = self._convergences(sights)
+            out["astronomic"] = np.zeros(len(sights))
         elif quantity is Quantity.LEVEL_DISTANCE:
             # from the local system to the ground
             out["reduction"] = 1 / np.array([s.scale for s in sights])
+        elif quantity is Quantity.RISE:
+            out |= self._geoid(len(sights))
         elif quantity is Quantity.ZENITH:
             out["refraction"] = np.array([s.refraction for s in sights])
         return out
+
+    def _geoid(self, n: int) -> dict[str, Array]:
+        """Geoid heights of n height differences, which the deflection does not tilt."""
+        return {name: np.zeros(n) for name in ("geoid_start", "geoid_end")} if self.leans else {}
 
     def _convergences(self, sights: Sequence[Sight]) -> Array:
         """Azimuth less bearing (n,) of each sight."""
@@ -372,6 +386,7 @@ class _Builder:
             "start": np.array([level.at for level in levels], dtype=object),
             "end": np.array([level.to for level in levels], dtype=object),
         }
+        columns |= self._geoid(len(levels))
         self._add(HeightDifferences, levels, sigma, hard, check, columns)
 
     def _add_vectors(self, vectors: Sequence[Vector]) -> None:

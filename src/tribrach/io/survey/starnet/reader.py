@@ -69,12 +69,6 @@ def read(
     if beside is not None:
         survey.warnings.append(f"The settings are those of {beside.name}, which stands beside.")
     survey.warnings += [f"{settings.source}: {what}." for what in settings.warnings]
-    if any(settings.deflection) and records.sights:
-        north, east = (part / SEC for part in settings.deflection)
-        survey.warnings.append(
-            f"{settings.source}: its deflection of the vertical (north {north:g}, east {east:g} "
-            "arcsec) is not applied to zenith angles and directions."
-        )
     if where is None:
         survey.warnings += _assumed(records, settings)
     return survey
