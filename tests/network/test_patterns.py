@@ -133,3 +133,13 @@ def test_a_real_survey_of_a_campus_is_not_blamed(shared_data: Path) -> None:
     assert not [t for t in texts if "in the way of one mistake" in t]
     (told,) = [t for t in texts if "in most cases" in t]
     assert "37 of 41 with the same sign: 5.2 times what their sigmas say, most at OOP" in told
+
+
+def test_little_redundancy_names_nothing_that_leaves_a_misfit(shared_data: Path) -> None:
+    """Two set-ups over one mark see the same point twice and disagree with control as well."""
+    path = shared_data / "totalstation" / "geoeasy" / "ruide" / "group_1_obs.sdr"
+    if not path.is_file():
+        pytest.skip(f"{path.name} is not there")
+    adjustment = adjust(read([path]).network())
+    assert adjustment.dof < 15
+    assert common_causes(adjustment).named == ()

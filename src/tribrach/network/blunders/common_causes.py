@@ -277,15 +277,21 @@ class _Judgement:
                 named.append(
                     CommonCause(cause.words, size, sigma, statistic, rest, also, cause.given)
                 )
-        left = _without(residual, basis)
-        fitting = fits(float(left @ left), self.adjustment.dof - basis.shape[1])
-        if not fitting and self.adjustment.dof < _REDUNDANT:
+        fitting = self._fits(basis)
+        # with little redundancy, readings that are set aside as well make anything fit
+        few = self.adjustment.dof < _REDUNDANT
+        if few and not self._fits(self._basis([k for k in standing if self.causes[k].common])):
             return CommonCauses()
         # in a network that does not fit other mistakes may scatter these causes
         sorts = dict.fromkeys(self.causes[k].sort for k in refused if fitting)
         patterns = [self._pattern(s, standing) for s in sorts]
         told = [p for p in patterns if p.scatter > _WIDE]
         return CommonCauses(tuple(named), max(told, key=lambda p: p.scatter, default=None))
+
+    def _fits(self, basis: Array) -> bool:
+        """True if the network passes its global test without what a basis explains."""
+        rest = _without(self.adjustment.whitened_residuals, basis)
+        return fits(float(rest @ rest), self.adjustment.dof - basis.shape[1])
 
     def _basis(self, chosen: list[int]) -> Array:
         """An orthonormal basis of some causes."""
@@ -315,9 +321,9 @@ class _Judgement:
     def _rows(self, standing: list[int]) -> float:
         """Robust variance factor of all residuals if the rest does not fit, else 1."""
         adjustment, basis = self.adjustment, self._basis(standing)
-        residual = _without(adjustment.whitened_residuals, basis)
-        if fits(float(residual @ residual), adjustment.dof - basis.shape[1]):
+        if self._fits(basis):
             return 1.0
+        residual = _without(adjustment.whitened_residuals, basis)
         left = 1 - adjustment.cofactor.row_forms(adjustment.design) - np.square(basis).sum(axis=1)
         seen = left > _UNSEEN
         ratio = np.square(residual[seen]) / left[seen]
