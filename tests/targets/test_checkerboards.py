@@ -165,7 +165,8 @@ def test_stated_covariance_is_that_of_the_errors_everywhere():
     ratio = np.nanmean(z, axis=1) / 3
     # on dense scans what is allowed for unknown profiles of beams is most of what is stated
     assert (ratio > 0.3).all(), ratio
-    assert (ratio < 1.4).all(), ratio
+    # the largest of all cases, at 99.9 %
+    assert (ratio < chi2.ppf(1 - 1e-3 / len(CASES), 3 * 24) / (3 * 24)).all(), ratio
     assert 0.5 < np.nanmean(z) / 3 < 1.1
 
 
@@ -201,8 +202,7 @@ def test_stated_covariance_is_that_of_the_errors_under_speckle(speckle):
     z = speckled(speckle, 400)
     assert np.isnan(z).mean() <= 0.01
     assert 0.8 < np.nanmean(z) / 3 < 1.2
-    # what is allowed for unknown profiles of beams makes dense boards a little cautious
-    assert 0.93 <= np.nanmean(z < chi2.ppf(0.95, 3)) <= 0.985
+    assert 0.93 <= np.mean(z[~np.isnan(z)] < chi2.ppf(0.95, 3)) <= 0.975
 
 
 @cache

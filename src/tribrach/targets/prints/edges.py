@@ -159,8 +159,20 @@ def locate_edge(points: EdgePoints, shift: float, turn: float) -> tuple[Array, A
         reach = np.maximum(GATES.grid_reach_sigmas * np.sqrt(np.diag(covariance)), 1.5 * step)
         if (reach > GATES.grid_shrinks_share * before).all():
             break
-    covariance[0, 0] += (GATES.profile_blurs * points.blur) ** 2
+    common = GATES.profile_blurs * points.blur * _one_sided(points)
+    covariance[0, 0] += common**2
     return mean, covariance
+
+
+def _one_sided(points: EdgePoints) -> float:
+    """How much of what tells of the edge lies on one side of it, from 0 to 1.
+
+    Profiles of beams are symmetric, so a wrong one moves the places of points on both sides apart
+    or together; it moves an edge that a single row of points tells of.
+    """
+    telling = np.maximum(1 - points.level**2, 0.0) ** 2
+    total = float(telling.sum())
+    return abs(float(telling @ np.sign(points.level))) / total if total > 0 else 1.0
 
 
 def noise_of_colours(residual: Array, bright: NDArray[np.bool_]) -> Array:
