@@ -4,7 +4,8 @@
 TribrachError
 ├── InputError          a file or a call is wrong (file, line, cure); the command line exits with 2
 │   ├── UnknownName     nothing has the name that was asked for; also a KeyError
-│   └── Refusals        several records are wrong, each in a sentence of its own
+│   ├── Refusals        several records are wrong, each in a sentence of its own
+│   └── NothingFound    targets were sought and none was found; what was sought, in sentences
 └── AdjustmentError     the network cannot be adjusted as it stands
     ├── NoStartValues   unknowns that no observation ties to the rest
     ├── RankDefect      unknowns that the observations cannot separate, in sentences
@@ -27,6 +28,7 @@ __all__ = [
     "InputError",
     "NoStartValues",
     "NotConverged",
+    "NothingFound",
     "RankDefect",
     "RefusalCollector",
     "Refusals",
@@ -167,6 +169,31 @@ class Refusals(InputError):
             sentences.append(f"and {count - len(sentences)} more.")
         listed = [f"  - {sentence}" for sentence in sentences]
         self.args = ("\n".join([f"{count} records are refused:", *listed]),)
+
+
+class NothingFound(InputError):
+    """Targets were sought and none was found; the sentences say what was sought, where and how.
+
+    Parameters
+    ----------
+    headline
+        What cannot be done, without the final stop.
+    sentences
+        Sizes, scans, densities and candidates, one each, without the final stop.
+    cure
+        What to do about it, one sentence without the final stop.
+
+    Examples
+    --------
+    >>> print(NothingFound("no target was found", ["sought: disc of radius 0.1 m"], cure="look"))
+    no target was found; look:
+      - sought: disc of radius 0.1 m
+    """
+
+    def __init__(self, headline: str, sentences: Sequence[str], *, cure: str) -> None:
+        super().__init__(headline, cure=cure)
+        self.sentences = tuple(sentences)
+        self.args = ("\n".join([f"{headline}; {cure}:", *(f"  - {s}" for s in sentences)]),)
 
 
 def _by_line(errors: Sequence[InputError]) -> tuple[InputError, ...]:

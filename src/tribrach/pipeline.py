@@ -6,21 +6,23 @@ report, write.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
 from tribrach._types import Progress
-from tribrach.errors import InputError
+from tribrach.errors import InputError, NothingFound, TribrachError
 from tribrach.io.keeping import keeping, refuse_loss
 from tribrach.io.outputs import write_texts
 from tribrach.io.survey.formats import read
 from tribrach.job.antenna_lever_arms import lever_arm_files
 from tribrach.job.antennas import CarriedAntennas, carried_antennas
+from tribrach.job.nothing_found import search_sentences
 from tribrach.job.opened import Job, open_job
 from tribrach.job.results import JobResults
-from tribrach.job.steps import compare, find_and_name, georeference
+from tribrach.job.steps import FoundInScans, compare, find, georeference, name_and_tie, refuse_lost
 from tribrach.network.adjustment import Adjustment, Options
 from tribrach.network.adjustment import adjust as adjust_alone
 from tribrach.network.blunders.control_mistakes import wrong_coordinate
@@ -44,6 +46,7 @@ from tribrach.registration.geometry_warnings import geometry_sentences
 from tribrach.report import html, json_result, text
 from tribrach.report.build import build
 from tribrach.report.content import Report
+from tribrach.report.found_targets import FOLDER, LIST, write_found
 from tribrach.report.summary import sigma_origin
 from tribrach.report.warnings import ReportWarning, Severity, warned
 
@@ -67,6 +70,10 @@ _REPORTS: dict[str, Callable[[Report], str]] = {
     "report.txt": text.render,
     "result.json": json_result.dumps,
 }
+
+
+#: scans without targets whose searches are told where a run stops
+_BARE = 6
 
 
 @dataclass(frozen=True)
@@ -355,10 +362,14 @@ def _run(project: Project, folder: Path, progress: Progress) -> Report:
         refuse_loss(folder / name)
     settings = AdjustmentSettings.of(project)
     job = open_job(project, progress)
-    ties = find_and_name(job, folder, progress) if project.scans else None
-    further = None if ties is None else ties.registered.survey
-    survey = job.surveyed(further)
-    solution = solve(job.network_of(survey, whole=further is not None), settings)
+    found = find(job, folder, progress) if project.scans else None
+    with _leaving(found, folder):
+        ties = None if found is None else name_and_tie(job, found, progress)
+        further = None if ties is None else ties.registered.survey
+        survey = job.surveyed(further)
+        solution = solve(job.network_of(survey, whole=further is not None), settings)
+        if ties is not None:
+            refuse_lost(job, ties, solution.adjustment)
     adjustment = solution.adjustment
     origin = sigma_origin(adjustment, settings.posterior, solution.components)
     results = JobResults(project, job.sessions, antennas=_antennas(survey, adjustment, settings))
@@ -372,7 +383,37 @@ def _run(project: Project, folder: Path, progress: Progress) -> Report:
     content = report(solution, settings, project.facts, results)
     arms = () if results.antennas is None else results.antennas.lever_arms
     write(content, folder, lever_arm_files(arms, folder, content.datum.sentence, origin))
+    if found is not None and (folder / FOLDER / LIST).exists():
+        # an earlier run stopped: what it left is brought up to date; files of others stay
+        with suppress(InputError):
+            write_found(found.findings, folder)
     return content
+
+
+@contextmanager
+def _leaving(found: FoundInScans | None, folder: Path) -> Iterator[None]:
+    """A block in which stations are tied and adjusted; if it fails, what was found is written."""
+    try:
+        yield
+    except TribrachError as error:
+        if found is not None and found.findings:
+            _leave_found(error, found, folder)
+        raise
+
+
+def _leave_found(error: TribrachError, found: FoundInScans, folder: Path) -> None:
+    """Write what was found in scans before a run stopped; the error says where it is."""
+    if not isinstance(error, NothingFound):
+        bare = [finding for finding in found.findings if not finding.detections]
+        for finding in bare[:_BARE]:
+            for sentence in search_sentences(finding, found.wanted):
+                error.add_note(f"  - {sentence}")
+    try:
+        write_found(found.findings, folder)
+    except InputError as refused:
+        error.add_note(f"Targets and candidates could not be written: {refused}")
+        return
+    error.add_note(f"Targets, candidates and panoramas of the scans are in {folder / FOLDER}.")
 
 
 def _antennas(

@@ -43,7 +43,9 @@ def guarded(work: Callable[[], Any]) -> None:
         with keeping():
             work()
     except TribrachError as error:
-        fail(str(error))
+        notes = getattr(error, "__notes__", ())
+        between = " " if len(notes) == 1 and "\n" not in str(error) else "\n"
+        fail(between.join([str(error), *notes]))
     except BrokenPipeError:
         raise
     except OSError as error:

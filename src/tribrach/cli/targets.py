@@ -10,14 +10,14 @@ import typer
 
 from tribrach.cli.shell import Overwrite, claim, guarded
 from tribrach.errors import InputError
-from tribrach.io.outputs import write_bytes, write_text
+from tribrach.io.outputs import write_texts
 from tribrach.io.scans.formats import read_scans
 from tribrach.job.find_targets import Findings, blind, find_targets
+from tribrach.job.nothing_found import density_sentences, unit_sentences
 from tribrach.job.scans import StationScan
 from tribrach.project.sections import TargetSection
 from tribrach.report.chapters.scans import panorama_png
-from tribrach.report.schema.base import document_text, heading
-from tribrach.report.schema.scans import SCHEMA, TargetsDocument
+from tribrach.report.found_targets import targets_document
 from tribrach.scan.no_return import screened
 from tribrach.scan.prepared import seen_from
 
@@ -63,6 +63,8 @@ def targets(
                 "give --sphere, --checkerboard or --disc with a size in metres"
             )
         findings: list[Findings] = []
+        empty: list[StationScan] = []
+        said: list[str] = []
         beams: list[str] = []
         for one in read_scans(scan):
             seen = screened(one if origin is None else seen_from(one, origin))
@@ -78,30 +80,36 @@ def targets(
                     cure="give its coordinates with --origin x y z, or --origin 0 0 0 if those of "
                     "the file are the scanner's own",
                 )
-            findings.append(find_targets(at_station, wanted).moved(seen.scanner))
+            found = find_targets(at_station, wanted)
+            if not found.detections:
+                empty.append(at_station)
+                said += density_sentences(found, wanted)
+            findings.append(found.moved(seen.scanner))
         _write(findings, json_file, png_file)
         if not quiet:
             for sentence in beams:
                 typer.echo(f"! {sentence}")
             _print(findings)
+            if len(empty) == len(findings):
+                said += unit_sentences(empty, wanted)
+            for sentence in said:
+                typer.echo(f"? {sentence}")
 
     guarded(work)
 
 
 def _write(findings: list[Findings], json_file: Path | None, png_file: Path | None) -> None:
     """JSON of all scans; one picture for each, numbered where there are several."""
+    files: dict[Path, str | bytes] = {}
     if json_file is not None:
-        data = heading(SCHEMA) | {
-            "targets": [d.to_dict() for f in findings for d in f.detections],
-            "rejected": [{"scan": f.scan, **r.to_dict()} for f in findings for r in f.rejected],
-        }
-        write_text(json_file, document_text(TargetsDocument.model_validate(data)))
+        files[json_file] = targets_document(findings)
     if png_file is not None:
         for number, finding in enumerate(findings, start=1):
             one = len(findings) == 1
             path = png_file if one else png_file.with_stem(f"{png_file.stem}-{number}")
             assert finding.panorama is not None
-            write_bytes(path, panorama_png(finding.panorama))
+            files[path] = panorama_png(finding.panorama)
+    write_texts(files)
 
 
 def _print(findings: list[Findings]) -> None:

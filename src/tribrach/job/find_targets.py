@@ -20,6 +20,7 @@ from tribrach.scan.range_image import organise
 from tribrach.targets.checkerboards.search import find_checkerboards
 from tribrach.targets.detection import Detection, Rejected, with_floor
 from tribrach.targets.discs.search import find_discs
+from tribrach.targets.sampling import Sampling
 from tribrach.targets.spheres.cloud_search import find_spheres_in_cloud
 from tribrach.targets.spheres.grid_search import find_spheres
 from tribrach.units import MM
@@ -37,7 +38,8 @@ class Findings:
 
     detections, rejected : targets and what only looked like one; points : valid points of the scan;
     panorama : intensity over directions with the places of the targets, None without one;
-    sentences : what could not be looked for, and why.
+    sentences : what could not be looked for, and why; sampling : angular steps and ranges, None
+    where the scanner is unknown.
     """
 
     scan: str
@@ -47,6 +49,7 @@ class Findings:
     points: int
     panorama: Panorama | None = None
     sentences: tuple[str, ...] = ()
+    sampling: Sampling | None = None
 
     def moved(self, by: Sequence[float]) -> Findings:
         """The same with all centres moved by (3,) [m]."""
@@ -115,7 +118,16 @@ def find_targets(scan: MeasuredScan, wanted: TargetSection) -> Findings:
     rejected = tuple(r for _, bad in results for r in bad)
     view = panorama(image, cloud.intensity, detections)
     sentences = (unseen,) if unseen else ()
-    return Findings(scan.name, scan.station, detections, rejected, len(cloud.xyz), view, sentences)
+    return Findings(
+        scan.name,
+        scan.station,
+        detections,
+        rejected,
+        len(cloud.xyz),
+        view,
+        sentences,
+        Sampling.of(image) if scan.origin_known else None,
+    )
 
 
 def blind(scan: MeasuredScan, wanted: TargetSection) -> str:
@@ -158,11 +170,12 @@ def _to_facts(findings: Findings) -> dict[str, Any]:
         "points": findings.points,
         "panorama": None if findings.panorama is None else findings.panorama.to_facts(),
         "sentences": list(findings.sentences),
+        "sampling": None if findings.sampling is None else findings.sampling.to_facts(),
     }
 
 
 def _from_facts(scan: StationScan, facts: dict[str, Any]) -> Findings:
-    view = facts["panorama"]
+    view, sampling = facts["panorama"], facts["sampling"]
     return Findings(
         scan.name,
         scan.station,
@@ -171,4 +184,5 @@ def _from_facts(scan: StationScan, facts: dict[str, Any]) -> Findings:
         int(facts["points"]),
         None if view is None else Panorama.from_facts(view),
         tuple(str(s) for s in facts["sentences"]),
+        None if sampling is None else Sampling.from_facts(sampling),
     )

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from tribrach.project import Project
     from tribrach.project.sections import CloudSection
 
-__all__ = ["Group", "groups", "refuse_impossible", "whole_source"]
+__all__ = ["Group", "file_name", "groups", "refuse_impossible", "whole_source"]
 
 _SUFFIX = {"laz": ".laz", "las": ".las", "copc": ".copc.laz", "ply": ".ply", "e57": ".e57"}
 
@@ -42,7 +42,7 @@ def groups(scans: Sequence[StationScan], section: CloudSection) -> list[Group]:
         named = [(scan.name, (scan,)) for scan in scans]
     out, taken = [], set[str]()
     for name, members in named:
-        stem, number = _file_name(name), 2
+        stem, number = file_name(name), 2
         free = stem
         while free.casefold() in taken:
             free, number = f"{stem}-{number}", number + 1
@@ -94,6 +94,6 @@ def refuse_impossible(project: Project, scans: Sequence[StationScan]) -> None:
         )
 
 
-def _file_name(name: str) -> str:
+def file_name(name: str) -> str:
     """A name that every file system takes."""
     return "".join(c if c.isalnum() or c in "-_." else "_" for c in name).strip(".") or "cloud"

@@ -22,6 +22,7 @@ from tribrach.job.clouds import Product, place, write_clouds
 from tribrach.job.find_targets import Findings, extract
 from tribrach.job.grouping import groups, refuse_impossible
 from tribrach.job.name_targets import Named
+from tribrach.job.nothing_found import refuse_unplaced
 from tribrach.job.poses import MOST_STATIONS, joint_covariance, pose_texts, station_order
 from tribrach.job.scans import StationScan, as_adjusted, calibration_sentences, open_scans
 from tribrach.job.state import Remembered
@@ -34,12 +35,48 @@ from tribrach.job.station_comparison import (
 from tribrach.job.tie import Registered, register
 from tribrach.job.truth import TruthRow, against_truth, read_truth
 from tribrach.network.adjustment import Adjustment
+from tribrach.project.sections import TargetSection
 
 if TYPE_CHECKING:
     from tribrach.job.opened import Job
     from tribrach.project import Project
 
-__all__ = ["PlacedScans", "ScanWork", "compare", "find_and_name", "georeference"]
+__all__ = [
+    "FoundInScans",
+    "PlacedScans",
+    "ScanWork",
+    "compare",
+    "find",
+    "find_and_name",
+    "georeference",
+    "name_and_tie",
+    "refuse_lost",
+]
+
+
+@dataclass(frozen=True)
+class FoundInScans:
+    """Scans of a project with what was found in them, before anything is matched.
+
+    Parameters
+    ----------
+    scans : sequence of StationScan
+        All scans.
+    findings : sequence of Findings
+        Targets and rejected candidates by scan; empty if none are wanted.
+    state : Remembered
+        What is remembered of them.
+    comparisons : sequence of RequestedComparison
+        Comparisons that the project asks for.
+    wanted : TargetSection
+        Targets that the project looks for.
+    """
+
+    scans: Sequence[StationScan]
+    findings: Sequence[Findings]
+    wanted: TargetSection
+    state: Remembered
+    comparisons: Sequence[RequestedComparison] = ()
 
 
 @dataclass(frozen=True)
@@ -113,12 +150,12 @@ class PlacedScans:
     loose: bool = False
 
 
-def find_and_name(job: Job, folder: Path, progress: Progress) -> ScanWork:
-    """Open the scans, find their targets, give them names, tie the stations to each other.
+def find(job: Job, folder: Path, progress: Progress) -> FoundInScans:
+    """Open the scans and find their targets.
 
     Raises
     ------
-    InputError : scans that cannot be read or matched, clouds that are asked for and impossible.
+    InputError : scans that cannot be read, clouds that are asked for and impossible.
     """
     project, state = job.project, Remembered(folder)
     scans = open_scans(job, state)
@@ -127,8 +164,52 @@ def find_and_name(job: Job, folder: Path, progress: Progress) -> ScanWork:
     findings: Sequence[Findings] = ()
     if project.targets.wanted:
         findings = extract(scans, project.targets, state, lambda what: progress(what, 0, None))
-    registered = register(job, scans, findings, state, progress)
-    return ScanWork(scans, findings, registered, state, requests)
+    return FoundInScans(scans, findings, project.targets, state, requests)
+
+
+def name_and_tie(job: Job, found: FoundInScans, progress: Progress) -> ScanWork:
+    """Give targets their names and tie the stations to each other.
+
+    Raises
+    ------
+    InputError : scans that cannot be matched.
+    NothingFound : targets were sought, none was found, and nothing else was observed.
+    """
+    scans, findings = found.scans, found.findings
+    registered = register(job, scans, findings, found.state, progress)
+    observed = registered.survey is not None and registered.survey.tables()
+    if not observed and not job.survey.tables():
+        stations = dict.fromkeys(scan.station for scan in scans)
+        refuse_unplaced(stations, scans, findings, found.wanted)
+    return ScanWork(scans, findings, registered, found.state, found.comparisons)
+
+
+def find_and_name(job: Job, folder: Path, progress: Progress) -> ScanWork:
+    """Open the scans, find their targets, give them names, tie the stations to each other.
+
+    Raises
+    ------
+    InputError : what :func:`find` and :func:`name_and_tie` say.
+    """
+    return name_and_tie(job, find(job, folder, progress), progress)
+
+
+def refuse_lost(job: Job, work: ScanWork, adjustment: Adjustment) -> None:
+    """Refuse scans at stations that the adjusted network does not have.
+
+    Raises
+    ------
+    InputError : nothing places a station; where targets were sought, NothingFound with what was.
+    """
+    stations = set(adjustment.layout.names["pose"])
+    lost = [scan.station for scan in work.scans if scan.station not in stations]
+    if lost:
+        refuse_unplaced(dict.fromkeys(lost), work.scans, work.findings, job.project.targets)
+        raise InputError(
+            f"station {lost[0]} has a scan and nothing that places it",
+            record=lost[0],
+            cure="add [targets] that its scan shows, or observations of the station",
+        )
 
 
 def georeference(
@@ -143,14 +224,6 @@ def georeference(
     project, frame = job.project, output_frame(job)
     work = work.corrected(adjustment)
     factor = adjustment.variance_factor(posterior=project.adjustment.posterior)
-    stations = set(adjustment.layout.names["pose"])
-    lost = [scan.station for scan in work.scans if scan.station not in stations]
-    if lost:
-        raise InputError(
-            f"station {lost[0]} has a scan and nothing that places it",
-            record=lost[0],
-            cure="add [targets] that its scan shows, or observations of the station",
-        )
     placements = {scan.name: place(scan, adjustment, factor) for scan in work.scans}
     clouds = folder / "clouds"
     if project.cloud.write:
