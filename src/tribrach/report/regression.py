@@ -120,7 +120,7 @@ def _panel(panel: Axes, values: Values, relation: Relation) -> None:
         style = "-" if fit is relation.chosen else "--"
         label = f"{fit.model}, R² {fit.r2:.3f}"
         panel.plot(grid, curve, style, color=colour, label=label)
-    panel.legend(fontsize=8, frameon=False)
+    panel.legend(loc="upper right", fontsize=8, frameon=False)
 
 
 def _physical(values: Values, units: Mapping[str, str], regression: Regression) -> list[Picture]:

@@ -121,7 +121,7 @@ def baseline_map(plan: Array, names: Sequence[str], lines: Sequence[MapLine]) ->
     panel.set(xlabel="E [m]", ylabel="N [m]")
     panel.margins(0.1)
     if told:
-        panel.legend(fontsize=8, frameon=False, title="session")
+        panel.legend(loc="upper right", fontsize=8, frameon=False, title="session")
     caption = (
         "Baselines in the plan of the work frame. Dashed: float ambiguities. Red: in a loop that "
         "fails its test."
