@@ -12,6 +12,7 @@ from tribrach.cli.printing import printed
 from tribrach.cli.shell import Overwrite, claim, guarded, shown
 from tribrach.io.outputs import write_texts
 from tribrach.job.register import register_files, write_placed
+from tribrach.registration.clouds.proposals import Choice
 from tribrach.report.cloud_registration import cloud_registration_tables
 from tribrach.report.schema.base import document_text
 from tribrach.report.schema.registration import registration_document
@@ -35,6 +36,9 @@ def register(
     no_return: Annotated[
         bool, typer.Option("--keep-no-return", help="Keep points of beams without return.")
     ] = False,
+    pairs: Annotated[
+        Choice, typer.Option(help="Register the pairs that are needed, or all of them.")
+    ] = "proposed",
     floor_mm: Annotated[
         float, typer.Option(min=0, max=1000, help="Sigma of shifts that residuals do not show.")
     ] = 1.0,
@@ -55,6 +59,7 @@ def register(
                 files,
                 approximate=approximate,
                 no_return=no_return,
+                choice=pairs,
                 floor=floor,
                 progress=progress,
             )

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -21,8 +20,16 @@ from tribrach.geometry.rotation import log
 from tribrach.job.scans import StationScan
 from tribrach.job.state import Remembered
 from tribrach.registration.clouds.graph import CloudEdge, consistent
+from tribrach.registration.clouds.likeness import likeness
 from tribrach.registration.clouds.pair import CloudPair, register_pair
 from tribrach.registration.clouds.prepared import PreparedScan, prepare
+from tribrach.registration.clouds.proposals import (
+    Choice,
+    all_pairs,
+    promise_of,
+    try_all,
+    try_proposed,
+)
 from tribrach.registration.pose_graph import Joint
 from tribrach.statistics import chi2
 
@@ -59,9 +66,13 @@ class CloudPairs:
 
 
 def cloud_pairs(
-    scans: Sequence[StationScan], floor: tuple[float, float], state: Remembered, progress: Progress
+    scans: Sequence[StationScan],
+    floor: tuple[float, float],
+    state: Remembered,
+    progress: Progress,
+    choice: Choice = "proposed",
 ) -> CloudPairs:
-    """Register every pair of stations; pairs of unchanged scans come from the last run.
+    """Register the pairs of stations that are needed; those of unchanged scans are remembered.
 
     Parameters
     ----------
@@ -71,6 +82,8 @@ def cloud_pairs(
         Sigmas [m], [rad] of what residuals never show.
     state
         Where pairs are remembered.
+    choice
+        ``proposed`` for the pairs that promise most, ``all`` for every pair.
     progress
         Called with what is being done.
 
@@ -90,19 +103,32 @@ def cloud_pairs(
             )
         stations.setdefault(scan.station, []).append(scan)
     clouds = _Clouds(stations, progress)
-    chosen = list(combinations(stations, 2))
+    names = list(stations)
+    found: dict[tuple[int, int], dict[str, Any]] = {}
+
+    def attempt(a: str, b: str) -> tuple[CloudEdge | None, int]:
+        facts = _facts(clouds, floor, state, a, b)
+        found[names.index(a), names.index(b)] = facts
+        edge = _edge(a, b, facts)
+        return edge, 0 if edge is None else int(facts["rank"])
+
+    if all_pairs(len(names), choice):
+        try_all(names, attempt, progress)
+    else:
+        alike, radii = _plans(clouds, state, progress)
+        promise = promise_of(names, alike, radii, {}, 0.0)
+        try_proposed(names, promise, radii, attempt, progress)
     edges, ranks = [], {}
     sentences: list[str] = []
     obstacles: dict[frozenset[str], str] = {}
-    for number, (a, b) in enumerate(chosen):
-        progress("pairs of clouds", number, len(chosen))
-        facts = _facts(clouds, floor, state, a, b)
-        if facts["pose"] is None:
+    for (i, j), facts in sorted(found.items()):
+        a, b = names[i], names[j]
+        edge = _edge(a, b, facts)
+        if edge is None:
             obstacles[frozenset((a, b))] = " ".join(facts["sentences"])
             continue
-        pose = Pose.from_matrix(np.array(facts["pose"]))
-        edges.append(CloudEdge(a, b, pose, np.array(facts["covariance"])))
-        ranks[frozenset((a, b))] = facts["rank"], facts["agree"]
+        edges.append(edge)
+        ranks[edge.ends] = facts["rank"], facts["agree"]
         sentences += facts["sentences"]
     graph = consistent(edges)
     joints = tuple(
@@ -173,6 +199,30 @@ class _Clouds:
                 done += len(chunk)
                 self._progress(f"points of {scan.name}", done, scan.scan.records)
                 yield chunk.xyz
+
+
+def _edge(a: str, b: str, facts: Mapping[str, Any]) -> CloudEdge | None:
+    """The relative pose of a pair, None if none was taken."""
+    if facts["pose"] is None:
+        return None
+    pose = Pose.from_matrix(np.array(facts["pose"]))
+    return CloudEdge(a, b, pose, np.array(facts["covariance"]))
+
+
+def _plans(
+    clouds: _Clouds, state: Remembered, progress: Progress
+) -> tuple[Array, dict[str, float]]:
+    """Likeness (n, n) of plans and reaches [m] by station, from the last run if they hold."""
+    names = list(clouds.stations)
+    sources = [(name, [s.scan for s in clouds.stations[name]]) for name in names]
+    key = state.key(_plans, sources)
+    facts = state.recall("clouds-plans", key)
+    if facts is None:
+        made = [clouds[name] for name in names]
+        alike = likeness(made, progress)
+        facts = {"alike": alike.tolist(), "radii": {cloud.name: cloud.radius for cloud in made}}
+        state.remember("clouds-plans", key, facts)
+    return np.array(facts["alike"]), facts["radii"]
 
 
 def _facts(

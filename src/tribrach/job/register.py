@@ -20,6 +20,7 @@ from tribrach.io.scans.formats import read_scans
 from tribrach.job.poses import joint_covariance, pose_texts
 from tribrach.job.scans import StationScan
 from tribrach.registration.clouds.prepared import PreparedScan, prepare
+from tribrach.registration.clouds.proposals import Choice
 from tribrach.registration.clouds.relative_covariance import GATES as COVARIANCE
 from tribrach.registration.clouds.together import CloudRegistration, register_clouds
 from tribrach.scan.no_return import screened
@@ -52,6 +53,7 @@ def register_files(
     *,
     approximate: bool = True,
     no_return: bool = False,
+    choice: Choice = "proposed",
     floor: tuple[float, float] = COVARIANCE.floor,
     progress: Progress = lambda what, done, total: None,
 ) -> RegisteredFiles:
@@ -65,6 +67,8 @@ def register_files(
         Are the poses tried among others that all of the files have?
     no_return
         Are points that files have for beams without return kept?
+    choice
+        ``proposed`` for the pairs that promise most, ``all`` for every pair.
     floor
         Sigmas [m], [rad] of what residuals never show.
     progress
@@ -97,7 +101,7 @@ def register_files(
         prepared.append(prepare(name, _watched(name, scan, progress)))
     priors = {name: scan.pose for name, scan in scans.items() if scan.pose is not None}
     known = priors if approximate and _distinct(priors) else {}
-    registration = register_clouds(prepared, known, floor=floor, progress=progress)
+    registration = register_clouds(prepared, known, choice=choice, floor=floor, progress=progress)
     return RegisteredFiles(scans, {p.name: p.points for p in prepared}, registration)
 
 

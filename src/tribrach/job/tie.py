@@ -189,7 +189,9 @@ def register(
     around = _stations(project, scans, state, progress)
     settings = project.registration
     floor = settings.cloud_floor_mm * MM, settings.cloud_floor_arcsec * SEC
-    clouds = cloud_pairs(scans, floor, state, progress) if "clouds" in by else None
+    clouds = (
+        cloud_pairs(scans, floor, state, progress, settings.cloud_pairs) if "clouds" in by else None
+    )
     joined = register_by_planes(
         around,
         lambda k, n: progress("pairs of stations by planes", k, n),

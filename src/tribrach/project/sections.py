@@ -571,6 +571,9 @@ class RegistrationSection(Section):
         surface.
     cloud_floor_mm, cloud_floor_arcsec
         The same of shift and turn between two clouds.
+    cloud_pairs
+        Pairs of clouds that are registered: those ``proposed`` by what they promise and what loops
+        need, or ``all``.
     """
 
     by: tuple[Literal["targets", "planes", "clouds"], ...] = ("targets",)
@@ -578,6 +581,7 @@ class RegistrationSection(Section):
     plane_floor_mm: NonNegativeFloat = 0.3
     cloud_floor_mm: NonNegativeFloat = 1.0
     cloud_floor_arcsec: NonNegativeFloat = 10.0
+    cloud_pairs: Literal["proposed", "all"] = "proposed"
 
     @field_validator("by")
     @classmethod

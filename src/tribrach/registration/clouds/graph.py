@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations, pairwise
+from itertools import pairwise
 
 import numpy as np
 
@@ -208,11 +208,10 @@ def loops(edges: Sequence[CloudEdge]) -> list[StationLoop]:
     """
     by_ends = {e.ends: e for e in edges}
     out, covered = [], set()
-    for three in combinations(sorted({n for e in edges for n in e.ends}), 3):
+    for three in _triangles(edges):
         sides = [frozenset((three[k], three[(k + 1) % 3])) for k in range(3)]
-        if all(side in by_ends for side in sides):
-            out.append(_closed(three, [by_ends[side] for side in sides]))
-            covered.update(sides)
+        out.append(_closed(three, [by_ends[side] for side in sides]))
+        covered.update(sides)
     for edge in edges:
         if edge.ends not in covered:
             path = _shortest([e for e in edges if e is not edge], edge.second, edge.first)
@@ -221,6 +220,20 @@ def loops(edges: Sequence[CloudEdge]) -> list[StationLoop]:
                 out.append(_closed((edge.first, *path[:-1]), [edge, *around]))
                 covered.update(e.ends for e in (edge, *around))
     return out
+
+
+def _triangles(edges: Sequence[CloudEdge]) -> list[tuple[str, str, str]]:
+    """Names of three stations that edges join with each other, in order."""
+    near: dict[str, set[str]] = {}
+    for e in edges:
+        near.setdefault(e.first, set()).add(e.second)
+        near.setdefault(e.second, set()).add(e.first)
+    return [
+        (a, b, c)
+        for a in sorted(near)
+        for b in sorted(n for n in near[a] if n > a)
+        for c in sorted(n for n in near[a] & near[b] if n > b)
+    ]
 
 
 def _shortest(edges: Sequence[CloudEdge], start: str, end: str) -> list[str]:

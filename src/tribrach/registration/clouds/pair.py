@@ -28,7 +28,14 @@ from tribrach.registration.clouds.starts import kiss_pose, plan_poses
 from tribrach.registration.clouds.surfels import Surfels
 from tribrach.registration.clouds.verdict import Verdict, judge
 
-__all__ = ["CloudPair", "Origin", "PairFit", "register_pair"]
+__all__ = [
+    "APPROXIMATE",
+    "ApproximateSigma",
+    "CloudPair",
+    "Origin",
+    "PairFit",
+    "register_pair",
+]
 
 
 @dataclass(frozen=True)
@@ -90,9 +97,8 @@ class CloudPairGates:
     agrees_m: float = 0.004
     #: poses that differ by less than this are the same: shift at the overlap [m]
     same_m: float = 0.3
-    #: approximate poses further off than this are called wrong: shift [m], turn [rad]
-    wrong_m: float = 1.0
-    wrong_rad: float = float(np.radians(5.0))
+    #: approximate poses further off than so many of their sigmas are called wrong
+    wrong_sigmas: float = 4.0
     #: a pose is that of one place if it moves b by less: shift [radii of the scans], turn [rad]
     still_radii: float = 0.02
     still_rad: float = float(np.radians(3.0))
@@ -107,6 +113,29 @@ class CloudPairGates:
 
 
 GATES = CloudPairGates()
+
+
+@dataclass(frozen=True)
+class ApproximateSigma:
+    """What approximate poses may be wrong by, one relative to another.
+
+    They are no observations: these sigmas say how near a fit has to be for an approximate pose to
+    speak for it, and which scans cannot see each other.
+
+    Attributes
+    ----------
+    shift : float
+        Sigma of the shift [m].
+    turn : float
+        Sigma of the turn [rad].
+    """
+
+    shift: float = 0.25
+    turn: float = float(np.radians(1.25))
+
+
+#: of approximate poses of which nothing is said
+APPROXIMATE = ApproximateSigma()
 
 
 class Origin(Enum):
@@ -343,6 +372,7 @@ def register_pair(
     b: PreparedScan,
     prior: Pose | None = None,
     *,
+    sigma: ApproximateSigma = APPROXIMATE,
     floor: tuple[float, float] = COVARIANCE.floor,
 ) -> CloudPair:
     """Find the pose of scan b in scan a without approximate values.
@@ -354,6 +384,8 @@ def register_pair(
     prior : Pose or None
         An approximate pose of b in a. It is one proposal among others and decides between places
         that fit alike; if it is wrong, a sentence says so.
+    sigma : ApproximateSigma
+        What it may be wrong by.
     floor : tuple of float
         Sigmas [m], [rad] of what residuals never show.
 
@@ -379,7 +411,7 @@ def register_pair(
     if not _consistent(best.verdict):
         return CloudPair(a.name, b.name, None, (), (_contradicted(a.name, b.name, best),))
     rivals = _rivals(best, [f for f in fits if f is not best])
-    near = [f for f in (best, *rivals) if prior is not None and not _wrong(f.pose, prior)]
+    near = [f for f in (best, *rivals) if prior is not None and not _wrong(f.pose, prior, sigma)]
     if rivals and len(near) == 1:
         sentence = (
             f"{a.name} and {b.name} fit in {len(rivals) + 1} places alike; the one at the "
@@ -394,7 +426,7 @@ def register_pair(
     best = _with_all(a, b, best, floor)
     sentences = best.precision.sentences(a.name, b.name)
     if prior is not None:
-        sentences += _prior_sentences(a.name, b.name, best.pose, prior)
+        sentences += _prior_sentences(a.name, b.name, best.pose, prior, sigma)
     return CloudPair(a.name, b.name, best, (), tuple(sentences))
 
 
@@ -536,10 +568,11 @@ def _alike(one: PairFit, pose: Pose) -> bool:
     return bool(np.linalg.norm(rest) < GATES.same_m and turn * lever < GATES.same_m)
 
 
-def _wrong(pose: Pose, prior: Pose) -> bool:
+def _wrong(pose: Pose, prior: Pose, sigma: ApproximateSigma) -> bool:
     """True if an approximate pose is nowhere near."""
     shift, turn = apart(pose, prior)
-    return shift >= GATES.wrong_m or turn >= GATES.wrong_rad
+    k = GATES.wrong_sigmas
+    return shift >= k * sigma.shift or turn >= k * sigma.turn
 
 
 def _no_overlap(a: str, b: str) -> str:
@@ -578,8 +611,8 @@ def _ambiguous(a: str, b: str, best: PairFit, rivals: Sequence[PairFit]) -> str:
     )
 
 
-def _prior_sentences(a: str, b: str, pose: Pose, prior: Pose) -> list[str]:
-    if not _wrong(pose, prior):
+def _prior_sentences(a: str, b: str, pose: Pose, prior: Pose, sigma: ApproximateSigma) -> list[str]:
+    if not _wrong(pose, prior, sigma):
         return []
     shift, turn = apart(pose, prior)
     return [

@@ -1,14 +1,14 @@
 """Registers all scans by their clouds: pairs, loops, one adjustment, differences as placed.
 
-Every pair of scans is tried; overlaps need not be given. Pairs become observations of a network
-(one for each group of stations that they connect), the first station of each held.
+Overlaps need not be given: the pairs that promise most are tried until all scans hang together and
+loops control them, or no pair is left that could. Pairs become observations of a network (one for
+each group of stations that they connect), the first station of each held.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +25,21 @@ from tribrach.registration.clouds.graph import (
     groups,
     network_of,
 )
-from tribrach.registration.clouds.pair import CloudPair, register_pair
+from tribrach.registration.clouds.likeness import likeness
+from tribrach.registration.clouds.pair import (
+    APPROXIMATE,
+    ApproximateSigma,
+    CloudPair,
+    register_pair,
+)
 from tribrach.registration.clouds.prepared import PreparedScan
+from tribrach.registration.clouds.proposals import (
+    Choice,
+    all_pairs,
+    promise_of,
+    try_all,
+    try_proposed,
+)
 from tribrach.registration.clouds.relative_covariance import GATES as COVARIANCE
 from tribrach.registration.clouds.surfels import Surfels
 from tribrach.registration.edges import Edge, edges
@@ -36,6 +49,7 @@ __all__ = [
     "CloudGroup",
     "CloudRegistration",
     "differences",
+    "edge_of",
     "pairwise",
     "register_clouds",
     "settled",
@@ -199,7 +213,7 @@ class CloudRegistration:
     Attributes
     ----------
     pairs : sequence of CloudPair
-        All pairs that were tried.
+        The pairs that were tried.
     consistency : Consistency
         Test of the loops.
     groups : sequence of CloudGroup
@@ -218,6 +232,8 @@ def register_clouds(
     scans: Sequence[PreparedScan],
     priors: Mapping[str, Pose] | None = None,
     *,
+    sigma: ApproximateSigma = APPROXIMATE,
+    choice: Choice = "proposed",
     floor: tuple[float, float] = COVARIANCE.floor,
     progress: Progress = lambda what, done, total: None,
 ) -> CloudRegistration:
@@ -229,6 +245,10 @@ def register_clouds(
         Prepared scans of distinct names.
     priors : mapping of str to Pose or None
         Approximate poses by name, all in one frame.
+    sigma : ApproximateSigma
+        What the approximate poses may be wrong by.
+    choice : str
+        ``proposed`` for the pairs that promise most, ``all`` for every pair.
     floor : tuple of float
         Sigmas [m], [rad] of what residuals never show.
     progress : Progress
@@ -239,24 +259,32 @@ def register_clouds(
     CloudRegistration
         Pairs, loops and groups of stations.
     """
-    return settled(scans, pairwise(scans, priors, floor=floor, progress=progress))
+    pairs = pairwise(scans, priors, sigma=sigma, choice=choice, floor=floor, progress=progress)
+    return settled(scans, pairs, progress)
 
 
 def pairwise(
     scans: Sequence[PreparedScan],
     priors: Mapping[str, Pose] | None = None,
     *,
+    sigma: ApproximateSigma = APPROXIMATE,
+    choice: Choice = "proposed",
     floor: tuple[float, float] = COVARIANCE.floor,
     progress: Progress = lambda what, done, total: None,
 ) -> list[CloudPair]:
-    """Register every pair of scans.
+    """Register the pairs of scans that are needed, or every pair.
 
     Parameters
     ----------
     scans : sequence of PreparedScan
         Prepared scans of distinct names.
     priors : mapping of str to Pose or None
-        Approximate poses by name, all in one frame.
+        Approximate poses by name, all in one frame. They say which pairs are tried first, and are
+        one proposal among others for each.
+    sigma : ApproximateSigma
+        What the approximate poses may be wrong by.
+    choice : str
+        ``proposed`` for the pairs that promise most, ``all`` for every pair.
     floor : tuple of float
         Sigmas [m], [rad] of what residuals never show.
     progress : Progress
@@ -265,22 +293,43 @@ def pairwise(
     Returns
     -------
     list of CloudPair
-        One result for each pair.
+        One result for each pair that was tried, in the order of the scans.
     """
     priors = priors or {}
-    both = list(combinations(scans, 2))
-    out = []
-    for number, (a, b) in enumerate(both):
-        progress("pairs of clouds", number, len(both))
+    by_name = {scan.name: scan for scan in scans}
+    names = list(by_name)
+    out: dict[tuple[int, int], CloudPair] = {}
+
+    def attempt(a: str, b: str) -> tuple[CloudEdge | None, int]:
         prior = None
-        if a.name in priors and b.name in priors:
-            prior = priors[a.name].inverse @ priors[b.name]
-        out.append(register_pair(a, b, prior, floor=floor))
-    progress("pairs of clouds", len(both), len(both))
-    return out
+        if a in priors and b in priors:
+            prior = priors[a].inverse @ priors[b]
+        pair = register_pair(by_name[a], by_name[b], prior, sigma=sigma, floor=floor)
+        out[names.index(a), names.index(b)] = pair
+        return edge_of(pair), 0 if pair.fit is None else pair.fit.precision.rank
+
+    if all_pairs(len(names), choice):
+        try_all(names, attempt, progress)
+    else:
+        radii = {scan.name: scan.radius for scan in scans}
+        alike = likeness(scans, progress)
+        promise = promise_of(names, alike, radii, priors, sigma.shift)
+        try_proposed(names, promise, radii, attempt, progress)
+    return [out[key] for key in sorted(out)]
 
 
-def settled(scans: Sequence[PreparedScan], pairs: Sequence[CloudPair]) -> CloudRegistration:
+def edge_of(pair: CloudPair) -> CloudEdge | None:
+    """The relative pose of a pair, None if none was taken."""
+    if pair.fit is None:
+        return None
+    return CloudEdge(pair.a, pair.b, pair.fit.pose, pair.fit.precision.covariance)
+
+
+def settled(
+    scans: Sequence[PreparedScan],
+    pairs: Sequence[CloudPair],
+    progress: Progress = lambda what, done, total: None,
+) -> CloudRegistration:
     """Test the loops of pairs and adjust each group of stations.
 
     Parameters
@@ -288,18 +337,24 @@ def settled(scans: Sequence[PreparedScan], pairs: Sequence[CloudPair]) -> CloudR
     scans : sequence of PreparedScan
         The prepared scans.
     pairs : sequence of CloudPair
-        Results of all pairs.
+        Results of all pairs that were tried.
+    progress : Progress
+        Called with what is done, how many are done, and how many there are.
 
     Returns
     -------
     CloudRegistration
         Loops, groups and adjusted poses.
     """
-    joints = [CloudEdge(p.a, p.b, p.fit.pose, p.fit.precision.covariance) for p in pairs if p.fit]
+    joints = [edge for edge in map(edge_of, pairs) if edge is not None]
     consistency = consistent(joints)
     names = [scan.name for scan in scans]
     by_name = {scan.name: scan for scan in scans}
-    hung = [_group(by_name, group, consistency.used) for group in groups(names, consistency.used)]
+    tried = [(p.a, p.b) for p in pairs]
+    hung = [
+        _group(by_name, group, consistency.used, tried, progress)
+        for group in groups(names, consistency.used)
+    ]
     sentences = [s for p in pairs if p.fit for s in p.sentences]
     sentences += _refusals(pairs, hung)
     sentences += consistency.sentences
@@ -326,9 +381,13 @@ def _refusals(pairs: Sequence[CloudPair], hung: Sequence[CloudGroup]) -> list[st
 
 
 def _group(
-    scans: Mapping[str, PreparedScan], names: tuple[str, ...], used: Sequence[CloudEdge]
+    scans: Mapping[str, PreparedScan],
+    names: tuple[str, ...],
+    used: Sequence[CloudEdge],
+    tried: Sequence[tuple[str, str]],
+    progress: Progress,
 ) -> CloudGroup:
-    """One group, adjusted."""
+    """One group, adjusted; the pairs of it that were tried are compared as they are placed."""
     if len(names) == 1:
         none = {names[0]: np.zeros((6, 6))}
         return CloudGroup({names[0]: Pose.identity()}, none, None, (), {})
@@ -338,12 +397,15 @@ def _group(
     poses = {name: Pose(state.pose_r[k], state.pose_t[k]) for name, k in at.items()}
     covariances = {name: adjustment.covariance(name) for name in names}
     placed = {}
-    for a, b in combinations(names, 2):
+    inner = [(a, b) for a, b in tried if a in at and b in at]
+    for number, (a, b) in enumerate(inner):
+        progress("differences of clouds", number, len(inner))
         pose = poses[a].inverse @ poses[b]
         covariance = _between(adjustment, a, b, poses)
         one = differences(scans[a], scans[b], pose, covariance)
         if one is not None:
             placed[a, b] = one
+    progress("differences of clouds", len(inner), len(inner))
     return CloudGroup(poses, covariances, adjustment, edges(adjustment), placed)
 
 
