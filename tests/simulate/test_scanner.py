@@ -1,14 +1,20 @@
 """What a simulated scanner measures: noise, misalignments, footprints, determinism."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from scipy.stats import chi2
+from scipy.optimize import minimize_scalar
+from scipy.stats import binom, chi2, norm
 
+from tribrach.errors import InputError
 from tribrach.geometry.polar import polar_from_xyz, xyz_from_polar
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.calibration import NIST
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.simulate import scene as sc
+from tribrach.simulate.falloff import FallOff
+from tribrach.simulate.instruments import PHASE, PULSED
 from tribrach.simulate.scanner import ScanGrid, Scanner, scan
 from tribrach.simulate.setups import levelled, tilted
 
@@ -135,6 +141,113 @@ def test_speckle_is_a_share_of_the_light():
     assert low < np.mean(share**2) / 0.05**2 < high
     dark = still["intensity"][use] < 0.3
     assert share[dark].std() == pytest.approx(share[~dark].std(), rel=0.05)
+
+
+def wall_far_away(length):
+    """A wall of the reflectance 0.5 across the beam, and directions to its middle."""
+    wall = sc.Scene.of([sc.rectangle((length, 0, 0), (-1, 0, 0), 60, 60, 0.5)])
+    half = 0.5 / length
+    grid = ScanGrid.window((-half, half), (np.pi / 2 - half, np.pi / 2 + half), half / 60)
+    return wall, grid
+
+
+def test_light_falls_off_with_the_range_and_close_to_the_instrument():
+    fall_off, level = FallOff(blind=0.4, focus=3.0), Pose(np.eye(3), np.zeros(3))
+
+    def of_paper(length):
+        return (1 - np.exp(-(((length - 0.4) / 3.0) ** 2))) / length**2
+
+    ranges = np.array([0.6, 1.0, 2.5, 10.0, 40.0, 80.0])
+    most = minimize_scalar(lambda x: -of_paper(x), bounds=(0.5, 9.0), method="bounded").x
+    assert fall_off.best == pytest.approx(most, rel=1e-4)
+    assert np.allclose(fall_off.at(ranges), of_paper(ranges) / of_paper(most), rtol=1e-8)
+    assert fall_off.at(np.array([0.0, 0.3, 0.4, np.inf])).tolist() == [0, 0, 0, 0]
+    assert fall_off.at(ranges).argmax() == 2
+    assert fall_off.at(ranges)[4] / fall_off.at(ranges)[5] == pytest.approx(4, rel=1e-6)
+    scanner = Scanner(QUIET, intensity=0, weakest=0, fall_off=fall_off)
+    for length in ranges[1:]:
+        out = all_of(scan(wall_far_away(length)[0], level, scanner, wall_far_away(length)[1], 2))
+        away = np.linalg.norm(out["xyz"], axis=1)
+        light = 0.5 * (length / away) * of_paper(away) / of_paper(most)
+        assert np.abs(out["intensity"] / light - 1).max() < 1e-6
+    with pytest.raises(InputError, match="falls off from"):
+        FallOff(-1.0, 3.0)
+
+
+@pytest.mark.parametrize("over", [-1.0, 0.0, 0.5, 2.0])
+def test_weak_echoes_are_lost_with_the_probability_of_the_noise(over):
+    """Light over the threshold by some sigmas of the detector and of speckle together."""
+    fall_off, level, length = FallOff(0.3, 6.0), Pose(np.eye(3), np.zeros(3)), 60.0
+    wall, grid = wall_far_away(length)
+    light = 0.5 * float(fall_off.at(np.array([length]))[0])
+    detector, speckle = 0.2 * light, 0.1
+    sigma = np.hypot(detector, speckle * light)
+    scanner = Scanner(
+        QUIET,
+        intensity=detector,
+        speckle=speckle,
+        fall_off=fall_off,
+        weakest=light - over * sigma,
+    )
+    out = all_of(scan(wall, level, scanner, grid, 2))
+    low, high = binom.ppf([5e-4, 0.9995], len(grid), norm.cdf(over))
+    assert low <= len(out["xyz"]) <= high
+
+
+@pytest.mark.parametrize(("near", "far"), [(0.6, 0.1), (0.1, 0.6)])
+def test_of_surfaces_far_apart_the_stronger_echo_counts(near, far):
+    step = sc.Scene.of(
+        [
+            sc.rectangle((10, 5, 0), (-1, 0, 0), 10, 40, near),
+            sc.rectangle((12, 0, 0), (-1, 0, 0), 40, 40, far),
+        ]
+    )
+    level, noise = Pose(np.eye(3), np.zeros(3)), ScanNoise(0, 0, 0, 0, 0.02, 0.0)
+    grid = ScanGrid.window((-0.002, 0.002), (np.pi / 2 - 0.02, np.pi / 2 + 0.02), 0.0001)
+    told = {"intensity": 0, "weakest": 0, "lost": 0.0, "beams": 61}
+    mean = all_of(scan(step, level, Scanner(noise, **told), grid, 2))
+    one = all_of(scan(step, level, Scanner(noise, **told, separated="strongest"), grid, 2))
+    near_enough = all_of(
+        scan(step, level, Scanner(noise, **told, separated="strongest", separable=3.0), grid, 2)
+    )
+    assert np.array_equal(mean["xyz"], near_enough["xyz"])
+    mixed = one["mixed"]
+    assert np.array_equal(mixed, mean["mixed"])
+    depth, between = one["xyz"][mixed, 0], mean["xyz"][mixed, 0]
+    assert ((np.abs(depth - 10) < 1e-2) | (np.abs(depth - 12) < 1e-2)).all()
+    assert ((between > 10.1) & (between < 11.9)).mean() > 0.7
+    # six times the light in reflectance wins on the larger part of the footprints
+    brighter = np.abs(depth - (10 if near > far else 12)) < 1e-2
+    assert 0.7 < brighter.mean() < 0.95
+    # the light is that of the part of the footprint that is measured
+    assert (one["intensity"][mixed] <= mean["intensity"][mixed] + 1e-7).all()
+
+
+def test_what_is_off_leaves_the_scan_as_it_is():
+    bare = Scanner(NOISY, lost=0.0, weakest=-1.0)
+    plain = all_of(scan(room(), pose(), bare, GRID, 5))
+    off = replace(bare, speckle=0.0, separated="strongest", separable=99.0)
+    again = all_of(scan(room(), pose(), off, GRID, 5))
+    assert all(np.array_equal(again[name], plain[name]) for name in plain)
+    # neither does light that falls off move a point that still comes back
+    dark = replace(bare, fall_off=FallOff(0.3, 6.0))
+    fallen = all_of(scan(room(), pose(), dark, GRID, 5))
+    alone = ~(plain["mixed"] | fallen["mixed"])
+    assert np.array_equal(fallen["row"], plain["row"])
+    assert np.array_equal(fallen["xyz"][alone], plain["xyz"][alone])
+
+
+@pytest.mark.parametrize(
+    ("instrument", "granted"),
+    [(PULSED, [(0.08, 120), (0.18, 180), (0.34, 270)]), (PHASE, [(0.02, 50)])],
+)
+def test_instruments_see_as_far_as_their_data_sheets_say(instrument, granted):
+    for reflectance, length in granted:
+        light = instrument.received(np.array([reflectance]), np.array([float(length)]))
+        assert light[0] / instrument.weakest == pytest.approx(1.0, abs=0.2)
+    # speckle and not the detector is the noise of boards, white or black, within 25 m
+    black = instrument.received(np.array([0.08]), np.array([25.0]))[0]
+    assert instrument.intensity < 0.3 * instrument.speckle * black
 
 
 def test_edges_blur_over_the_footprint():

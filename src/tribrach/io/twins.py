@@ -12,6 +12,7 @@ import hashlib
 import json
 import zipfile
 from collections.abc import Callable, Iterator
+from dataclasses import fields
 from importlib.metadata import version
 from io import BytesIO
 from pathlib import Path
@@ -36,8 +37,11 @@ STEP = 1e-5
 #: points of a scan whose truth is kept
 TRUTH = 100_000
 
+#: fields of a scanner whose text is not the same in every run, or in every order
+_MODEL = ("model", "parameters")
+
 _FIELDS = (
-    Field("intensity", "float32", 0.0, 1.0, "reflectance times cosine"),
+    Field("intensity", "float32", 0.0, 1.0, "light received, 1 from white at the best range"),
     Field("row", "int32", description="row of the grid"),
     Field("column", "int32", description="column of the grid"),
 )
@@ -125,7 +129,8 @@ def _recipe(twin: Twin, number: int, truth: int) -> str:
     """Digest of everything that a scan and the tables of its project are made from."""
     one, scanner, scene = twin.scans[number], twin.scanner, twin.scene
     words = [version("tribrach"), twin.name, twin.seed, number, truth, STEP, one.name, one.grid]
-    words += [scanner.noise.parameters, sorted(scanner.parameters.items())]
+    words += [sorted(scanner.parameters.items()), scanner.model.name]
+    words += [getattr(scanner, f.name) for f in fields(scanner) if f.name not in _MODEL]
     words += [sorted(twin.files.items()), project_text(twin)]
     state = hashlib.blake2b(repr(words).encode(), digest_size=20)
     arrays = [scene.kind, scene.center, scene.axes, scene.half, scene.reflectance, scene.pattern]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,15 @@ from numpy.typing import NDArray
 from tribrach._types import Array
 from tribrach.simulate.ray_casting import SceneView
 
-__all__ = ["Blend", "average", "border", "offset_rays", "uniform_disc", "unit_vectors"]
+__all__ = [
+    "Blend",
+    "average",
+    "border",
+    "footprints",
+    "offset_rays",
+    "uniform_disc",
+    "unit_vectors",
+]
 
 
 #: angle between successive places of a sunflower, which fill a disc evenly
@@ -27,11 +36,11 @@ class Blend:
     Attributes
     ----------
     intensity : (n,)
-        Reflectance times cosine, with nothing counting as zero.
+        Light received, with nothing counting as zero.
     range : (n,)
-        Weighted by intensity [m].
+        Weighted by intensity, of the stronger echo where two are told apart [m].
     cosine : (n,)
-        Of incidence where the middle of the beam hit, or at the nearest place hit.
+        Of incidence where the middle of the beam hit, or at the nearest place hit that counts.
     spread : (n,)
         Of the ranges [m].
     met : (n,)
@@ -116,20 +125,13 @@ def _offset_rays(rays, offset, length, moved):  # type: ignore[no-untyped-def]
         moved[n, 0], moved[n, 1], moved[n, 2] = u / size, v / size, w / size
 
 
-def average(
-    view: SceneView,
-    rays: Array,
-    length: Array,
-    diameter: Array,
-    beams: int,
-    rng: np.random.Generator,
-) -> Blend:
-    """Means over footprints of beams.
+def footprints(
+    rays: Array, length: Array, diameter: Array, beams: int, rng: np.random.Generator
+) -> Array:
+    """Rays (n, beams, 3) that sample footprints evenly, the middle of the beam first.
 
     Parameters
     ----------
-    view
-        The scene from the scanner.
     rays : (n, 3)
         Unit vectors of the beams.
     length : (n,)
@@ -151,20 +153,48 @@ def average(
     many = offset_rays(
         np.repeat(rays, beams, axis=0), scaled.reshape(-1, 2), np.repeat(length, beams)
     )
-    hits = view.cast(many)
+    return many.reshape(n, beams, 3)
+
+
+def average(
+    view: SceneView,
+    rays: Array,
+    received: Callable[[Array, Array], Array],
+    separable: float = np.inf,
+) -> Blend:
+    """Means over footprints of beams.
+
+    Parameters
+    ----------
+    view
+        The scene from the scanner.
+    rays : (n, beams, 3)
+        Unit vectors that sample each footprint, the middle of the beam first.
+    received
+        What is received of light, reflectance times cosine, from ranges [m].
+    separable
+        Where ranges within a footprint spread by more than this [m], the range is that of what is
+        within it of the nearest place, or of all that is behind, whichever is the stronger echo.
+    """
+    n, beams = rays.shape[:2]
+    hits = view.cast(rays.reshape(-1, 3))
     ranges, cosine = hits.range.reshape(n, beams), hits.cosine.reshape(n, beams)
-    light = (hits.reflectance * hits.cosine).reshape(n, beams)
+    light = received(hits.reflectance * hits.cosine, hits.range).reshape(n, beams)
     met = np.isfinite(ranges)
+    primitive = np.where(met, hits.primitive.reshape(n, beams), -1)
+    spread = np.where(met, ranges, -np.inf).max(axis=1) - ranges.min(axis=1)
+    several = (primitive != primitive[:, :1]).any(axis=1) & (spread > _ONE)
+    any_met = met.any(axis=1)
+    wide = np.flatnonzero(any_met & several & (spread > separable))
+    if len(wide):
+        light[wide] = _stronger(light[wide], ranges[wide], separable)
+        met[wide] &= light[wide] > 0
     kept = np.where(met, ranges, 0.0)
     total = light.sum(axis=1)
     mean = (light * kept).sum(axis=1) / np.where(total > 0, total, 1.0)
-    spread = np.where(met, ranges, -np.inf).max(axis=1) - ranges.min(axis=1)
-    chosen = np.where(met[:, 0], 0, ranges.argmin(axis=1))
+    chosen = np.where(met[:, 0], 0, np.where(met, ranges, np.inf).argmin(axis=1))
     at = np.arange(n)
-    where = many.reshape(n, beams, 3)[at, chosen] * kept[at, chosen][:, None]
-    primitive = np.where(met, hits.primitive.reshape(n, beams), -1)
-    several = (primitive != primitive[:, :1]).any(axis=1) & (spread > _ONE)
-    any_met = met.any(axis=1)
+    where = rays[at, chosen] * kept[at, chosen][:, None]
     return Blend(
         total / beams,
         mean,
@@ -174,6 +204,14 @@ def average(
         several,
         view.origin + where,
     )
+
+
+def _stronger(light: Array, ranges: Array, separable: float) -> Array:
+    """The light (n, beams) of the stronger of two echoes, zero where it is of the other."""
+    near = ranges <= ranges.min(axis=1, keepdims=True) + separable
+    first, second = np.where(near, light, 0.0), np.where(near, 0.0, light)
+    nearer = first.sum(axis=1) >= second.sum(axis=1)
+    return np.where(nearer[:, None], first, second)
 
 
 def border(

@@ -5,7 +5,8 @@ encoders and by the misalignments of a calibration model (``true = measured + De
 footprint, the uniform disc of diameter ``hypot(d0, gamma rho)``: the echo of a single surface comes
 from a random place of it, as :class:`ScanNoise` says (Lichti and Gordon 2004; method section 5.1),
 the intensity is its mean over the footprint, and at the border of two surfaces the range is a mean
-of both, weighted by intensity (a mixed pixel).
+of both, weighted by intensity, or that of the stronger echo (a mixed pixel; method section 5.6).
+What scanners are built like stands in :mod:`tribrach.simulate.instruments`.
 """
 
 from __future__ import annotations
@@ -24,10 +25,12 @@ from tribrach.geometry.pose import Pose
 from tribrach.instruments.calibration import NIST, CalibrationModel
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.scan.normals import FLATTEST
+from tribrach.simulate.falloff import FallOff
 from tribrach.simulate.footprint import (
     Blend,
     average,
     border,
+    footprints,
     offset_rays,
     uniform_disc,
     unit_vectors,
@@ -119,12 +122,16 @@ class Scanner:
     incidence
         The noise of ranges is divided by the cosine of the incidence angle.
     intensity
-        Noise of the intensity, which is reflectance times cosine and goes from 0 to 1.
+        Noise of the intensity, which is reflectance times cosine, falls off with the range as
+        ``fall_off`` says and goes from 0 to 1.
     speckle
         Noise of the intensity that grows with it, as its share: laser light that a rough surface
         scatters interferes with itself (2 to 10 % for terrestrial scanners).
+    fall_off
+        How light falls off with the range, not at all if None.
     weakest
-        Echoes below this intensity are lost.
+        Echoes whose intensity with its noise stays below this are lost: weak ones with a
+        probability.
     nearest, farthest
         Limits of the range [m].
     model, parameters
@@ -134,15 +141,19 @@ class Scanner:
     beams
         Rays over the footprint at borders.
     separable
-        Mixed pixels whose ranges spread by more than this [m] may be lost.
+        Surfaces in a footprint whose ranges differ by more than this are told apart [m].
+    separated
+        What a mixed pixel of such surfaces measures: a mean over all of them or the strongest of
+        the nearest surface and what is behind it.
     lost
-        The probability of that.
+        The probability that it is lost.
     """
 
     noise: ScanNoise
     incidence: bool = False
     intensity: float = 0.01
     speckle: float = 0.0
+    fall_off: FallOff | None = None
     weakest: float = 0.01
     nearest: float = 0.4
     farthest: float = 150.0
@@ -151,6 +162,7 @@ class Scanner:
     faces: Literal["front", "dome"] = "front"
     beams: int = 19
     separable: float = 0.3
+    separated: Literal["mean", "strongest"] = "mean"
     lost: float = 0.7
 
     def delta(self, polar: Array) -> Array:
@@ -160,6 +172,15 @@ class Scanner:
         chosen = self.model.select(tuple(self.parameters))
         values = np.tile(list(self.parameters.values()), (len(polar), 1))
         return chosen.delta(polar, self.face(polar[:, 1]), values)
+
+    def received(self, light: Array, length: Array) -> Array:
+        """What is received (n,) of light (n,), reflectance times cosine, from ranges (n,) [m]."""
+        return light if self.fall_off is None else light * self.fall_off.at(length)
+
+    @property
+    def strongest_of(self) -> float:
+        """Difference of ranges from which on the stronger of two echoes counts [m]."""
+        return self.separable if self.separated == "strongest" else np.inf
 
     def face(self, h: Array) -> Array:
         """Faces (n,), 1 or -1, at horizontal angles (n,) [rad]."""
@@ -184,8 +205,8 @@ class SimulatedPoints:
     primitive : (n,)
         What it hit.
     mixed : (n,)
-        The range is a mean over several surfaces; the truth is then where the middle of the beam
-        hit.
+        Several surfaces are in the footprint, and the range is a mean over them or that of one of
+        them; the truth is then where the middle of the beam hit, or the nearest place hit.
     rays
         Directions that were measured, hit or not.
     """
@@ -295,10 +316,11 @@ class _Beams:
 
     def _echoes(self, beam: Array, pixels: _Pixels) -> _Echoes:
         """What comes back along beams (n, 3)."""
+        s = self._scanner
         middle = self._near(beam, pixels.primitive, pixels.edge)
         edge = pixels.edge | (middle.primitive < 0)
         length = np.where(np.isfinite(middle.range), middle.range, pixels.near)
-        diameter = self._scanner.noise.beam_diameter(length)
+        diameter = s.noise.beam_diameter(length)
         place = uniform_disc(self._rng, len(beam)) * (diameter / 2)[:, None]
         ray = offset_rays(beam, place, length)
         hits = self._near(ray, middle.primitive, edge)
@@ -306,7 +328,7 @@ class _Beams:
         echo = _Echoes(
             range=np.where(met, hits.range, np.inf),
             cosine=hits.cosine,
-            intensity=middle.reflectance * middle.cosine,
+            intensity=s.received(middle.reflectance * middle.cosine, middle.range),
             truth=self._view.origin + np.where(met, hits.range, 0)[:, None] * ray,
             primitive=hits.primitive,
             mixed=np.zeros(len(beam), dtype=bool),
@@ -314,8 +336,8 @@ class _Beams:
         )
         at = np.flatnonzero(edge | ~met)
         if len(at):
-            s = self._scanner
-            blend = average(self._view, beam[at], length[at], diameter[at], s.beams, self._rng)
+            rays = footprints(beam[at], length[at], diameter[at], s.beams, self._rng)
+            blend = average(self._view, rays, s.received, s.strongest_of)
             echo.blend(at, blend)
             wide = blend.several & (blend.spread > s.separable)
             echo.kept[at] &= ~(wide & (self._rng.random(len(at)) < s.lost))

@@ -9,6 +9,8 @@ is left of nearest-neighbour distances beside their sampling floor.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from tribrach._types import Array
@@ -16,8 +18,8 @@ from tribrach.instruments.precision import Precision
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.simulate import raw_readings, surveying
 from tribrach.simulate.aiming import fine_scan, overview
+from tribrach.simulate.instruments import PULSED
 from tribrach.simulate.ray_casting import SceneView
-from tribrach.simulate.scanner import Scanner
 from tribrach.simulate.scene import Primitive, Scene, box, cylinder, ground, rectangle, sphere
 from tribrach.simulate.setups import levelled
 from tribrach.simulate.twin import Twin, TwinScan, TwinStation, TwinTarget, child_rng, steps_for
@@ -162,7 +164,7 @@ def build(points: int = 1_000_000, seed: int = 1) -> Twin:
         title="Facades of a campus (simulated)",
         seed=seed,
         scene=scene,
-        scanner=Scanner(NOISE, incidence=True),
+        scanner=replace(PULSED, noise=NOISE, incidence=True),
         stations=stations,
         scans=scans,
         targets=targets,

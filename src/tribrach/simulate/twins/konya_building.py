@@ -7,13 +7,15 @@ the ninth has a GNSS position of 10, 10 and 15 mm.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from tribrach._types import Array
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.simulate import surveying
 from tribrach.simulate.aiming import fine_scan, overview
-from tribrach.simulate.scanner import Scanner
+from tribrach.simulate.instruments import PULSED
 from tribrach.simulate.scene import Primitive, Scene, box, cylinder, ground, rectangle
 from tribrach.simulate.setups import tilted
 from tribrach.simulate.twin import Twin, TwinScan, TwinStation, TwinTarget, child_rng, steps_for
@@ -125,7 +127,7 @@ def build(points: int = 1_000_000, seed: int = 1) -> Twin:
         title="Stations with GNSS around a building (simulated)",
         seed=seed,
         scene=scene,
-        scanner=Scanner(NOISE),
+        scanner=replace(PULSED, noise=NOISE),
         stations=stations,
         scans=scans,
         targets=targets,

@@ -9,6 +9,7 @@ unless they are asked for.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from tribrach.instruments.calibration import NIST
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.simulate import surveying
 from tribrach.simulate.aiming import fine_scan, overview
-from tribrach.simulate.scanner import Scanner
+from tribrach.simulate.instruments import PHASE
 from tribrach.simulate.scene import Primitive, Scene, box, rectangle
 from tribrach.simulate.setups import tilted
 from tribrach.simulate.twin import Twin, TwinScan, TwinStation, TwinTarget, child_rng, steps_for
@@ -169,7 +170,7 @@ def build(
         title="Laboratory room (simulated)",
         seed=seed,
         scene=scene,
-        scanner=Scanner(NOISE, parameters=dict(parameters or {})),
+        scanner=replace(PHASE, noise=NOISE, parameters=dict(parameters or {})),
         stations=stations,
         scans=scans,
         targets=targets,

@@ -6,13 +6,15 @@ have a part in common; two more are check points. Station S6 sees no more than g
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from tribrach._types import Array
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.simulate import surveying
 from tribrach.simulate.aiming import fine_scan, overview
-from tribrach.simulate.scanner import Scanner
+from tribrach.simulate.instruments import PHASE
 from tribrach.simulate.scene import Primitive, Scene, box, cylinder, ground, rectangle
 from tribrach.simulate.setups import levelled
 from tribrach.simulate.twin import Twin, TwinScan, TwinStation, TwinTarget, child_rng, steps_for
@@ -145,7 +147,7 @@ def build(points: int = 1_000_000, seed: int = 1) -> Twin:
         title="Courtyard with spheres over GNSS marks (simulated)",
         seed=seed,
         scene=scene,
-        scanner=Scanner(NOISE),
+        scanner=replace(PHASE, noise=NOISE),
         stations=stations,
         scans=scans,
         targets=targets,
