@@ -117,3 +117,48 @@ def test_nothing_is_written_where_nothing_hangs_together(folder: Path, tmp_path:
     assert "S1 and lone" in words
     assert "lone is not joined to S1 by clouds" in words
     assert not (out / "poses.csv").exists()
+
+
+def test_poses_beside_the_scans_are_proposals_and_no_observations(
+    folder: Path, tmp_path: Path
+) -> None:
+    """With them and without them the poses are the same; wrong ones are told by how much."""
+    true = true_poses(folder)
+    files = []
+    for k in (1, 2):
+        source = tmp_path / f"S{k}.xyz"
+        source.write_bytes((folder / f"S{k}.xyz").read_bytes())
+        files.append(str(source))
+        moved = Pose(true[k - 1].rotation, true[k - 1].translation + np.array([0.3, 0.1, 0.0]) * k)
+        np.savetxt(tmp_path / f"S{k}_pose.txt", moved.matrix)
+
+    def found(*more: str) -> tuple[Pose, str]:
+        out = tmp_path / "found.json"
+        result = RUN.invoke(app, ["register", *files, "--json", str(out), *more])
+        assert result.exit_code == 0, result.output
+        (group,) = json.loads(out.read_text())["groups"]
+        pose = group["stations"]["S2"]["world_from_scanner"]
+        return Pose.from_matrix(np.array(pose)), " ".join(result.output.split())
+
+    blind, words = found("--no-approximate")
+    assert "approximate poses" not in words
+    helped, words = found()
+    assert "approximate poses of 2 scans (beside the scans: matrix, world from scanner" in words
+    assert "is wrong by" not in words
+    assert error(blind, helped)[0] < 1e-4
+    # the same poses, said to be good to 5 cm, are wrong
+    _, words = found("--pose-sigma-m", "0.05")
+    assert "the approximate pose of S2 in S1 is wrong by 0.3 m" in words
+    listed = tmp_path / "poses.txt"
+    rows = [true[k].matrix[:3].ravel() for k in range(3)]
+    np.savetxt(listed, rows)
+    result = RUN.invoke(app, ["register", *files, "--poses", str(listed)])
+    assert result.exit_code == 0
+    words = " ".join(result.output.split())
+    # S1 and S2 are the second and the third line of three
+    assert "poses.txt: a matrix in each line" in words
+    assert "is wrong by" in words
+    np.savetxt(listed, rows[:1])
+    result = RUN.invoke(app, ["register", *files, "--poses", str(listed)])
+    assert result.exit_code == 2
+    assert "the file has one pose, there are 2 scans" in " ".join(result.output.split())

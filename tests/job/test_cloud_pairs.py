@@ -45,5 +45,5 @@ def test_proposed_pairs_and_their_plans_are_remembered(
     again = cloud_pairs(scans, FLOOR, state, quiet)
     assert [e.ends for e in again.edges] == [e.ends for e in first.edges]
     # all pairs of three are the same three, remembered one by one
-    every = cloud_pairs(scans, FLOOR, state, quiet, "all")
+    every = cloud_pairs(scans, FLOOR, state, quiet, choice="all")
     assert {e.ends for e in every.edges} == {e.ends for e in first.edges}

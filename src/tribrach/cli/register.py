@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated
 
@@ -12,6 +13,7 @@ from tribrach.cli.printing import printed
 from tribrach.cli.shell import Overwrite, claim, guarded, shown
 from tribrach.io.outputs import write_texts
 from tribrach.job.register import register_files, write_placed
+from tribrach.registration.clouds.pair import APPROXIMATE, ApproximateSigma
 from tribrach.registration.clouds.proposals import Choice
 from tribrach.report.cloud_registration import cloud_registration_tables
 from tribrach.report.schema.base import document_text
@@ -31,8 +33,18 @@ def register(
         typer.Option(help="Folder for poses.csv, poses.json and E57 files with the new poses."),
     ] = None,
     approximate: Annotated[
-        bool, typer.Option(help="Try the poses that the files have, among others.")
+        bool, typer.Option(help="Try poses beside the files or in them, among others.")
     ] = True,
+    poses: Annotated[
+        list[Path] | None,
+        typer.Option(help="Approximate poses: KITTI, 4x4, .pose, .DAT, poses.json, a folder."),
+    ] = None,
+    pose_sigma_m: Annotated[
+        float, typer.Option(min=1e-3, max=1e4, help="What these may be wrong by: shift.")
+    ] = APPROXIMATE.shift,
+    pose_sigma_deg: Annotated[
+        float, typer.Option(min=1e-3, max=180, help="What these may be wrong by: turn.")
+    ] = 1.25,
     no_return: Annotated[
         bool, typer.Option("--keep-no-return", help="Keep points of beams without return.")
     ] = False,
@@ -49,15 +61,19 @@ def register(
     overwrite: Overwrite = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
-    """Register scans by their clouds, without approximate poses, targets or planes."""
+    """Register scans by their clouds; no targets, planes or approximate poses are needed."""
+    lists = poses or []
 
     def work() -> None:
-        claim(files, [json_file], out, overwrite=overwrite)
+        claim([*files, *lists], [json_file], out, overwrite=overwrite)
         floor = (floor_mm / 1e3, floor_arcsec * SEC)
+        sigma = ApproximateSigma(pose_sigma_m, math.radians(pose_sigma_deg))
         with shown(quiet) as progress:
             result = register_files(
                 files,
                 approximate=approximate,
+                poses=lists,
+                sigma=sigma,
                 no_return=no_return,
                 choice=pairs,
                 floor=floor,

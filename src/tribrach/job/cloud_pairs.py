@@ -17,11 +17,12 @@ from tribrach._types import Array, Progress
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import log
+from tribrach.job.approximate_poses import NO_POSES, ApproximatePoses
 from tribrach.job.scans import StationScan
 from tribrach.job.state import Remembered
 from tribrach.registration.clouds.graph import CloudEdge, consistent
 from tribrach.registration.clouds.likeness import likeness
-from tribrach.registration.clouds.pair import CloudPair, register_pair
+from tribrach.registration.clouds.pair import ApproximateSigma, CloudPair, register_pair
 from tribrach.registration.clouds.prepared import PreparedScan, prepare
 from tribrach.registration.clouds.proposals import (
     Choice,
@@ -70,6 +71,7 @@ def cloud_pairs(
     floor: tuple[float, float],
     state: Remembered,
     progress: Progress,
+    known: ApproximatePoses = NO_POSES,
     choice: Choice = "proposed",
 ) -> CloudPairs:
     """Register the pairs of stations that are needed; those of unchanged scans are remembered.
@@ -82,6 +84,8 @@ def cloud_pairs(
         Sigmas [m], [rad] of what residuals never show.
     state
         Where pairs are remembered.
+    known
+        Approximate poses by the names of the stations.
     choice
         ``proposed`` for the pairs that promise most, ``all`` for every pair.
     progress
@@ -104,10 +108,12 @@ def cloud_pairs(
         stations.setdefault(scan.station, []).append(scan)
     clouds = _Clouds(stations, progress)
     names = list(stations)
+    priors = known.poses
     found: dict[tuple[int, int], dict[str, Any]] = {}
 
     def attempt(a: str, b: str) -> tuple[CloudEdge | None, int]:
-        facts = _facts(clouds, floor, state, a, b)
+        prior = priors[a].inverse @ priors[b] if a in priors and b in priors else None
+        facts = _facts(clouds, floor, state, a, b, prior, known.sigma)
         found[names.index(a), names.index(b)] = facts
         edge = _edge(a, b, facts)
         return edge, 0 if edge is None else int(facts["rank"])
@@ -116,7 +122,7 @@ def cloud_pairs(
         try_all(names, attempt, progress)
     else:
         alike, radii = _plans(clouds, state, progress)
-        promise = promise_of(names, alike, radii, {}, 0.0)
+        promise = promise_of(names, alike, radii, priors, known.sigma.shift)
         try_proposed(names, promise, radii, attempt, progress)
     edges, ranks = [], {}
     sentences: list[str] = []
@@ -136,7 +142,8 @@ def cloud_pairs(
         for e in graph.used
         if ranks[e.ends][0] == 6
     )
-    return CloudPairs(graph.used, joints, (*sentences, *graph.sentences), obstacles)
+    sentences = [*known.sentences, *sentences, *graph.sentences]
+    return CloudPairs(graph.used, joints, tuple(sentences), obstacles)
 
 
 def observable(
@@ -226,16 +233,22 @@ def _plans(
 
 
 def _facts(
-    clouds: _Clouds, floor: tuple[float, float], state: Remembered, a: str, b: str
+    clouds: _Clouds,
+    floor: tuple[float, float],
+    state: Remembered,
+    a: str,
+    b: str,
+    prior: Pose | None,
+    sigma: ApproximateSigma,
 ) -> dict[str, Any]:
     """What became of a pair, from the last run if nothing changed."""
     sources = [(name, [s.scan for s in clouds.stations[name]]) for name in (a, b)]
-    key = state.key(_facts, sources, floor)
+    key = state.key(_facts, sources, floor, None if prior is None else (prior.matrix, sigma))
     product = f"clouds-{a}-{b}"
     known = state.recall(product, key)
     if known is not None:
         return known
-    facts = _to_facts(register_pair(clouds[a], clouds[b], floor=floor))
+    facts = _to_facts(register_pair(clouds[a], clouds[b], prior, sigma=sigma, floor=floor))
     state.remember(product, key, facts)
     return facts
 

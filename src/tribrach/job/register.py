@@ -6,8 +6,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from tribrach._types import Array, Progress
 from tribrach.cloud.placement import Placement
 from tribrach.errors import InputError
@@ -17,8 +15,10 @@ from tribrach.geometry.pose import Pose
 from tribrach.io.clouds.e57 import copy_with_poses
 from tribrach.io.outputs import write_texts
 from tribrach.io.scans.formats import read_scans
+from tribrach.job.approximate_poses import NO_POSES, ApproximatePoses, approximate_poses
 from tribrach.job.poses import joint_covariance, pose_texts
 from tribrach.job.scans import StationScan
+from tribrach.registration.clouds.pair import APPROXIMATE, ApproximateSigma
 from tribrach.registration.clouds.prepared import PreparedScan, prepare
 from tribrach.registration.clouds.proposals import Choice
 from tribrach.registration.clouds.relative_covariance import GATES as COVARIANCE
@@ -36,6 +36,7 @@ class RegisteredFiles:
     scans: dict[str, Scan]
     points: dict[str, int]
     registration: CloudRegistration
+    approximate: ApproximatePoses = NO_POSES
 
     @property
     def sentences(self) -> tuple[str, ...]:
@@ -45,13 +46,15 @@ class RegisteredFiles:
             for name, scan in self.scans.items()
             if scan.no_return is not None
         ]
-        return (*beams, *self.registration.sentences)
+        return (*beams, *self.approximate.sentences, *self.registration.sentences)
 
 
 def register_files(
     paths: Sequence[Path],
     *,
     approximate: bool = True,
+    poses: Sequence[Path] = (),
+    sigma: ApproximateSigma = APPROXIMATE,
     no_return: bool = False,
     choice: Choice = "proposed",
     floor: tuple[float, float] = COVARIANCE.floor,
@@ -64,7 +67,11 @@ def register_files(
     paths
         Files of scans in the frames of their scanners.
     approximate
-        Are the poses tried among others that all of the files have?
+        Are poses used that stand beside the scans or in their headers, as proposals among others?
+    poses
+        Lists of approximate poses, or folders of files with one each, instead of these.
+    sigma
+        What approximate poses may be wrong by.
     no_return
         Are points that files have for beams without return kept?
     choice
@@ -86,6 +93,7 @@ def register_files(
             f"there {'is one scan' if scans else 'are no scans'} in these files",
             cure="give at least two scans",
         )
+    known = approximate_poses(scans, poses, sigma) if approximate or poses else NO_POSES
     prepared: list[PreparedScan] = []
     for name, scan in scans.items():
         if scan.origin == "unknown":
@@ -99,10 +107,11 @@ def register_files(
             progress(f"beams of {name}", 0, None)
             scans[name] = scan = screened(scan)
         prepared.append(prepare(name, _watched(name, scan, progress)))
-    priors = {name: scan.pose for name, scan in scans.items() if scan.pose is not None}
-    known = priors if approximate and _distinct(priors) else {}
-    registration = register_clouds(prepared, known, choice=choice, floor=floor, progress=progress)
-    return RegisteredFiles(scans, {p.name: p.points for p in prepared}, registration)
+    registration = register_clouds(
+        prepared, known.poses, sigma=sigma, choice=choice, floor=floor, progress=progress
+    )
+    points = {p.name: p.points for p in prepared}
+    return RegisteredFiles(scans, points, registration, known)
 
 
 def _named(scans: Sequence[Scan]) -> dict[str, Scan]:
@@ -126,12 +135,6 @@ def _watched(name: str, scan: Scan, progress: Progress) -> Iterator[Array]:
         done += len(chunk)
         progress(f"points of {name}", done, scan.records)
         yield chunk.xyz
-
-
-def _distinct(poses: dict[str, Pose]) -> bool:
-    """Do poses say anything? Files without registration have the same one for all scans."""
-    every = list(poses.values())
-    return any(not np.allclose(p.matrix, every[0].matrix) for p in every[1:])
 
 
 def write_placed(

@@ -16,6 +16,7 @@ import numpy as np
 from tribrach.errors import AdjustmentError, InputError
 from tribrach.geodesy.site import Site
 from tribrach.geometry.pose import Pose
+from tribrach.job.approximate_poses import NO_POSES, ApproximatePoses, approximate_poses
 from tribrach.job.cloud_pairs import CloudPairs, cloud_pairs, contradicted, observable
 from tribrach.job.find_planes import surroundings
 from tribrach.job.find_targets import Findings
@@ -27,11 +28,13 @@ from tribrach.network.network import Network
 from tribrach.network.survey import Survey
 from tribrach.observations.planes import FittedPlanes
 from tribrach.registration.clouds.graph import CloudEdge, observe
+from tribrach.registration.clouds.pair import ApproximateSigma
 from tribrach.registration.planes.plane_set import PlaneSet
 from tribrach.registration.planes.poses import information
 from tribrach.registration.planes.stations import PlaneRegistration, register_by_planes
 from tribrach.registration.planes.ties import PlaneTies, tie_planes
 from tribrach.registration.views import StationView, Surroundings
+from tribrach.scan.scan import Scan
 from tribrach.units import MM, SEC
 
 if TYPE_CHECKING:
@@ -189,9 +192,10 @@ def register(
     around = _stations(project, scans, state, progress)
     settings = project.registration
     floor = settings.cloud_floor_mm * MM, settings.cloud_floor_arcsec * SEC
-    clouds = (
-        cloud_pairs(scans, floor, state, progress, settings.cloud_pairs) if "clouds" in by else None
-    )
+    clouds = None
+    if "clouds" in by:
+        known = _approximate(job, scans)
+        clouds = cloud_pairs(scans, floor, state, progress, known, settings.cloud_pairs)
     joined = register_by_planes(
         around,
         lambda k, n: progress("pairs of stations by planes", k, n),
@@ -219,6 +223,33 @@ def register(
         named = replace(named, survey=survey)
     sentences = (*_sentences(joined, obstacles, ties, clouds, poses), *wrong)
     return Registered(survey, named, around, ties if "planes" in by else None, poses, sentences)
+
+
+def _approximate(job: Job, scans: Sequence[StationScan]) -> ApproximatePoses:
+    """Approximate poses of the stations, as the project says where from."""
+    settings = job.project.registration
+    if not settings.approximate and not settings.poses:
+        return NO_POSES
+    for k, name in enumerate(settings.poses):
+        if not (job.folder / name).exists():
+            keys = ("registration", "poses", k)
+            raise job.error(keys, f"there is no file or folder {name}", "check its name")
+    sigma = ApproximateSigma(settings.pose_sigma_m, float(np.radians(settings.pose_sigma_deg)))
+    stations: dict[str, list[Scan]] = {}
+    for scan in scans:
+        stations.setdefault(scan.station, []).append(scan.scan)
+    # what the scans of a station do not have in common says nothing of it
+    named = {
+        name: replace(parts[0], pose=None if _differ(parts) else parts[0].pose)
+        for name, parts in stations.items()
+    }
+    return approximate_poses(named, [job.folder / name for name in settings.poses], sigma)
+
+
+def _differ(scans: Sequence[Scan]) -> bool:
+    """Have scans of one station several poses in their headers?"""
+    poses = [scan.pose.matrix for scan in scans if scan.pose is not None]
+    return bool(poses) and not all(np.allclose(pose, poses[0]) for pose in poses)
 
 
 def _by_targets(

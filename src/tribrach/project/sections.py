@@ -571,6 +571,12 @@ class RegistrationSection(Section):
         surface.
     cloud_floor_mm, cloud_floor_arcsec
         The same of shift and turn between two clouds.
+    approximate
+        Poses beside the scans or in their headers are proposals among others for clouds.
+    poses
+        Lists of approximate poses, or folders of files with one each, instead of these.
+    pose_sigma_m, pose_sigma_deg
+        What approximate poses may be wrong by, one relative to another.
     cloud_pairs
         Pairs of clouds that are registered: those ``proposed`` by what they promise and what loops
         need, or ``all``.
@@ -581,6 +587,10 @@ class RegistrationSection(Section):
     plane_floor_mm: NonNegativeFloat = 0.3
     cloud_floor_mm: NonNegativeFloat = 1.0
     cloud_floor_arcsec: NonNegativeFloat = 10.0
+    approximate: bool = True
+    poses: tuple[str, ...] = ()
+    pose_sigma_m: PositiveFloat = 0.25
+    pose_sigma_deg: PositiveFloat = 1.25
     cloud_pairs: Literal["proposed", "all"] = "proposed"
 
     @field_validator("by")

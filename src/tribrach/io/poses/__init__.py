@@ -1,0 +1,1 @@
+"""Readers of poses of scanners that stand in files beside the scans."""
