@@ -3,16 +3,43 @@
 from __future__ import annotations
 
 import sys
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-from tribrach.cli.commands import app
+from tribrach.cli.interruption import Interruption
+
+if TYPE_CHECKING:
+    from tribrach.cli.commands import app
 
 __all__ = ["app", "main"]
 
 
 def main() -> None:
     """Entry point of the command ``tribrach``."""
-    # piping into head or a closed pager is no error worth a traceback
+    interruption = Interruption()
+    interruption.listen()
     try:
-        app()
+        # loaded here, so that Ctrl-C ends the command in order from its first moment
+        import_module("tribrach.cli.commands").app()
     except BrokenPipeError:
+        # piping into head or a closed pager is no error worth a traceback
         sys.exit(141)
+    except KeyboardInterrupt:
+        _end(interruption)
+    except SystemExit:
+        if interruption.number is not None:
+            _end(interruption)
+        raise
+
+
+def _end(interruption: Interruption) -> None:
+    """Say that the command was interrupted, with the exit status of the signal."""
+    print("tribrach: interrupted; nothing was half-written", file=sys.stderr)
+    sys.exit(interruption.status)
+
+
+def __getattr__(name: str) -> Any:
+    """Load the commands when first asked for."""
+    if name != "app":
+        raise AttributeError(f"module tribrach.cli has no attribute {name}")
+    return import_module("tribrach.cli.commands").app

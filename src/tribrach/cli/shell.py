@@ -55,7 +55,7 @@ def guarded(work: Callable[[], Any]) -> None:
     except MemoryError:
         fail("the memory is not enough for this; give smaller files or close other programs.")
     except KeyboardInterrupt:
-        typer.echo("interrupted; nothing was half-written", err=True)
+        # what is said then, and the exit status, depend on the signal: see cli.main
         raise typer.Exit(130) from None
 
 

@@ -7,7 +7,6 @@ every point of the reference in all that it is within the limit of, so that no p
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.scratch import scratch_folder
 
 __all__ = ["SIZE", "Part", "Spool", "Stream", "in_memory", "parts"]
 
@@ -125,11 +125,11 @@ def parts(queries: Stream, reference: Stream, limit: float, size: int = SIZE) ->
         yield Part(whole, queries)
         return
     boxes = _boxes(sample, limit, size * len(sample) / total)
-    with tempfile.TemporaryDirectory(prefix="tribrach-") as folder:
-        (Path(folder) / "q").mkdir()
-        (Path(folder) / "r").mkdir()
-        asked = Spool(Path(folder) / "q", len(boxes))
-        answers = Spool(Path(folder) / "r", len(boxes))
+    with scratch_folder() as folder:
+        (folder / "q").mkdir()
+        (folder / "r").mkdir()
+        asked = Spool(folder / "q", len(boxes))
+        answers = Spool(folder / "r", len(boxes))
         _share(queries, boxes, asked, 0.0)
         _share(reference, boxes, answers, limit)
         for number in range(len(boxes)):

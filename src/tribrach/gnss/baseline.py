@@ -9,7 +9,6 @@ the broadcast orbits, metres. Method section 2.7.
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -42,6 +41,7 @@ from tribrach.io.gnss.solution_file import (
     read_solution,
     read_status,
 )
+from tribrach.scratch import scratch_folder
 
 __all__ = ["Baseline", "Processing", "compute_baseline", "doubts_of_length"]
 
@@ -352,8 +352,7 @@ def _solved(
     options: dict[str, object],
 ) -> tuple[Solution, SatelliteUse | None, EngineName]:
     """Run the engine in a temporary folder; ``options`` gets those of the antennas."""
-    with tempfile.TemporaryDirectory(prefix="tribrach-") as name:
-        folder = Path(name)
+    with scratch_folder() as folder:
         antex = None if settings.antex is None else read_antex(settings.antex)
         options |= antenna_options(*setups, antex, folder)
         if antex is not None:

@@ -10,6 +10,10 @@ that is written passes :func:`refuse_loss`, which knows three rules:
   is listed in ``.tribrach/written.json`` of the folder of results, or of that of a single file.
 
 The last rule is lifted by ``overwrite``, the first two are not.
+
+Two more rules see to it that what is written belongs together: one run at a time writes into a
+folder of results (:mod:`tribrach.io.folder_lock`), and no result gets its name once a file that was
+read has changed or vanished (:func:`refuse_changes`).
 """
 
 from __future__ import annotations
@@ -18,13 +22,27 @@ import json
 import os
 import tempfile
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
+
+from filelock import FileLock, Timeout
 
 from tribrach.errors import InputError
+from tribrach.io.folder_lock import LOCK_FILE, FolderLock
 
-__all__ = ["MANIFEST", "STATE_FOLDER", "is_read", "keep", "keeping", "note_written", "refuse_loss"]
+__all__ = [
+    "MANIFEST",
+    "STATE_FOLDER",
+    "hold",
+    "is_read",
+    "keep",
+    "keeping",
+    "note_written",
+    "refuse_changes",
+    "refuse_loss",
+]
 
 #: folder of what the program keeps for itself inside a folder of results
 STATE_FOLDER = ".tribrach"
@@ -35,6 +53,27 @@ MANIFEST = "written.json"
 #: lists beyond this size are none of ours [bytes]
 _LARGEST = 20_000_000
 
+#: so long a command waits for another one that changes the same list [s]
+_PATIENCE = 5.0
+
+
+class _Stamp(NamedTuple):
+    """What tells whether a file is still the one that was read.
+
+    Attributes
+    ----------
+    number
+        Device and number of the file, the same for all hard links.
+    size
+        In bytes.
+    date
+        Of its last change [ns].
+    """
+
+    number: tuple[int, int]
+    size: int
+    date: int
+
 
 @dataclass
 class _Scope:
@@ -42,8 +81,9 @@ class _Scope:
 
     Parameters
     ----------
-    paths
-        Resolved files that are read.
+    stamps
+        Resolved files that are read, with size, date and number when they were first named; None
+        for those that were not there.
     numbers
         Device and number of those files, the same for all hard links.
     folder
@@ -52,22 +92,33 @@ class _Scope:
         Files of others may be replaced.
     """
 
-    paths: set[Path] = field(default_factory=set)
+    stamps: dict[Path, _Stamp | None] = field(default_factory=dict)
     numbers: set[tuple[int, int]] = field(default_factory=set)
     folder: Path | None = None
     overwrite: bool = False
+    locks: list[FolderLock] = field(default_factory=list)
 
     def add(self, inputs: Iterable[Path]) -> None:
         """Keep further files."""
         for path in inputs:
-            self.paths.add(path.resolve())
-            number = _number(path)
-            if number is not None:
-                self.numbers.add(number)
+            stamp = _stamp(path)
+            self.stamps.setdefault(path.resolve(), stamp)
+            if stamp is not None:
+                self.numbers.add(stamp.number)
 
     def reads(self, path: Path) -> bool:
         """Is this one of the files that are read?"""
-        return path.resolve() in self.paths or _number(path) in self.numbers
+        stamp = _stamp(path)
+        same = stamp is not None and stamp.number in self.numbers
+        return same or path.resolve() in self.stamps
+
+    def hold(self) -> None:
+        """Take the lock of the folder of results."""
+        if self.folder is None:
+            return
+        lock = FolderLock(self.folder / STATE_FOLDER)
+        lock.take()
+        self.locks.append(lock)
 
 
 #: the pieces of work that are going on in this process, in all of its threads
@@ -102,6 +153,8 @@ def keeping(
     finally:
         # blocks of several threads may end in another order than they began
         _SCOPES[:] = [other for other in _SCOPES if other is not scope]
+        for lock in scope.locks:
+            lock.give_back()
 
 
 def keep(
@@ -125,6 +178,50 @@ def keep(
     scope.overwrite |= overwrite
     if folder is not None:
         scope.folder = _plain(folder)
+
+
+def hold(path: Path) -> None:
+    """Let no other run write into the folder of results that a file is in, until the block ends.
+
+    Parameters
+    ----------
+    path : Path
+        A file there, or the folder itself.
+
+    Raises
+    ------
+    InputError
+        Another run is writing there.
+    OSError
+        The folder cannot be made.
+    """
+    scope = _scope_of(path)
+    if scope is None or scope.folder is None or scope.locks:
+        return
+    if _plain(path).is_relative_to(scope.folder):
+        scope.hold()
+
+
+def refuse_changes() -> None:
+    """Refuse to write anything once a file that was read is another one.
+
+    Raises
+    ------
+    InputError
+        It has another size or date than when it was first named, or is not there any more.
+    """
+    for scope in _SCOPES:
+        for path, before in scope.stamps.items():
+            if before is None:
+                continue
+            now = _stamp(path)
+            if now != before:
+                what = "vanished" if now is None else "changed"
+                raise InputError(
+                    f"this file {what} while it was worked with, so nothing more is written",
+                    file=path,
+                    cure="run the command again when it is at rest",
+                )
 
 
 def is_read(path: Path) -> bool:
@@ -178,20 +275,48 @@ def note_written(path: Path) -> None:
     scope = _scope_of(path)
     if scope is None or _own(path):
         return
-    listed, name = _written(path, scope), _name(path, scope)
-    if name in listed:
+    name = _name(path, scope)
+    if name in _written(path, scope):
         return
     place = _root(path, scope) / STATE_FOLDER / MANIFEST
-    text = json.dumps({"written": sorted(listed | {name})}, indent=0)
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
-        handle, part = tempfile.mkstemp(prefix=f".{MANIFEST}.", suffix=".part", dir=place.parent)
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        os.replace(part, place)
+        with _alone(place.parent, scope):
+            _list(place, _written(path, scope) | {name})
     except OSError:
         # a folder where only the file itself may be written: it will not be known as ours
         return
+
+
+@contextmanager
+def _alone(state: Path, scope: _Scope) -> Iterator[None]:
+    """A moment in which no other command changes the list of a folder."""
+    lock = FileLock(state / LOCK_FILE, timeout=_PATIENCE)
+    with suppress(Timeout):
+        # a run that holds the folder for hours keeps nobody from writing a single file there
+        if not scope.locks:
+            lock.acquire()
+    try:
+        yield
+    finally:
+        lock.release()
+
+
+def _list(place: Path, names: set[str]) -> None:
+    """Write the list of what the program wrote.
+
+    Raises
+    ------
+    OSError
+        It cannot be written.
+    """
+    handle, part = tempfile.mkstemp(prefix=f".{MANIFEST}.", suffix=".part", dir=place.parent)
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(json.dumps({"written": sorted(names)}, indent=0))
+        os.replace(part, place)
+    finally:
+        Path(part).unlink(missing_ok=True)
 
 
 def _scope_of(path: Path) -> _Scope | None:
@@ -251,10 +376,10 @@ def _plain(path: Path) -> Path:
     return Path(os.path.abspath(path))
 
 
-def _number(path: Path) -> tuple[int, int] | None:
-    """Device and number of a file, None if it is not there."""
+def _stamp(path: Path) -> _Stamp | None:
+    """What tells a file from others, None if it is not there."""
     try:
-        stamp = path.stat()
+        status = path.stat()
     except OSError:
         return None
-    return stamp.st_dev, stamp.st_ino
+    return _Stamp((status.st_dev, status.st_ino), status.st_size, status.st_mtime_ns)

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from tribrach.errors import InputError
-from tribrach.io.keeping import note_written, refuse_loss
+from tribrach.io.keeping import hold, note_written, refuse_changes, refuse_loss
 
 __all__ = ["destination", "reason", "special", "write_bytes", "write_text", "write_texts"]
 
@@ -58,6 +58,7 @@ def write_texts(texts: Mapping[Path, str | bytes]) -> list[Path]:
     try:
         for path, text in texts.items():
             staged[path] = _stage(path, text)
+        refuse_changes()
         for path, name in staged.items():
             _put(name, path)
     except OSError as error:
@@ -76,7 +77,8 @@ def destination(path: Path) -> Path:
     Raises
     ------
     InputError
-        Something would be lost (:func:`~tribrach.io.keeping.refuse_loss`).
+        Something would be lost (:func:`~tribrach.io.keeping.refuse_loss`), or another run writes
+        into the folder of results.
     OSError
         It is a folder, or its folder cannot be made.
     """
@@ -85,6 +87,7 @@ def destination(path: Path) -> Path:
     if special(path):
         return path
     refuse_loss(path)
+    hold(path)
     path = path.resolve()
     path.parent.mkdir(parents=True, exist_ok=True)
     return path

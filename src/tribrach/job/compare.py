@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -31,6 +29,7 @@ from tribrach.comparison.station_pair import StationPair
 from tribrach.comparison.streams import Stream
 from tribrach.errors import InputError
 from tribrach.job.cloud_file import CloudFile, refuse_other_frames
+from tribrach.scratch import scratch_folder
 
 __all__ = ["LIMIT", "Method", "compare_clouds", "offset_test"]
 
@@ -116,10 +115,10 @@ def _pairs(
     if not sites:
         yield _Pair(_ALL, a.stream, a.stream, b.stream)
         return
-    with tempfile.TemporaryDirectory(prefix="tribrach-") as name:
+    with scratch_folder() as scratch:
         spools = []
         for side, cloud in (("a", a), ("b", b)):
-            folder = Path(name) / side
+            folder = scratch / side
             folder.mkdir()
             told = partial(_tell, progress, f"sites of {cloud.path.name}", cloud.records)
             spools.append(cut(cloud.stream, sites, folder, limit, told))

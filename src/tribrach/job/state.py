@@ -34,7 +34,7 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel
 
-from tribrach.io.keeping import STATE_FOLDER
+from tribrach.io.keeping import STATE_FOLDER, hold
 from tribrach.io.outputs import write_text
 from tribrach.job.code_version import code_version
 
@@ -254,8 +254,15 @@ class Remembered:
     def sweep(self, *folders: Path) -> None:
         """Remove what killed runs left half-written among the results and in further folders.
 
-        Those are files whose names begin with a dot and end in ``.part``.
+        Those are files whose names begin with a dot and end in ``.part``. Another run that is still
+        writing has such files too, so the folder is held first.
+
+        Raises
+        ------
+        InputError
+            Another run is writing there.
         """
+        hold(self.folder)
         for folder in (self.folder, self.folder.parent, *folders):
             for path in folder.glob(".*.part") if folder.is_dir() else ():
                 path.unlink(missing_ok=True)

@@ -22,7 +22,6 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -36,7 +35,6 @@ from numba import njit
 from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
-from tribrach.errors import InputError
 from tribrach.io.clouds.header import CloudHeader
 from tribrach.io.clouds.las import LasRecords, forget_date
 from tribrach.io.clouds.staged import Staged
@@ -454,7 +452,8 @@ class CopcWriter(LasRecords):
         super().__init__(path, header)
         self._las.partial_reset()
         self._las.global_encoding.wkt = True  # what point formats from 6 on always say
-        self._staged = Staged(path)
+        space = "the folder and the space on its disk, which takes the points twice"
+        self._staged = Staged(path, space)
         try:
             self._spool = PointSpool(path, self._las.point_format.dtype())
         except BaseException:
@@ -480,7 +479,7 @@ class CopcWriter(LasRecords):
             self._high[k] = max(self._high[k], record.array[name].max())
         times = record.array["gps_time"]
         self._times = [np.fmin(self._times[0], times.min()), np.fmax(self._times[1], times.max())]
-        with _disk(self._path):
+        with self._staged.writing(lazrs.LazrsError):
             self._spool.append(record.array)
 
     def __enter__(self) -> Self:
@@ -494,7 +493,7 @@ class CopcWriter(LasRecords):
     ) -> None:
         try:
             if kind is None:
-                with _disk(self._path):
+                with self._staged.writing(lazrs.LazrsError):
                     self._finish()
                 self._staged.commit()
         finally:
@@ -657,17 +656,3 @@ def paged_hierarchy(entries: NDArray[np.void], start: int, most: int) -> tuple[b
         pages[parent]["offset"][at] = starts[child]
         pages[parent]["size"][at] = pages[child].nbytes
     return b"".join(page.tobytes() for page in pages), pages[0].nbytes
-
-
-@contextmanager
-def _disk(path: Path) -> Iterator[None]:
-    """Turn what the disk refuses into an InputError."""
-    try:
-        yield
-    except (OSError, lazrs.LazrsError) as error:
-        words = getattr(error, "strerror", None) or str(error)
-        raise InputError(
-            f"the file cannot be written ({words})",
-            file=path,
-            cure="check the folder and the space on its disk, which takes the points twice",
-        ) from error

@@ -285,7 +285,7 @@ def copy_with_poses(
             replace_crs(root, crs)
         xml = _DECLARATION + etree.tostring(root, encoding="UTF-8", xml_declaration=False)
         xml += b" " * (-len(xml) % 4)  # the standard wants multiples of four
-        with Staged(destination) as staged:
+        with Staged(destination) as staged, staged.writing():
             _write(file, header, xml, staged.file, source)
     return sentences
 

@@ -16,6 +16,7 @@ import laspy
 import numpy as np
 from laspy.vlrs.known import WktCoordinateSystemVlr
 from laspy.vlrs.vlr import VLR
+from lazrs import LazrsError
 from numba import njit, prange
 from numpy.typing import NDArray
 from pyproj import CRS
@@ -193,13 +194,14 @@ class LasWriter(LasRecords):
     def __init__(self, path: Path, header: CloudHeader) -> None:
         super().__init__(path, header)
         self._staged = Staged(path)
-        self._writer = laspy.LasWriter(
-            self._staged.file,
-            self._las,
-            do_compress=path.suffix.lower() == ".laz",
-            laz_backend=laspy.LazBackend.LazrsParallel,
-            closefd=False,
-        )
+        with self._staged.writing(LazrsError):
+            self._writer = laspy.LasWriter(
+                self._staged.file,
+                self._las,
+                do_compress=path.suffix.lower() == ".laz",
+                laz_backend=laspy.LazBackend.LazrsParallel,
+                closefd=False,
+            )
 
     def write(self, xyz: Array, values: Mapping[str, NDArray[Any]]) -> None:
         """Append points (n, 3) [m] and their values (n,) by name of the field.
@@ -207,11 +209,13 @@ class LasWriter(LasRecords):
         Raises
         ------
         InputError
-            Coordinates beyond the integers of the step.
+            Coordinates beyond the integers of the step, or the disk is full.
         """
         if len(xyz) == 0:
             return
-        self._writer.write_points(self.record(xyz, values))
+        record = self.record(xyz, values)
+        with self._staged.writing(LazrsError):
+            self._writer.write_points(record)
 
     def __enter__(self) -> Self:
         return self
@@ -225,12 +229,9 @@ class LasWriter(LasRecords):
         if kind is not None:
             self._staged.discard()
             return
-        try:
+        with self._staged.writing(LazrsError):
             self._writer.close()
             forget_date(self._staged.file)
-        except BaseException:
-            self._staged.discard()
-            raise
         self._staged.commit()
 
 

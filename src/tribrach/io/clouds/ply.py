@@ -77,7 +77,7 @@ class PlyWriter:
         Raises
         ------
         InputError
-            A coordinate is not finite, or a field has another width than before.
+            A coordinate is not finite, a field has another width than before, or the disk is full.
         """
         if len(xyz) == 0:
             return
@@ -95,7 +95,8 @@ class PlyWriter:
                     raise InputError(what, file=self._staged.path)
                 for place, column in zip(places, columns, strict=True):
                     record[place] = column
-        self._staged.file.write(record.tobytes())
+        with self._staged.writing():
+            self._staged.file.write(record.tobytes())
         self._count += len(xyz)
 
     def _begun(self, values: Mapping[str, NDArray[Any]]) -> np.dtype[Any]:
@@ -115,7 +116,8 @@ class PlyWriter:
                     places[k] = place
                 self._places[field.name] = places
             self._dtype = np.dtype(list(types.items()))
-            self._staged.file.write(self._text(self._dtype))
+            with self._staged.writing():
+                self._staged.file.write(self._text(self._dtype))
         return self._dtype
 
     def _text(self, dtype: np.dtype[Any]) -> bytes:
@@ -151,11 +153,8 @@ class PlyWriter:
         if kind is not None:
             self._staged.discard()
             return
-        try:
+        with self._staged.writing():
             self._finish()
-        except BaseException:
-            self._staged.discard()
-            raise
         self._staged.commit()
 
 

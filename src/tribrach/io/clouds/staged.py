@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 from typing import BinaryIO, Self
 
 from tribrach.errors import InputError
-from tribrach.io.keeping import note_written
+from tribrach.io.keeping import note_written, refuse_changes
 from tribrach.io.outputs import destination, reason, special
 
 __all__ = ["Staged", "staged_name"]
@@ -26,6 +28,8 @@ class Staged:
     ----------
     path
         The destination.
+    needs
+        What the file needs, as it is said where it cannot be written.
 
     Raises
     ------
@@ -33,8 +37,8 @@ class Staged:
         The folder or file cannot be written, or something would be lost.
     """
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
+    def __init__(self, path: Path, needs: str = "the folder and the space on its disk") -> None:
+        self.path, self.needs = path, needs
         try:
             self._place = destination(path)
             if special(self._place):
@@ -44,30 +48,57 @@ class Staged:
         except OSError as error:
             raise self._refused(error) from error
 
-    def _refused(self, error: OSError) -> InputError:
+    @contextmanager
+    def writing(self, *failures: type[Exception]) -> Iterator[None]:
+        """A block that writes to the file; if it fails, what was written is removed.
+
+        Parameters
+        ----------
+        *failures
+            What a library raises where the disk refuses something, besides ``OSError``.
+
+        Raises
+        ------
+        InputError
+            The disk is full, or refuses the file for another reason.
+        """
+        try:
+            yield
+        except BaseException as error:
+            self.discard()
+            if isinstance(error, (OSError, *failures)):
+                raise self._refused(error) from error
+            raise
+
+    def _refused(self, error: BaseException) -> InputError:
+        words = reason(error) if isinstance(error, OSError) else str(error)
         return InputError(
-            f"the file cannot be written ({reason(error)})",
-            file=self.path,
-            cure="check the folder and the space on its disk",
+            f"the file cannot be written ({words})", file=self.path, cure=f"check {self.needs}"
         )
 
     def commit(self) -> None:
-        """Flush everything to the disk and give the file its name."""
-        try:
+        """Flush everything to the disk and give the file its name.
+
+        Raises
+        ------
+        InputError
+            The disk refuses it, or a file that was read has changed.
+        """
+        with self.writing():
+            refuse_changes()
             if not self.file.closed:
                 self.file.flush()
                 os.fsync(self.file.fileno())
                 self.file.close()
             note_written(self.path)
             os.replace(self._hidden, self._place)
-        except OSError as error:
-            self.discard()
-            raise self._refused(error) from error
 
     def discard(self) -> None:
         """Remove what was written."""
         if not self.file.closed:
-            self.file.close()
+            # closing writes what is still in memory, which a full disk refuses once more
+            with suppress(OSError):
+                self.file.close()
         self._hidden.unlink(missing_ok=True)
 
     def __enter__(self) -> Self:

@@ -1,0 +1,61 @@
+"""Temporary folders that do not outlive the program, not even when it is killed.
+
+A folder is locked as long as the process that made it lives; the system gives the lock back when
+the process ends, however it ends. Whoever makes the next folder removes those that nobody holds.
+"""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from filelock import FileLock, Timeout
+
+__all__ = ["scratch_folder"]
+
+_PREFIX, _LOCK = "tribrach-scratch-", "lock"
+
+
+@contextmanager
+def scratch_folder() -> Iterator[Path]:
+    """Make a temporary folder, and remove it with all that is in it when the block ends.
+
+    Yields
+    ------
+    Path
+        An empty folder in that of temporary files (``TMPDIR``), which nobody else may enter.
+
+    Raises
+    ------
+    OSError
+        There is no place for it.
+    """
+    _remove_abandoned(Path(tempfile.gettempdir()))
+    # the lock is beside the content, which belongs to whoever works in it
+    outer = Path(tempfile.mkdtemp(prefix=_PREFIX))
+    lock = FileLock(outer / _LOCK)
+    try:
+        lock.acquire(blocking=False)
+        content = outer / "content"
+        content.mkdir()
+        yield content
+    finally:
+        # Windows does not remove a file that is open
+        lock.release()
+        shutil.rmtree(outer, ignore_errors=True)
+
+
+def _remove_abandoned(folder: Path) -> None:
+    """Remove the folders of processes that were killed; those of others and of users stay."""
+    for outer in folder.glob(f"{_PREFIX}*"):
+        # a folder without a lock is being made at this moment, or was left in that moment: empty
+        if not (outer / _LOCK).is_file():
+            continue
+        lock = FileLock(outer / _LOCK)
+        with suppress(OSError, Timeout):
+            lock.acquire(blocking=False)
+            lock.release()
+            shutil.rmtree(outer, ignore_errors=True)
