@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 EXTRAS = PROJECT["optional-dependencies"]
 #: extras for those who work on the program
-WORKSHOP = {"dev", "docs", "peers"}
+WORKSHOP = {"dev", "docs", "peers", "fuzz"}
 #: distributions of each module that can be imported here
 INSTALLED = packages_distributions()
 #: calls that import a module by its name

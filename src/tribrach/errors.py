@@ -15,6 +15,7 @@ TribrachError
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from difflib import get_close_matches
@@ -50,8 +51,25 @@ def _unpickled(kind: type[TribrachError], args: tuple[object, ...]) -> TribrachE
     return kind.__new__(kind, *args)
 
 
+#: what would steer a terminal or break the line, and words too long to be of use
+_STEERING = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+_LONG_WORD = re.compile(r"(\S{60})\S{200,}(\S{20})")
+#: a sentence has at most so many characters
+_SENTENCE = 2000
+
+
+def _printable(text: str) -> str:
+    """One line for a terminal, whatever a file puts into it."""
+    shown = _LONG_WORD.sub(r"\1...\2", text)
+    if len(shown) > _SENTENCE:
+        shown = f"{shown[: _SENTENCE - 200]} ... {shown[-190:]}"
+    return _STEERING.sub(lambda found: ascii(found.group())[1:-1], shown)
+
+
 class InputError(TribrachError):
     """Something the user gave is wrong.
+
+    The sentence holds on one line and steers no terminal, whatever a file brought into it.
 
     Parameters
     ----------
@@ -83,7 +101,7 @@ class InputError(TribrachError):
         if record is not None:
             place += f" ({record})" if place else record
         text = f"{place}: {what}" if place else what
-        super().__init__(f"{text}; {cure}." if cure else f"{text}.")
+        super().__init__(_printable(f"{text}; {cure}." if cure else f"{text}."))
 
     def __reduce__(self) -> tuple[Any, ...]:
         # by default the finished text would be taken for ``what`` and end with two stops

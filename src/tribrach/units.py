@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 __all__ = [
     "CC",
     "GON",
+    "LARGEST",
     "MM",
     "SEC",
     "UNITS",
@@ -22,6 +23,7 @@ __all__ = [
     "check_circle",
     "format_angle",
     "parse_angle",
+    "too_large",
 ]
 
 #: radians per gon, per arc second, per ten-thousandth of a gon
@@ -30,6 +32,8 @@ SEC = math.pi / 648000
 CC = GON / 10000
 #: metres per millimetre
 MM = 1e-3
+#: no file means a number from here on; squares of smaller ones can still be added up
+LARGEST = 1e12
 
 #: factor to metres, radians, their squares or one, by suffix
 UNITS: dict[str, float] = {
@@ -57,6 +61,17 @@ UNITS: dict[str, float] = {
 _CIRCLE = 2 * math.pi * (1 + 1e-9)
 
 _SEXAGESIMAL = re.compile(r"([+-]?)(\d+)[-:°\s]\s*(\d+)[-:'\s]\s*(\d+(?:\.\d*)?)\"?$")
+
+
+def too_large(value: ArrayLike) -> bool:
+    """True if a number, or one of several, is beyond any measurement; NaN is not.
+
+    Parameters
+    ----------
+    value
+        Any shape, in any unit that files have.
+    """
+    return bool((np.abs(np.asarray(value, dtype=float)) >= LARGEST).any())
 
 
 def beyond_circle(angle: ArrayLike) -> NDArray[np.bool_]:

@@ -48,7 +48,7 @@ def test_numbers_of_a_project(number: str, tmp_path: Path) -> None:
 
 
 def test_angles_of_many_digits() -> None:
-    with pytest.raises(ValueError, match="is no angle"):
+    with pytest.raises(ValueError, match="beyond any measurement"):
         packed_dms("1" * 400 + ".0000")
 
 

@@ -10,7 +10,7 @@ as decimal years. Method section 1.1.
 from __future__ import annotations
 
 import re
-from datetime import date
+from datetime import MAXYEAR, date
 from functools import cache
 
 import numpy as np
@@ -161,7 +161,10 @@ def decimal_year(text: str) -> float:
             day = date(int(parts[2]), int(parts[1]), int(parts[0]))
             first, last = date(day.year, 1, 1), date(day.year + 1, 1, 1)
             return day.year + (day - first) / (last - first)
-        return float(text)
+        year = float(text)
+        if not 0 <= year < MAXYEAR:
+            raise ValueError("no year")
+        return year
     except (ValueError, OverflowError):
         raise InputError(
             f"epoch {text!r} is not a date",

@@ -321,7 +321,8 @@ def axis_errors(half_direction: Array, half_zenith: Array, zenith: Array) -> Axi
     zenith : (n,)
         Zenith angles [rad].
     """
-    slope = 1 / np.sin(zenith)
+    with np.errstate(divide="ignore"):  # a sight along the vertical axis tells nothing of it
+        slope = 1 / np.sin(zenith)
     known = np.isfinite(half_direction) & np.isfinite(slope)
     far_direction = _far(half_direction / slope, known)
     use = known & ~far_direction

@@ -6,7 +6,11 @@ Nothing is unpickled, and the header of a matrix is checked before memory is tak
 from __future__ import annotations
 
 import io
+import math
+import struct
 import tokenize
+import zipfile
+import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -20,6 +24,15 @@ from tribrach.errors import InputError
 __all__ = ["joint_covariance_bytes", "named_bytes", "read_joint_covariance", "read_named"]
 
 
+#: deflate packs nothing more tightly than this; bytes of the header of an array
+_DEFLATED, _HEADER = 1040, 10_000
+#: what reading a damaged archive raises
+_DAMAGE = (
+    ValueError, KeyError, EOFError, NotImplementedError, RuntimeError, SyntaxError, MemoryError,
+    struct.error, TypeError, tokenize.TokenError, zipfile.BadZipFile, zlib.error,
+)  # fmt: skip
+
+
 def named_bytes(arrays: Mapping[str, NDArray[Any]]) -> bytes:
     """Content of an ``.npz`` file with these arrays, compressed."""
     buffer = io.BytesIO()
@@ -27,16 +40,61 @@ def named_bytes(arrays: Mapping[str, NDArray[Any]]) -> bytes:
     return buffer.getvalue()
 
 
-def read_named(path: Path) -> dict[str, NDArray[Any]]:
+def read_named(path: Path, *needed: str) -> dict[str, NDArray[Any]]:
     """All arrays of an ``.npz`` file by name.
+
+    Parameters
+    ----------
+    path
+        The file.
+    needed
+        Names that must be there.
 
     Raises
     ------
-    OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile
-        The file cannot be read or is damaged; callers know what to do about it.
+    InputError
+        The file cannot be read or is damaged, claims more than its size can hold, or lacks a name.
     """
-    with path.open("rb") as file, np.load(file, allow_pickle=False) as data:
-        return {name: data[name] for name in data.files}
+    cure = "make the file again"
+    try:
+        with zipfile.ZipFile(path) as archive:
+            arrays = {m.filename.removesuffix(".npy"): _array(archive, m) for m in archive.filelist}
+    except OSError as error:
+        raise InputError(
+            f"the file cannot be read ({error.strerror or error})", file=path, cure=cure
+        ) from error
+    except _DAMAGE as error:
+        raise InputError(
+            "the file is no set of arrays, or damaged", file=path, cure=cure
+        ) from error
+    for name in needed:
+        if name not in arrays:
+            raise InputError(f"the file has no array {name}", file=path, cure=cure)
+    return arrays
+
+
+def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> NDArray[Any]:
+    """One array of an archive; memory is taken for what its bytes can hold, not what it says.
+
+    Raises
+    ------
+    ValueError
+        No array, an array of objects, or another size than stated; besides what damage raises.
+    """
+    if member.file_size > _DEFLATED * member.compress_size + _HEADER:
+        raise ValueError("more than the bytes can hold")
+    with archive.open(member) as file:
+        if np.lib.format.read_magic(file) != (1, 0):
+            raise ValueError("version")
+        shape, fortran, kind = np.lib.format.read_array_header_1_0(file, max_header_size=_HEADER)
+        size = math.prod(shape) * kind.itemsize
+        if kind.hasobject or min(shape, default=0) < 0 or size != member.file_size - file.tell():
+            raise ValueError("shape")
+        data = file.read(size + 1)
+    if len(data) != size:
+        raise ValueError("length")
+    flat = np.frombuffer(bytearray(data), kind) if size else np.empty(math.prod(shape), kind)
+    return flat.reshape(shape, order="F" if fortran else "C")
 
 
 def joint_covariance_bytes(covariance: Array) -> bytes:
@@ -78,7 +136,7 @@ def read_joint_covariance(path: Path, stations: int) -> Array:
             file=path,
             cure=cure,
         ) from error
-    except (ValueError, SyntaxError, EOFError, tokenize.TokenError) as error:
+    except _DAMAGE as error:
         what = f"the file is no joint covariance of {stations} stations"
         raise InputError(what, file=path, cure=cure) from error
     if not np.isfinite(values).all():

@@ -13,7 +13,7 @@ from typing import Any, NoReturn
 
 from tribrach.io.xml_file import read_bytes
 
-__all__ = ["read_json"]
+__all__ = ["LENIENT", "read_json"]
 
 #: integers with more digits are no count and no coordinate
 _DIGITS = 18
@@ -42,7 +42,7 @@ def read_json(path: Path) -> Any:
     """
     data = read_bytes(path)
     try:
-        return json.loads(data, parse_int=_integer, parse_float=_real, parse_constant=_refused)
+        return json.loads(data, **_BOUNDED)
     except RecursionError:
         raise ValueError("nested too deeply") from None
 
@@ -62,3 +62,12 @@ def _real(text: str) -> float:
 
 def _refused(word: str) -> NoReturn:
     raise ValueError(f"{word} is no number")
+
+
+_BOUNDED: dict[str, Any] = {
+    "parse_int": _integer,
+    "parse_float": _real,
+    "parse_constant": _refused,
+}
+#: reads what begins with JSON, with control characters in its texts and words for numbers
+LENIENT = json.JSONDecoder(strict=False, parse_int=_integer)

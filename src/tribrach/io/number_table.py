@@ -18,7 +18,7 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.io.csv_rows import read_rows
-from tribrach.network.survey import LARGEST
+from tribrach.units import LARGEST
 
 __all__ = ["NumberTable", "read_numbers"]
 

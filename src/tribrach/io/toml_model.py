@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
 from tribrach.errors import InputError, RefusalCollector
 from tribrach.io.xml_file import read_bytes
+from tribrach.units import LARGEST
 
 __all__ = ["read_model"]
 
@@ -34,7 +35,9 @@ def read_model(path: Path, model: type[Model], cure: str) -> Model:
         Unreadable, not UTF-8, not TOML, a key that is missing, unknown or wrong.
     """
     try:
-        return model.model_validate(tomllib.loads(read_bytes(path).decode("utf-8-sig")))
+        document = tomllib.loads(read_bytes(path).decode("utf-8-sig"))
+        _check_numbers(path, document, ())
+        return model.model_validate(document)
     except UnicodeDecodeError as error:
         raise InputError(
             "the file is not UTF-8 text", file=path, cure="save it as UTF-8"
@@ -48,3 +51,15 @@ def read_model(path: Path, model: type[Model], cure: str) -> Model:
             words = f"{key}: {detail['msg'][:1].lower()}{detail['msg'][1:]}"
             refused.add(InputError(words, file=path, cure=cure))
         raise refused.error() from error
+
+
+def _check_numbers(path: Path, value: Any, keys: tuple[str, ...]) -> None:
+    """Refuse numbers of a document that are beyond any measurement."""
+    if isinstance(value, dict):
+        for key, one in value.items():
+            _check_numbers(path, one, (*keys, key))
+    elif isinstance(value, list):
+        for one in value:
+            _check_numbers(path, one, keys)
+    elif isinstance(value, int | float) and not abs(value) < LARGEST:
+        raise InputError(f"{'.'.join(keys)} is beyond any measurement", file=path)

@@ -99,6 +99,8 @@ def read_transformation(path: Path) -> StoredTransformation:
         covariance = None if given is None else _array(given, (k, k))
     except (ValueError, TypeError, KeyError) as error:
         raise InputError("this is no transformation", file=path, cure=cure) from error
+    except InputError as error:
+        raise InputError(error.what, file=path, cure=error.cure or cure) from error
     affine = matrix if model.turn == "affine" else None
     transformation = Transformation(model, centre, shift, rotation, factors, affine)
     if not np.allclose(transformation.matrix, matrix, rtol=1e-9, atol=1e-12):

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import zipfile
 from collections.abc import Callable, Iterator
 from dataclasses import fields
 from importlib.metadata import version
@@ -21,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from tribrach.errors import InputError
+from tribrach.io.arrays import read_named
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader
 from tribrach.io.keeping import keeping, refuse_loss
@@ -144,15 +144,12 @@ def _made(folder: Path, twin: Twin, number: int, recipe: str) -> int | None:
     """Number of points of a scan that is there, whole and made in this way; None otherwise."""
     one = twin.scans[number]
     try:
-        with (
-            _truth_file(folder, twin, one).open("rb") as file,
-            np.load(file, allow_pickle=False) as data,
-        ):
-            if str(data["recipe"]) != recipe:
-                return None
-            points, written = int(data["points"]), str(data["contents"])
+        data = read_named(_truth_file(folder, twin, one), "recipe", "points", "contents")
+        if str(data["recipe"]) != recipe:
+            return None
+        points, written = int(data["points"]), str(data["contents"])
         return points if written == _contents(folder / _file(twin, one)) else None
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+    except (OSError, InputError, ValueError, TypeError):
         return None
 
 

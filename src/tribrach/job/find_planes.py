@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-import zipfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 
+from tribrach.errors import InputError
 from tribrach.io.arrays import named_bytes, read_named
 from tribrach.io.outputs import write_bytes
 from tribrach.job.scans import MeasuredScan, StationScan
@@ -137,6 +137,6 @@ def _read(file: Path, scan: str) -> tuple[PlaneSet, StationView] | None:
             data["points"],
             float(data["reach"]),
         )
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+    except (InputError, ValueError, KeyError, TypeError, IndexError):
         return None
     return planes, view

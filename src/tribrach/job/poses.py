@@ -31,7 +31,7 @@ from tribrach.io.arrays import joint_covariance_bytes, read_joint_covariance
 from tribrach.io.json_file import read_json
 from tribrach.job.scans import StationScan
 from tribrach.network.adjustment import Adjustment
-from tribrach.network.survey import LARGEST
+from tribrach.units import LARGEST
 
 __all__ = [
     "JOINT",

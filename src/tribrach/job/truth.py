@@ -337,7 +337,7 @@ def cloud_error(
     scan: StationScan, where: Placement, true: Pose, file: Path, incidence: bool = False
 ) -> CloudError:
     """The errors of the points of a scan whose truth is in a file."""
-    truth = read_named(file)
+    truth = read_named(file, "point", "xyz")
     number, place = truth["point"], truth["xyz"]
     alone = Placement(where.station, true, np.zeros((6, 6)), where.noise)
     noise, whole, first, used = 0.0, 0.0, 0, 0

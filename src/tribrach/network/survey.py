@@ -25,12 +25,12 @@ from tribrach.observations.base import Observations, Use, covariance_from_sigma
 from tribrach.observations.control import Coordinates
 from tribrach.observations.declaration import Family
 from tribrach.observations.unknowns import FAMILIES, Layout, State
-from tribrach.units import GON, beyond_circle, check_circle
+from tribrach.units import GON, LARGEST, beyond_circle, check_circle
 
 __all__ = ["GivenPoint", "ObservationTable", "Survey", "as_column"]
 
-#: coordinates and measurements from here on are none [m]; nor are sigmas below
-LARGEST, SMALLEST_SIGMA = 1e12, 1e-15
+#: standard deviations below are none
+SMALLEST_SIGMA = 1e-15
 
 
 #: nor are heights over a mark [m]

@@ -22,6 +22,7 @@ from pydantic import (
 from tribrach.errors import InputError
 from tribrach.geodesy.epochs import PLATES, Motion, Realisation
 from tribrach.network.network import Datum
+from tribrach.units import LARGEST
 
 __all__ = [
     "AdjustmentSection",
@@ -45,9 +46,6 @@ __all__ = [
     "parse_datum",
 ]
 
-#: larger numbers are no length, angle, coordinate, count or year in any unit
-_LARGEST = 1e12
-
 # What all sections of a project file have in common; units stand in the names of the keys.
 
 
@@ -61,7 +59,7 @@ class Section(BaseModel):
     def _measurable(cls, value: object) -> object:
         """No number of a project is larger than any measurement, and none is infinite."""
         for number in _numbers_in(value):
-            if not abs(number) <= _LARGEST:
+            if not abs(number) <= LARGEST:
                 shown = (
                     f"{number:.3g}" if isinstance(number, float) else "an integer of many digits"
                 )

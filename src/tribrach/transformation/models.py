@@ -113,6 +113,8 @@ def find_model(count: int, dimension: int) -> Model:
     for model in MODELS:
         if (model.count, model.dimension) == (count, dimension):
             return model
+    if dimension not in (2, 3):
+        raise InputError(f"there is no transformation in {dimension} dimensions")
     known = ", ".join(str(m.count) for m in MODELS if m.dimension == dimension)
     where = "in space" if dimension == 3 else "in the plane (the points have no heights)"
     raise InputError(

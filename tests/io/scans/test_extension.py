@@ -55,7 +55,8 @@ import numpy as np
 
 from tribrach.io.scans.columns import arranged
 from tribrach.io.scans.origin import scan_name
-from tribrach.io.scans.text import Lines, opened
+from tribrach.io.scans.text import Lines
+from tribrach.io.unpacking import unpacked
 from tribrach.io.scans.text_scan import TextScan
 
 NAMES = ("x", "y", "z")
@@ -70,7 +71,7 @@ class PolarScan(TextScan):
 
 
 def read(path):
-    with opened(path) as file:
+    with unpacked(path) as file:
         records, _ = Lines(file, path).survey()
     types = dict.fromkeys(NAMES, "float64")
     columns = arranged(types, {name: np.zeros(1) for name in NAMES}, path)

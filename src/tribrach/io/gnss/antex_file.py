@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tribrach.errors import InputError
+from tribrach.io.xml_file import read_bytes
 
 __all__ = ["AntexFile", "read_antex"]
 
@@ -71,12 +72,7 @@ def read_antex(path: Path) -> AntexFile:
     InputError
         The file cannot be read or is not ANTEX.
     """
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(
-            f"the file cannot be read ({error.strerror})", file=path, cure="check the path"
-        ) from error
+    data = read_bytes(path)
     if b"ANTEX VERSION / SYST" not in data[:200]:
         raise InputError("this is no ANTEX file", file=path)
     return AntexFile(path, data)

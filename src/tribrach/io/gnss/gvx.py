@@ -16,7 +16,7 @@ from tribrach.errors import InputError, RefusalCollector
 from tribrach.geodesy import frames
 from tribrach.io.gnss.records import GnssRecords
 from tribrach.io.xml_file import line_of, load
-from tribrach.network.survey import LARGEST
+from tribrach.units import LARGEST, too_large
 
 __all__ = ["read_gvx"]
 
@@ -104,7 +104,10 @@ def _add_point(
         else:
             records.frame = system
     if epoch and records.epoch is None:
-        records.epoch = frames.decimal_year(epoch)
+        try:
+            records.epoch = frames.decimal_year(epoch)
+        except InputError as error:
+            raise InputError(error.what, file=path, cure=error.cure) from error
 
 
 def _covariance(path: Path, vector: etree._Element) -> np.ndarray[tuple[int, int]]:
@@ -148,4 +151,7 @@ def _number(path: Path, element: etree._Element, tag: str) -> float:
         value = float("nan")
     if not np.isfinite(value):
         raise InputError(f"<{tag}> is {text!r}, no number", file=path, line=line_of(element))
+    if too_large(value):
+        what = f"<{tag}> is {text}, beyond any measurement"
+        raise InputError(what, file=path, line=line_of(element))
     return value

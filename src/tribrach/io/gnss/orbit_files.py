@@ -14,7 +14,7 @@ from pathlib import Path
 from tribrach.errors import InputError
 from tribrach.io.gnss.navigation_file import NavigationFile, read_navigation
 from tribrach.io.gnss.precise_file import PreciseOrbits, is_sp3, joined, read_sp3
-from tribrach.io.gnss.rinex_file import read_packed
+from tribrach.io.unpacking import unpacked_bytes
 
 __all__ = ["Orbits", "read_orbits"]
 
@@ -49,7 +49,7 @@ def read_orbits(paths: Sequence[Path]) -> Orbits:
     broadcast: list[NavigationFile] = []
     precise: list[PreciseOrbits] = []
     for path in paths:
-        data = read_packed(path)
+        data = unpacked_bytes(path)
         if is_sp3(data):
             precise.append(read_sp3(path, data))
         elif b"CLOCK DATA" in data[:60]:

@@ -19,11 +19,14 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.io.gnss.records import GnssRecords
 from tribrach.io.opened_files import contents
+from tribrach.units import too_large
 
 __all__ = ["read_sinex"]
 
 #: files above this are refused
 MAX_BYTES = 300_000_000
+#: weights of coordinates [1/m^2] are below, and so is everything else in a matrix
+_LARGEST_ELEMENT = 1e30
 #: parameters of a solution; their matrix has 200 MB
 MOST_PARAMETERS = 5000
 #: parameters that are read
@@ -168,10 +171,11 @@ def _parameter(path: Path, number: int, line: str) -> _Parameter:
     """The parameter of one line of the estimate."""
     words = line.split()
     try:
-        index, kind, station, _, _, epoch, _, _, value, sigma = words[:10]
-        return _Parameter(
-            int(index), kind, station, _year(epoch), float(value), float(sigma), number
-        )
+        index, kind, station, _, _, epoch, _, _, *figures = words[:10]
+        value, sigma = (float(word) for word in figures)
+        if not np.isfinite([value, sigma]).all() or too_large([value, sigma]):
+            raise ValueError("beyond any measurement")
+        return _Parameter(int(index), kind, station, _year(epoch), value, sigma, number)
     except ValueError as error:
         raise InputError(
             "the line of the estimate is malformed",
@@ -235,7 +239,9 @@ def _covariance(path: Path, lines: list[str], parameters: list[_Parameter]) -> A
             row, column = place[int(words[0])], int(words[1])
             for k, word in enumerate(words[2:5]):
                 other = place[column + k]
-                matrix[row, other] = matrix[other, row] = float(word)
+                matrix[row, other] = matrix[other, row] = value = float(word)
+                if not abs(value) < _LARGEST_ELEMENT:
+                    raise ValueError("beyond any matrix")
         except (KeyError, ValueError, IndexError) as error:
             raise InputError(
                 "the line of the matrix is malformed",

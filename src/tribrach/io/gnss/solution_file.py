@@ -26,6 +26,7 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geodesy.site import ecef_from_geodetic, enu_rotation
 from tribrach.io.opened_files import contents
+from tribrach.units import LARGEST, too_large
 
 __all__ = ["FIXED", "FLOAT", "SatelliteUse", "Solution", "read_solution", "read_status"]
 
@@ -218,9 +219,9 @@ def _table(path: Path, rows: list[str], lines: NDArray[np.int64]) -> tuple[Array
             since = np.array(stamps, dtype="datetime64[us]") - _GPS_START
             times = since.astype(np.int64) / 1e6
             body = "\n".join(rest for _, _, rest in words)
-            table = np.loadtxt(io.StringIO(body), ndmin=2, usecols=range(13))
+            table = _numbers(body, 13)
         else:
-            whole = np.loadtxt(io.StringIO(joined), ndmin=2, usecols=range(15))
+            whole = _numbers(joined, 15)
             times, table = whole[:, 0] * 604800 + whole[:, 1], whole[:, 2:]
     except (ValueError, IndexError) as error:
         place = re.search(r"row (\d+)", str(error))
@@ -234,7 +235,18 @@ def _table(path: Path, rows: list[str], lines: NDArray[np.int64]) -> tuple[Array
     if not np.isfinite(table).all():
         row = int(np.flatnonzero(~np.isfinite(table).all(axis=1))[0])
         raise InputError("a value is not a number", file=path, line=int(lines[row]))
+    if too_large(table):
+        row = int(np.argmax((np.abs(table) >= LARGEST).any(axis=1)))
+        raise InputError("a value is beyond any measurement", file=path, line=int(lines[row]))
     return times, table
+
+
+def _numbers(text: str, columns: int) -> Array:
+    """The first columns of lines of numbers (n, columns)."""
+    if not text.strip():
+        raise ValueError("row 1: nothing")
+    table: Array = np.loadtxt(io.StringIO(text), ndmin=2, usecols=range(columns))
+    return table
 
 
 def _covariances(kind: Kind, table: Array) -> tuple[Array, Array]:
@@ -272,6 +284,8 @@ def _reference(text: str) -> Array:
     try:
         numbers = np.array([float(word) for word in line.groups()])
     except ValueError:
+        return np.full(3, np.nan)
+    if not np.isfinite(numbers).all() or too_large(numbers):
         return np.full(3, np.nan)
     if np.abs(numbers[:2]).max() <= 360:  # latitude, longitude, height
         latitude, longitude = np.radians(numbers[:2])

@@ -9,6 +9,7 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.errors import InputError
+from tribrach.units import too_large
 
 __all__ = ["covariance", "numbers"]
 
@@ -40,6 +41,9 @@ def numbers(words: Sequence[str], what: str, path: Path, line: int) -> Array:
             file=path,
             line=line,
         )
+    if too_large(values):
+        which = f"{what} {' '.join(words)!r}"
+        raise InputError(f"{which} is beyond any measurement", file=path, line=line)
     return values
 
 

@@ -122,7 +122,8 @@ class ColumnRoles:
         for field, source, factor in zip(self.fields, self.sources, self.factors, strict=True):
             column = columns[source][keep]
             if factor != 1:
-                column = column * np.float64(factor)
+                with np.errstate(over="ignore", invalid="ignore"):  # what does not fit is refused
+                    column = column * np.float64(factor)
             values[field.name] = cast(column, np.dtype(field.dtype), field.name, path)
         return Chunk(xyz[keep], values, int(len(valid) - np.count_nonzero(valid)))
 

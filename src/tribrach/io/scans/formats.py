@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from tribrach.errors import InputError
-from tribrach.io.scans.text import Lines, delimiters, opened
+from tribrach.io.scans.text import Lines, delimiters
+from tribrach.io.unpacking import unpacked
 from tribrach.scan.scan import Scan
 
 __all__ = ["READERS", "read_scans"]
@@ -62,7 +63,7 @@ def read_scans(path: Path) -> tuple[Scan, ...]:
     """
     if not path.is_file():
         raise InputError("there is no such file", file=path, cure="check its name and folder")
-    with opened(path) as file:
+    with unpacked(path) as file:
         start = file.read(4096)
     if not start:
         raise InputError("the file is empty", file=path, cure="copy it again from its source")
@@ -115,7 +116,7 @@ def _is_text(start: bytes) -> bool:
 def _shape(path: Path) -> str | None:
     """PTX, PTS or other lines of numbers, by the first lines; None if they are no numbers."""
     ptx, xyz = _module("ptx"), _module("xyz")
-    with opened(path) as file:
+    with unpacked(path) as file:
         lines = Lines(file, path).peek(len(ptx.HEADER))
     if not all(map(xyz.numeric, lines)):
         parted = (line.translate(delimiters(line)) for line in lines[-2:])

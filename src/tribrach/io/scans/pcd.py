@@ -27,8 +27,9 @@ from tribrach.geometry.pose import Pose
 from tribrach.io.scans.columns import ColumnRoles, arranged, cast
 from tribrach.io.scans.origin import assumed_origin, bounds_of, scan_name
 from tribrach.io.scans.records import RecordScan, native, sampled
-from tribrach.io.scans.text import LineBlock, Lines, Mark, opened
+from tribrach.io.scans.text import LineBlock, Lines, Mark
 from tribrach.io.scans.text_scan import TextScan, rows, short, table
+from tribrach.io.unpacking import unpacked
 from tribrach.scan.scan import CHUNK, Chunk, Field, Scan
 
 __all__ = ["PcdCompressedScan", "PcdScan", "PcdTextScan", "read"]
@@ -170,7 +171,7 @@ def _text(
     path: Path, header: _Header, common: dict[str, Any]
 ) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
     """A sample of an ASCII file, and the further fields of its scan; its lines are counted."""
-    with opened(path) as file:
+    with unpacked(path) as file:
         lines = Lines(file, path, mark=Mark(header.size, 0, header.lines))
         mark = lines.mark
         records, lines_seen = lines.survey()

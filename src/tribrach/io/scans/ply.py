@@ -19,8 +19,9 @@ from tribrach.errors import InputError
 from tribrach.io.scans.columns import arranged
 from tribrach.io.scans.origin import assumed_origin, bounds_of, scan_name
 from tribrach.io.scans.records import RecordScan, sampled
-from tribrach.io.scans.text import Lines, Mark, opened
+from tribrach.io.scans.text import Lines, Mark
 from tribrach.io.scans.text_scan import TextScan, rows, short
+from tribrach.io.unpacking import unpacked
 from tribrach.scan.scan import Scan
 
 __all__ = ["PlyScan", "PlyTextScan", "read"]
@@ -225,7 +226,7 @@ def _text(
     """The scan of an ASCII file; its lines are counted."""
     types = {name: np.dtype(kind).name for name, kind in vertex.types.items() if kind}
     first = sum(e.count for e in before)
-    with opened(path) as file:
+    with unpacked(path) as file:
         lines = Lines(file, path, mark=Mark(header.size, 0, header.lines))
         lines.skip(first)
         mark = lines.mark

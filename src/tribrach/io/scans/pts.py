@@ -10,8 +10,9 @@ from pathlib import Path
 from tribrach.errors import InputError
 from tribrach.io.scans.columns import arranged
 from tribrach.io.scans.origin import assumed_origin, bounds_of, scan_name
-from tribrach.io.scans.text import Lines, opened
-from tribrach.io.scans.text_scan import TextScan, rows, short
+from tribrach.io.scans.text import Lines
+from tribrach.io.scans.text_scan import TextScan, refuse_many, rows, short
+from tribrach.io.unpacking import unpacked
 from tribrach.scan.scan import Scan
 
 __all__ = ["PtsScan", "read"]
@@ -39,10 +40,11 @@ def read(path: Path) -> tuple[Scan, ...]:
         No count where one belongs, or more or fewer points than it states.
     """
     scans: list[PtsScan] = []
-    with opened(path) as file:
+    with unpacked(path) as file:
         lines = Lines(file, path)
         while lines.peek(1):
             scans.append(_block(lines, len(scans)))
+            refuse_many(path, len(scans))
     if not scans:
         raise InputError("the file is empty", file=path, cure=_CURE)
     return tuple(scans)

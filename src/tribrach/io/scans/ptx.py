@@ -20,8 +20,9 @@ from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.io.scans.columns import arranged
 from tribrach.io.scans.origin import scan_name
-from tribrach.io.scans.text import LineBlock, Lines, opened
-from tribrach.io.scans.text_scan import TextScan, rows, short, table
+from tribrach.io.scans.text import LineBlock, Lines
+from tribrach.io.scans.text_scan import TextScan, refuse_many, rows, short, table
+from tribrach.io.unpacking import unpacked
 from tribrach.scan.scan import Chunk, Field, Origin, Scan
 
 __all__ = ["HEADER", "PtxScan", "read"]
@@ -74,10 +75,11 @@ def read(path: Path) -> tuple[Scan, ...]:
         motion.
     """
     scans: list[PtxScan] = []
-    with opened(path) as file:
+    with unpacked(path) as file:
         lines = Lines(file, path)
         while lines.peek(1):
             scans.append(_scan(lines, len(scans)))
+            refuse_many(path, len(scans))
     if not scans:
         raise InputError("the file is empty", file=path, cure="copy it again from its source")
     return tuple(scans)

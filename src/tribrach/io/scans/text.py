@@ -7,22 +7,17 @@ named by its number in the file.
 
 from __future__ import annotations
 
-import bz2
-import gzip
-import lzma
 import re
-import zlib
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO, cast
+from typing import BinaryIO
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from tribrach.errors import InputError
+from tribrach.io.unpacking import unpacked
 
 __all__ = [
     "BLANKS",
@@ -30,20 +25,12 @@ __all__ = [
     "Lines",
     "Mark",
     "delimiters",
-    "opened",
 ]
 
 #: bytes read at a time; no line may be longer
 BLOCK = 1 << 23
 #: of so many lines so many are looked at beforehand
 _STRIDE, _SAMPLE = 1 << 16, 256
-_CURE = "copy the file again from its source"
-#: how to unpack a file, by its first bytes
-_COMPRESSED: dict[bytes, Callable[[BinaryIO], Any]] = {
-    b"\x1f\x8b": gzip.open,
-    b"\xfd7zXZ\x00": lzma.open,
-    b"BZh": bz2.open,
-}
 #: translation of tabs into spaces
 BLANKS = bytes.maketrans(b"\t\v\f", b"   ")
 #: commas and semicolons are delimiters as well
@@ -57,34 +44,6 @@ def delimiters(line: bytes) -> bytes:
     if b";" in line and re.search(rb"\d,\d", line):
         return _DECIMAL_COMMAS
     return _COMMAS if b"," in line or b";" in line else BLANKS
-
-
-@contextmanager
-def opened(path: Path) -> Iterator[BinaryIO]:
-    """A file for reading, unpacked on the way if it is gzip, xz or bzip2.
-
-    Raises
-    ------
-    InputError
-        It cannot be opened, or the compressed data are damaged or end too soon.
-    """
-    try:
-        with path.open("rb") as file:
-            magic = file.read(6)
-            file.seek(0)
-            for start, unpack in _COMPRESSED.items():
-                if magic.startswith(start):
-                    with unpack(file) as unpacked:
-                        yield cast(BinaryIO, unpacked)
-                    return
-            yield file
-    except (EOFError, lzma.LZMAError, zlib.error, gzip.BadGzipFile) as error:
-        raise InputError(
-            f"the compressed data are damaged or end too soon ({error})", file=path, cure=_CURE
-        ) from error
-    except OSError as error:
-        words = error.strerror or error
-        raise InputError(f"the file cannot be read ({words})", file=path, cure=_CURE) from error
 
 
 @dataclass(frozen=True)
@@ -255,7 +214,7 @@ class Lines:
 
     def number(self, block: LineBlock, k: int) -> int:
         """Number in the file, from 1, of line k of a block, counted from 0."""
-        with opened(self.path) as file:
+        with unpacked(self.path) as file:
             file.seek(block.mark.offset)
             left = block.first - block.mark.ordinal + k
             for number, line in enumerate(file, start=block.mark.line + 1):

@@ -18,10 +18,11 @@ from numpy.typing import NDArray
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.io.scans.columns import ColumnRoles, cast
-from tribrach.io.scans.text import BLANKS, LineBlock, Lines, Mark, opened
+from tribrach.io.scans.text import BLANKS, LineBlock, Lines, Mark
+from tribrach.io.unpacking import unpacked
 from tribrach.scan.scan import CHUNK, Chunk, Scan
 
-__all__ = ["TextScan", "rows", "short", "table"]
+__all__ = ["TextScan", "refuse_many", "rows", "short", "table"]
 
 #: what programs write for a value that is no number; polars knows nan and inf
 _ODD = re.compile(rb"(?i)(?<![^ \n])[-+]?(?:1\.#\w+|nan\(\w*\)|n/a|null)(?![^ \n])")
@@ -145,7 +146,7 @@ class TextScan(Scan):
             A malformed line, or the file has become shorter.
         """
         records, done = self.records or 0, start
-        with opened(self.path) as file:
+        with unpacked(self.path) as file:
             lines = Lines(file, self.path, self.blanks, self.mark)
             lines.skip(self.first + start - lines.ordinal)
             while done < records:
@@ -174,6 +175,26 @@ class TextScan(Scan):
     def _chunk(self, values: dict[str, NDArray[Any]], done: int) -> Chunk:
         """The points of some columns; ``done`` records lie before them."""
         return self.columns.chunk(values, self.path)
+
+
+#: scans in one file of text; each is looked for from the last block of lines on
+_MOST_SCANS = 1000
+
+
+def refuse_many(path: Path, scans: int) -> None:
+    """Refuse more scans in one file of text than anybody takes.
+
+    Raises
+    ------
+    InputError
+        There are more than a thousand.
+    """
+    if scans > _MOST_SCANS:
+        raise InputError(
+            f"the file has more than {_MOST_SCANS} scans",
+            file=path,
+            cure="write fewer into one file, or check the numbers of points",
+        )
 
 
 def short(path: Path, stated: int, present: int, record: str | None = None) -> InputError:

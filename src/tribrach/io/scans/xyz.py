@@ -16,8 +16,9 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.io.scans.columns import arranged, known_name
 from tribrach.io.scans.origin import assumed_origin, bounds_of, scan_name
-from tribrach.io.scans.text import BLANKS, LineBlock, Lines, Mark, delimiters, opened
+from tribrach.io.scans.text import BLANKS, LineBlock, Lines, Mark, delimiters
 from tribrach.io.scans.text_scan import TextScan, rows, short
+from tribrach.io.unpacking import unpacked
 from tribrach.scan.scan import Scan
 
 __all__ = ["XyzScan", "numeric", "read"]
@@ -70,10 +71,10 @@ def read(path: Path) -> tuple[Scan, ...]:
     InputError
         No points, or no columns for x, y and z.
     """
-    with opened(path) as file:
+    with unpacked(path) as file:
         lines = Lines(file, path)
         blanks = _blanks(lines.peek(_HEAD))
-    with opened(path) as file:
+    with unpacked(path) as file:
         lines = Lines(file, path, blanks, Mark())
         head = _head(lines)
         lines.skip(head.lines)

@@ -12,13 +12,15 @@ import numpy as np
 
 from tribrach.errors import InputError
 from tribrach.io.totalstation.records import Problem, RawFile, RawSights, Setups, StoredPoints
-from tribrach.units import GON, beyond_circle, check_circle
+from tribrach.units import GON, beyond_circle, check_circle, too_large
 
 __all__ = ["Recorder"]
 
 NAN = math.nan
 #: heights of the instrument that differ by less belong to one set-up [m]
 SAME_HEIGHT = 5e-5
+#: no instrument measures farther [m], or in air as hot or as cold as this [C]
+FARTHEST, HOTTEST = 1e6, 150.0
 
 
 @dataclass
@@ -202,10 +204,14 @@ class Recorder:
         distance = NAN if distance == 0 else distance
         if all(math.isnan(x) for x in (direction, zenith, distance)):
             raise ValueError("the sight has no reading")
-        if distance < 0:
+        if distance < 0 or distance > FARTHEST:
             raise ValueError(f"the distance is {distance:g} m")
         if not math.isnan(zenith) and not 0 <= zenith <= 2 * math.pi:
             raise ValueError(f"the zenith angle is {math.degrees(zenith):g} deg")
+        if not abs(self.temperature_c) < HOTTEST and not math.isnan(self.temperature_c):
+            raise ValueError(f"the temperature is {self.temperature_c:g} C")
+        if too_large((self.prism, self.ppm, self.temperature_c, self.pressure_hpa)):
+            raise ValueError("prism constant, correction or air is beyond any measurement")
         check_circle(direction, turns=2)
         if beyond_circle(direction):
             gon = direction / GON

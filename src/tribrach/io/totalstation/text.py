@@ -9,7 +9,7 @@ from pathlib import Path
 from tribrach.errors import InputError
 from tribrach.io.opened_files import contents
 from tribrach.io.xml_file import read_bytes
-from tribrach.units import UNITS, check_circle
+from tribrach.units import UNITS, check_circle, too_large
 
 __all__ = ["angle", "head", "number", "packed_dms", "read_lines"]
 
@@ -62,7 +62,10 @@ def number(text: str) -> float:
         return math.nan
     if _NUMBER.match(text) is None:
         raise ValueError(f"{text!r} is not a number")
-    return float(text)
+    value = float(text)
+    if too_large(value):
+        raise ValueError(f"{text[:20]} is beyond any measurement")
+    return value
 
 
 def packed_dms(text: str) -> float:

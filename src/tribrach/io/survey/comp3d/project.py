@@ -6,7 +6,6 @@ project file the files themselves are named and the defaults of a local system a
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite, pi
@@ -15,8 +14,9 @@ from typing import Any
 
 from tribrach.errors import InputError
 from tribrach.geodesy.projection import ProjectedGrid, stereographic
+from tribrach.io.json_file import LENIENT
 from tribrach.io.survey.comp3d.text import MAX_BYTES
-from tribrach.units import GON
+from tribrach.units import GON, LARGEST
 
 __all__ = ["Comp3dProject", "read_project"]
 
@@ -141,7 +141,12 @@ def _grid(config: dict[str, Any], path: Path) -> ProjectedGrid:
     if config.get("use_proj"):
         definition = _entry(config, "proj_def", str, path).strip()
         # Comp3D takes places of any grid to latitude and longitude of WGS 84, heights as they are
-        return ProjectedGrid(definition, easting, northing, geographic="EPSG:4326")
+        grid = ProjectedGrid(definition, easting, northing, geographic="EPSG:4326")
+        try:
+            _ = grid.site
+        except InputError as error:
+            raise InputError(error.what, file=path.name, cure=error.cure) from error
+        return grid
     latitude = float(_entry(config, "center_latitude", (int, float), path))
     if not abs(latitude) < 89:
         raise InputError(f"center_latitude is {latitude:g} degrees", file=path.name)
@@ -150,7 +155,8 @@ def _grid(config: dict[str, Any], path: Path) -> ProjectedGrid:
 
 def _entry(config: dict[str, Any], key: str, kind: type | tuple[type, ...], path: Path) -> Any:
     value = config.get(key)
-    if not isinstance(value, kind):
+    far = isinstance(value, int | float) and not abs(value) < LARGEST
+    if far or not isinstance(value, kind):
         raise InputError(f"{key} is {value!r}", file=path.name, record="config")
     return value
 
@@ -168,8 +174,8 @@ def _config(path: Path) -> dict[str, Any]:
     start = text.find("{")
     try:
         # control characters occur inside the strings that Comp3D writes
-        document = json.JSONDecoder(strict=False).raw_decode(text, max(start, 0))[0]
-    except (json.JSONDecodeError, RecursionError) as error:
+        document = LENIENT.raw_decode(text, max(start, 0))[0]
+    except (ValueError, RecursionError) as error:
         raise InputError("broken JSON", file=path.name, line=getattr(error, "lineno", 1)) from error
     config = document.get("config") if isinstance(document, dict) else None
     if not isinstance(config, dict):

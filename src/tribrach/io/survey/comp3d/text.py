@@ -12,6 +12,7 @@ from math import isfinite
 from pathlib import Path
 
 from tribrach.errors import InputError, RefusalCollector
+from tribrach.units import too_large
 
 __all__ = ["MAX_BYTES", "Problems", "TextLine", "read_lines"]
 
@@ -105,6 +106,8 @@ class TextLine:
                 raise self.error(f"{text!r} in {what} is not a number") from None
             if not isfinite(value):
                 raise self.error(f"{text!r} in {what} is not a finite number")
+            if too_large(value):
+                raise self.error(f"{text} in {what} is beyond any measurement")
             out.append(value)
         return out
 

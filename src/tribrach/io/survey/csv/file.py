@@ -27,8 +27,7 @@ from tribrach.io.survey.csv.columns import (
     titled,
     units_of,
 )
-from tribrach.network.survey import LARGEST
-from tribrach.units import UNITS, parse_angle
+from tribrach.units import LARGEST, UNITS, parse_angle
 
 __all__ = ["CsvTable", "read_table"]
 

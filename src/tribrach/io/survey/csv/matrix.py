@@ -16,6 +16,8 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.io.csv_rows import read_rows
+from tribrach.network.survey import SMALLEST_SIGMA
+from tribrach.units import too_large
 
 __all__ = ["CoordinateCovariance", "read_matrix"]
 
@@ -100,8 +102,9 @@ def read_matrix(
         except ValueError:
             raise InputError("a cell is not a number", file=path, line=lines[row + 1]) from None
     scale = np.sqrt(np.abs(np.diag(matrix)))
-    good = np.isfinite(matrix).all() and (np.diag(matrix) > 0).all()
+    good = np.isfinite(matrix).all() and (scale > SMALLEST_SIGMA).all() and not too_large(matrix)
     unit = matrix / np.outer(scale, scale) if good else matrix
+    good = good and (np.diag(matrix) > 0).all()
     if not good or np.abs(unit - unit.T).max() > 1e-6 or np.linalg.eigvalsh(unit)[0] <= 1e-14:
         raise InputError(
             "the matrix is not symmetric and positive definite",

@@ -15,6 +15,7 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.errors import InputError
+from tribrach.units import too_large
 
 __all__ = [
     "ARCSEC",
@@ -327,6 +328,8 @@ def number(text: str, what: str, place: RecordPlace) -> float:
         value = float("nan")
     if not np.isfinite(value):
         raise place.error(f"{what} is {text.strip()!r}, not a number")
+    if too_large(value):
+        raise place.error(f"{what} is {text.strip()}, beyond any measurement")
     return value
 
 

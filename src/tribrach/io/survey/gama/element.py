@@ -16,7 +16,7 @@ import numpy as np
 from lxml import etree
 
 from tribrach.errors import InputError, RefusalCollector
-from tribrach.units import CC, SEC, parse_angle
+from tribrach.units import CC, SEC, parse_angle, too_large
 
 __all__ = ["Element", "checked"]
 
@@ -174,6 +174,8 @@ class Element:
             raise self.error(f"{name} of <{self.tag}> is not a number: {text!r}") from error
         if not np.isfinite(value):
             raise self.error(f"{name} of <{self.tag}> is not a finite number: {text}")
+        if too_large(value):
+            raise self.error(f"{name} of <{self.tag}> is {text}, beyond any measurement")
         return value
 
     def angle(self, name: str) -> tuple[float, float]:

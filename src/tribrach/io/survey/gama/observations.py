@@ -57,6 +57,9 @@ _DEFAULTS = {
     "z-angle": "zenith-angle-stdev",
 }
 
+#: no accuracy of distances grows with a higher power of them
+STEEPEST = 5.0
+
 
 def distance_sigma(section: Element, metres: float) -> float | None:
     """Default ``a + b D^c`` [mm] of a distance, with D in km; None if the section has none.
@@ -70,6 +73,8 @@ def distance_sigma(section: Element, metres: float) -> float | None:
         raise section.error("distance-stdev has more than three numbers", "give a, b and c")
     numbers = [section.as_number("distance-stdev", word) for word in words]
     a, b, c = (*numbers, *(0.0, 0.0, 1.0)[len(numbers) :])
+    if abs(c) > STEEPEST:
+        raise section.error(f"the exponent of distance-stdev is {c:g}", "give a, b and c")
     return float(a + b * (metres / 1000) ** c)
 
 

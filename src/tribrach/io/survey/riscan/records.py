@@ -16,6 +16,7 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.errors import InputError, RefusalCollector
 from tribrach.io.xml_file import line_of, load
+from tribrach.units import too_large
 
 __all__ = ["Position", "RiscanProject", "ScanPosition", "TiePoint", "parse"]
 
@@ -231,6 +232,8 @@ class _Node:
             values = np.array([np.nan])
         if len(values) != count or not np.isfinite(values).all():
             raise self.error(f"<{self.element.tag}> does not hold {count} numbers")
+        if too_large(values):
+            raise self.error(f"<{self.element.tag}> holds a number beyond any measurement")
         return values
 
     def number(self, tag: str, default: float | None = None) -> float:

@@ -21,7 +21,7 @@ from tribrach.errors import InputError
 from tribrach.geodesy.proj_grids import offline
 from tribrach.io.survey.starnet.recognition import is_listing
 from tribrach.io.survey.starnet.text import LINEAR_UNITS, text_of
-from tribrach.units import SEC
+from tribrach.units import SEC, too_large
 
 __all__ = ["StandardErrors", "StarnetSettings", "grid_of", "name_of_grid", "read_settings"]
 
@@ -203,6 +203,8 @@ class _Values:
             value = math.nan
         if not math.isfinite(value):
             raise self.error(key, f"{key} is {word!r}, not a number")
+        if too_large(value):
+            raise self.error(key, f"{key} is {word}, beyond any measurement")
         return value
 
     def size(self, key: str, default: float) -> float:

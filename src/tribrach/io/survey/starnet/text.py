@@ -15,7 +15,7 @@ from pathlib import Path
 
 from tribrach.errors import InputError
 from tribrach.io.opened_files import contents
-from tribrach.units import GON, SEC, UNITS, beyond_circle
+from tribrach.units import GON, LARGEST, SEC, UNITS, beyond_circle, too_large
 
 __all__ = [
     "LINEAR_UNITS",
@@ -142,6 +142,8 @@ def number_of(word: str, what: str, line: DataLine) -> float:
         raise line.error(f"{what} is {word!r}, not a number") from None
     if not math.isfinite(value):
         raise line.error(f"{what} is {word!r}, not a finite number")
+    if too_large(value):
+        raise line.error(f"{what} is {word}, beyond any measurement")
     return value
 
 
@@ -183,6 +185,8 @@ def _degrees(word: str, what: str, line: DataLine) -> float:
         sign, digits = packed[1], packed[3].ljust(4, "0")
         seconds_text = digits[2:4] + "." + digits[4:]
         parts = int(packed[2] or 0), int(digits[:2]), float(seconds_text)
+    if parts[0] > LARGEST:
+        raise line.error(f"{what} is {word}, beyond the circle", "check the angle and its unit")
     if parts[1] >= 60 or parts[2] >= 60:
         raise line.error(
             f"{what} is {word!r}, with 60 or more minutes or seconds",

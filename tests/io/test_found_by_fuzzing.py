@@ -1,0 +1,195 @@
+"""Small files that mutations found: each ended otherwise than by a sentence once."""
+
+import io
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tribrach.errors import InputError, Refusals
+from tribrach.io.arrays import named_bytes, read_joint_covariance, read_named
+from tribrach.io.calibration_file import read_calibration
+from tribrach.io.lever_arm_file import read_lever_arm
+from tribrach.io.scans.formats import read_scans
+from tribrach.io.survey.formats import read
+from tribrach.io.transformation_file import read_transformation
+from tribrach.units import LARGEST, too_large
+
+SEEDS = Path(__file__).parents[2] / "fuzz" / "seeds"
+
+
+def refused(path: Path, read_it=lambda path: read(path).network()) -> str:  # type: ignore[no-untyped-def]
+    with pytest.raises(InputError) as caught:
+        read_it(path)
+    assert path.name in str(caught.value)
+    return str(caught.value)
+
+
+def seed(name: str, folder: Path, *changes: tuple[str, str]) -> Path:
+    """A seed with changes, each of which must change something."""
+    source = SEEDS / name
+    text = source.read_text()
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    path = folder / source.name
+    path.write_text(text)
+    return path
+
+
+def test_what_is_beyond_any_measurement() -> None:
+    assert too_large([1.0, -LARGEST])
+    assert too_large(float("inf"))
+    assert not too_large([1.0, float("nan"), -LARGEST / 2])
+
+
+def test_sentences_hold_on_one_line_and_steer_no_terminal() -> None:
+    words = str(InputError("x is \x1b[31mred\x1b[0m\nand \u202eback", file="a\r.csv"))
+    assert words == r"a\r.csv: x is \x1b[31mred\x1b[0m\nand \u202eback."
+    long = str(InputError("x is " + "A" * 5000 + " and " + "b " * 3000, file="a"))
+    assert len(long) < 2000
+    assert long.startswith("a: x is AAA")
+    both = Refusals([InputError("one"), InputError("two\n")], 2)
+    assert str(both).count("\n") == 2
+
+
+def test_cofactors_without_bounds(tmp_path: Path) -> None:
+    path = tmp_path / "a.asc"
+    whole = (SEEDS / "ski" / "a.asc").read_text().splitlines()
+    line = next(k for k, text in enumerate(whole) if text.startswith("@="))
+    whole[line] = "@= 1e300 " + " ".join(whole[line][2:].split()[1:])
+    path.write_text("\n".join(whole))
+    assert "is beyond any measurement" in refused(path)
+
+
+@pytest.mark.parametrize("number", ["1e20", "1e300", "-1e13"])
+@pytest.mark.parametrize("format", ["starnet", "gama", "comp3d"])
+def test_numbers_beyond_any_measurement(format: str, number: str, tmp_path: Path) -> None:
+    if format == "starnet":
+        path = tmp_path / "a.dat"
+        path.write_text(f"C A 0 0 0 ! ! !\nC B 100 0 0 ! ! !\nD A-C {number}\nD B-C 70\n")
+    elif format == "gama":
+        path = tmp_path / "a.gkf"
+        path.write_text(
+            '<?xml version="1.0"?><gama-local xmlns="http://www.gnu.org/software/gama/gama-local">'
+            '<network><points-observations distance-stdev="5">'
+            '<point id="A" x="0" y="0" fix="xy"/><point id="B" x="1" y="1" fix="xy"/>'
+            f'<point id="C" adj="xy"/><obs from="A"><distance to="C" val="{number}"/></obs>'
+            "</points-observations></network></gama-local>"
+        )
+    else:
+        (tmp_path / "a.cor").write_text(f"1 A 1000 2000 {number} 1 1 1\n")
+        path = tmp_path / "a.obs"
+        path.write_text(f"3 A B {number} 0.001\n")
+        with pytest.raises(InputError):
+            read([tmp_path / "a.cor", path])
+        return
+    assert "beyond any measurement" in refused(path)
+
+
+def test_powers_of_distances_without_bounds(tmp_path: Path) -> None:
+    path = tmp_path / "a.gkf"
+    path.write_text(
+        '<?xml version="1.0"?><gama-local xmlns="http://www.gnu.org/software/gama/gama-local">'
+        '<network><points-observations distance-stdev="5 3 100000"><point id="A" x="0" y="0" '
+        'fix="xy"/><point id="C" adj="xy"/><obs from="A"><distance to="C" val="90000"/></obs>'
+        "</points-observations></network></gama-local>"
+    )
+    assert "the exponent of distance-stdev is 100000" in refused(path)
+
+
+def test_angles_of_hundreds_of_digits(tmp_path: Path) -> None:
+    path = tmp_path / "a.dat"
+    path.write_text(f"C A 0 0 0 ! ! !\nC B 9 0 0 ! ! !\nM B-A-C {'9' * 400}-10-10 10 90-00-00\n")
+    assert "beyond the circle" in refused(path)
+
+
+def test_thousands_of_scans_in_one_file_of_text(tmp_path: Path) -> None:
+    path = tmp_path / "a.pts"
+    path.write_text("1\n1 2 3 4\n" * 5000)
+    assert "the file has more than 1000 scans" in refused(path, read_scans)
+
+
+def test_a_comp3d_project_with_numbers_that_are_none(tmp_path: Path) -> None:
+    for name in ("net.cor", "net.obs"):
+        (tmp_path / name).write_bytes((SEEDS / "comp3d" / "a" / name).read_bytes())
+    for old, new in (
+        ('"refraction": 0.12', '"refraction": NaN'),
+        ('"refraction": 0.12', '"refraction": 1e999'),
+        ('"files_unit": 1', '"files_unit": ' + "1" * 5000),
+        ('"use_proj": false', '"use_proj": true'),
+    ):
+        refused(seed("comp3d/a/net.comp", tmp_path, (old, new)))
+
+
+def test_tables_of_ours_with_numbers_that_are_none(tmp_path: Path) -> None:
+    arm = seed("lever-arm/a.toml", tmp_path, ("x_m = ", "x_m = 1e308 #"))
+    assert "x_m is beyond any measurement" in refused(arm, read_lever_arm)
+    (tmp_path / "b.toml").write_text("a = [[inf]]\n")
+    assert "a is beyond any measurement" in refused(tmp_path / "b.toml", read_calibration)
+    for dimension in ("4", "0", "-1"):
+        path = seed(
+            "transformation/a.json", tmp_path, ('"dimension": 2', f'"dimension": {dimension}')
+        )
+        assert "there is no transformation" in refused(path, read_transformation)
+
+
+def _npz(folder: Path, inner: bytes, packing: int = zipfile.ZIP_DEFLATED) -> Path:
+    path = folder / "a.npz"
+    with zipfile.ZipFile(path, "w", packing) as archive:
+        archive.writestr("xyz.npy", inner)
+    return path
+
+
+def test_sets_of_arrays(tmp_path: Path) -> None:
+    path = tmp_path / "a.npz"
+    arrays = {
+        "xyz": np.arange(6.0).reshape(2, 3),
+        "names": np.array(["A", "B"]),
+        "none": np.zeros(0),
+    }
+    whole = named_bytes(arrays)
+    path.write_bytes(whole)
+    found = read_named(path, "xyz")
+    assert all(np.array_equal(found[name], values) for name, values in arrays.items())
+    found["xyz"][0] = 7.0  # as those of numpy, they can be written to
+    assert "has no array place" in refused(path, lambda path: read_named(path, "place"))
+    inner = io.BytesIO()
+    np.save(inner, np.arange(6.0))
+    plain = inner.getvalue()
+    for data in (
+        plain.replace(b"(6,)", b"(9,)"),
+        plain.replace(b"(6,), }", b"(4294967295,), }"),
+        plain.replace(b"'<f8'", b"'|O8'"),
+        plain.replace(b"False", b"{1: "),
+        plain.replace(b"(6,)", b"(-6,)"),
+        plain[:-1],
+        plain[:20],
+        b"",
+    ):
+        refused(_npz(tmp_path, data), read_named)
+    for k in range(0, len(whole), 7):
+        path.write_bytes(whole[:k] + bytes([whole[k] ^ 0xFF]) + whole[k + 1 :])
+        try:
+            read_named(path)
+        except InputError:
+            continue
+    path.write_bytes(whole[:-30])
+    refused(path, read_named)
+
+
+def test_an_array_packed_a_thousandfold(tmp_path: Path) -> None:
+    inner = io.BytesIO()
+    np.save(inner, np.zeros(3_000_000))
+    path = _npz(tmp_path, inner.getvalue(), zipfile.ZIP_BZIP2)
+    assert path.stat().st_size < 2000
+    refused(path, read_named)
+
+
+def test_a_joint_covariance_with_a_header_of_other_things(tmp_path: Path) -> None:
+    path = tmp_path / "poses.npy"
+    text = b"{'descr': '<f8', 'fortran_order': False, 'shape': (12, 12), True: 1, }"
+    head = text.ljust(117) + b"\n"
+    path.write_bytes(b"\x93NUMPY\x01\x00" + len(head).to_bytes(2, "little") + head + bytes(1152))
+    refused(path, lambda path: read_joint_covariance(path, 2))
