@@ -1,18 +1,42 @@
 """Rows of cells of a CSV file.
 
 UTF-8; comma, semicolon or tab between cells, whichever the header has most of; lines that begin
-with ``#`` are comments.
+with ``#`` are comments. A spreadsheet takes a cell that begins with ``=``, ``+``, ``-`` or ``@``
+for a formula, so names that begin so are written behind an apostrophe (:func:`name_cell`), which is
+no part of the name when the file is read.
 """
 
 from __future__ import annotations
 
 import csv
+import re
 from pathlib import Path
 
 from tribrach.errors import InputError, RefusalCollector
 from tribrach.io.xml_file import read_bytes
 
-__all__ = ["read_rows"]
+__all__ = ["name_cell", "read_rows"]
+
+#: what a spreadsheet takes for the beginning of a formula, white space before it left aside
+_FORMULA = re.compile(r"\s*[=+\-@]")
+#: a cell that was written by :func:`name_cell`
+_QUOTED = re.compile(r"^'(?=\s*[=+\-@])")
+
+
+def name_cell(name: str) -> str:
+    """A name as a cell that no spreadsheet takes for a formula.
+
+    Parameters
+    ----------
+    name
+        Of a point, station, scan or file.
+
+    Returns
+    -------
+    str
+        The name, behind an apostrophe where it begins like a formula.
+    """
+    return f"'{name}" if _FORMULA.match(name) else name
 
 
 def read_rows(path: Path) -> tuple[list[list[str]], list[int]]:
@@ -65,4 +89,6 @@ def read_rows(path: Path) -> tuple[list[list[str]], list[int]]:
                 what = f"the row has {len(row)} cells, the header has {len(rows[0])}"
                 cure = "give every row the same cells"
                 refused.add(InputError(what, file=path, line=number, cure=cure))
+    if "'" in text:
+        rows = [[_QUOTED.sub("", cell, count=1) for cell in row] for row in rows]
     return rows, lines

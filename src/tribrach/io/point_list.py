@@ -16,6 +16,7 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.errors import InputError
+from tribrach.io.csv_rows import name_cell
 from tribrach.io.survey.csv.columns import COORDINATES
 from tribrach.io.survey.csv.file import CsvTable, read_table
 
@@ -166,7 +167,7 @@ def point_list_text(names: Sequence[str], xyz: Array, covariance: Array | None) 
         head += [f"c{axes[i]}{axes[j]}_mm2" for i, j in pairs]
     rows = [",".join(head)]
     for k, name in enumerate(names):
-        cells = [_cell(name), *(f"{v:.5f}" for v in xyz[k])]
+        cells = [_cell(name_cell(name)), *(f"{v:.5f}" for v in xyz[k])]
         if covariance is not None:
             cells += [f"{1e6 * covariance[k, i, j]:.8g}" for i, j in pairs]
         rows.append(",".join(cells))

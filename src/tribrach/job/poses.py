@@ -28,6 +28,7 @@ from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.arrays import joint_covariance_bytes, read_joint_covariance
+from tribrach.io.csv_rows import name_cell
 from tribrach.io.json_file import read_json
 from tribrach.job.scans import StationScan
 from tribrach.network.adjustment import Adjustment
@@ -99,9 +100,8 @@ def poses_csv(
         matrix = [repr(float(x)) for x in where.pose.matrix.ravel()]
         covariance = [f"{where.covariance[i, j]:.9e}" for i, j in triangle]
         place = [frame.kind, frame.crs or "", "" if frame.epoch is None else frame.epoch]
-        writer.writerow(
-            [scan.name, scan.station, scan.scan.path.name, *matrix, *covariance, *place]
-        )
+        names = (scan.name, scan.station, scan.scan.path.name)
+        writer.writerow([*map(name_cell, names), *matrix, *covariance, *place])
     return out.getvalue()
 
 
