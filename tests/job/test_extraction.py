@@ -1,6 +1,7 @@
 """Targets of a scan file: every kind that is wanted, through the instrument's noise and without."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -55,6 +56,22 @@ def test_every_kind_is_found_in_one_scan(file, noise):
     assert findings.panorama is not None
     assert findings.panorama.kinds == tuple(d.kind for d in findings.detections)
     assert len(merged([findings, findings])["S1"]) == 3
+
+
+def test_a_coarse_detection_of_a_target_is_no_second_target(file):
+    """Half a pitch of a coarse scan is more than any fixed distance; bodies do not overlap."""
+    scan = StationScan("wall", "S1", read_scans(file)[0], NOISE, False, {})
+    findings = find_targets(scan, WANTED)
+    (fine,) = (d for d in findings.detections if d.kind == "checkerboard")
+    coarse = replace(
+        fine,
+        center=fine.center + np.array([0, 0.03, 0.02]),
+        covariance=1e-4 * np.eye(3),
+        scan="overview",
+    )
+    beside = replace(coarse, center=fine.center + np.array([0, 0.15, 0.15]))
+    both = replace(findings, detections=(coarse, fine, beside))
+    assert [d.scan for d in merged([both])["S1"]] == ["wall", "overview"]
 
 
 def test_the_command_finds_every_kind(file, tmp_path):

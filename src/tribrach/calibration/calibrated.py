@@ -112,13 +112,14 @@ def calibrate_survey(survey: Survey, models: Mapping[str, StationModel]) -> None
         if not _scanned(table) or not table.names("pose") & models.keys():
             tables.append([table])
             continue
-        if number in joint:
+        parts = _split(table, models)
+        if number in joint and (len(parts) > 1 or table.kind is TargetCentres):
             raise InputError(
                 "target centres that share one covariance matrix have no calibration",
                 record=_first_source(table),
                 cure="give each target its own covariance",
             )
-        tables.append(_split(table, models))
+        tables.append(parts)
     survey.replace_tables(tables)
     for station, given in models.items():
         if station in survey.stations:

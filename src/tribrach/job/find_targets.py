@@ -28,7 +28,7 @@ from tribrach.units import MM
 __all__ = ["Findings", "blind", "extract", "find_targets", "merged"]
 
 
-#: two detections of a station this near to each other are one target [m]
+#: two detections of a station this near to each other are one target, however small it is [m]
 _SAME = 0.02
 
 
@@ -156,9 +156,17 @@ def merged(findings: Sequence[Findings]) -> dict[str, list[Detection]]:
 
 
 def _without_doubles(detections: list[Detection]) -> list[Detection]:
+    """The detections without those that would overlap a more precise one.
+
+    A scan much coarser than another puts a centre off by more than any fixed distance; but two
+    bodies are not in one place.
+    """
     kept: list[Detection] = []
     for detection in sorted(detections, key=lambda d: float(np.trace(d.covariance))):
-        if all(np.linalg.norm(detection.center - k.center) > _SAME for k in kept):
+        if all(
+            np.linalg.norm(detection.center - k.center) > max(_SAME, detection.radius, k.radius)
+            for k in kept
+        ):
             kept.append(detection)
     return kept
 

@@ -10,20 +10,22 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.errors import AdjustmentError, InputError
-from tribrach.geometry.polar import polar_from_xyz
+from tribrach.geometry.polar import polar_by_xyz, polar_from_xyz
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.precision import covariance_of_readings
+from tribrach.job.board_orientation import BoardSighting, correlate_boards
 from tribrach.job.find_targets import Findings, merged
 from tribrach.job.mounted_antennas import mounted_antennas
-from tribrach.job.polar_targets import observe_readings
+from tribrach.job.polar_targets import Sighted, observe_readings
 from tribrach.job.scans import StationScan
 from tribrach.network.adjustment import adjust
 from tribrach.network.blunders.gross import explain
 from tribrach.network.survey import Survey
 from tribrach.observations.control import Offsets
-from tribrach.observations.scanner import TargetCentres
+from tribrach.observations.scanner import ScannerPolar, TargetCentres
 from tribrach.registration.identify import Identification, Sighting, identify
 from tribrach.targets.detection import Detection
+from tribrach.units import MM
 
 if TYPE_CHECKING:
     from tribrach.job.opened import Job
@@ -97,15 +99,19 @@ def name_targets(
     antennas = any(section.lever_arm for section in stations.values())
     identification = identify(sightings, points, free=antennas, groups=groups, partial=partial)
     survey = Survey(site=surveyed.site)
+    boards: list[BoardSighting] = []
     for station in identification.poses:
         survey.station(station, source=f"scan {station}")
     for station, names in identification.names.items():
         if job.calibrations.has(station):
             detections = zip(names, targets[station], strict=True)
             own = {name: d for name, d in detections if name}
-            observe_readings(survey, station, own, scans, findings)
-            continue
-        _observe(survey, station, names, targets[station], scans)
+            sighted = observe_readings(survey, station, own, scans, findings)
+        else:
+            sighted = _observe(survey, station, names, targets[station], scans)
+        if sighted:
+            boards += _boards(survey, sighted, identification.poses[station])
+    correlate_boards(survey, boards, job.project.targets.orientation_mm * MM)
     return Named(targets, identification, survey)
 
 
@@ -115,15 +121,15 @@ def _observe(
     names: Sequence[str],
     detections: Sequence[Detection],
     scans: Sequence[StationScan],
-) -> None:
-    """Target centres of one station; targets without a name tie nothing.
+) -> Sighted:
+    """Target centres of one station, and what they are; targets without a name tie nothing.
 
     A fit averages the noise of the points only: what the angles are wrong by for the whole target
     is added to it (method section 2.2).
     """
     named = [(name, d) for name, d in zip(names, detections, strict=True) if name]
     if not named:
-        return
+        return ()
     systematic = {scan.name: scan.noise.systematic for scan in scans if scan.noise is not None}
     centres = np.array([d.center for _, d in named])
     angle = np.array([systematic.get(d.scan, 0.0) for _, d in named])
@@ -138,6 +144,20 @@ def _observe(
         target=[name for name, _ in named],
         source=[f"{d.scan}: {d.kind}" for _, d in named],
     )
+    return named
+
+
+def _boards(survey: Survey, sighted: Sighted, pose: Pose) -> list[BoardSighting]:
+    """The boards among what the last table of a survey observes."""
+    number = len(survey.tables()) - 1
+    polar = survey.tables()[number].kind is ScannerPolar
+    centres = np.array([d.center for _, d in sighted])
+    by_place = polar_by_xyz(centres) if polar else np.broadcast_to(np.eye(3), (len(centres), 3, 3))
+    return [
+        BoardSighting(number, item, name, d, pose, by_place[item])
+        for item, (name, d) in enumerate(sighted)
+        if d.kind == "checkerboard"
+    ]
 
 
 def known_points(survey: Survey) -> dict[str, tuple[Array, float]]:

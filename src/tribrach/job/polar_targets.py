@@ -17,7 +17,10 @@ from tribrach.network.survey import Survey
 from tribrach.observations.scanner import ScannerPolar
 from tribrach.targets.detection import Detection
 
-__all__ = ["observe_readings"]
+__all__ = ["Sighted", "observe_readings"]
+
+#: detections with the names of their targets, in the order of the observations
+Sighted = Sequence[tuple[str, Detection]]
 
 
 #: detections of one target in several scans lie nearer than this [m]
@@ -30,14 +33,16 @@ def observe_readings(
     named: Mapping[str, Detection],
     scans: Sequence[StationScan],
     findings: Sequence[Findings],
-) -> None:
+) -> Sighted:
     """Add the readings of one station; named : its targets by name.
+
+    Returns the targets of the readings, in their order, with their names.
 
     What the scans were corrected by is taken out again, so that the readings are those of the
     scanner.
     """
     if not named:
-        return
+        return ()
     by_name = {scan.name: scan for scan in scans}
     names = list(named)
     places = np.array([named[name].center for name in names])
@@ -67,6 +72,7 @@ def observe_readings(
         face=np.array([face for _, face in best]),
         source=sources,
     )
+    return [(name, d) for (name, _), d in best.items()]
 
 
 def _face(scan: StationScan, d: Detection) -> float:

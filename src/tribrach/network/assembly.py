@@ -77,18 +77,25 @@ class Assembly:
         self._joint = self._joint_rows(network.joint)
         self._white = self._whiteners()
 
-    def _joint_rows(self, joint: tuple[JointCovariance, ...]) -> list[tuple[Index, Array]]:
-        """Row numbers and inverse Cholesky factor of each joint covariance, active rows only."""
-        if not joint:
-            return []
+    @cached_property
+    def joint_places(self) -> list[Index]:
+        """Row number of each value of the joint covariances, -1 for values that take no part."""
         first = np.cumsum([0] + [o.values.size for o in self.network.observations])
         width = np.array([o.rows for o in self.network.observations])
         number = np.full(first[-1], -1, dtype=np.int64)
         rows = self.rows
         number[first[rows.table] + rows.item * width[rows.table] + rows.row] = np.arange(len(rows))
+        return [
+            number[first[joint.table] + joint.item * width[joint.table] + joint.row]
+            for joint in self.network.joint
+        ]
+
+    def _joint_rows(self, joint: tuple[JointCovariance, ...]) -> list[tuple[Index, Array]]:
+        """Row numbers and inverse Cholesky factor of each joint covariance, active rows only."""
+        if not joint:
+            return []
         out = []
-        for group in joint:
-            place = number[first[group.table] + group.item * width[group.table] + group.row]
+        for group, place in zip(joint, self.joint_places, strict=True):
             active = place >= 0
             if active.any():
                 block = group.covariance[np.ix_(active, active)]

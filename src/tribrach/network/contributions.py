@@ -4,7 +4,8 @@
 one group alone give ``C_g = Q A_g^T P_g A_g Q``, and since ``Q N Q = Q`` the groups add up to the
 covariance exactly: control, targets, levelling and traverse each with its own share. What is held
 fixed adds nothing. Values that share a joint covariance stay together in one group, for they have
-no shares of their own. Metres and radians of the work frame.
+no shares of their own, unless it is known what part of it they have in common: that is a group of
+its own, and the rest is that of each observation. Metres and radians of the work frame.
 """
 
 from __future__ import annotations
@@ -13,10 +14,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
 
 from tribrach._types import Array, Index
 from tribrach.network.adjustment import Adjustment
-from tribrach.network.network import Network
+from tribrach.network.network import JointCovariance, Network
 from tribrach.observations.base import Observations
 from tribrach.observations.declaration import Category, End
 
@@ -67,17 +69,17 @@ def contributions(adjustment: Adjustment, station: str) -> list[Contribution]:
         ``adjustment.covariance``, which is their sum.
     """
     influence = _influence(adjustment, adjustment.columns(station))
+    out = _common(adjustment, influence)
     layout, network = adjustment.layout, adjustment.network
     owner = _owners(network)
     pose = layout.index("pose", station)
     own = _own(adjustment, pose, layout.count("point") + pose)
     own &= ~_merged(network)[adjustment.rows.table]
-    labels = []
+    labels: list[tuple[str, str]] = []
     for one in owner:
         members = [o for o, other in zip(network.observations, owner, strict=True) if other == one]
         kinds = " + ".join(dict.fromkeys(o.kind for o in members))
         labels.append((kinds, " + ".join(dict.fromkeys(o.group for o in members))))
-    out = []
     for label in dict.fromkeys(labels):
         tables = [t for t, other in enumerate(labels) if other == label]
         members = [network.observations[t] for t in tables]
@@ -87,6 +89,31 @@ def contributions(adjustment: Adjustment, station: str) -> list[Contribution]:
                 part = influence[rows]
                 category = _category(members, is_own)
                 out.append(Contribution(*label, is_own, category, part.T @ part))
+    return out
+
+
+def _common(adjustment: Adjustment, influence: Array) -> list[Contribution]:
+    """Shares of what values have in common; ``influence`` (n, k) keeps what each has by itself.
+
+    With ``C = L L^T`` an error ``dl`` of the values does ``g^T dl``, where ``g = L^-T`` times the
+    influence of the whitened ones; its two parts have the shares ``g^T C g``. The Cholesky factor
+    of what observations have by themselves has a block for each.
+    """
+    network = adjustment.network
+    out = []
+    for joint, place in zip(network.joint, adjustment.assembly.joint_places, strict=True):
+        active = np.flatnonzero(place >= 0)
+        if joint.common is None or joint.category is None or not len(active):
+            continue
+        left, rows = joint.part(active), place[active]
+        assert left.common is not None
+        lower = np.linalg.cholesky(left.covariance)
+        direct = solve_triangular(lower, influence[rows], lower=True, trans="T")
+        influence[rows] = np.linalg.cholesky(left.covariance - left.common).T @ direct
+        share = direct.T @ left.common @ direct
+        kinds = dict.fromkeys(network.observations[t].kind for t in left.table)
+        label = " + ".join(kinds)
+        out.append(Contribution(label, joint.category, False, joint.category, share))
     return out
 
 
@@ -120,7 +147,7 @@ def _influence(adjustment: Adjustment, columns: Index) -> Array:
 def _owners(network: Network) -> list[int]:
     """Number of each table; of tables that share a joint covariance, that of the first."""
     owner = list(range(len(network.observations)))
-    for joint in network.joint:
+    for joint in _inseparable(network):
         tables = {owner[t] for t in np.unique(joint.table)}
         owner = [min(tables) if o in tables else o for o in owner]
     return owner
@@ -129,9 +156,14 @@ def _owners(network: Network) -> list[int]:
 def _merged(network: Network) -> NDArray[np.bool_]:
     """True (tables,) for tables with a joint covariance: their values are not parted by station."""
     out = np.zeros(len(network.observations), dtype=bool)
-    for joint in network.joint:
+    for joint in _inseparable(network):
         out[np.unique(joint.table)] = True
     return out
+
+
+def _inseparable(network: Network) -> list[JointCovariance]:
+    """Joint covariances of which no part is known to be common."""
+    return [joint for joint in network.joint if joint.common is None]
 
 
 def _own(adjustment: Adjustment, pose: int, position: int) -> NDArray[np.bool_]:

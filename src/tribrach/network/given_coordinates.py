@@ -329,9 +329,10 @@ def _moved(
     number = np.array(
         [rest.index(r) if m else 0 for r, m in zip(joint.row[keep], moved, strict=True)]
     )
-    return JointCovariance(
-        np.where(moved, to, joint.table[keep]),
-        np.where(moved, number, joint.item[keep]),
-        np.where(moved, 0, joint.row[keep]),
-        joint.covariance[np.ix_(keep, keep)],
+    left = joint.part(np.flatnonzero(keep))
+    return replace(
+        left,
+        table=np.where(moved, to, left.table),
+        item=np.where(moved, number, left.item),
+        row=np.where(moved, 0, left.row),
     )

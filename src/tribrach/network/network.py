@@ -10,13 +10,13 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tribrach._types import Array
+from tribrach._types import Array, Index
 from tribrach.errors import InputError, UnknownName
 from tribrach.geodesy.site import FlatSite, Site
 from tribrach.network.facts import Fact, Reference
 from tribrach.network.identity import observation_ids
 from tribrach.observations.base import Observations, Use
-from tribrach.observations.declaration import ObservedAxes
+from tribrach.observations.declaration import Category, ObservedAxes
 from tribrach.observations.unknowns import State
 
 __all__ = [
@@ -128,12 +128,32 @@ class JointCovariance:
         Value within the observation.
     covariance : array (k, k)
         In metres and radians, in the order of the values.
+    common : array (k, k) or None
+        The part of it that one cause makes common to the values, where that is known apart: what is
+        left is the covariance of each observation by itself. None if the values are correlated as
+        they are.
+    category : Category or None
+        Part of the error budget that ``common`` belongs to.
     """
 
     table: NDArray[np.int64]
     item: NDArray[np.int64]
     row: NDArray[np.int64]
     covariance: Array
+    common: Array | None = None
+    category: Category | None = None
+
+    def part(self, keep: Index) -> JointCovariance:
+        """What is left of it for some of the values, by their numbers (m,) in it."""
+        square = np.ix_(keep, keep)
+        return JointCovariance(
+            self.table[keep],
+            self.item[keep],
+            self.row[keep],
+            self.covariance[square],
+            None if self.common is None else self.common[square],
+            self.category,
+        )
 
 
 @dataclass(frozen=True)
@@ -478,4 +498,6 @@ def _rescaled(joint: JointCovariance, factors: list[Array]) -> JointCovariance:
     factor = np.array([factors[table][item, row] for table, item, row in values])
     if (factor == 1).all():
         return joint
-    return replace(joint, covariance=joint.covariance * factor[:, None] * factor)
+    scale = factor[:, None] * factor
+    common = None if joint.common is None else joint.common * scale
+    return replace(joint, covariance=joint.covariance * scale, common=common)

@@ -415,15 +415,10 @@ def joint_tests(system: WeightedResiduals, alpha0: float = 0.001, power: float =
         One block for each joint covariance of at most LARGEST_JOINT values.
     """
     adjustment = system.adjustment
-    rows, tables = adjustment.rows, adjustment.network.observations
-    first = np.cumsum([0] + [o.values.size for o in tables])
-    width = np.array([o.rows for o in tables])
-    number = np.full(first[-1], -1, dtype=np.int64)
-    number[first[rows.table] + rows.item * width[rows.table] + rows.row] = np.arange(len(rows))
+    tables, places = adjustment.network.observations, adjustment.assembly.joint_places
     parts = []
-    for k, joint in enumerate(adjustment.network.joint):
-        members = number[first[joint.table] + joint.item * width[joint.table] + joint.row]
-        members = members[members >= 0]
+    for k, (joint, place) in enumerate(zip(adjustment.network.joint, places, strict=True)):
+        members = place[place >= 0]
         if 0 < len(members) <= LARGEST_JOINT:
             units = {tables[t].units[r] for t, r in zip(joint.table, joint.row, strict=True)}
             table, item = np.array([-1]), np.array([k])

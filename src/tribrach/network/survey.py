@@ -23,7 +23,7 @@ from tribrach.network.facts import Fact, Reference
 from tribrach.network.network import Constraint, Datum, JointCovariance, Network
 from tribrach.observations.base import Observations, Use, covariance_from_sigma
 from tribrach.observations.control import Coordinates
-from tribrach.observations.declaration import Family
+from tribrach.observations.declaration import Category, Family
 from tribrach.observations.unknowns import FAMILIES, Layout, State
 from tribrach.units import GON, LARGEST, beyond_circle, check_circle
 
@@ -528,9 +528,8 @@ class Survey:
     deflections: dict[str, tuple[float, float]] = field(default_factory=dict)
     undulations: dict[str, float] = field(default_factory=dict)
     _tables: list[ObservationTable] = field(default_factory=list)
-    _joint: list[tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], Array]] = field(
-        default_factory=list
-    )
+    #: tables are numbers of ``_tables`` here
+    _joint: list[JointCovariance] = field(default_factory=list)
 
     def __repr__(self) -> str:
         kinds: dict[str, int] = {}
@@ -750,22 +749,35 @@ class Survey:
         row: ArrayLike,
         covariance: ArrayLike,
         source: str = "",
+        common: tuple[Array, Category] | None = None,
     ) -> None:
         """Give values of several observations one covariance matrix (k, k).
 
         table, item, row (k,): the number that :meth:`add` returned, the observation within that
-        call, its row.
+        call, its row; common: the part (k, k) of the matrix that one cause makes common to them,
+        with its part of the error budget.
 
         Raises
         ------
         InputError
-            The matrix is not symmetric positive definite.
+            The matrix, or what of it is not common, is not symmetric positive definite, or that
+            correlates observations with each other.
         """
         matrix = np.asarray(covariance, dtype=float)
         check_covariance(matrix[None], [source], "covariance matrix")
         index = [np.asarray(a, dtype=np.int64).ravel() for a in (table, item, row)]
-        self._joint.append((index[0], index[1], index[2], matrix))
         same = (index[0][:, None] == index[0]) & (index[1][:, None] == index[1])
+        if common is not None:
+            own = matrix - common[0]
+            check_covariance(own[None], [source], "covariance matrix of what is not common")
+            if (np.abs(own) > 1e-9 * np.sqrt(np.outer(np.diag(own), np.diag(own))))[~same].any():
+                raise InputError(
+                    "observations are correlated by more than what they have in common",
+                    record=source or None,
+                    cure="give their whole correlation as common",
+                )
+        shared, category = common or (None, None)
+        self._joint.append(JointCovariance(index[0], index[1], index[2], matrix, shared, category))
         for a, b in np.argwhere(same):  # each observation's own block, for the reports
             columns = self._tables[index[0][a]].columns
             columns["covariance"][index[1][a], index[2][a], index[2][b]] = matrix[a, b]
@@ -818,7 +830,7 @@ class Survey:
         self.scalars |= other.scalars
         first = len(self._tables)
         self._tables += other._tables
-        self._joint += [(t + first, i, r, c) for t, i, r, c in other._joint]
+        self._joint += [replace(joint, table=joint.table + first) for joint in other._joint]
         self.warnings += other.warnings
         self.leaves_out_unplaced |= other.leaves_out_unplaced
         self.title = self.title or other.title
@@ -837,13 +849,13 @@ class Survey:
 
     def joint_tables(self) -> set[int]:
         """Numbers of the tables that share a covariance with others."""
-        return {int(t) for tables, *_ in self._joint for t in tables}
+        return {int(t) for joint in self._joint for t in joint.table}
 
     def replace_tables(self, parts: Sequence[Sequence[ObservationTable]]) -> None:
         """Put others in the place of each table; those that share a covariance stay single."""
         first = np.cumsum([0, *(len(part) for part in parts)])
         self._tables = [table for part in parts for table in part]
-        self._joint = [(first[t], i, r, c) for t, i, r, c in self._joint]
+        self._joint = [replace(joint, table=first[joint.table]) for joint in self._joint]
 
     def part(self, keep: Sequence[NDArray[np.bool_]]) -> Survey:
         """Some of the observations, with what is left of the covariances that they share.
@@ -862,13 +874,14 @@ class Survey:
         number = np.cumsum([0, *stays])
         place = [np.cumsum(mask) - 1 for mask in keep]
         joint = []
-        for tables, items, rows, matrix in self._joint:
-            pairs = zip(tables.tolist(), items.tolist(), strict=True)
+        for whole in self._joint:
+            pairs = zip(whole.table.tolist(), whole.item.tolist(), strict=True)
             kept = np.flatnonzero([bool(keep[t][i]) for t, i in pairs])
             if len(kept):
-                t, i = tables[kept], items[kept]
-                moved = np.array([place[a][b] for a, b in zip(t, i, strict=True)], dtype=np.int64)
-                joint.append((number[t], moved, rows[kept], matrix[np.ix_(kept, kept)]))
+                left = whole.part(kept)
+                pairs = zip(left.table.tolist(), left.item.tolist(), strict=True)
+                moved = np.array([place[t][i] for t, i in pairs], dtype=np.int64)
+                joint.append(replace(left, table=number[left.table], item=moved))
         return replace(
             self,
             _tables=[t.part(m) for t, m, s in zip(self._tables, keep, stays, strict=True) if s],
@@ -990,15 +1003,12 @@ class Survey:
     ) -> tuple[JointCovariance, ...]:
         """Joint covariances of the network, from where each table went in it."""
         return tuple(
-            JointCovariance(
-                np.array([place[id(self._tables[t])][0] for t in tables]),
-                np.array(
-                    [place[id(self._tables[t])][1] + i for t, i in zip(tables, items, strict=True)]
-                ),
-                rows,
-                matrix,
+            replace(
+                joint,
+                table=np.array([place[id(self._tables[t])][0] for t in joint.table]),
+                item=np.array([place[id(self._tables[t])][1] for t in joint.table]) + joint.item,
             )
-            for tables, items, rows, matrix in self._joint
+            for joint in self._joint
         )
 
     def _start(self, layout: Layout) -> State:

@@ -67,6 +67,7 @@ class Category(StrEnum):
     BACKSIGHT = "backsight"  #: every sight from the scanner itself
     OWN_TARGETS = "own targets"  #: in scans of the station
     OTHER_TARGETS = "targets of others"
+    ORIENTATION = "board orientation"  #: centres of boards, by the angle of sight
     LEVELLING = "levelling"  #: of the scanner
     OTHER = "other"
 

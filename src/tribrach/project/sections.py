@@ -542,12 +542,16 @@ class TargetSection(Section):
         Sizes of the targets.
     floor_mm
         Standard deviation that no centre falls below, in each coordinate.
+    orientation_mm
+        What the centre of a board is off by, in each coordinate, depending on the angle that it is
+        seen at: its standard deviation at 28 points per degree.
     """
 
     sphere_radius_m: tuple[PositiveFloat, ...] = ()
     checkerboard_side_m: tuple[PositiveFloat, ...] = ()
     disc_radius_m: tuple[PositiveFloat, ...] = ()
     floor_mm: NonNegativeFloat = 0.3
+    orientation_mm: NonNegativeFloat = 0.4
 
     @property
     def wanted(self) -> bool:

@@ -123,6 +123,7 @@ instrument = "level"
 checkerboard_side_m = [0.3]
 # simulated prints and spheres are perfect
 floor_mm = 0.0
+orientation_mm = 0.0
 
 [cloud]
 incidence = true

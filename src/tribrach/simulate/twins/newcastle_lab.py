@@ -80,6 +80,7 @@ role = "check"
 checkerboard_side_m = [0.2]
 # simulated prints and spheres are perfect
 floor_mm = 0.0
+orientation_mm = 0.0
 """
 
 CALIBRATE = """\

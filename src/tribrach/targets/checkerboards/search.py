@@ -347,6 +347,7 @@ def _detection(fit: CheckerboardFit, side: float, image: RangeImage, scan: str) 
     away = float(np.linalg.norm(fit.center))
     sine = max(float(np.hypot(*fit.center[:2])) / away, 0.05)
     pixels = side**2 * np.cos(fit.incidence) / (away**2 * image.step_h * image.step_v * sine)
+    density = np.radians(1) / np.sqrt(image.step_h * image.step_v * sine)
     sentences = () if fit.points >= GATES.few_points else (f"only {fit.points} points",)
     return Detection(
         kind="checkerboard",
@@ -367,6 +368,7 @@ def _detection(fit: CheckerboardFit, side: float, image: RangeImage, scan: str) 
             "skew_rad": fit.skew,
             "blur_m": fit.blur,
             "white_minus_black_m": fit.plane.split,
+            "points_per_degree": float(density),
         },
         sentences=sentences,
     )
