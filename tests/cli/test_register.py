@@ -4,6 +4,7 @@ import csv
 import json
 from pathlib import Path
 
+import laspy
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -162,3 +163,61 @@ def test_poses_beside_the_scans_are_proposals_and_no_observations(
     result = RUN.invoke(app, ["register", *files, "--poses", str(listed)])
     assert result.exit_code == 2
     assert "the file has one pose, there are 2 scans" in " ".join(result.output.split())
+
+
+def test_clouds_with_sigmas_and_a_page(folder: Path, tmp_path: Path) -> None:
+    """Points of both clouds lie where the true poses put them, with the sigmas of the scanner."""
+    files = [str(folder / f"S{k}.xyz") for k in (1, 2, 3)]
+    out, page = tmp_path / "out", tmp_path / "page.html"
+    call = ["register", *files, "--out", str(out), "--clouds", "laz", "--html", str(page)]
+    result = RUN.invoke(app, [*call, "--instrument", "Leica RTC360"])
+    assert result.exit_code == 0, result.output
+    assert "no sigmas" not in result.output
+    true = true_poses(folder)
+    given = np.loadtxt(folder / "S2.xyz")
+    with laspy.open(out / "S2.laz") as file:
+        cloud = file.read()
+    assert len(cloud.points) == len(given)
+    off = cloud.xyz - true[0].inverse @ (true[1] @ given)
+    assert np.abs(off).max() < 5e-3
+    sigma = np.stack([np.asarray(cloud[name]) for name in ("sigma_x", "sigma_y", "sigma_z")])
+    assert (sigma > 3e-4).all()
+    np.testing.assert_allclose(np.linalg.norm(sigma, axis=0), cloud["sigma"], rtol=0.02)
+    text = page.read_text()
+    for words in ("3 of 3 pairs that were tried", "1 of 1 loops close", "Verdicts", "Stations"):
+        assert words in text
+    assert text.count("data:image/png") == 1
+    # a second run leaves its own clouds as they are, and replaces nobody else's
+    before = (out / "S2.laz").stat().st_mtime_ns
+    assert RUN.invoke(app, [*call, "--instrument", "Leica RTC360"]).exit_code == 0
+    assert (out / "S2.laz").stat().st_mtime_ns == before
+    other = tmp_path / "other"
+    other.mkdir()
+    (other / "S1.laz").write_bytes(b"mine")
+    call[call.index(str(out))] = str(other)
+    result = RUN.invoke(app, call)
+    assert result.exit_code == 2
+    assert "a file of this name that this program did not write" in result.output
+    assert (other / "S1.laz").read_bytes() == b"mine"
+    assert not (other / "poses.csv").exists()
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        (["--clouds", "laz"], "clouds need a folder; name it with --out"),
+        (["--merged"], "--merged and --instrument are of clouds"),
+        (["--out", "x", "--clouds", "e57", "--merged"], "one scan per file"),
+        (["--out", "x", "--clouds", "laz", "--instrument", "Leica NA2"], "Leica NA2"),
+        (["--poses", "nowhere.txt"], "nowhere.txt: the file cannot be read"),
+    ],
+)
+def test_what_cannot_be_is_said_before_any_work(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, more: list[str], words: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    files = [str(folder / f"S{k}.xyz") for k in (1, 2)]
+    result = RUN.invoke(app, ["register", *files, *more])
+    assert result.exit_code == 2
+    assert words in " ".join(result.output.split())
+    assert "points of" not in result.output

@@ -164,3 +164,36 @@ def test_what_nothing_controls_is_not_judged():
     assert edge.statistic is None
     assert edge.ratio is None
     assert not edge.outlying
+
+
+@pytest.mark.parametrize("held", ["S0", "S3"])
+def test_pairs_with_the_station_that_holds_the_frame_are_tested_like_others(held):
+    """Of every pair the tests of 60 networks sum up to chi-square (99.9 %), held station or not."""
+    sigma = np.repeat([1e-3, 5e-5], 3)
+    turn = rotation.exp(np.stack([np.zeros(4), np.zeros(4), [0.1, 1.0, -2.0, 2.5]], axis=1))
+    total = dict.fromkeys(combinations(range(4), 2), 0.0)
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        out = Survey()
+        for k in range(4):
+            name, free = f"S{k}", np.full(6, f"S{k}" != held)
+            out.station(name, translation=PLACES[k], rotation=turn[k], free=free)
+        for a, b in total:
+            off = rng.normal(0, sigma)
+            shift = turn[a].T @ (PLACES[b] - PLACES[a]) + off[:3]
+            out.add(
+                RelativePoses,
+                values=[[*shift, 0.0, 0.0, 0.0]],
+                covariance=np.diag(sigma**2)[None],
+                rotation=(turn[a].T @ turn[b] @ rotation.exp(off[3:]))[None],
+                start=[f"S{a}"],
+                end=[f"S{b}"],
+            )
+        found = edges(adjust(out.network()))
+        assert [(e.first, e.second, e.freedom) for e in found] == [
+            (f"S{a}", f"S{b}", 6) for a, b in total
+        ]
+        for e, key in zip(found, total, strict=True):
+            total[key] += e.statistic
+    low, high = chi2.ppf([0.0005, 0.9995], 6 * 60)
+    assert all(low < value < high for value in total.values()), total

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
+
+import numpy as np
 
 from tribrach._types import Array, Progress
 from tribrach.cloud.placement import Placement
@@ -12,31 +14,106 @@ from tribrach.errors import InputError
 from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.geodesy.work_frame import WorkFrame
 from tribrach.geometry.pose import Pose
+from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.clouds.e57 import copy_with_poses
+from tribrach.io.keeping import refuse_loss
 from tribrach.io.outputs import write_texts
 from tribrach.io.scans.formats import read_scans
 from tribrach.job.approximate_poses import NO_POSES, ApproximatePoses, approximate_poses
-from tribrach.job.poses import joint_covariance, pose_texts
+from tribrach.job.clouds import write_clouds
+from tribrach.job.grouping import groups
+from tribrach.job.poses import JOINT, joint_covariance, pose_texts
 from tribrach.job.scans import StationScan
+from tribrach.job.state import Remembered
+from tribrach.project.sections import CloudSection
 from tribrach.registration.clouds.pair import APPROXIMATE, ApproximateSigma
 from tribrach.registration.clouds.prepared import PreparedScan, prepare
 from tribrach.registration.clouds.proposals import Choice
 from tribrach.registration.clouds.relative_covariance import GATES as COVARIANCE
-from tribrach.registration.clouds.together import CloudRegistration, register_clouds
+from tribrach.registration.clouds.together import (
+    CloudGroup,
+    CloudRegistration,
+    register_clouds,
+)
 from tribrach.scan.no_return import screened
 from tribrach.scan.scan import Scan
 
-__all__ = ["RegisteredFiles", "register_files", "write_placed"]
+__all__ = ["PlacedOutput", "RegisteredFiles", "register_files", "write_placed"]
+
+
+#: places of standing surfaces that are kept of a scan, and what stands [sine of the slope]
+_DRAWN, _STANDING = 1500, 0.5
+
+
+@dataclass(frozen=True)
+class PlacedOutput:
+    """What a registration leaves in a folder.
+
+    Parameters
+    ----------
+    folder
+        The folder.
+    clouds
+        How clouds are written, None for copies of E57 files alone.
+    noise
+        Of single points, for the sigmas in clouds; None if it is not known.
+    """
+
+    folder: Path
+    clouds: CloudSection | None = None
+    noise: ScanNoise | None = None
+
+    def refuse_loss(self, scans: Mapping[str, Scan]) -> None:
+        """Refuse before any work is done what would be lost, or cannot be written.
+
+        Raises
+        ------
+        InputError
+            A result would take the place of a file that is read or that this program did not
+            write; an E57 file of several scans.
+        """
+        for name in ("poses.csv", "poses.json", JOINT):
+            refuse_loss(self.folder / name)
+        if self.clouds is None:
+            return
+        if self.clouds.merged and self.clouds.format == "e57":
+            raise InputError(
+                "an E57 file keeps points in the frames of their scanners, one scan per file",
+                cure="leave merging out, or take another format",
+            )
+        for group in groups(self.stations(scans), self.clouds):
+            refuse_loss(self.folder / group.file)
+
+    def stations(self, scans: Mapping[str, Scan]) -> list[StationScan]:
+        """Scans as those of stations of their own."""
+        return [
+            StationScan(name, name, scan, self.noise, False, {}) for name, scan in scans.items()
+        ]
 
 
 @dataclass(frozen=True, eq=False)
 class RegisteredFiles:
-    """Scans by the names that they have in the registration, and the registration."""
+    """Scans by the names that they have in the registration, and the registration.
+
+    Parameters
+    ----------
+    scans
+        By name.
+    points
+        Their numbers of points.
+    registration
+        Pairs, loops and groups.
+    approximate
+        Approximate poses that were used.
+    walls : mapping of str to array (n, 3)
+        Some places of standing surfaces in the frame of each scan [m].
+    """
 
     scans: dict[str, Scan]
     points: dict[str, int]
     registration: CloudRegistration
     approximate: ApproximatePoses = NO_POSES
+    walls: Mapping[str, Array] = field(default_factory=dict)
 
     @property
     def sentences(self) -> tuple[str, ...]:
@@ -58,6 +135,7 @@ def register_files(
     no_return: bool = False,
     choice: Choice = "proposed",
     floor: tuple[float, float] = COVARIANCE.floor,
+    output: PlacedOutput | None = None,
     progress: Progress = lambda what, done, total: None,
 ) -> RegisteredFiles:
     """Register all scans of files; no more than one scan's surfels are made at a time.
@@ -78,6 +156,8 @@ def register_files(
         ``proposed`` for the pairs that promise most, ``all`` for every pair.
     floor
         Sigmas [m], [rad] of what residuals never show.
+    output
+        What will be written, so that it is refused before any work is done.
     progress
         Called with what is being done.
 
@@ -93,6 +173,8 @@ def register_files(
             f"there {'is one scan' if scans else 'are no scans'} in these files",
             cure="give at least two scans",
         )
+    if output is not None:
+        output.refuse_loss(scans)
     known = approximate_poses(scans, poses, sigma) if approximate or poses else NO_POSES
     prepared: list[PreparedScan] = []
     for name, scan in scans.items():
@@ -111,7 +193,15 @@ def register_files(
         prepared, known.poses, sigma=sigma, choice=choice, floor=floor, progress=progress
     )
     points = {p.name: p.points for p in prepared}
-    return RegisteredFiles(scans, points, registration, known)
+    walls = {p.name: _walls(p) for p in prepared}
+    return RegisteredFiles(scans, points, registration, known, walls)
+
+
+def _walls(scan: PreparedScan) -> Array:
+    """Some places (n, 3) of standing surfaces of a scan [m]."""
+    s = scan.coarse.surfels
+    at = s.center[np.abs(s.normal[:, 2]) < _STANDING]
+    return np.asarray(at[:: max(1, -(-len(at) // _DRAWN))])
 
 
 def _named(scans: Sequence[Scan]) -> dict[str, Scan]:
@@ -138,9 +228,27 @@ def _watched(name: str, scan: Scan, progress: Progress) -> Iterator[Array]:
 
 
 def write_placed(
-    result: RegisteredFiles, folder: Path, progress: Progress = lambda what, done, total: None
-) -> list[Path]:
-    """Write poses.csv and poses.json of the largest group, and E57 files with their new poses.
+    result: RegisteredFiles,
+    output: PlacedOutput,
+    progress: Progress = lambda what, done, total: None,
+) -> tuple[list[Path], list[str]]:
+    """Write poses and clouds of the largest group.
+
+    Parameters
+    ----------
+    result
+        The registration.
+    output
+        Where and what. Without clouds, E57 files are copied with their new poses.
+    progress
+        Called with what is being done.
+
+    Returns
+    -------
+    files : list of Path
+        What was written, or is there already from an earlier run.
+    sentences : list of str
+        What clouds cannot carry.
 
     Raises
     ------
@@ -154,14 +262,31 @@ def write_placed(
             cure="see the sentences on the pairs",
         )
     frame = OutputFrame(WorkFrame())
-    scans = [StationScan(n, n, result.scans[n], None, False, {}) for n in group.stations]
+    scans = output.stations({name: result.scans[name] for name in group.stations})
     placements = {
-        name: Placement(name, group.poses[name], group.covariances[name], None)
+        name: Placement(name, group.poses[name], group.covariances[name], output.noise)
         for name in group.stations
     }
     joint = joint_covariance(group.adjustment, group.stations, frame)
-    texts = pose_texts(folder, scans, placements, frame, "prior", joint)
-    written = write_texts(texts)
+    written = write_texts(pose_texts(output.folder, scans, placements, frame, "prior", joint))
+    if output.clouds is None:
+        return written + _copied(result, group, output.folder, progress), []
+    state = Remembered(output.folder)
+    made = write_clouds(
+        scans, placements, frame, output.clouds, output.folder, state, progress, "prior"
+    )
+    sentences = [sentence for product in made for sentence in product.sentences]
+    if output.noise is None and output.clouds.format != "e57":
+        # the same of every cloud
+        sentences = ["points in the clouds have no sigmas: no instrument is named for their noise"]
+    return written + [product.path for product in made], list(dict.fromkeys(sentences))
+
+
+def _copied(
+    result: RegisteredFiles, group: CloudGroup, folder: Path, progress: Progress
+) -> list[Path]:
+    """E57 files of a group, copied with their new poses."""
+    written: list[Path] = []
     files: dict[Path, dict[int, Pose]] = {}
     for name in group.stations:
         scan = result.scans[name]

@@ -14,7 +14,7 @@ from tribrach.io.instrument_sheets import Figure, find_sheet
 from tribrach.project.sections import Section
 from tribrach.units import MM, SEC
 
-__all__ = ["Instrument"]
+__all__ = ["Instrument", "noise_of"]
 
 #: keys of an angle: one reading in one face, and the mean of both faces
 _FACES = {
@@ -208,3 +208,28 @@ class Instrument(Section):
             self._systematic_angle(),
             self.beam_shape == "cone",
         )
+
+
+def noise_of(model: str | None) -> ScanNoise | None:
+    """Noise of single points of a model with a data sheet, None without a model.
+
+    Parameters
+    ----------
+    model
+        Name of the scanner.
+
+    Raises
+    ------
+    InputError
+        There is no sheet of this model, or it is none of a scanner.
+    """
+    if model is None:
+        return None
+    sheet = find_sheet(model)
+    noise = Instrument(sheet=sheet.name).noise()
+    if noise is None:
+        raise InputError(
+            f"the data sheet of {sheet.name} has no noise of scanned points",
+            cure="name the model of a scanner",
+        )
+    return noise

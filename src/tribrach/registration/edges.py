@@ -164,8 +164,14 @@ def _edge(
     names = layout.names["pose"]
     own = adjustment.reduced[layout.columns("pose", second)]
     other = adjustment.reduced[layout.columns("pose", first)]
-    if (own < 0).any() or (other < 0).any():
+    ends = first, second
+    if (own < 0).all():
+        # the second station holds the frame: the pair is the pose of the first
+        own, other, first, second = other, own, second, first
+    held = bool((other < 0).all())
+    if (own < 0).any() or ((other < 0).any() and not held):
         return None
+    other = other[other >= 0]
     design = sp.csr_array(adjustment.design[rows])
     normal, right = _reduced(design, -adjustment.whitened_residuals[rows], own, other)
     scale = np.array([1.0, 1.0, 1.0, *[1 / _LEVER] * 3])
@@ -184,8 +190,8 @@ def _edge(
     spread = scale[:, None] * (basis @ excess @ basis.T) * scale
     limit = float(chi2.ppf(1 - alpha, freedom)) if freedom else None
     return Edge(
-        names[first],
-        names[second],
+        names[ends[0]],
+        names[ends[1]],
         kind,
         count,
         _rms(adjustment, rows),

@@ -1,13 +1,22 @@
-"""The registration of clouds as tables: pairs, loops, stations."""
+"""The registration of clouds as tables and as a page with plans: pairs, loops, stations."""
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
 import numpy as np
 
+from tribrach._types import Array
+from tribrach.job.register import RegisteredFiles
 from tribrach.registration.clouds.graph import StationLoop
 from tribrach.registration.clouds.pair import CloudPair, PairFit
 from tribrach.registration.clouds.together import CloudGroup, CloudRegistration
+from tribrach.registration.edges import Edge
+from tribrach.report.figures import Picture, colour_scale, colours, new_figure, picture
 from tribrach.report.numbers import arcsec_cell, count_cell, mm_cell
+from tribrach.report.page import page
 from tribrach.report.tables import (
     Cell,
     ColumnHead,
@@ -17,7 +26,15 @@ from tribrach.report.tables import (
     text_cell,
 )
 
-__all__ = ["cloud_registration_tables"]
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: largest ratio of test to limit in the colours of the plan
+_WORST = 2.0
+#: margin of a plan around stations and walls [share], and share of the walls beyond it on a side
+_MARGIN, _OUTER = 0.05, 0.05
+
+__all__ = ["cloud_registration_page", "cloud_registration_tables"]
 
 
 def cloud_registration_tables(registration: CloudRegistration) -> list[ReportTable]:
@@ -25,7 +42,176 @@ def cloud_registration_tables(registration: CloudRegistration) -> list[ReportTab
     out = [_pairs(registration)]
     if registration.consistency.loops:
         out.append(_loops(registration))
-    return out + [_stations(group) for group in registration.groups if group.adjustment is not None]
+    joined = [group for group in registration.groups if group.adjustment is not None]
+    return out + [_stations(group, number) for number, group in enumerate(joined)]
+
+
+def cloud_registration_page(files: RegisteredFiles) -> str:
+    """The whole registration as one HTML file: plans, poses, pairs with verdicts, loops."""
+    registration = files.registration
+    joined = [group for group in registration.groups if group.adjustment is not None]
+    pictures = [_plan(group, registration, files.walls, k) for k, group in enumerate(joined)]
+    pairs, *rest = cloud_registration_tables(registration)
+    sentences = [_head(registration), *(_sentence(text) for text in files.sentences)]
+    return page(
+        "Registration of clouds",
+        f"{len(files.scans)} scans registered by their clouds",
+        sentences,
+        pictures,
+        [*rest, _verdicts(registration), pairs, _refused(registration), _files(files)],
+        "Covariances are a priori. The residuals of a fit are no accuracy: a pair is as good as "
+        "its sigmas, which hold the floor, and as the loops that it is in.",
+    )
+
+
+def _head(registration: CloudRegistration) -> str:
+    """How many pairs and loops there are, and what came of them."""
+    done = sum(p.fit is not None for p in registration.pairs)
+    loops = registration.consistency.loops
+    scans = sum(len(group.stations) for group in registration.groups)
+    words = f"{done} of {len(registration.pairs)} pairs that were tried were registered "
+    words += f"({scans * (scans - 1) // 2} pairs are possible); "
+    words += f"{sum(loop.closes for loop in loops)} of {len(loops)} loops close; "
+    return words + f"{len(registration.groups[0].stations)} of {scans} scans hang together."
+
+
+def _sentence(text: str) -> str:
+    return f"{text[:1].upper()}{text[1:]}."
+
+
+def _verdicts(registration: CloudRegistration) -> ReportTable:
+    """What loops and the network say of each registered pair."""
+    consistency = registration.consistency
+    good = Counter(e.ends for loop in consistency.loops if loop.closes for e in loop.edges)
+    bad = Counter(e.ends for loop in consistency.loops if not loop.closes for e in loop.edges)
+    dropped = {e.ends for e in consistency.dropped}
+    tests = _tests(registration)
+
+    def ends(p: CloudPair) -> frozenset[str]:
+        return frozenset((p.a, p.b))
+
+    def tested(p: CloudPair, name: str) -> float | None:
+        edge = tests.get(ends(p))
+        return None if edge is None else getattr(edge, name)
+
+    def plain(value: float | None) -> Cell:
+        return number_cell(value, "" if value is None else f"{value:.1f}")
+
+    def shift(p: CloudPair, name: str) -> Cell:
+        value = tested(p, name)
+        return text_cell("") if value is None else _mm(value)
+
+    def verdict(p: CloudPair) -> Cell:
+        edge = tests.get(ends(p))
+        if ends(p) in dropped:
+            return text_cell("left out: its loops do not close", "bad")
+        if edge is not None and edge.outlying:
+            return text_cell("contradicts the network", "bad")
+        if edge is None or edge.statistic is None:
+            return text_cell("not controlled", "bad")
+        return text_cell("agrees", "good")
+
+    columns = [
+        (ColumnHead("Pair", numeric=False), lambda p: text_cell(f"{p.a} - {p.b}")),
+        (ColumnHead("Loops that close"), lambda p: count_cell(good[ends(p)])),
+        (ColumnHead("Loops that do not"), lambda p: count_cell(bad[ends(p)])),
+        (ColumnHead("Shift to the network", "mm"), lambda p: shift(p, "shift")),
+        (ColumnHead("Predicted", "mm"), lambda p: shift(p, "shift_sigma")),
+        (ColumnHead("Test"), lambda p: plain(tested(p, "statistic"))),
+        (ColumnHead("Limit"), lambda p: plain(tested(p, "limit"))),
+        (ColumnHead("Verdict", numeric=False), verdict),
+    ]
+    note = (
+        "Each pair by itself against the adjusted poses; the test is that of the report of a "
+        "project. A pair that is in no loop is controlled by nothing."
+    )
+    pairs = [p for p in registration.pairs if p.fit is not None]
+    return build_table("cloud_verdicts", "Verdicts on the pairs", note, pairs, columns)
+
+
+def _tests(registration: CloudRegistration) -> dict[frozenset[str], Edge]:
+    """Tests of pairs against the network."""
+    return {frozenset((e.first, e.second)): e for group in registration.groups for e in group.edges}
+
+
+def _refused(registration: CloudRegistration) -> ReportTable:
+    """Pairs that were tried and have no pose."""
+    columns = [
+        (ColumnHead("Pair", numeric=False), lambda p: text_cell(f"{p.a} - {p.b}")),
+        (ColumnHead("Why", numeric=False), lambda p: text_cell("; ".join(p.sentences))),
+    ]
+    pairs = [p for p in registration.pairs if p.fit is None]
+    return build_table("cloud_refused", "Pairs that were not registered", "", pairs, columns)
+
+
+def _files(files: RegisteredFiles) -> ReportTable:
+    """The scans, and what of them took part."""
+    beams = {n: s.no_return.points if s.no_return else 0 for n, s in files.scans.items()}
+    columns = [
+        (ColumnHead("Scan", numeric=False), text_cell),
+        (ColumnHead("File", numeric=False), lambda n: text_cell(files.scans[n].path.name)),
+        (ColumnHead("Points"), lambda n: count_cell(files.points[n])),
+        (ColumnHead("Beams without return"), lambda n: count_cell(beams[n])),
+    ]
+    return build_table("cloud_scans", "Scans", "", list(files.scans), columns)
+
+
+def _plan(
+    group: CloudGroup, registration: CloudRegistration, walls: Mapping[str, Array], number: int
+) -> Picture:
+    """Stations of a group in plan, with walls and the pairs between them."""
+    figure = new_figure(figsize=(9, 6.5), dpi=100, layout="constrained")
+    axes = figure.subplots()
+    seen: list[Array] = []
+    for name in group.stations:
+        placed = group.poses[name] @ walls.get(name, np.empty((0, 3)))
+        seen.append(placed[:, :2])
+        axes.plot(placed[:, 0], placed[:, 1], ".", color="#b8b8b8", markersize=1.2, zorder=1)
+    at = {name: group.poses[name].translation[:2] for name in group.stations}
+    tests = _tests(registration)
+    for edge in registration.consistency.used:
+        if edge.ends <= set(at):
+            test = tests.get(edge.ends)
+            ratio = None if test is None else test.ratio
+            color = "#555555" if ratio is None else colours("RdYlGn_r")(min(ratio / _WORST, 1.0))
+            _line(axes, at[edge.first], at[edge.second], color, "-")
+    for edge in registration.consistency.dropped:
+        if edge.ends <= set(at):
+            _line(axes, at[edge.first], at[edge.second], "#a3231c", ":")
+    xy = np.array(list(at.values()))
+    axes.plot(xy[:, 0], xy[:, 1], "^", color="#222222", markersize=7, zorder=3)
+    for name, place in at.items():
+        axes.annotate(
+            name,
+            tuple(place),
+            (3, 6),
+            textcoords="offset points",
+            fontsize=7,
+            rotation=40,
+            zorder=4,
+        )
+    # a few walls far away would make the stations small
+    low, high = np.quantile(np.concatenate([*seen, xy]), [_OUTER, 1 - _OUTER], axis=0)
+    low, high = np.minimum(low, xy.min(axis=0)), np.maximum(high, xy.max(axis=0))
+    margin = _MARGIN * (high - low).max() + 1.0
+    axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
+    axes.set_xlim(low[0] - margin, high[0] + margin)
+    axes.set_ylim(low[1] - margin, high[1] + margin)
+    axes.ticklabel_format(useOffset=False)
+    scale = colour_scale(0, _WORST, "RdYlGn_r")
+    figure.colorbar(scale, ax=axes, label="test of the pair over its limit", shrink=0.8)
+    caption = (
+        f"Stations in the frame of {group.stations[0]} and some of the standing surfaces that they "
+        "saw. Lines are pairs, coloured by their test against the network (above 1: it "
+        "contradicts), grey where nothing controls them, dotted where a loop that does not close "
+        "took them away."
+    )
+    return picture(f"plan-{number + 1}", "Stations in plan", figure, caption)
+
+
+def _line(axes: Axes, one: Array, two: Array, color: object, style: str) -> None:
+    """A pair of stations."""
+    axes.plot([one[0], two[0]], [one[1], two[1]], style, color=color, linewidth=1.5, zorder=2)
 
 
 def _pairs(registration: CloudRegistration) -> ReportTable:
@@ -96,7 +282,7 @@ def _loops(registration: CloudRegistration) -> ReportTable:
     return build_table("cloud_loops", "Loops", "", list(registration.consistency.loops), columns)
 
 
-def _stations(group: CloudGroup) -> ReportTable:
+def _stations(group: CloudGroup, number: int) -> ReportTable:
     """One row for each station."""
     first = group.stations[0]
 
@@ -124,7 +310,8 @@ def _stations(group: CloudGroup) -> ReportTable:
         (ColumnHead("Sigma turn", '"'), lambda name: _arcsec(sigma(name, 3))),
     ]
     title = f"Stations in the frame of {first}, which is held"
-    return build_table("cloud_stations", title, "", list(group.stations), columns)  # type: ignore[arg-type]
+    anchor = "cloud_stations" if number == 0 else f"cloud_stations_{number + 1}"
+    return build_table(anchor, title, "", list(group.stations), columns)  # type: ignore[arg-type]
 
 
 def _mm(value: float) -> Cell:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from tribrach.job.approximate_poses import ApproximatePoses
 from tribrach.job.register import RegisteredFiles
 from tribrach.registration.clouds.pair import PairFit
 from tribrach.registration.clouds.together import CloudGroup
@@ -86,6 +87,15 @@ class RegisteredGroupPart(DocumentPart):
     differences: list[DifferencePart]
 
 
+class ApproximatePart(DocumentPart):
+    """Approximate poses that said where to look [m, rad]."""
+
+    scans: list[str]
+    origin: str
+    sigma_shift: Number
+    sigma_turn: Number
+
+
 class RegistrationDocument(Document):
     """What ``tribrach register --json`` writes."""
 
@@ -97,6 +107,8 @@ class RegistrationDocument(Document):
     covariance_of: str
     relative_covariance_of: str
     sigma_origin: str
+    approximate: ApproximatePart | None = None
+    """None where there were no approximate poses."""
     sentences: list[str]
 
 
@@ -141,9 +153,22 @@ def registration_document(files: RegisteredFiles) -> RegistrationDocument:
         "covariance_of": "translation [m], left rotation increments [rad]",
         "relative_covariance_of": "translation in the first [m], rotation vector in the second",
         "sigma_origin": "prior",
+        "approximate": _approximate_json(files.approximate),
         "sentences": list(files.sentences),
     }
     return RegistrationDocument.model_validate(data)
+
+
+def _approximate_json(known: ApproximatePoses) -> dict[str, Any] | None:
+    """Approximate poses, None without any."""
+    if not known.poses:
+        return None
+    return {
+        "scans": list(known.poses),
+        "origin": known.origin,
+        "sigma_shift": known.sigma.shift,
+        "sigma_turn": known.sigma.turn,
+    }
 
 
 def _fit_json(fit: PairFit) -> dict[str, Any]:
