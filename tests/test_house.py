@@ -98,3 +98,21 @@ def test_text_names_no_private_places() -> None:
     places = [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *FILES]
     found = {(p.name, w) for p in places for w in words if w in p.read_text()}
     assert found == set()
+
+
+#: modules that write JSON, and what
+WRITE_JSON = {
+    "io/json_text.py": "what is no document",
+    "report/schema/base.py": "documents by their models",
+}
+
+
+def test_json_is_written_in_one_place_for_each_sort() -> None:
+    """Python writes NaN and Infinity into JSON, which no strict reader takes."""
+    words = ("json.dump", ".model_dump_json(", "to_json_bytes", "pydantic_core.to_json(")
+    places = {
+        str(path.relative_to(SOURCE))
+        for path in FILES
+        if any(word in path.read_text() for word in words)
+    }
+    assert places == WRITE_JSON.keys()

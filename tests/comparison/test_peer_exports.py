@@ -1,5 +1,3 @@
-import json
-
 import numpy as np
 import pytest
 
@@ -87,10 +85,10 @@ def test_py4dgeo_takes_it_and_says_the_same() -> None:
     assert covariance == pytest.approx(pair().registration(POINTS).mean(axis=0), rel=1e-6)
 
 
-def test_text_and_scan_positions() -> None:
+def test_arguments_and_scan_positions() -> None:
     found = alignment(pair(), ORIGIN)
-    data = json.loads(found.json())
-    assert data["refPointMov"] == ORIGIN.tolist()
+    data = found.arguments
+    assert data["refPointMov"].tolist() == ORIGIN.tolist()
     assert np.array_equal(data["Cxx"], found.covariance)
     assert np.shape(data["tfM"]) == (3, 4)
     beams = ScanNoise(1e-3, 1e-5, 3e-5, 4e-5, 4e-3, 3e-4)

@@ -56,7 +56,7 @@ def test_unit_lengths_are_kept(tmp_path: Path) -> None:
         ("schema = 1", "schema = 2", "schema 2 is not known"),
         ('model = "nist"', 'model = "nest"', "no calibration model nest"),
         ('name = "x6"', 'name = "x99"', "order of the covariance"),
-        ("value = 0.0011", "value = nan", "finite"),
+        ("value = 0.0011", "value = nan", "parameters.value is beyond any measurement"),
         ("value = 0.0011", "wert = 0.0011", "value: field required"),
         ('unit = "m"', 'unit = "rad"', "parameter x10 is in rad; it is in m"),
         ("sigma = 0.0002", "sigma = 0.0003", "the covariance says 0.0002"),

@@ -33,6 +33,15 @@ def test_damaged_memory_is_no_memory(tmp_path: Path) -> None:
     assert state.recall("a", "key") is None
 
 
+def test_what_is_no_number_is_recalled_as_it_was(tmp_path: Path) -> None:
+    state, facts = Remembered(tmp_path), {"a": [np.nan, 1.5], "b": {"c": -np.inf, "d": np.inf}}
+    state.remember("a", "key", facts)
+    text = (tmp_path / FOLDER / "a.json").read_text()
+    assert "NaN" not in text
+    assert "Infinity" not in text
+    assert repr(state.recall("a", "key")) == repr(facts)
+
+
 def test_files_are_known_by_their_contents(tmp_path: Path) -> None:
     state, one, two = Remembered(tmp_path), tmp_path / "1", tmp_path / "2"
     one.write_bytes(b"same" * 1000)

@@ -41,6 +41,17 @@ def job(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Report]:
     return folder, run(Project.load(path))
 
 
+def test_every_json_that_simulation_and_run_leave_is_strict(job: tuple[Path, Report]) -> None:
+    paths = sorted(job[0].rglob("*.json"))
+    names = {path.name for path in paths}
+    assert {"result.json", "poses.json", "truth.json", "written.json"} <= names
+    assert len([path for path in paths if path.parent.name == ".tribrach"]) > 5
+    words = list[str]()
+    for path in paths:
+        json.loads(path.read_text(), parse_constant=words.append)
+        assert words == [], path
+
+
 def test_the_report_has_a_chapter_of_the_comparison(job: tuple[Path, Report]) -> None:
     folder, content = job
     (chapter,) = content.job.comparisons

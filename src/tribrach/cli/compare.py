@@ -13,6 +13,7 @@ from tribrach.cli.shell import Overwrite, claim, guarded, shown
 from tribrach.comparison.peer_exports import alignment
 from tribrach.comparison.station_pair import StationPair
 from tribrach.errors import InputError
+from tribrach.io.json_text import json_text
 from tribrach.io.outputs import write_texts
 from tribrach.io.site_table import read_sites
 from tribrach.job.cloud_file import open_cloud, station_pair
@@ -111,4 +112,5 @@ def _alignment(pair: StationPair | None, a: Path) -> str:
             file=a,
             cure="give clouds of one run with its poses.json and poses_covariance.npy",
         )
-    return alignment(pair, (pair.first + pair.second) / 2).json()
+    found = alignment(pair, (pair.first + pair.second) / 2)
+    return json_text({name: value.tolist() for name, value in found.arguments.items()}) + "\n"

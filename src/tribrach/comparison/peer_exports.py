@@ -12,7 +12,6 @@ station's part too; correlations are not asked for, and both clouds count as ind
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,10 +49,6 @@ class PeerTransformation:
     def arguments(self) -> dict[str, Array]:
         """Keyword arguments of ``py4dgeo.M3C2EP``."""
         return {"tfM": self.matrix, "Cxx": self.covariance, "refPointMov": self.reference}
-
-    def json(self) -> str:
-        """The same as text, under the names of py4dgeo."""
-        return json.dumps({name: value.tolist() for name, value in self.arguments.items()}) + "\n"
 
 
 def alignment(

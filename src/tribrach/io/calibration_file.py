@@ -18,7 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.instruments.calibration import Architecture, CalibrationModel, find_model, unit_of
-from tribrach.io.toml_model import read_model
+from tribrach.io.toml_model import quoted, read_model
 
 __all__ = ["SCHEMA", "Calibration", "calibration_text", "read_calibration"]
 
@@ -198,14 +198,14 @@ def calibration_text(calibration: Calibration) -> str:
         "# Calibration of a laser scanner: true = measured + correction, zenith angles.",
         "[calibration]",
         f"schema = {SCHEMA}",
-        f"instrument = {_quoted(c.instrument)}",
-        f"serial = {_quoted(c.serial)}",
-        f"model = {_quoted(c.model)}",
-        f"scanner = {_quoted(c.architecture)}",
+        f"instrument = {quoted(c.instrument)}",
+        f"serial = {quoted(c.serial)}",
+        f"model = {quoted(c.model)}",
+        f"scanner = {quoted(c.architecture)}",
         *([f"unit_lengths_m = {_list(c.unit_lengths)}"] if c.unit_lengths else []),
         f"date = {date}",
-        f"datum = {_quoted(c.datum)}",
-        f"sigma_origin = {_quoted(c.sigma_origin)}",
+        f"datum = {quoted(c.datum)}",
+        f"sigma_origin = {quoted(c.sigma_origin)}",
         f"observations = {c.observations}",
         f"redundancy = {c.redundancy}",
     ]
@@ -213,12 +213,12 @@ def calibration_text(calibration: Calibration) -> str:
         lines += [
             "",
             "[[parameters]]",
-            f"name = {_quoted(name)}",
-            f"unit = {_quoted(unit_of(name))}",
+            f"name = {quoted(name)}",
+            f"unit = {quoted(unit_of(name))}",
             f"value = {float(value)!r}",
             f"sigma = {float(sigma)!r}",
         ]
-    order = ", ".join(_quoted(name) for name in c.parameters)
+    order = ", ".join(quoted(name) for name in c.parameters)
     rows = [f"  {_list(row)}," for row in c.covariance]
     lines += ["", "[covariance]", f"order = [{order}]", "matrix = [", *rows, "]", ""]
     return "\n".join(lines)
@@ -226,10 +226,3 @@ def calibration_text(calibration: Calibration) -> str:
 
 def _list(values: Any) -> str:
     return "[" + ", ".join(repr(float(v)) for v in values) + "]"
-
-
-def _quoted(text: str) -> str:
-    """A TOML basic string."""
-    plain = text.replace("\\", "\\\\").replace('"', '\\"')
-    safe = "".join(ch if ch.isprintable() else f"\\U{ord(ch):08x}" for ch in plain)
-    return f'"{safe}"'

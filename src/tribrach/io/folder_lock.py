@@ -18,6 +18,7 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 
 from tribrach.errors import InputError
+from tribrach.io.json_text import json_text
 
 __all__ = ["LOCK_FILE", "FolderLock"]
 
@@ -79,7 +80,7 @@ class FolderLock:
         }
         # only the sentence to another run is poorer without the note
         with suppress(OSError):
-            (self._state / LOCK_FILE).write_text(json.dumps(note), encoding="utf-8")
+            (self._state / LOCK_FILE).write_text(json_text(note), encoding="utf-8")
 
     def give_back(self) -> None:
         """Give the lock back, if this object took it."""

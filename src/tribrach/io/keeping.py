@@ -31,6 +31,7 @@ from filelock import FileLock, Timeout
 
 from tribrach.errors import InputError
 from tribrach.io.folder_lock import LOCK_FILE, FolderLock
+from tribrach.io.json_text import json_text
 
 __all__ = [
     "MANIFEST",
@@ -313,7 +314,7 @@ def _list(place: Path, names: set[str]) -> None:
     handle, part = tempfile.mkstemp(prefix=f".{MANIFEST}.", suffix=".part", dir=place.parent)
     try:
         with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(json.dumps({"written": sorted(names)}, indent=0))
+            file.write(json_text({"written": sorted(names)}, indent=0))
         os.replace(part, place)
     finally:
         Path(part).unlink(missing_ok=True)

@@ -6,7 +6,6 @@ squared. The file states the datum and the kind of sigmas (a priori or a posteri
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from tribrach._types import Array
 from tribrach.errors import InputError
-from tribrach.io.toml_model import read_model
+from tribrach.io.toml_model import quoted, read_model
 
 __all__ = ["SCHEMA", "LeverArmResult", "lever_arm_text", "read_lever_arm"]
 
@@ -74,11 +73,11 @@ def lever_arm_text(arm: LeverArmResult) -> str:
     lines = [
         "# Lever arm from the origin of a scanner to the antenna or prism on it, in its frame.",
         f"schema = {SCHEMA}",
-        f"name = {json.dumps(arm.name)}",
-        f"stations = {json.dumps(list(arm.stations))}",
-        f"date = {json.dumps(arm.date)}",
-        f"datum = {json.dumps(arm.datum)}",
-        f"sigma_origin = {json.dumps(arm.sigma_origin)}",
+        f"name = {quoted(arm.name)}",
+        f"stations = [{', '.join(map(quoted, arm.stations))}]",
+        f"date = {quoted(arm.date)}",
+        f"datum = {quoted(arm.datum)}",
+        f"sigma_origin = {quoted(arm.sigma_origin)}",
         *(f"{axis}_m = {float(v)!r}" for axis, v in zip("xyz", arm.vector, strict=True)),
         "covariance_m2 = [",
         *rows,

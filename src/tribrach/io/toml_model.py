@@ -1,4 +1,4 @@
-"""Reads small TOML files of ours, checked by a pydantic model whose complaints become sentences."""
+"""Small TOML files of ours: texts in them, and models whose complaints become sentences."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tribrach.errors import InputError, RefusalCollector
 from tribrach.io.xml_file import read_bytes
 from tribrach.units import LARGEST
 
-__all__ = ["read_model"]
+__all__ = ["quoted", "read_model"]
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -51,6 +51,13 @@ def read_model(path: Path, model: type[Model], cure: str) -> Model:
             words = f"{key}: {detail['msg'][:1].lower()}{detail['msg'][1:]}"
             refused.add(InputError(words, file=path, cure=cure))
         raise refused.error() from error
+
+
+def quoted(text: str) -> str:
+    """A text as a basic string of TOML, whatever is in it."""
+    plain = text.replace("\\", "\\\\").replace('"', '\\"')
+    safe = "".join(ch if ch.isprintable() else f"\\U{ord(ch):08x}" for ch in plain)
+    return f'"{safe}"'
 
 
 def _check_numbers(path: Path, value: Any, keys: tuple[str, ...]) -> None:

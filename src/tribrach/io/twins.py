@@ -9,7 +9,6 @@ of what it was made from: a scan that is there and whole is not simulated again.
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Callable, Iterator
 from dataclasses import fields
 from importlib.metadata import version
@@ -23,6 +22,7 @@ from tribrach.errors import InputError
 from tribrach.io.arrays import read_named
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader
+from tribrach.io.json_text import json_text
 from tribrach.io.keeping import keeping, refuse_loss
 from tribrach.io.outputs import write_bytes, write_texts
 from tribrach.scan.scan import Field
@@ -106,7 +106,7 @@ def _write(twin: Twin, folder: Path, tell: Callable[[str, int, int], None], trut
         counts[one.name] = done
         tell(one.name, one.rays, one.rays)
     texts: dict[Path, str | bytes] = {folder / name: text for name, text in twin.files.items()}
-    texts[folder / "truth" / "truth.json"] = json.dumps(truth_of(twin, counts), indent=1) + "\n"
+    texts[folder / "truth" / "truth.json"] = json_text(truth_of(twin, counts), indent=1) + "\n"
     texts[path] = project_text(twin)
     write_texts({p: t for p, t in texts.items() if not (kept and p.is_file())})
     return path

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
@@ -30,6 +29,7 @@ from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.arrays import joint_covariance_bytes, read_joint_covariance
 from tribrach.io.csv_rows import name_cell
 from tribrach.io.json_file import read_json
+from tribrach.io.json_text import json_text
 from tribrach.job.scans import StationScan
 from tribrach.network.adjustment import Adjustment
 from tribrach.units import LARGEST
@@ -155,7 +155,7 @@ def pose_texts(
     data = poses_json(scans, placements, frame, sigma_origin, joint is not None)
     texts: dict[Path, str | bytes] = {
         folder / "poses.csv": poses_csv(scans, placements, frame),
-        folder / "poses.json": json.dumps(data, indent=1) + "\n",
+        folder / "poses.json": json_text(data, indent=1) + "\n",
     }
     if joint is not None:
         texts[folder / JOINT] = joint_covariance_bytes(joint)

@@ -34,6 +34,7 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel
 
+from tribrach.io.json_text import json_text, restored
 from tribrach.io.keeping import STATE_FOLDER, hold
 from tribrach.io.outputs import write_text
 from tribrach.job.code_version import code_version
@@ -224,7 +225,8 @@ class Remembered:
     def remember(self, product: str, key: str, facts: Mapping[str, Any], *files: Path) -> None:
         """Note that a product was made; its files are already in place."""
         record = {"key": key, "files": [_size(file) for file in files], "facts": facts}
-        write_text(self._place(product), json.dumps(record, sort_keys=True))
+        text = json_text(record, sort_keys=True, restorable=True)
+        write_text(self._place(product), text)
 
     def forget(self, product: str) -> None:
         """Take a product for one that was never made."""
@@ -279,8 +281,8 @@ class Remembered:
         try:
             if path.stat().st_size > _MOST_BYTES:
                 return None
-            record = json.loads(path.read_text(encoding="utf-8"))
-        except (OSError, ValueError):
+            record = json.loads(path.read_text(encoding="utf-8"), object_hook=restored)
+        except (OSError, ValueError, RecursionError):
             return None
         return record if isinstance(record, dict) else None
 

@@ -17,7 +17,6 @@ points; one that names none moves with the only scan of its file, and stays wher
 from __future__ import annotations
 
 import hashlib
-import json
 import re
 import uuid
 from collections.abc import Iterator, Mapping, Sequence
@@ -51,6 +50,7 @@ from tribrach.io.e57_pages import (
     read_xml,
     verify,
 )
+from tribrach.io.json_text import json_text
 from tribrach.io.scans.e57 import OURS, pose_of
 from tribrach.scan.scan import Field
 
@@ -568,7 +568,7 @@ class E57Writer:
             for column in own:
                 path = f"trb:descriptions/{column.path}"
                 self._scan.set(path, self._text(column.field.description))
-        facts = json.dumps({"epoch": header.epoch} | dict(header.facts), sort_keys=True)
+        facts = json_text({"epoch": header.epoch} | dict(header.facts), sort_keys=True)
         self._image.root().set("trb:facts", self._text(facts))
         pose = None if header.pose is None else header.pose.matrix.tolist()
         known = [header.name, header.step, list(header.offset), header.crs, pose, facts]

@@ -6,7 +6,6 @@ in a record of their own (user id ``tribrach``, record 1).
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
@@ -26,6 +25,7 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.io.clouds.header import CloudHeader
 from tribrach.io.clouds.staged import Staged
+from tribrach.io.json_text import json_text
 from tribrach.io.scans.las import FACTS
 from tribrach.scan.scan import Field
 
@@ -59,7 +59,7 @@ def las_header(header: CloudHeader) -> laspy.LasHeader:
         las.global_encoding.wkt = True
     facts = {"name": header.name, "epoch": header.epoch, "intensity": _stretch(header)}
     facts |= dict(header.facts)
-    record = json.dumps(facts, sort_keys=True).encode()
+    record = json_text(facts, sort_keys=True).encode()
     las.vlrs.append(VLR(*FACTS, "facts as JSON", record))
     return las
 
