@@ -1,4 +1,4 @@
-"""Scenes for the registration of clouds: a yard, a long facade, a corridor, two rooms."""
+"""Scenes for the registration of clouds: a yard, facades, corridors, rooms."""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -52,6 +52,34 @@ def corridor() -> Scene:
             rectangle((0, -1.3, 1.4), (0, 1, 0), 400, 2.8, 0.5),
         ]
     )
+
+
+def windows(period: float = 3.0) -> Scene:
+    """A facade of equal windows in three storeys, 15 cm deep, longer than a scanner sees."""
+    parts: list[Primitive] = [
+        ground((0, 0, 0), 400),
+        rectangle((0, 12.15, 5), (0, -1, 0), 400, 10, 0.25),
+    ]
+    for low, high in ((0.0, 1.0), (2.6, 4.2), (5.8, 7.4), (9.0, 10.0)):
+        parts.append(box((0, 12.15, (low + high) / 2), (400, 0.3, high - low), 0.5))
+    places = period * np.arange(-40, 41)
+    parts += [box((x, 12.15, 5.0), (period - 1.2, 0.3, 10.0), 0.5) for x in places]
+    return Scene.of(parts)
+
+
+def doors(period: float = 4.0) -> Scene:
+    """A corridor that goes on for ever, with doors on both sides, 12 cm deep."""
+    parts: list[Primitive] = [
+        ground((0, 0, 0), 400),
+        rectangle((0, 0, 2.8), (0, 0, -1), 400, 400, 0.5),
+    ]
+    for side, wall in ((-1, 1.1), (1, -1.3)):
+        middle = wall - 0.12 * side
+        parts.append(rectangle((0, middle, 1.4), (0, side, 0), 400, 2.8, 0.3))
+        parts.append(box((0, middle, 2.4), (400, 0.24, 0.8), 0.5))
+        places = period * np.arange(-25, 26)
+        parts += [box((x, middle, 1.4), (period - 0.95, 0.24, 2.8), 0.5) for x in places]
+    return Scene.of(parts)
 
 
 def rooms() -> Scene:

@@ -18,6 +18,7 @@ from tribrach._types import Array, Mask
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import log
 from tribrach.registration.clouds.fine import FINE, FineAlignment, Indexed, align
+from tribrach.registration.clouds.open_directions import fit_held
 from tribrach.registration.clouds.prepared import PreparedScan
 from tribrach.registration.clouds.relative_covariance import GATES as COVARIANCE
 from tribrach.registration.clouds.relative_covariance import (
@@ -99,6 +100,9 @@ class CloudPairGates:
     same_m: float = 0.3
     #: approximate poses further off than so many of their sigmas are called wrong
     wrong_sigmas: float = 4.0
+    #: of two places the approximate pose speaks for one if its square [sigmas] is less by so much:
+    #: a thousand to one
+    decided: float = float(2 * np.log(1000.0))
     #: a pose is that of one place if it moves b by less: shift [radii of the scans], turn [rad]
     still_radii: float = 0.02
     still_rad: float = float(np.radians(3.0))
@@ -265,8 +269,12 @@ def refined(a: PreparedScan, b: PreparedScan, some: Sequence[Candidate]) -> list
             [k * size for k in GATES.second_gates_sizes],
             steps=GATES.second_steps,
         ).pose
-        if not any(_same(other.pose, pose, GATES.same_again * size) for other in out):
+        near = [k for k, o in enumerate(out) if _same(o.pose, pose, GATES.same_again * size)]
+        if not near:
             out.append(_candidate(a, b, pose, c.origin, size))
+        elif c.origin is Origin.GIVEN:
+            # what the user gave stays known as such, whoever proposed it as well
+            out[near[0]] = replace(out[near[0]], origin=c.origin)
     return sorted(out, key=lambda c: -c.verdict.score)
 
 
@@ -295,13 +303,8 @@ def _size(a: PreparedScan, b: PreparedScan) -> float:
 
 
 def _some(indexed: Indexed) -> Surfels:
-    """Some surfels, evenly."""
-    s = indexed.surfels
-    return (
-        s
-        if len(s) <= GATES.first_surfels
-        else s.subset(np.linspace(0, len(s) - 1, GATES.first_surfels).astype(np.int64))
-    )
+    """Some surfels, evenly; each stands for several."""
+    return indexed.surfels.thinned(GATES.first_surfels)
 
 
 def _same(one: Pose, two: Pose, size: float) -> bool:
@@ -411,13 +414,13 @@ def register_pair(
     if not _consistent(best.verdict):
         return CloudPair(a.name, b.name, None, (), (_contradicted(a.name, b.name, best),))
     rivals = _rivals(best, [f for f in fits if f is not best])
-    near = [f for f in (best, *rivals) if prior is not None and not _wrong(f.pose, prior, sigma)]
-    if rivals and len(near) == 1:
+    near = None if prior is None else _decided((best, *rivals), prior, sigma)
+    if rivals and near is not None:
         sentence = (
             f"{a.name} and {b.name} fit in {len(rivals) + 1} places alike; the one at the "
             "approximate pose is taken"
         )
-        best = _with_all(a, b, near[0], floor)
+        best = _with_all(a, b, near, floor)
         sentences = [sentence, *best.precision.sentences(a.name, b.name)]
         return CloudPair(a.name, b.name, best, (), tuple(sentences))
     if rivals:
@@ -426,7 +429,7 @@ def register_pair(
     best = _with_all(a, b, best, floor)
     sentences = best.precision.sentences(a.name, b.name)
     if prior is not None:
-        sentences += _prior_sentences(a.name, b.name, best.pose, prior, sigma)
+        sentences += _prior_sentences(a.name, b.name, best, prior, sigma)
     return CloudPair(a.name, b.name, best, (), tuple(sentences))
 
 
@@ -464,12 +467,14 @@ def _with_all(
     a: PreparedScan, b: PreparedScan, fit: PairFit, floor: tuple[float, float]
 ) -> PairFit:
     """The chosen one with all surfels, and the test whether the scanners stood still."""
-    alignment = fit.alignment
+    alignment, scans = fit.alignment, (a.some, b.some)
     if a.some is not a.fine or b.some is not b.fine:
-        alignment = align(a.fine, b.fine, fit.pose, FINE.gates_m[1:])
+        alignment, scans = align(a.fine, b.fine, fit.pose, FINE.gates_m[1:]), (a.fine, b.fine)
     if len(alignment.matches) < len(fit.alignment.matches):
-        return replace(fit, precision=relative_covariance(a.some, b.some, fit.alignment, floor))
-    precision = relative_covariance(a.fine, b.fine, alignment, floor)
+        alignment, scans = fit.alignment, (a.some, b.some)
+    precision = relative_covariance(*scans, alignment, floor)
+    if precision.unheld.shape[1]:
+        alignment, precision = fit_held(scans, (a.some, b.some), alignment, precision, floor)
     return replace(fit, alignment=alignment, precision=precision)
 
 
@@ -530,25 +535,23 @@ def _rivals(best: PairFit, others: Sequence[PairFit]) -> list[PairFit]:
 
 
 def _excluded(best: PairFit, other: PairFit) -> bool:
-    """True if clearly less agrees, or clearly more is seen through."""
-    clean = _clearly_more(best.verdict.through, other.verdict.through)
-    if (
-        other.verdict.agree
-        < (GATES.clean_rival_share if clean else GATES.rival_share) * best.verdict.agree
-    ):
-        return True
-    return _clearly_more(other.verdict.through, best.verdict.through)
+    """True if clearly less agrees, or clearly more is seen through, or both nearly so."""
+    through = _excess(other.verdict.through, best.verdict.through)
+    clean = _excess(best.verdict.through, other.verdict.through) > 1
+    share = GATES.clean_rival_share if clean else GATES.rival_share
+    less = (1 - other.verdict.agree / best.verdict.agree) / (1 - share)
+    return bool(np.hypot(max(less, 0.0), max(through, 0.0)) > 1)
 
 
-def _clearly_more(one: float, two: float) -> bool:
-    """True if an area is larger than another by more than chance.
+def _excess(one: float, two: float) -> float:
+    """By how much an area is larger than another, one where it is clearly more than chance.
 
     Notes
     -----
     Areas in m^2; chance is that of independent patches.
     """
     more, less = one / GATES.patch_m**2, two / GATES.patch_m**2
-    return more - less > GATES.excluded_sigmas * float(np.sqrt(more + less + 1.0))
+    return float((more - less) / (GATES.excluded_sigmas * np.sqrt(more + less + 1.0)))
 
 
 def _nearest(fits: Sequence[PairFit], prior: Pose) -> PairFit:
@@ -568,11 +571,43 @@ def _alike(one: PairFit, pose: Pose) -> bool:
     return bool(np.linalg.norm(rest) < GATES.same_m and turn * lever < GATES.same_m)
 
 
-def _wrong(pose: Pose, prior: Pose, sigma: ApproximateSigma) -> bool:
+def _decided(fits: Sequence[PairFit], prior: Pose, sigma: ApproximateSigma) -> PairFit | None:
+    """Of fits at several places the one that an approximate pose speaks for, None if it does not.
+
+    Notes
+    -----
+    Errors of the approximate pose are taken as normal; the nearest place is taken if it is not
+    wrong there and no other place has more than a thousandth of its likelihood.
+    """
+
+    def square(fit: PairFit) -> float:
+        shift, turn = _off(fit, prior)
+        return (shift / sigma.shift) ** 2 + (turn / sigma.turn) ** 2
+
+    order = sorted(fits, key=square)
+    others = [f for f in order[1:] if not _alike(order[0], f.pose)]
+    least = GATES.decided + square(order[0])
+    if _wrong(order[0], prior, sigma) or any(square(f) < least for f in others):
+        return None
+    same = [f for f in fits if not any(f is other for other in others)]
+    return min(same, key=lambda f: apart(f.pose, prior)[0])
+
+
+def _wrong(fit: PairFit, prior: Pose, sigma: ApproximateSigma) -> bool:
     """True if an approximate pose is nowhere near."""
-    shift, turn = apart(pose, prior)
+    shift, turn = _off(fit, prior)
     k = GATES.wrong_sigmas
     return shift >= k * sigma.shift or turn >= k * sigma.turn
+
+
+def _off(fit: PairFit, prior: Pose) -> tuple[float, float]:
+    """Shift [m] and turn [rad] of an approximate pose, but for shifts that the fit leaves open."""
+    off = prior.translation - fit.pose.translation
+    slides = fit.precision.unheld[
+        :3, np.linalg.norm(fit.precision.unheld[:3], axis=0) > GATES.slide_share
+    ]
+    basis = np.linalg.qr(slides)[0]
+    return float(np.linalg.norm(off - basis @ (basis.T @ off))), apart(fit.pose, prior)[1]
 
 
 def _no_overlap(a: str, b: str) -> str:
@@ -611,10 +646,12 @@ def _ambiguous(a: str, b: str, best: PairFit, rivals: Sequence[PairFit]) -> str:
     )
 
 
-def _prior_sentences(a: str, b: str, pose: Pose, prior: Pose, sigma: ApproximateSigma) -> list[str]:
-    if not _wrong(pose, prior, sigma):
+def _prior_sentences(
+    a: str, b: str, fit: PairFit, prior: Pose, sigma: ApproximateSigma
+) -> list[str]:
+    if not _wrong(fit, prior, sigma):
         return []
-    shift, turn = apart(pose, prior)
+    shift, turn = _off(fit, prior)
     return [
         f"the approximate pose of {b} in {a} is wrong by {shift:.1f} m and "
         f"{np.degrees(turn):.0f} degrees; the clouds say otherwise"

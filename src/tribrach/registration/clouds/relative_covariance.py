@@ -35,7 +35,14 @@ from tribrach.registration.clouds.fine import FINE, FineAlignment, Indexed, Matc
 from tribrach.registration.clouds.sweep import SweepTest, sweep_test
 from tribrach.units import SEC
 
-__all__ = ["GATES", "CloudCovarianceGates", "RelativeCovariance", "relative_covariance"]
+__all__ = [
+    "GATES",
+    "CloudCovarianceGates",
+    "RelativeCovariance",
+    "across",
+    "at_origin",
+    "relative_covariance",
+]
 
 
 @dataclass(frozen=True)
@@ -63,11 +70,17 @@ class CloudCovarianceGates:
     #: ... or if it has less than this share of the best held one: normals are not better than half
     #: a degree
     held_share: float = 1e-4
+    #: ... or if less surface than that of a least overlap holds it, of both scans together [m^2]:
+    #: the few pieces at the edges of doors and windows do not tell one door from the next
+    holding_m2: float = 4.0
+    #: a piece of surface holds a direction by this cosine or more
+    holding_cosine: float = 0.3
     #: least slope of the loss against its weight: residuals of poor fits fill the whole gate
     least_slope: float = 0.05
-    #: edge of the cubes that count as places of their own [m]
+    #: edge of the cubes that count as places of their own [m], at most this many levers: models
     place_m: float = 1.0
-    #: a direction that fewer places than this hold is weak
+    place_levers: float = 0.25
+    #: a direction that fewer places than this hold is open: a pillar or two do not tell which ones
     fewest_places: float = 6.0
     #: least edge of the pieces of a sweep [m], and how many there are at most: bounds the time
     least_piece_m: float = 1.0
@@ -147,11 +160,6 @@ class RelativeCovariance:
             f"there its sigma is set to {self.lever:.1f} m"
             for d in self.unheld.T
         ]
-        if self.rank and self.places < GATES.fewest_places:
-            out.append(
-                f"a direction of the pose between {a} and {b} is held by about "
-                f"{self.places:.0f} places only"
-            )
         if self.sweep.factor > 1:
             factor, limit = self.sweep.factor, self.sweep.limit
             out.append(
@@ -169,6 +177,7 @@ def relative_covariance(
     floor: tuple[float, float] = GATES.floor,
     *,
     sweep: bool = True,
+    unheld: Array | None = None,
 ) -> RelativeCovariance:
     """Covariance of an alignment with at least ten matches.
 
@@ -182,6 +191,9 @@ def relative_covariance(
         Sigmas [m], [rad] added to shifts of the middle and turns about it.
     sweep : bool
         True if it is tested whether parts of the sweeps fit alike.
+    unheld : array (6, k) or None
+        Orthonormal directions that are known to be open, about the middle of the matches, turns
+        times their lever; None if the matches tell.
 
     Returns
     -------
@@ -198,7 +210,9 @@ def relative_covariance(
     # Tukey's loss gives way: its slope, not its weight, is what holds (Huber 1981, chapter 7)
     slope = np.maximum((1 - u) * (1 - 5 * u) * alone, GATES.least_slope * weight)
     normal = (design * slope[:, None]).T @ design
-    unheld, held, places = _directions(a, b, m, design, weight, normal, middle, lever)
+    if unheld is None:
+        unheld = _unheld(a, b, m, design, weight, normal, middle, lever)
+    held, places = _held(m, design, weight, normal, unheld, lever)
     half = held @ _inverse_root(held.T @ normal @ held)
     scores = (design @ half) * (weight * m.residual)[:, None]
     factor, length, edge = _shared(scores, m)
@@ -212,7 +226,7 @@ def relative_covariance(
     local = local * np.outer(scale, scale)
     local = local + np.diag(np.repeat(np.square(floor), 3))
     return RelativeCovariance(
-        covariance=_at_origin(local, alignment.pose, middle),
+        covariance=at_origin(local, alignment.pose, middle),
         middle=middle,
         local=local,
         observations=len(m),
@@ -226,7 +240,7 @@ def relative_covariance(
     )
 
 
-def _directions(
+def _unheld(
     a: Indexed,
     b: Indexed,
     m: Matches,
@@ -235,8 +249,8 @@ def _directions(
     normal: Array,
     middle: Array,
     lever: float,
-) -> tuple[Array, Array, float]:
-    """Directions (6, k) that nothing holds, (6, 6 - k) that are held, and by how many places."""
+) -> Array:
+    """Directions (6, k) that nothing holds."""
     tilt = np.where(m.forward, a.surfels.sigma_normal[m.first], b.surfels.sigma_normal[m.second])
     noise = _noise(m.point, m.normal, weight * tilt**2, middle, lever)
     top = float(np.linalg.eigvalsh(normal)[-1])
@@ -246,16 +260,56 @@ def _directions(
         normal + 1e-12 * top * np.eye(6),
     )
     loose = share > GATES.noise_share
-    unheld, _ = np.linalg.qr(vectors[:, loose]) if loose.any() else (np.zeros((6, 0)), None)
+    unheld = np.linalg.qr(vectors[:, loose])[0] if loose.any() else np.zeros((6, 0))
+    area = np.where(m.forward, b.surfels.area[m.second], a.surfels.area[m.first])
+    while unheld.shape[1] < 6:
+        held = across(unheld)
+        weakest = held @ np.linalg.eigh(held.T @ normal @ held)[1][:, :1]
+        along = design @ weakest[:, 0]
+        holds = np.abs(along) > GATES.holding_cosine
+        enough = area[holds].sum() >= GATES.holding_m2
+        if enough and _places(m.subset(holds), weight[holds] * along[holds] ** 2, lever) >= (
+            GATES.fewest_places
+        ):
+            break
+        unheld = np.linalg.qr(np.column_stack([unheld, weakest]))[0]
+    return np.asarray(unheld)
+
+
+def across(unheld: Array) -> Array:
+    """Orthonormal directions across others.
+
+    Parameters
+    ----------
+    unheld : array (6, k)
+        Orthonormal directions.
+
+    Returns
+    -------
+    array (6, 6 - k)
+        Directions across them.
+    """
     full, _ = np.linalg.qr(np.column_stack([unheld, np.eye(6)]))
-    held = full[:, unheld.shape[1] :]
+    return np.asarray(full[:, unheld.shape[1] : 6])
+
+
+def _held(
+    m: Matches, design: Array, weight: Array, normal: Array, unheld: Array, lever: float
+) -> tuple[Array, float]:
+    """Directions (6, 6 - k) across the open ones (6, k), and by how many places they are held."""
+    held = across(unheld)
     if held.shape[1] == 0:
-        return unheld, held, 0.0
+        return held, 0.0
     axes = held @ np.linalg.eigh(held.T @ normal @ held)[1]
     holding = (design @ axes) ** 2 * weight[:, None]
-    sums = _sums(m.point, m.normal, holding, GATES.place_m)
-    places = sums.sum(axis=0) ** 2 / np.maximum((sums**2).sum(axis=0), 1e-300)
-    return unheld, held, float(places.min())
+    return held, min(_places(m, column, lever) for column in holding.T)
+
+
+def _places(m: Matches, holding: Array, lever: float) -> float:
+    """Over how many places what holds a direction (n,) is spread."""
+    edge = min(GATES.place_m, GATES.place_levers * lever)
+    sums = _sums(m.point, m.normal, holding[:, None], edge)
+    return float(sums.sum() ** 2 / max((sums**2).sum(), 1e-300))
 
 
 def _inverse_root(matrix: Array) -> Array:
@@ -333,8 +387,24 @@ def _noise(point, normal, weight, middle, lever):  # type: ignore[no-untyped-def
     return out
 
 
-def _at_origin(local: Array, pose: Pose, middle: Array) -> Array:
-    """From the shift of the middle and the turn about it to those of the observation."""
+def at_origin(local: Array, pose: Pose, middle: Array) -> Array:
+    """Carry the covariance of a pose from the middle of the overlap to the observation.
+
+    Parameters
+    ----------
+    local : array (6, 6)
+        Covariance of the shift of the middle [m] and the turn about it [rad], frame of a.
+    pose : Pose
+        Pose of b in a.
+    middle : array (3,)
+        The middle, frame of a [m].
+
+    Returns
+    -------
+    array (6, 6)
+        Covariance in the order of :class:`~tribrach.observations.poses.RelativePoses` [m], [rad]
+        (method section 2.11).
+    """
     move = np.zeros((6, 6))
     move[:3, :3] = np.eye(3)
     # shift of the origin of b: that of the middle and the turn times the way there
