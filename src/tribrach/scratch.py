@@ -14,7 +14,7 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
-__all__ = ["scratch_folder"]
+__all__ = ["is_scratch", "scratch_folder"]
 
 _PREFIX, _LOCK = "tribrach-scratch-", "lock"
 
@@ -46,6 +46,20 @@ def scratch_folder() -> Iterator[Path]:
         # Windows does not remove a file that is open
         lock.release()
         shutil.rmtree(outer, ignore_errors=True)
+
+
+def is_scratch(path: Path) -> bool:
+    """Does a file lie in a temporary folder of this program, so that it is nobody's input?
+
+    Parameters
+    ----------
+    path : Path
+        Resolved.
+    """
+    temporary = Path(tempfile.gettempdir()).resolve()
+    return path.is_relative_to(temporary) and any(
+        part.startswith(_PREFIX) for part in path.relative_to(temporary).parts[:1]
+    )
 
 
 def _remove_abandoned(folder: Path) -> None:

@@ -32,6 +32,7 @@ from filelock import FileLock, Timeout
 from tribrach.errors import InputError
 from tribrach.io.folder_lock import LOCK_FILE, FolderLock
 from tribrach.io.json_text import json_text
+from tribrach.scratch import is_scratch
 
 __all__ = [
     "MANIFEST",
@@ -102,8 +103,10 @@ class _Scope:
     def add(self, inputs: Iterable[Path]) -> None:
         """Keep further files."""
         for path in inputs:
+            if is_scratch(resolved := path.resolve()):
+                continue  # results on their way, such as those of an engine
             stamp = _stamp(path)
-            self.stamps.setdefault(path.resolve(), stamp)
+            self.stamps.setdefault(resolved, stamp)
             if stamp is not None:
                 self.numbers.add(stamp.number)
 

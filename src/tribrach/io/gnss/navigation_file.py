@@ -25,9 +25,16 @@ _RECORD_2 = re.compile(
 _RECORD_3 = re.compile(
     rb"^([GREJCIS])([ \d]\d) (\d{4}) ([ \d]\d) ([ \d]\d) ([ \d]\d) ([ \d]\d) ([ \d]\d)", re.M
 )
-_LINE = re.compile(rb"^.+$", re.M)
-#: what a line of a record may consist of
-_NUMBERS = re.compile(rb"^(?:[GREJCIS][ \d]\d)?[ \d+.DEde-]*\r?$")
+#: a number of a record, in a column of its own
+_NUMBER = re.compile(rb" *[-+]?(?:\d+\.?\d*|\.\d+)(?:[DdEe][-+ ]?\d{1,3})? *")
+_WIDTH = 19
+#: lines of a record by system; since RINEX 3.05 GLONASS may have one more
+_LINES = dict.fromkeys("GECJI", (8, 8)) | {"R": (4, 5), "S": (4, 4)}
+#: numbers that every line has at least: clocks, and elements of which some are spare
+_FIRST, _MIDDLE = 3, 3
+#: and the last line, with the time of transmission; records of four lines have no spare numbers
+_LAST = dict.fromkeys("GECJI", 1) | dict.fromkeys("RS", 4)
+_AGAIN = "download or transfer it again"
 #: RINEX 2 keeps one system in a file: the letter of the file's type gives it
 _SYSTEMS_2 = {"N": "G", "G": "R", "H": "S"}
 
@@ -74,7 +81,7 @@ def read_navigation(path: Path) -> NavigationFile:
         )
     names, years, rest = [], [], []
     records = list((_RECORD_3 if version >= 3 else _RECORD_2).finditer(data, start))
-    _check_lines(path, data, start, records)
+    _check_records(path, data, start, records, None if version >= 3 else _SYSTEMS_2[letter])
     for match in records:
         words = match.groups()
         system = words[0].decode() if version >= 3 else _SYSTEMS_2[letter]
@@ -96,30 +103,71 @@ def read_navigation(path: Path) -> NavigationFile:
     return NavigationFile(path, data, np.array(names), times)
 
 
-def _check_lines(path: Path, data: bytes, start: int, records: list[re.Match[bytes]]) -> None:
-    """Refuse lines that are no numbers, and a last record shorter than the one before it."""
-    for match in _LINE.finditer(data, start):
-        if not _NUMBERS.match(match.group()):
-            raise InputError(
-                "the navigation file is damaged: no numbers",
-                file=path,
-                line=data.count(b"\n", 0, match.start()) + 1,
-                cure="download or transfer it again",
-            )
-    if len(records) < 2:
+def _check_records(
+    path: Path, data: bytes, start: int, records: list[re.Match[bytes]], system: str | None
+) -> None:
+    """Refuse records that have other lines or numbers than those of their system.
+
+    Parameters
+    ----------
+    path, data
+        The file and its text.
+    start
+        Where the header ends.
+    records
+        The beginnings of the records.
+    system
+        Of all records of RINEX 2; those of RINEX 3 begin with it.
+
+    Raises
+    ------
+    InputError
+        Names the first line that is wrong.
+    """
+    if not records:
         return
-    last = data[records[-1].start() :].rstrip()
-    # other systems have other lengths: the shortest record has four lines
-    same = [m for m in records[:-1] if m.group()[:1] == last[:1]] or records[:-1]
-    k = records.index(same[-1])
-    whole = data[records[k].start() : records[k + 1].start()].rstrip()
-    lines, model = last.split(b"\n"), whole.split(b"\n")
-    # without its newline the last line may have lost its end
-    cut = not data.endswith((b"\n", b"\r")) and len(lines[-1]) < len(model[-1])
-    if len(lines) != len(model) or cut:
-        raise InputError(
-            "the navigation file ends within a record",
-            file=path,
-            line=data.count(b"\n") + 1,
-            cure="download or transfer it again",
-        )
+    ends = [match.start() for match in records[1:]] + [len(data)]
+    if data[start : records[0].start()].strip():
+        raise _damaged(path, data, start, "is damaged: no record begins here")
+    before: dict[str, list[bytes]] = {}
+    for match, end in zip(records, ends, strict=True):
+        lines = data[match.start() : end].rstrip().split(b"\n")
+        name = system or match.group(1).decode()
+        at = match.start()
+        for k, line in enumerate(lines):
+            least = _FIRST if k == 0 else _LAST[name] if k == _LINES[name][0] - 1 else _MIDDLE
+            margin = (22 if k == 0 else 3) + (system is None)
+            _check_line(path, data, at, line.rstrip(b"\r"), margin, least)
+            at += len(line) + 1
+        model = before.get(name)
+        low, high = _LINES[name] if model is None else (len(model), len(model))
+        last = end == len(data)
+        if not low <= len(lines) <= high:
+            words = f"has {len(lines)} lines in a record of {name} where {low} belong"
+            raise _damaged(
+                path, data, at - 1, f"ends within a record: it {words}" if last else words
+            )
+        if last and not data.endswith((b"\n", b"\r")):
+            # without its newline the last line may have lost its end
+            short = model is not None and len(lines[-1]) < len(model[-1].rstrip())
+            if short or (len(lines[-1]) - margin) % _WIDTH:
+                raise _damaged(path, data, at - 1, "ends within a record")
+        before[name] = lines
+
+
+def _check_line(path: Path, data: bytes, at: int, line: bytes, margin: int, least: int) -> None:
+    """Refuse a line with too few numbers, or with anything else in their columns."""
+    cells = [line[k : k + _WIDTH] for k in range(margin, len(line), _WIDTH)]
+    if len(cells) < least:
+        raise _damaged(path, data, at, f"has {len(cells)} numbers in a line of at least {least}")
+    for cell in cells:
+        if not _NUMBER.fullmatch(cell) and cell.strip():
+            raise _damaged(path, data, at, "is damaged: no numbers")
+    if line[:margin].strip() and margin < 22:
+        raise _damaged(path, data, at, "is damaged: numbers outside of their columns")
+
+
+def _damaged(path: Path, data: bytes, at: int, what: str) -> InputError:
+    """The error at a byte of a file."""
+    line = data.count(b"\n", 0, min(at, len(data))) + 1
+    return InputError(f"the navigation file {what}", file=path, line=line, cure=_AGAIN)

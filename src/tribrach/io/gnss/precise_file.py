@@ -12,9 +12,11 @@ import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
+from math import comb
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tribrach._types import Array
 from tribrach.errors import InputError
@@ -30,6 +32,16 @@ _AHEAD = {"GPS": 0.0, "GAL": 0.0, "QZS": 0.0, "IRN": 0.0, "ccc": 0.0, "": 0.0, "
           "TAI": 19.0}  # fmt: skip
 #: the value of a clock that is not known [microseconds]
 _NO_CLOCK = 999_999.0
+#: positions are between these distances from the centre of the Earth [m]
+_LOWEST, _HIGHEST = 6.5e6, 5e7
+#: order of the differences that show a position beside its orbit, and from where on [m]: manoeuvres
+#: of 1 m/s make a tenth of it
+_ORDER, _STRANGE = 8, 3.5e5
+#: epochs are told apart by this [s]
+_SAME_TIME = 1e-3
+#: the Earth: gravitational constant [m^3/s^2], rotation [rad/s]
+_GM, _OMEGA = 3.986004418e14, 7.292115e-5
+_AGAIN = "download or transfer it again"
 _EPOCH = re.compile(rb"^\*  (\d{4}) ([ \d]\d) ([ \d]\d) ([ \d]\d) ([ \d]\d) ([ \d]\d\.\d+)", re.M)
 _POSITION = re.compile(rb"^P([ A-Z][ \d]\d)(.*)$", re.M)
 #: a line that none of the records of SP3 begins like
@@ -81,7 +93,7 @@ def read_sp3(path: Path, data: bytes) -> PreciseOrbits:
     InputError
         Damaged, truncated, without orbits, or in a time system that is not known.
     """
-    again = "download or transfer it again"
+    again = _AGAIN
     begin = re.search(rb"^\*", data, re.M)
     if begin is None:
         raise InputError("the SP3 file has no epochs", file=path, cure=again)
@@ -95,19 +107,173 @@ def read_sp3(path: Path, data: bytes) -> PreciseOrbits:
     positions = list(_POSITION.finditer(data, begin.start()))
     if not positions or len(epochs) != len(re.findall(rb"^\*", data, re.M)):
         raise InputError("the SP3 file is damaged: epochs", file=path, cure=again)
-    names = [match.group(1).replace(b" ", b"0").decode() for match in positions]
-    names = [f"G{name[1:]}" if name[0] == "0" else name for name in names]
+    header = _Header.of(path, data[: begin.start()])
+    own_times = np.array(_times(path, epochs))
+    _check_times(path, data, header, epochs, own_times)
+    names = [_name(match.group(1)) for match in positions]
     values = _values(path, data, positions)
     at = np.searchsorted([e.start() for e in epochs], [match.start() for match in positions]) - 1
     satellites, which = np.unique(names, return_inverse=True)
+    lines = np.full((len(epochs), len(satellites)), -1)
+    for k, (i, j) in enumerate(zip(at.tolist(), which.tolist(), strict=True)):
+        if lines[i, j] >= 0:
+            raise _at(path, data, positions[k], f"has {names[k]} twice at one epoch")
+        lines[i, j] = k
+    _check_satellites(path, data, header, epochs, satellites.tolist(), lines >= 0)
     xyz = np.full((len(epochs), len(satellites), 3), np.nan)
     clocks = np.full(xyz.shape[:2], np.nan)
     there = (values[:, :3] != 0).all(axis=1)
     xyz[at[there], which[there]] = 1e3 * values[there, :3]
     known = there & (np.abs(values[:, 3]) < _NO_CLOCK)
     clocks[at[known], which[known]] = 1e-6 * values[known, 3]
-    times = np.array(_times(path, epochs)) - shift
-    return PreciseOrbits(path, tuple(satellites.tolist()), times, xyz, clocks)
+    found = _strange_place(own_times, xyz)
+    if found is not None:
+        i, j, what = found
+        raise _at(path, data, positions[lines[i, j]], f"has {satellites[j]} {what}")
+    return PreciseOrbits(path, tuple(satellites.tolist()), own_times - shift, xyz, clocks)
+
+
+@dataclass(frozen=True)
+class _Header:
+    """What the header of a file promises.
+
+    Attributes
+    ----------
+    epochs
+        Number of epochs.
+    step
+        Seconds between them.
+    satellites
+        Names, in the order of the header.
+    """
+
+    epochs: int
+    step: float
+    satellites: tuple[str, ...]
+
+    @classmethod
+    def of(cls, path: Path, header: bytes) -> _Header:
+        """The header of a file.
+
+        Raises
+        ------
+        InputError
+            It does not say this.
+        """
+        lines = header.splitlines()
+        listed = [line for line in lines if line[:1] == b"+" and line[:2] != b"++"]
+        second = next((line for line in lines if line.startswith(b"##")), b"")
+        try:
+            count, step = int(lines[0][32:39]), float(second[24:38])
+            many = int(listed[0][3:6])
+            cells = [line[k : k + 3] for line in listed for k in range(9, 60, 3)][:many]
+            names = tuple(_name(cell) for cell in cells)
+            if not (0 < step < 1e6 and len(names) == many and len(set(names)) == many):
+                raise ValueError("no header")
+        except (ValueError, IndexError) as error:
+            raise InputError(
+                "the header of the SP3 file is damaged: number of epochs, interval or satellites",
+                file=path,
+                line=1,
+                cure=_AGAIN,
+            ) from error
+        return cls(count, step, names)
+
+
+def _name(cell: bytes) -> str:
+    """A satellite such as ``G01``; SP3-a has numbers only."""
+    name = cell.replace(b" ", b"0").decode("ascii")
+    return f"G{name[1:]}" if name[0] == "0" else name
+
+
+def _at(path: Path, data: bytes, match: re.Match[bytes], what: str) -> InputError:
+    """The error of a line."""
+    line = data.count(b"\n", 0, match.start()) + 1
+    return InputError(f"the SP3 file {what}", file=path, line=line, cure=_AGAIN)
+
+
+def _check_times(
+    path: Path, data: bytes, header: _Header, epochs: Sequence[re.Match[bytes]], times: Array
+) -> None:
+    """Refuse epochs that are doubled, out of order, out of step or not as many as promised."""
+    steps = np.diff(times)
+    # an epoch may be missing where the header knows it
+    share = np.abs(steps / header.step - np.rint(steps / header.step))
+    wrong = np.flatnonzero((steps <= 0) | (share * header.step > _SAME_TIME))
+    if len(wrong):
+        k = int(wrong[0])
+        raise _at(
+            path,
+            data,
+            epochs[k + 1],
+            f"has an epoch {steps[k]:g} s after the one before, and its header says every "
+            f"{header.step:g} s",
+        )
+    if len(epochs) != header.epochs:
+        gap = int(np.argmax(steps)) + 1 if len(steps) and steps.max() > 1.5 * header.step else 0
+        after = f", and a gap of {steps.max():g} s ends here" if gap else ""
+        words = f"has {len(epochs)} epochs and its header promises {header.epochs}{after}"
+        raise _at(path, data, epochs[gap], words)
+
+
+def _check_satellites(
+    path: Path,
+    data: bytes,
+    header: _Header,
+    epochs: Sequence[re.Match[bytes]],
+    satellites: Sequence[str],
+    there: NDArray[np.bool_],
+) -> None:
+    """Refuse epochs (n, m) that lack a satellite of the header; unknown places are zeros."""
+    for name in satellites:
+        if name not in header.satellites:
+            k = int(np.argmax(there[:, satellites.index(name)]))
+            raise _at(path, data, epochs[k], f"has {name} at this epoch and not in its header")
+    missing = np.flatnonzero(there.sum(axis=1) != len(header.satellites))
+    if len(missing):
+        k = int(missing[0])
+        here = {name for name, is_there in zip(satellites, there[k], strict=True) if is_there}
+        lost = next(name for name in header.satellites if name not in here)
+        raise _at(path, data, epochs[k], f"has no line of {lost} at this epoch, as its header says")
+
+
+def _strange_place(times: Array, xyz: Array) -> tuple[int, int, str] | None:
+    """Epoch and satellite of a position that no orbit goes through, and what is wrong with it.
+
+    Positions (n, m, 3) [m] of nine epochs in a row lie on a polynomial as far as their eighth
+    difference shows: that of a circle of radius r is below ``r (w h)^8``, with w the angular speed
+    against the turning Earth and h the step, metres for satellites of navigation every 15 minutes;
+    a single position that is wrong by d makes up to 70 d of it, and d where it is first or last.
+    """
+    with np.errstate(invalid="ignore"):
+        radius = np.linalg.norm(xyz, axis=2)
+        bad = np.argwhere((radius < _LOWEST) | (radius > _HIGHEST))
+    if len(bad):
+        i, j = bad[0].tolist()
+        return i, j, f"{radius[i, j] / 1e3:.0f} km from the centre of the Earth"
+    weights = np.array([comb(_ORDER, k) * (-1) ** k for k in range(_ORDER + 1)], dtype=float)
+    n = len(times) - _ORDER
+    steps = np.diff(times)
+    if n < 1:
+        return None
+    even = np.array([np.ptp(steps[k : k + _ORDER]) < _SAME_TIME for k in range(n)])
+    moved = sum(w * xyz[k : k + n] for k, w in enumerate(weights))
+    size = np.linalg.norm(moved, axis=2)
+    speed = np.sqrt(_GM / radius[:n] ** 3) + _OMEGA
+    natural = radius[:n] * (speed * steps[:n, None]) ** _ORDER
+    with np.errstate(invalid="ignore"):
+        excess = np.where(even[:, None] & (size > _STRANGE + 4 * natural), size, 0.0)
+    if not excess.any():
+        return None
+    k = int(np.argmax(excess.max(axis=0)))
+    # the epoch whose single error explains the differences around it
+    apart = np.arange(len(times))[:, None] - np.arange(n)
+    share = np.where((apart >= 0) & (apart <= _ORDER), weights[np.clip(apart, 0, _ORDER)], 0.0)
+    wrong = np.nan_to_num(np.where(even[:, None], moved[:, k], 0.0))
+    error = share @ wrong / np.square(share).sum(axis=1)[:, None]
+    explained = np.square(error).sum(axis=1) * np.square(share).sum(axis=1)
+    i = int(np.argmax(explained))
+    return i, k, f"{np.linalg.norm(error[i]) / 1e3:.0f} km beside its orbit"
 
 
 def _time_system(path: Path, header: bytes) -> float:
