@@ -25,6 +25,7 @@ from types import TracebackType
 from typing import Any, Self
 
 __all__ = [
+    "STEERING",
     "AdjustmentError",
     "InputError",
     "NoStartValues",
@@ -51,8 +52,9 @@ def _unpickled(kind: type[TribrachError], args: tuple[object, ...]) -> TribrachE
     return kind.__new__(kind, *args)
 
 
-#: what would steer a terminal or break the line, and words too long to be of use
-_STEERING = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+#: what would steer a terminal, turn the direction of writing or break the line
+STEERING = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+#: words too long to be of use
 _LONG_WORD = re.compile(r"(\S{60})\S{200,}(\S{20})")
 #: a sentence has at most so many characters
 _SENTENCE = 2000
@@ -63,7 +65,7 @@ def _printable(text: str) -> str:
     shown = _LONG_WORD.sub(r"\1...\2", text)
     if len(shown) > _SENTENCE:
         shown = f"{shown[: _SENTENCE - 200]} ... {shown[-190:]}"
-    return _STEERING.sub(lambda found: ascii(found.group())[1:-1], shown)
+    return STEERING.sub(lambda found: ascii(found.group())[1:-1], shown)
 
 
 class InputError(TribrachError):

@@ -1,4 +1,7 @@
-"""The templates of all pages: what is put into them is escaped, what is missing is an error."""
+"""The templates of all pages.
+
+What is put into them is escaped and every character of it is seen; what is missing is an error.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,8 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from tribrach.report.characters import visible
+
 __all__ = ["render_page"]
 
 
@@ -18,10 +23,16 @@ def _environment() -> Environment:
     return Environment(
         loader=PackageLoader("tribrach.report", "templates"),
         autoescape=True,
+        finalize=_seen,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
+
+
+def _seen(value: Any) -> Any:
+    """What is put in, without characters that do something; what is escaped already stays so."""
+    return visible(value) if isinstance(value, str) else value
 
 
 def render_page(template: str, **values: Any) -> str:

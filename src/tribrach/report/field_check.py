@@ -12,6 +12,7 @@ from tribrach.calibration.field_series import FTest, SeriesCheck
 from tribrach.calibration.misalignment_search import Cause, Explanation
 from tribrach.calibration.target_distances import DistanceCheck
 from tribrach.calibration.two_face import SIGNATURES, ComponentTest, TwoFaceTest
+from tribrach.report.characters import anchor
 from tribrach.report.figures import Picture, new_figure, picture
 from tribrach.report.numbers import number
 from tribrach.report.page import page
@@ -256,7 +257,7 @@ def _distances(test: DistanceCheck) -> ReportTable:
         f"{a} less {b}, the largest first. The limits hold together with {1 - test.alpha:.2%} or "
         "more (Šidák); the verdict is that of the chi-square over all."
     )
-    name = f"distances-{a}-{b}-{test.series}".replace(" ", "-")
+    name = anchor(f"distances-{a}-{b}-{test.series}")
     return build_table(
         name, f"Distances from {a} and {b}{series}", note, rows, columns, most=_SHOWN
     )

@@ -7,9 +7,12 @@ from __future__ import annotations
 
 import base64
 import io
+import warnings
 from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+from tribrach.report.characters import visible
 
 if TYPE_CHECKING:
     from matplotlib.cm import ScalarMappable
@@ -60,8 +63,26 @@ def png(figure: Figure) -> bytes:
     """The figure as a PNG file without date and version: the same chart gives the same bytes."""
     out = io.BytesIO()
     import_module("matplotlib.backends.backend_agg").FigureCanvasAgg(figure)
-    figure.savefig(out, format="png", metadata={"Software": None})
+    _as_it_stands(figure)
+    with warnings.catch_warnings():
+        # names in writings that the font lacks are boxes; the tables have them
+        warnings.filterwarnings("ignore", "Glyph .* missing from", UserWarning)
+        figure.savefig(out, format="png", metadata={"Software": None})
     return out.getvalue()
+
+
+def _as_it_stands(figure: Figure) -> None:
+    """Take no name for a formula: with two dollars in it, it would be set as one, or refused."""
+    powers = set[int]()
+    for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
+        if axis.get_scale() == "log":
+            # powers of ten are formulas of matplotlib's own
+            ticks = (*axis.get_major_ticks(), *axis.get_minor_ticks())
+            powers |= {id(label) for tick in ticks for label in (tick.label1, tick.label2)}
+    for text in figure.findobj(import_module("matplotlib.text").Text):
+        if id(text) not in powers:
+            text.set_parse_math(False)
+            text.set_text(visible(text.get_text()))
 
 
 def picture(name: str, title: str, figure: Figure, caption: str) -> Picture:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 
+from tribrach.report.characters import visible
 from tribrach.report.content import Report
 from tribrach.report.tables import ColumnHead, ReportTable, Row
 
@@ -24,7 +25,7 @@ def render(content: Report) -> str:
         *(_section(c.title, list(c.sentences)) for c in content.chapters if c.sentences),
         *(table_text(table) for table in content.tables()),
     ]
-    return "\n\n".join(parts) + "\n"
+    return visible("\n\n".join(parts) + "\n")
 
 
 def brief(content: Report) -> str:
@@ -43,7 +44,8 @@ def brief(content: Report) -> str:
         content.datum.sentence,
         content.sigma_origin,
     ]
-    return "\n".join([wrapped(line) for line in lines] + (["", _grid(worst)] if worst.rows else []))
+    grid = ["", _grid(worst)] if worst.rows else []
+    return visible("\n".join([wrapped(line) for line in lines] + grid))
 
 
 def _sigma0(content: Report) -> str:

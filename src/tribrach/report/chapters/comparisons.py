@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import Literal
@@ -10,6 +9,7 @@ from typing import Literal
 from tribrach.job.results import JobResults
 from tribrach.job.station_comparison import REGRESSION_UNITS, StationComparison
 from tribrach.report.chapter import Chapter
+from tribrach.report.characters import anchor
 from tribrach.report.comparison import (
     comparison_pictures,
     comparison_sentences,
@@ -35,7 +35,7 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
 def comparison_chapter(one: StationComparison, angle: Literal["gon", "deg"] = "deg") -> Chapter:
     """What a comparison came to; names of its tables and pictures end with those of both."""
     sentences = _sentences(one)
-    slug, title = re.sub(r"\W+", "-", f"{one.a}-{one.b}"), f"{one.a} against {one.b}"
+    slug, title = anchor(f"{one.a}-{one.b}"), f"{one.a} against {one.b}"
     return Chapter(
         f"comparison-{slug}",
         f"Comparison between stations: {title}",

@@ -1,0 +1,265 @@
+"""Every page that the program writes, small, with names of a caller's choice in all places."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import combinations
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from tests.comparison.test_completeness import GRID, patches, wall
+from tests.instruments.field_surveys import STATIONS, readings
+from tests.network.lab import lab, measured
+from tests.report.hostile import Naming
+from tribrach.calibration.field_check import check_readings
+from tribrach.calibration.self_calibration import CalibrationOptions, calibrate
+from tribrach.comparison.completeness import assess_completeness
+from tribrach.comparison.regression import regress
+from tribrach.comparison.results import M3C2Figures, SiteResult
+from tribrach.comparison.sites import Geometry
+from tribrach.geometry import rotation
+from tribrach.geometry.pose import Pose
+from tribrach.job.plan.steps import DesignResult
+from tribrach.job.register import RegisteredFiles
+from tribrach.job.station_comparison import StationComparison
+from tribrach.network.adjustment import adjust
+from tribrach.network.blunders.snooping import switch
+from tribrach.network.quality import assess
+from tribrach.network.survey import Survey
+from tribrach.observations.base import Use
+from tribrach.observations.control import Coordinates
+from tribrach.observations.scanner import TargetCentres
+from tribrach.observations.sights import Directions, SlopeDistances
+from tribrach.planning.prediction import Criterion, figures
+from tribrach.registration.clouds.graph import CloudEdge, consistent, network_of
+from tribrach.registration.clouds.pair import CloudPair
+from tribrach.registration.clouds.together import CloudGroup, CloudRegistration
+from tribrach.registration.edges import edges
+from tribrach.report import html
+from tribrach.report.build import build
+from tribrach.report.calibration import calibration_page
+from tribrach.report.chapter import Chapter
+from tribrach.report.chapters.comparisons import comparison_chapter
+from tribrach.report.cloud_registration import cloud_registration_page
+from tribrach.report.comparison import comparison_page
+from tribrach.report.completeness import completeness_page
+from tribrach.report.content import Report
+from tribrach.report.field_check import check_page
+from tribrach.report.figures import new_figure, picture
+from tribrach.report.planning.page import gain_map, plan_page
+from tribrach.report.planning.report import plan_report
+from tribrach.report.regression import regression_page
+from tribrach.report.tables import ColumnHead, build_table, text_cell
+from tribrach.report.warnings import Severity, warned
+
+__all__ = ["PAGES", "network_report"]
+
+
+def survey_of(name: Naming) -> Survey:
+    """Two scanner stations and a total station on six targets, a check point among them."""
+    rng = np.random.default_rng(5)
+    truth = rng.uniform(-20, 20, (6, 3)) + np.array([1000, 2000, 50])
+    targets = [name(i) for i in range(6)]
+    survey = Survey()
+    survey.title = name(20)
+    for i, (target, x) in enumerate(zip(targets, truth, strict=True)):
+        own = np.eye(3) * 1e-6 if i < 3 else None
+        survey.point(target, x, covariance=own, source=f"{name(21)}:{i + 2}" if i < 3 else "")
+    for k in range(2):
+        t = np.array([1000.0 + 3 * k, 2001.0, 50.0])
+        r = rotation.exp(np.array([0.02, -0.01, 0.4 + k]))
+        survey.station(name(6 + k), translation=t, rotation=r)
+        survey.add(
+            TargetCentres,
+            values=(truth - t) @ r + rng.normal(0, 1e-3, (6, 3)),
+            sigma=np.full((6, 3), 1e-3),
+            station=[name(6 + k)] * 6,
+            target=targets,
+            source=[f"{name(8 + k)}:{i + 1}" for i in range(6)],
+            group=name(10),
+        )
+    chord = truth[1:] - truth[0]
+    survey.add(
+        Directions,
+        values=np.arctan2(chord[:, 0], chord[:, 1]) - 0.5,
+        sigma=1e-4,
+        start=[targets[0]] * 5,
+        end=targets[1:],
+        orientation=[name(11)] * 5,
+        source=[f"{name(12)}:{i + 2}" for i in range(5)],
+        group=name(13),
+    )
+    survey.add(
+        SlopeDistances,
+        values=[float(np.linalg.norm(chord[2])) + 0.5],
+        sigma=1e-3,
+        start=[targets[0]],
+        end=[targets[3]],
+        source=[name(12)],
+    )
+    survey.add(
+        Coordinates,
+        values=[truth[4] + [0.01, 0, 0]],
+        sigma=1e-3,
+        position=[targets[4]],
+        source=[name(21)],
+        use=np.array([Use.CHECK], dtype=np.int8),
+    )
+    return survey
+
+
+def network_report(name: Naming) -> Report:
+    """The report of an adjustment with warnings, facts, a chapter, and a comparison."""
+    network = survey_of(name).network()
+    k = [o.kind for o in network.observations].index("slope_distance")
+    adjustment = adjust(switch(network, k, 0, Use.OFF, name(14)))
+    content = build(
+        adjustment,
+        assess(adjustment),
+        date="2026-01-01",
+        title=name(20),
+        facts={name(15): name(16)},
+        warnings=warned(Severity.INPUT, [name(17)]),
+    )
+    figure = new_figure(figsize=(2, 2))
+    figure.subplots().set_title(name(22))
+    heads = [(ColumnHead(name(23), name(24), numeric=False), text_cell)]
+    table = build_table("words", name(25), name(26), [name(27 + i) for i in range(24)], heads)
+    chapter = Chapter(
+        "own", name(60), (name(61),), (picture("own-map", name(62), figure, name(63)),), (table,)
+    )
+    compared = StationComparison.of(name(64), name(65), 0.2, sites_of(name), None, [name(66)])
+    return replace(content, chapters=(*content.chapters, chapter, comparison_chapter(compared)))
+
+
+def sites_of(name: Naming) -> list[SiteResult]:
+    """Sites with geometry and distances along normals that have something to say."""
+    return [
+        SiteResult(
+            name(70 + k),
+            100 + k,
+            Geometry(10.0 + k, 0.3),
+            Geometry(12.0, 0.4),
+            m3c2=M3C2Figures(
+                9, 1e-3, 2e-3, 4e-3, 4e-3, 0.1, 0.05, 0.1, (f"few points {name(80)}",)
+            ),
+        )
+        for k in range(6)
+    ]
+
+
+def _report(name: Naming) -> str:
+    return html.render(network_report(name))
+
+
+def _comparison(name: Naming) -> str:
+    return comparison_page(name(0), name(1), 0.2, sites_of(name))
+
+
+def _completeness(name: Naming) -> str:
+    stations = {
+        name(k): patches(wall(3 * k, 3 * k + 4, 0.05), 0.003 + 0.003 * (k > 1)) for k in range(4)
+    }
+    return completeness_page(name(9), assess_completeness(GRID, stations, required=0.005))
+
+
+def _check(name: Naming) -> str:
+    stations = {name(k): x for k, x in enumerate(STATIONS.values())}
+    given = readings(
+        np.random.default_rng(3),
+        {"x10": 0.02},
+        stations=stations,
+        series=(name(4), name(5), name(6)),
+    )
+    targets = np.array([name(10 + int(t[1:])) for t in given.target], dtype=object)
+    return check_page(check_readings(replace(given, target=targets), name(7)))
+
+
+def _calibration(name: Naming) -> str:
+    poses = [
+        (np.zeros(3), np.array([0.012, -0.008, 0.2])),
+        (np.array([1.2, 2.0, 0.05]), np.array([-0.01, 0.014, -1.1])),
+    ]
+    stations = {name(k): pose for k, pose in enumerate(poses)}
+    network = measured(lab(("x10", "x2"), stations=stations), {}, 3)
+    return calibration_page(name(7), calibrate(network, CalibrationOptions()), [name(8), name(9)])
+
+
+def _regression(name: Naming) -> str:
+    rng = np.random.default_rng(1)
+    columns = {name(k): rng.uniform(1, 2, 16) for k in range(4)}
+    names = list(columns)
+    found = regress(columns, names[:2], names[2:], {names[0]: name(5)})
+    return regression_page(name(6), columns, {names[0]: name(5)}, found)
+
+
+def _plan(name: Naming) -> str:
+    adjustment = adjust(survey_of(name).network())
+    criterion = Criterion("sigma")
+    after = figures(adjustment, criterion)
+    plan = DesignResult(
+        name(20), criterion, None, adjustment.network, adjustment, None, after, warnings=(name(30),)
+    )
+    places = np.random.default_rng(2).uniform(0, 9, (5, 3))
+    gain = gain_map(places, places[:, 0], [name(31)], places[:1], places[1:2], "mm")
+    content = plan_report(plan)
+    gain = replace(gain, title=name(32), caption=name(33))
+    return plan_page(replace(content, pictures=(*content.pictures, gain)))
+
+
+def _registration(name: Naming) -> str:
+    stations = [name(k) for k in range(4)]
+    rng = np.random.default_rng(4)
+    poses = {s: Pose(rotation.exp(rng.normal(0, 0.5, 3)), rng.normal(0, 9, 3)) for s in stations}
+    covariance = np.diag([4e-6] * 3 + [1e-8] * 3)
+    joined = [
+        CloudEdge(a, b, poses[a].inverse @ poses[b], covariance)
+        for a, b in combinations(stations[:3], 2)
+    ]
+    consistency = consistent(joined)
+    adjustment = adjust(network_of(stations[:3], consistency.used))
+    group = CloudGroup(
+        {s: poses[s] for s in stations[:3]},
+        dict.fromkeys(stations[:3], covariance),
+        adjustment,
+        edges(adjustment),
+        {},
+    )
+    alone = CloudGroup({stations[3]: poses[stations[3]]}, {}, None, (), {})
+    pairs = [CloudPair(e.first, e.second, _fit(e), (), (name(10),)) for e in joined]
+    refused = f"{stations[0]} and {stations[3]} do not overlap"
+    pairs.append(CloudPair(stations[0], stations[3], None, (), (refused,)))
+    found = CloudRegistration(pairs, consistency, [group, alone], (name(11), refused))
+    scans: Any = {
+        s: SimpleNamespace(path=Path(s.replace("/", "|")), no_return=None) for s in stations
+    }
+    return cloud_registration_page(RegisteredFiles(scans, dict.fromkeys(stations, 9), found))
+
+
+def _fit(edge: CloudEdge) -> Any:
+    """What the page asks of a fit."""
+    return SimpleNamespace(
+        pose=edge.pose,
+        alignment=SimpleNamespace(rms=1e-3, matches=range(90)),
+        precision=SimpleNamespace(
+            effective=30.0, local=edge.covariance, covariance=edge.covariance, rank=6
+        ),
+        verdict=SimpleNamespace(overlap=(0.5, 0.6), agree=0.9),
+        origin="plans",
+    )
+
+
+#: every function that makes a page, by its module below ``tribrach.report`` and its name
+PAGES = {
+    "html.render": _report,
+    "comparison.comparison_page": _comparison,
+    "completeness.completeness_page": _completeness,
+    "field_check.check_page": _check,
+    "calibration.calibration_page": _calibration,
+    "regression.regression_page": _regression,
+    "planning.page.plan_page": _plan,
+    "cloud_registration.cloud_registration_page": _registration,
+}

@@ -1,0 +1,145 @@
+"""No name of a file, point, station, scan, site or column becomes markup in any page."""
+
+import ast
+import re
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from lxml import html as parser
+
+import tribrach
+from tests.report.hostile import HOSTILE, harmless, hostile
+from tests.report.pages import PAGES, network_report
+from tribrach.report import figures, text
+from tribrach.report.characters import visible
+from tribrach.report.environment import render_page
+
+SOURCE = Path(tribrach.__file__).parent
+TEMPLATES = sorted((SOURCE / "report" / "templates").glob("*.j2"))
+#: attributes that hold words, and pictures in which they are drawn
+WORDS = {"alt", "aria-label", "src"}
+
+
+def skeleton(page: str) -> Counter[tuple[str, frozenset[tuple[str, str]]]]:
+    """Every element with its attributes, without the words in them; scripts and styles whole."""
+    out: Counter[tuple[str, frozenset[tuple[str, str]]]] = Counter()
+    for element in parser.document_fromstring(page).iter():
+        if not isinstance(element.tag, str):
+            out["comment", frozenset()] += 1
+            continue
+        kept = {(k, _plain(k, v)) for k, v in element.attrib.items()}
+        if element.tag in ("script", "style"):
+            kept.add(("content", element.text or ""))
+        out[element.tag, frozenset(kept)] += 1
+    return out
+
+
+def _plain(attribute: str, value: str) -> str:
+    """The value of an attribute without names, and drawings without their order."""
+    if attribute in WORDS:
+        return ""
+    if attribute == "data-k":
+        # a number, whose last digits may depend on the order of the names
+        assert float(value) == float(value)
+        return ""
+    if attribute in ("id", "href"):
+        assert re.fullmatch(r"#?[\w-]+", value) or value.startswith("data:"), value
+        return re.sub(r"-.*", "", value)
+    return " ".join(sorted(re.split(r"[ ML]", value))) if attribute == "d" else value
+
+
+@pytest.mark.parametrize("which", PAGES)
+def test_names_are_text_and_nothing_else(which: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    used: set[int] = set()
+
+    def naming(k: int) -> str:
+        used.add(k)
+        return hostile(k)
+
+    page = PAGES[which](naming)
+    monkeypatch.setattr(figures, "png", lambda figure: b"")
+    plain = PAGES[which](harmless)
+    tree, other = skeleton(page), skeleton(plain)
+    assert tree - other == Counter()
+    assert other - tree == Counter()
+    # every name that is somewhere with harmless names is there, whole, with hostile ones
+    said = "\n".join(words_of(page))
+    expected = "\n".join(words_of(plain))
+    shown = {k for k in used if harmless(k) in expected}
+    assert len(shown) >= 3
+    for k in shown:
+        assert visible(hostile(k)) in said, hostile(k)
+    for character in "\x00\x07\x1b\x7f\x85\u202e\u2066":
+        assert character not in page
+
+
+def words_of(page: str) -> list[str]:
+    """Texts of elements and words in attributes, as the parser gives them."""
+    root = parser.document_fromstring(page)
+    inside = [t for e in root.iter() if e.tag not in ("script", "style") for t in (e.text, e.tail)]
+    return [t for t in (*inside, *root.xpath("//@alt"), *root.xpath("//@aria-label")) if t]
+
+
+def test_every_page_has_a_test_with_hostile_names() -> None:
+    """Functions that call ``render_page``, ``page`` or ``html.render`` for a file."""
+    makers = set()
+    for path in (SOURCE / "report").rglob("*.py"):
+        module = ".".join(path.relative_to(SOURCE / "report").with_suffix("").parts)
+        tree = ast.parse(path.read_text())
+        for node in tree.body:
+            if isinstance(node, ast.FunctionDef) and module not in ("page", "environment"):
+                called = {
+                    getattr(c.func, "id", "") for c in ast.walk(node) if isinstance(c, ast.Call)
+                }
+                if called & {"render_page", "page"}:
+                    makers.add(f"{module}.{node.name}")
+    assert makers == set(PAGES)
+    elsewhere = [
+        path.relative_to(SOURCE)
+        for path in SOURCE.rglob("*.py")
+        if "report" not in path.relative_to(SOURCE).parts
+        and re.search(r"<html|<!DOCTYPE|render_page|jinja2", path.read_text())
+    ]
+    assert elsewhere == []
+
+
+def test_nothing_goes_round_the_escaping() -> None:
+    for path in SOURCE.rglob("*.py"):
+        assert "Markup" not in path.read_text(), path.name
+    for path in TEMPLATES:
+        words = path.read_text()
+        assert not re.search(r"\|\s*safe|autoescape|\bmarkup", words, re.IGNORECASE), path.name
+        # a value without quotes could begin an attribute, one in a script or style is not escaped
+        assert not re.search(r"[\w-]=\{\{", words), path.name
+        for inner in re.findall(r"<(script|style)[^>]*>(.*?)</\1>", words, re.DOTALL):
+            assert re.sub(r'\{% include "[\w.]+" %\}', "", inner[1]).strip() == "", path.name
+    for name in ("report.js.j2", "report.css.j2"):
+        (path,) = [p for p in TEMPLATES if p.name == name]
+        words = path.read_text()
+        assert "{{" not in words
+        for unsafe in ("innerHTML", "outerHTML", "insertAdjacent", "document.write", "eval("):
+            assert unsafe not in words
+
+
+def test_templates_are_no_templates_of_names() -> None:
+    page = render_page(
+        "page.html.j2", kind="k", title="{{7*7}}", sentences=["{% include 'x' %}"], pictures=[],
+        tables=[], footer="",
+    )  # fmt: skip
+    assert "49" not in page
+    assert "{{7*7}}" in page
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_what_is_visible_is_as_long_and_steers_nothing(name: str) -> None:
+    assert len(visible(name)) == len(name)
+    assert visible(visible(name)) == visible(name)
+    assert all(c.isprintable() for c in visible(name))
+
+
+def test_the_text_report_steers_no_terminal() -> None:
+    content = network_report(hostile)
+    for words in (text.render(content), text.brief(content)):
+        assert all(c.isprintable() or c == "\n" for c in words)
+        assert visible(hostile(9)) in text.render(content)
