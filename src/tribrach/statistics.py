@@ -15,7 +15,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import chdtrc, chndtrinc, fdtrc, fdtri, gammaincinv, ndtr, ndtri, stdtr, stdtrit
 
-__all__ = ["MAD_TO_SIGMA", "chi2", "f", "norm", "robust_sigma", "t"]
+from tribrach._types import Array, Index
+
+__all__ = ["MAD_TO_SIGMA", "chi2", "f", "largest_first", "norm", "robust_sigma", "t"]
 
 #: standard deviation of a normal variable over its median absolute deviation, 1 / Phi^-1(3/4)
 MAD_TO_SIGMA = 1.4826
@@ -104,3 +106,13 @@ def robust_sigma(values: npt.NDArray[Any], *, about: float | None = None) -> flo
     middle = np.median(values) if about is None else about
     deviation = np.abs(values - middle) if middle else np.abs(values)
     return float(MAD_TO_SIGMA * np.median(deviation))
+
+
+def largest_first(values: Array) -> Index:
+    """Indices (n,) of values (n,) from the largest on; those that agree to seven digits keep order.
+
+    Values that are equal by symmetry differ in their last digits, by the order in which sums were
+    taken: a list that people read must not depend on that.
+    """
+    order: Index = np.argsort(-np.asarray(values).astype(np.float32), kind="stable")
+    return order

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -18,6 +19,10 @@ def main() -> None:
     """Entry point of the command ``tribrach``."""
     interruption = Interruption()
     interruption.listen()
+    # the last digits of a sum depend on how many threads share it; one job gives the same bytes on
+    # every machine, unless somebody asks for more threads
+    for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
     try:
         # loaded here, so that Ctrl-C ends the command in order from its first moment
         import_module("tribrach.cli.commands").app()

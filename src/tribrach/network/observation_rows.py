@@ -18,6 +18,7 @@ from tribrach.network.roles import scalar_roles
 from tribrach.network.solved import SolvedSystem
 from tribrach.observations.base import Observations, Use
 from tribrach.observations.declaration import End
+from tribrach.statistics import largest_first
 
 __all__ = ["ObservationRow", "ObservationRows", "observation_rows"]
 
@@ -207,7 +208,7 @@ class ObservationRows(Sequence[ObservationRow]):
     def worst(self, most: int | None = None) -> ObservationRows:
         """The rows by size of w, largest first; values without a test last."""
         w = np.nan_to_num(np.abs(self._columns["w"].astype(float)), nan=-1.0)
-        return self._chosen(np.argsort(-w, kind="stable")[:most])
+        return self._chosen(largest_first(w)[:most])
 
     def _row(self, k: int) -> ObservationRow:
         return ObservationRow(*(self._columns[name][k : k + 1].tolist()[0] for name in _NAMES))

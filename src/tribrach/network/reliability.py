@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
 from tribrach.network.solved import SolvedSystem
+from tribrach.statistics import largest_first
 
 __all__ = [
     "External",
@@ -170,7 +171,7 @@ def external_reliability(system: WeightedResiduals, error: Array) -> External:
         exact = np.ones(n, dtype=bool)
     else:
         displacement, position = _at_ends(system, error)
-        worst = np.argsort(-np.nan_to_num(displacement))[: most // 4]
+        worst = largest_first(np.nan_to_num(displacement))[: most // 4]
         displacement[worst], position[worst] = _everywhere(system, error, worst)
         exact = np.zeros(n, dtype=bool)
         exact[worst] = True

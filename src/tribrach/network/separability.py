@@ -24,6 +24,7 @@ from tribrach.network.reliability import (
     weigh,
 )
 from tribrach.network.solved import SolvedSystem
+from tribrach.statistics import largest_first
 
 __all__ = [
     "ConfusablePair",
@@ -125,7 +126,7 @@ def separability(adjustment: SolvedSystem, limit: float = LIMIT) -> Separability
     first, second, rho = (np.concatenate(part) for part in zip(*blocks, strict=True))
     low, high = np.minimum(first, second), np.maximum(first, second)
     _, once = np.unique(np.stack([low, high]), axis=1, return_index=True)
-    once = once[np.argsort(-np.abs(rho[once]), kind="stable")]
+    once = once[largest_first(np.abs(rho[once]))]
     return Separability(low[once], high[once], rho[once], len(candidates) <= most)
 
 
@@ -133,7 +134,7 @@ def confusable(adjustment: SolvedSystem, quality: Quality, limit: float = LIMIT)
     """A sentence for each suspicious value that could as well be another observation's error."""
     size = np.nan_to_num(np.abs(quality.w))
     suspicious = np.flatnonzero(size > quality.w_critical)
-    suspicious = suspicious[np.argsort(-size[suspicious], kind="stable")][:SUSPECTS]
+    suspicious = suspicious[largest_first(size[suspicious])][:SUSPECTS]
     if len(suspicious) == 0:
         return []
     other, suspect, rho = _beyond(weigh(adjustment), suspicious, limit)
@@ -175,7 +176,7 @@ def _alike(
 def partners(system: WeightedResiduals, row: int, limit: float = LIMIT) -> tuple[str, ...]:
     """Observations in words whose tests are correlated beyond the limit with that of a row."""
     other, _, rho = _beyond(system, np.array([row]), limit)
-    order = np.argsort(-np.abs(rho), kind="stable")
+    order = largest_first(np.abs(rho))
     words = (describe_row(system.adjustment, int(r)) for r in other[order])
     return tuple(dict.fromkeys(words))
 

@@ -15,6 +15,7 @@ import scipy.sparse as sp
 from tribrach._types import Array, Index
 from tribrach.network.solved import SolvedSystem
 from tribrach.observations.unknowns import Layout
+from tribrach.statistics import largest_first
 from tribrach.units import GON
 
 __all__ = ["Weakness", "weak_place_of", "weak_places", "weakness_sentences"]
@@ -92,7 +93,7 @@ def weak_places(adjustment: SolvedSystem) -> list[Weakness]:
     chosen = np.flatnonzero(ratio > WEAK)
     return [
         Weakness(layout.position_name(int(k)), float(sigma[k]), direction[k], float(ratio[k]))
-        for k in chosen[np.argsort(-sigma[chosen])]
+        for k in chosen[largest_first(sigma[chosen])]
     ]
 
 

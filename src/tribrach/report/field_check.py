@@ -20,6 +20,7 @@ from tribrach.report.schema.base import heading
 from tribrach.report.schema.check import SCHEMA, CheckDocument
 from tribrach.report.tables import ColumnHead, ReportTable, build_table, number_cell, text_cell
 from tribrach.report.text import table_text, wrapped
+from tribrach.statistics import largest_first
 from tribrach.units import SEC
 
 __all__ = ["check_document", "check_page", "check_sentences", "check_text"]
@@ -230,7 +231,7 @@ def _found(test: TwoFaceTest) -> ReportTable:
 
 
 def _distances(test: DistanceCheck) -> ReportTable:
-    rows = [int(k) for k in np.argsort(-np.abs(test.difference) / test.limit, kind="stable")]
+    rows = [int(k) for k in largest_first(np.abs(test.difference) / test.limit)]
     series = f", series {test.series}" if test.series else ""
 
     def mm(values: Any) -> Any:

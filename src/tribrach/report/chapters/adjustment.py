@@ -170,7 +170,7 @@ def _rejected(observations: Sequence[Observation], state: str) -> list[Observati
     """Suspicious values of a state, the worst first; given coordinates are told of apart."""
     return [
         o
-        for o in sorted(observations, key=lambda o: -abs(o.w or 0.0))
+        for o in sorted(observations, key=lambda o: -round(abs(o.w or 0.0), 2))
         if o.suspicious and o.state == state and not kind_named(o.kind).facts.listed_as_control
     ]
 

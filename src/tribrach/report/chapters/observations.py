@@ -58,10 +58,14 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
 
 
 def worst_first(observations: tuple[Observation, ...]) -> list[Observation]:
-    """By size of w; values without a test after them, those switched off last."""
+    """By size of w; values without a test after them, those switched off last.
+
+    Those of the same printed figure keep their order: two observations that only check each other
+    have one w, whose last digits depend on the order in which sums were taken.
+    """
 
     def rank(o: Observation) -> tuple[bool, bool, float]:
-        return o.state == "off", o.w is None, -abs(o.w or 0.0)
+        return o.state == "off", o.w is None, -round(abs(o.w or 0.0), 2)
 
     return sorted(observations, key=rank)
 

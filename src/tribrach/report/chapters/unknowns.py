@@ -15,6 +15,7 @@ from tribrach.report.content import CorrelationRow, Head, ReportSettings, Unknow
 from tribrach.report.numbers import Style, matrix, numbers, sigmas
 from tribrach.report.subject import Subject
 from tribrach.report.tables import Cell, ColumnHead, ReportTable, Spec, build_table, text_cell
+from tribrach.statistics import largest_first
 
 __all__ = ["SUBJECT", "correlations", "other_unknowns"]
 
@@ -104,7 +105,7 @@ def correlations(adjustment: Adjustment, limit: float = 0.7) -> tuple[Correlatio
     size = np.where(good, sigma, np.inf)
     rho = np.triu(q / np.outer(size, size), 1)
     i, j = np.nonzero(np.abs(rho) > limit)
-    order = np.argsort(-np.abs(rho[i, j]))[:MOST_PAIRS]
+    order = largest_first(np.abs(rho[i, j]))[:MOST_PAIRS]
     label = [layout.label(int(c)) for c in columns[chosen]]
     return tuple(
         CorrelationRow(label[a], label[b], float(rho[a, b]))
