@@ -15,6 +15,8 @@ from tribrach.simulate.setups import levelled, tilted
 from tribrach.units import SEC
 
 NOISE = ScanNoise(0.001, 1e-5, 10 * SEC, 10 * SEC, 0.002, 0.0002)
+#: a base of 8 m in the grove
+GROVE_PLACES = ((-4.0, 0.0, 0.4), (4.0, 0.0, -2.1))
 _V = (np.radians(35.0), np.radians(135.0))
 
 
@@ -32,6 +34,30 @@ def yard() -> Scene:
             cylinder((1, -6, 2), 0.2, 4, 0.4),
         ]
     )
+
+
+def grove(seed: int, square: bool = False) -> Scene:
+    """Trees and poles on level ground, round or square; nothing else holds the way of the base."""
+    rng = np.random.default_rng((7, seed))
+    parts: list[Primitive] = [ground((0, 0, 0), 200)]
+    places = [np.array(place[:2]) for place in GROVE_PLACES]
+    radii: list[float] = []
+    while len(radii) < 20:
+        # poles stand anywhere, trunks not close to each other
+        pole = len(radii) >= 16
+        place = rng.uniform((-13, -9), (13, 9))
+        if min(np.linalg.norm(place - other) for other in places) < (0.6 if pole else 1.6):
+            continue
+        places.append(place)
+        radii.append(0.04 + 0.01 * (len(radii) - 16) if pole else float(rng.uniform(0.08, 0.3)))
+        height = 4.0 if pole else float(rng.uniform(4, 7))
+        center = (place[0], place[1], height / 2)
+        if square:
+            size = (2 * radii[-1], 2 * radii[-1], height)
+            parts.append(box(center, size, 0.4, float(rng.uniform(0, 3))))
+        else:
+            parts.append(cylinder(center, radii[-1], height, 0.4))
+    return Scene.of(parts)
 
 
 def facade() -> Scene:

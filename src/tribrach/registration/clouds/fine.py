@@ -1,8 +1,9 @@
 """Aligns one scan with another from an approximate pose, point to plane.
 
 The mean of every surfel is compared with the plane of the nearest one of the other scan, both ways
-(Chen and Medioni 1992). Residuals are weighted by what is known of them and by Tukey's loss with
-the gate as its limit; the gate shrinks from 0.2 over 0.05 to 0.015 m, or to 4.5 sigmas of the
+(Chen and Medioni 1992), or with its round surface where residuals are small enough for that to
+matter (method section 2.11). Residuals are weighted by what is known of them and by Tukey's loss
+with the gate as its limit; the gate shrinks from 0.2 over 0.05 to 0.015 m, or to 4.5 sigmas of the
 residuals where that is more. Directions that the surfaces do not hold are not corrected. Metres and
 radians; X_a = T X_b, corrections are turns about and shifts of the middle of the overlap.
 """
@@ -11,16 +12,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import Enum, auto
+from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 from pykdtree.kdtree import KDTree
+from scipy.linalg import eigh
 
 from tribrach._types import Array, Index
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import exp
-from tribrach.registration.clouds.surfels import Surfels
+from tribrach.registration.clouds.surfels import FLAT, ROUND, Surfels
 from tribrach.statistics import robust_sigma
 
 __all__ = ["FINE", "FineAlignment", "FineAlignmentGates", "Indexed", "Matches", "align", "matched"]
@@ -62,6 +66,9 @@ class FineAlignmentGates:
     rough_share: float = 0.1
     #: directions with less than this share of the largest eigenvalue are not moved
     held_share: float = 1e-4
+    #: surfels of unknown form take no part where forms matter if the others hold every direction
+    #: by at least this share of what holds it
+    known_share: float = 0.1
     #: fewer matches make no step
     fewest_matches: int = 10
 
@@ -208,10 +215,13 @@ def align(
     pairs = _Pairs(a, b)
     spread = np.inf
     for number, gate in enumerate(gates):
+        least = gate
         gate = max(gate, FINE.gate_sigmas * spread if np.isfinite(spread) else 0.0)
         settled = False
         # until the last gate some surfels will do
         pairs.most = FINE.some_surfels if number < len(gates) - 1 else None
+        if number == len(gates) - 1 and pairs.take_forms(pose, gate, least):
+            gate = least
         for _ in range(steps):
             pairs.look_up(pose, gate)
             pose, size, spread = _step(pairs, pose, gate)
@@ -243,9 +253,21 @@ def matched(a: Indexed, b: Indexed, pose: Pose, gate: float) -> Matches:
         The matches.
     """
     pairs = _Pairs(a, b)
+    pairs.take_forms(pose, gate, FINE.gates_m[-1])
     pairs.look_up(pose, gate, anew=True)
     matches = pairs.matches(pose)
     return matches.subset(np.abs(matches.residual) < gate)
+
+
+class _Forms(Enum):
+    """How surfels are compared."""
+
+    #: all of them as planes
+    PLANES = auto()
+    #: round ones with their surfaces
+    ROUND = auto()
+    #: the same, without those of unknown form
+    KNOWN = auto()
 
 
 class _Pairs:
@@ -260,11 +282,57 @@ class _Pairs:
         self._pose: Pose | None = None
         self._gate = np.inf
         self._looked: int | None = None
-        self._sigmas = [(_sigma(x.surfels), x.surfels.sigma_normal) for x in (a, b)]
+        self._forms = _Forms.PLANES
+        self._columns = [_columns(x.surfels, self._forms) for x in (a, b)]
         self._small = float(min(np.median(x.surfels.size) for x in (a, b)))
         self._reach = float(
             np.linalg.norm(np.quantile(np.abs(b.surfels.center), FINE.reach_quantile, axis=0))
         )
+
+    def take_forms(self, pose: Pose, gate: float, least: float) -> bool:
+        """Compare with round surfaces from now on if residuals are small enough; True if they are.
+
+        Parameters
+        ----------
+        pose : Pose
+            Pose of b in a.
+        gate, least : float
+            The gate that residuals from planes need, and the least one [m].
+
+        Returns
+        -------
+        bool
+            True if residuals from round surfaces need no more than the least gate.
+
+        Notes
+        -----
+        A piece of a trunk bends by millimetres. That matters where residuals are smaller; in coarse
+        scans it does not, and their forms are not known well. Surfels of unknown form may be pieces
+        of trunks as well: they are left out if what is left holds the pose.
+        """
+        if not any((x.surfels.form != FLAT).any() for x in (self.a, self.b)):
+            return False
+        self._set(_Forms.ROUND)
+        self.look_up(pose, gate)
+        m = self.matches(pose)
+        inside = np.abs(m.residual) < gate
+        if inside.sum() < FINE.fewest_matches or (
+            FINE.gate_sigmas * robust_sigma(m.residual[inside], about=0.0) > least
+        ):
+            self._set(_Forms.PLANES)
+            return False
+        m = m.subset(inside)
+        first, second = self.a.surfels.form[m.first], self.b.surfels.form[m.second]
+        surface = np.where(m.forward, first, second)
+        known = (surface == ROUND) | ((first == FLAT) & (second == FLAT))
+        if _hold(m, known):
+            self._set(_Forms.KNOWN)
+        return True
+
+    def _set(self, forms: _Forms) -> None:
+        """Change how surfels are compared."""
+        self._forms, self._pose = forms, None
+        self._columns = [_columns(x.surfels, forms) for x in (self.a, self.b)]
 
     def look_up(self, pose: Pose, gate: float, anew: bool = False) -> None:
         """Nearest surfels both ways, where they are not known well enough."""
@@ -287,18 +355,17 @@ class _Pairs:
     ) -> tuple[Index, Index]:
         """Surfels (k,) that have a match in the reference, and their matches (k,)."""
         if self.most is None or len(surfels) <= self.most:
-            nearest = _nearest(reference, surfels, pose, gate)
+            nearest = _nearest(reference, surfels, pose, gate, self._forms)
             return np.flatnonzero(nearest >= 0), nearest[nearest >= 0]
         some = np.linspace(0, len(surfels) - 1, self.most).astype(np.int64)
-        nearest = _nearest(reference, surfels.subset(some), pose, gate)
+        nearest = _nearest(reference, surfels.subset(some), pose, gate, self._forms)
         return some[nearest >= 0], nearest[nearest >= 0]
 
     def matches(self, pose: Pose) -> Matches:
         """The comparison at a pose."""
-        s, t = self.a.surfels, self.b.surfels
         table = _compared(
-            (s.center, s.normal, *self._sigmas[0]),
-            (t.center, t.normal, *self._sigmas[1]),
+            self._columns[0],
+            self._columns[1],
             (self.first, self.second, self.forward),
             (pose.rotation, pose.translation),
         )
@@ -320,7 +387,32 @@ def _sigma(s: Surfels) -> Array:
     )
 
 
-def _nearest(reference: Indexed, surfels: Surfels, pose: Pose, gate: float) -> Index:
+def _columns(s: Surfels, forms: _Forms) -> tuple[NDArray[Any], ...]:
+    """What is compared of surfels: mean, normal, their sigmas, form, bend, spread."""
+    if forms is _Forms.PLANES:
+        normal, form = s.normal, np.full(len(s), FLAT, dtype=np.int8)
+    else:
+        normal, form = s.gradient, s.form
+    return s.center, normal, _sigma(s), s.sigma_normal, form, s.bend, s.spread
+
+
+def _hold(m: Matches, some: NDArray[np.bool_]) -> bool:
+    """True if some of the matches (n,) hold what all of them do, by a share of it."""
+    if some.sum() < FINE.fewest_matches:
+        return False
+    middle = m.point.mean(axis=0)
+    lever = float(np.sqrt(((m.point - middle) ** 2).sum(axis=1).mean()))
+    whole, part = (
+        _normal(m.point, m.normal, m.residual, weight.astype(float), middle, lever)[0]
+        for weight in (np.ones(len(m)), some)
+    )
+    # what nothing holds is held by no share of it
+    loose = FINE.held_share * float(np.linalg.eigvalsh(whole)[-1]) * np.eye(6)
+    share = eigh(part + FINE.known_share * loose, whole + loose, eigvals_only=True)
+    return bool(share[0] >= FINE.known_share)
+
+
+def _nearest(reference: Indexed, surfels: Surfels, pose: Pose, gate: float, forms: _Forms) -> Index:
     """Index (n,) of the nearest surfel of the reference with a like normal, -1 without one."""
     moved, normal = pose @ surfels.center, surfels.normal @ pose.rotation.T
     limit = float(
@@ -332,6 +424,11 @@ def _nearest(reference: Indexed, surfels: Surfels, pose: Pose, gate: float) -> I
     index = np.where(np.isfinite(far), nearest, 0).astype(np.int64)
     other = reference.surfels
     alike = np.einsum("ni,ni->n", normal, other.normal[index]) > FINE.alike_cosine
+    if forms is not _Forms.PLANES:
+        # any points on a round body agree with its surface, those of no round one with a plane
+        one, two = other.form[index], surfels.form
+        flat = (one == FLAT) & (two == FLAT) if forms is _Forms.KNOWN else two != ROUND
+        alike &= (one == ROUND) | flat
     reach = np.hypot(gate, FINE.reach_sizes * np.maximum(surfels.size, other.size[index]))
     return np.where(np.isfinite(far) & alike & (far < reach), index, -1)
 
@@ -343,7 +440,9 @@ def _compared(s, t, pairs, pose):  # type: ignore[no-untyped-def]
     r, shift = pose
     out = np.empty((len(first), 8))
     p = np.empty(3)
+    off = np.empty(3)
     normal = np.empty(3)
+    bend, spread = np.empty((3, 3)), np.empty((3, 3))
     for n in range(len(first)):
         i, j = first[n], second[n]
         c, m = t[0][j], t[1][j]
@@ -354,17 +453,57 @@ def _compared(s, t, pairs, pose):  # type: ignore[no-untyped-def]
                 normal[k] = s[1][i, k]
             else:
                 normal[k] = r[k, 0] * m[0] + r[k, 1] * m[1] + r[k, 2] * m[2]
-            off = p[k] - s[0][i, k]
-            residual += normal[k] * off
-            square += off * off
+            off[k] = p[k] - s[0][i, k]
+            residual += normal[k] * off[k]
+            square += off[k] * off[k]
             out[n, k] = p[k] if forward[n] else s[0][i, k]
-            out[n, 3 + k] = normal[k]
         tilt = s[3][i] if forward[n] else t[3][j]
-        along = max(square - residual * residual, 0.0)
+        beside = max(square - residual * residual, 0.0)
+        if forward[n] and s[4][i] == ROUND:
+            _turned(r, t[6][j], spread)
+            residual = _from_round(residual, 1.0, s[5][i], s[6][i], spread, off, normal)
+        elif not forward[n] and t[4][j] == ROUND:
+            _turned(r, t[5][j], bend)
+            _turned(r, t[6][j], spread)
+            residual = _from_round(residual, -1.0, bend, spread, s[6][i], off, normal)
+        out[n, 3:6] = normal
         out[n, 6] = residual
         # the weaker axis of the plane counts by half: the point lies anywhere around its middle
-        out[n, 7] = np.sqrt(s[2][i] ** 2 + t[2][j] ** 2 + 0.5 * along * tilt**2)
+        out[n, 7] = np.sqrt(s[2][i] ** 2 + t[2][j] ** 2 + 0.5 * beside * tilt**2)
     return out
+
+
+@njit(cache=True, nogil=True)
+def _from_round(plane, sign, bend, own, other, off, normal):  # type: ignore[no-untyped-def]
+    """Distance from a round surface for that from its plane; the normal turns to the gradient.
+
+    Means of points lie behind the surface by their sagittas, which their spreads tell. The sign is
+    negative where the other point is that of a, and ``off`` leads from it.
+    """
+    twice, sagitta, square = 0.0, 0.0, 0.0
+    for k in range(3):
+        along = 0.0
+        for m in range(3):
+            along += bend[k, m] * off[m]
+            sagitta += bend[k, m] * (other[k, m] - own[k, m])
+        twice += along * off[k]
+        normal[k] += sign * along
+        square += normal[k] * normal[k]
+    length = np.sqrt(square)
+    for k in range(3):
+        normal[k] /= length
+    return (plane + sign * 0.5 * (twice + sagitta)) / length
+
+
+@njit(cache=True, nogil=True)
+def _turned(r, matrix, out):  # type: ignore[no-untyped-def]
+    """``r matrix r^T``."""
+    for a in range(3):
+        for b in range(3):
+            out[a, b] = 0.0
+            for c in range(3):
+                for d in range(3):
+                    out[a, b] += r[a, c] * matrix[c, d] * r[b, d]
 
 
 def _step(pairs: _Pairs, pose: Pose, gate: float) -> tuple[Pose, float, float]:

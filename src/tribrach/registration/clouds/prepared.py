@@ -16,6 +16,7 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import exp
+from tribrach.registration.clouds.curvature import formed
 from tribrach.registration.clouds.fine import Indexed
 from tribrach.registration.clouds.surfels import CellSum, CubeSums, Surfels, coarser, surfels_of
 
@@ -238,7 +239,7 @@ def prepare(name: str, chunks: Iterable[Array], size: float = GATES.fine_m) -> P
     fine = _upright(cells, GATES.fine_merges)
     if len(fine) < GATES.sparse_surfels:
         fine = _upright(cells, GATES.fine_merges + 1)
-    fine = fine.thinned(GATES.most_fine)
+    fine = formed(fine, GATES.most_fine)
     radius = (
         float(np.quantile(np.linalg.norm(fine.center, axis=1), GATES.radius_quantile))
         if len(fine)

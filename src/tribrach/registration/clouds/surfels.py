@@ -18,7 +18,16 @@ from numpy.typing import NDArray
 from tribrach._types import Array, Index
 from tribrach.geometry.pose import Pose
 
-__all__ = ["CellSum", "CubeSums", "Surfels", "coarser", "surfels_of"]
+__all__ = [
+    "FLAT",
+    "ROUND",
+    "UNKNOWN",
+    "CellSum",
+    "CubeSums",
+    "Surfels",
+    "coarser",
+    "surfels_of",
+]
 
 
 @dataclass(frozen=True)
@@ -42,6 +51,10 @@ class SurfelGates:
 
 
 GATES = SurfelGates()
+
+
+#: what surfels are pieces of: planes, round bodies of known curvature, or what is neither
+FLAT, ROUND, UNKNOWN = 0, 1, 2
 
 
 #: n, x, y, z, xx, xy, xz, yy, yz, zz
@@ -290,6 +303,16 @@ class Surfels:
         Standard deviations along the surface, the lesser first [m].
     size : array (n,)
         Edges of the cubes [m].
+    spread : array (n, 3, 3)
+        Covariances of the points in the cubes [m^2].
+    form : array of int (n,)
+        What they are pieces of: ``FLAT``, ``ROUND`` or ``UNKNOWN``.
+    gradient : array (n, 3)
+        Unit gradients ``g`` of the surfaces ``g . x + x^T Q x / 2 = const`` at the means: of round
+        bodies without the lean of their planes (:mod:`~tribrach.registration.clouds.curvature`),
+        the normals of others.
+    bend : array (n, 3, 3)
+        Second derivatives ``Q`` of these surfaces, zero where they are not round [1/m].
     stands_for : float
         How many surfels each one stands for, where they were thinned.
     """
@@ -300,6 +323,10 @@ class Surfels:
     thickness: Array
     width: Array
     size: Array
+    spread: Array
+    form: NDArray[np.int8]
+    gradient: Array
+    bend: Array
     stands_for: float = 1.0
 
     def __len__(self) -> int:
@@ -343,6 +370,10 @@ class Surfels:
             self.thickness,
             self.width,
             self.size,
+            pose.rotation @ self.spread @ pose.rotation.T,
+            self.form,
+            self.gradient @ pose.rotation.T,
+            pose.rotation @ self.bend @ pose.rotation.T,
             self.stands_for,
         )
 
@@ -366,6 +397,10 @@ class Surfels:
             self.thickness[chosen],
             self.width[chosen],
             self.size[chosen],
+            self.spread[chosen],
+            self.form[chosen],
+            self.gradient[chosen],
+            self.bend[chosen],
             self.stands_for,
         )
 
@@ -417,10 +452,11 @@ def surfels_of(
             rest = np.ones(len(cells), dtype=bool)
             rest[enough[flat]] = False
             cells = coarser(cells.subset(rest))
-    center, normal, count, thickness, width, size = (
+    center, normal, count, thickness, width, size, spread = (
         np.concatenate(column) for column in zip(*parts, strict=True)
     )
-    return Surfels(center, normal, count, thickness, width, size)
+    form, bend = np.full(len(center), FLAT, dtype=np.int8), np.zeros((len(center), 3, 3))
+    return Surfels(center, normal, count, thickness, width, size, spread, form, normal, bend)
 
 
 def _planes(cells: CubeSums, eye: Array) -> tuple[tuple[Array, ...], NDArray[np.bool_]]:
@@ -435,13 +471,14 @@ def _planes(cells: CubeSums, eye: Array) -> tuple[tuple[Array, ...], NDArray[np.
         width[:, 0] > GATES.least_width_ratio * width[:, 1]
     )
     size = np.full(len(cells), cells.size)
-    return (center, normal, cells.moments[:, 0], thickness, width, size), flat
+    spread = table[:, 9:].reshape(-1, 3, 3)
+    return (center, normal, cells.moments[:, 0], thickness, width, size, spread), flat
 
 
 @njit(cache=True, parallel=True, nogil=True)
 def _fitted(moments):  # type: ignore[no-untyped-def]
-    """Mean from the middle, normal, thickness and widths (m, 9) of cubes."""
-    out = np.empty((len(moments), 9))
+    """Mean from the middle, normal, thickness, widths and spread (m, 18) of cubes."""
+    out = np.empty((len(moments), 18))
     for n in prange(len(moments)):
         m = moments[n]
         count = m[0]
@@ -460,4 +497,5 @@ def _fitted(moments):  # type: ignore[no-untyped-def]
         out[n, 6] = np.sqrt(max(values[0], 1e-12) * count / max(count - 3.0, 1.0))
         out[n, 7] = np.sqrt(max(values[1], 1e-12))
         out[n, 8] = np.sqrt(max(values[2], 1e-12))
+        out[n, 9:] = spread.ravel()
     return out
