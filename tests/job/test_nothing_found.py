@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from tests.cli.scan_jobs import SPHERES, cloud, points, project
-from tests.targets.prints import TOLD, alone
+from tests.targets.prints import alone, told
 from tribrach.cli import app
 from tribrach.errors import NothingFound
 from tribrach.io.clouds.formats import create
@@ -148,7 +148,7 @@ class TestDensity:
                 _, xyz, light, image = alone(kind, 10.0, 0.1, size, pitch, seed)
                 reach = Sampling.of(image).reach(name, whole)
                 assert reach == pytest.approx(10.0 * share, rel=0.05)
-                found[share] += len(search(xyz, light, image, [size], **TOLD)[0])
+                found[share] += len(search(xyz, light, image, [size], **told(search))[0])
         assert found[0.9] == 0
         assert found[2.0] >= 9
 

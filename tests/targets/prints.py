@@ -1,34 +1,41 @@
 """Simulated windows around one printed target, and rooms with several: footprints and noise."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.scan.range_image import organise
 from tribrach.simulate import scene as sc
+from tribrach.simulate.instruments import PULSED
 from tribrach.simulate.scanner import ScanGrid, Scanner, scan
+from tribrach.targets.discs.search import find_discs
 
 #: of single points: 8'' angles, a beam of 3.5 mm and 0.23 mrad
 NOISE = ScanNoise(0.0012, 1e-5, 3.9e-5, 3.9e-5, 0.0035, 0.00023)
 #: what the searches are told of it; no floor, so that covariances are those of the fits
 TOLD = {
-    "sigma_range": NOISE.range + 15 * NOISE.range_scale,
     "sigma_angle": NOISE.vertical,
     "footprint": NOISE.beam,
     "floor": 0.0,
 }
+#: the same and the noise of ranges, for the search for discs
+TOLD_DISCS = TOLD | {"sigma_range": NOISE.range + 15 * NOISE.range_scale}
 
 
 def scanned(primitives, h, v, step, seed, speckle=0.0):
     """Points (n, 3), intensities (n,) and range image of a window of directions [rad].
 
-    speckle : noise of light, its share.
+    speckle : noise of light, its share, of a pulsed scanner with all that its light does; without
+    it a scanner that measures reflectances.
     """
+    scanner = replace(PULSED, noise=NOISE, speckle=speckle) if speckle else Scanner(NOISE)
     blocks = list(
         scan(
             sc.Scene.of(primitives),
             Pose(np.eye(3), np.zeros(3)),
-            Scanner(NOISE, speckle=speckle),
+            scanner,
             ScanGrid.window(h, v, step),
             seed,
         )
@@ -66,6 +73,11 @@ def alone(kind, away, incidence, size, pitch, seed, speckle=0.0):
     return center, *scanned([target, wall], h, (v[0], v[0] + 2 * half), pitch / away, seed, speckle)
 
 
+def told(search):
+    """What a search is told of the scanner."""
+    return TOLD_DISCS if search is find_discs else TOLD
+
+
 def squares(search, kind, size, cases, repeats):
     """``e C^-1 e`` (cases, repeats) of simulated targets, NaN where one was not found.
 
@@ -75,7 +87,7 @@ def squares(search, kind, size, cases, repeats):
     for i, (away, incidence, pitch) in enumerate(cases):
         for k in range(repeats):
             center, xyz, light, image = alone(kind, away, incidence, size, pitch, 1000 + k)
-            found, _ = search(xyz, light, image, [size], **TOLD)
+            found, _ = search(xyz, light, image, [size], **told(search))
             assert len(found) <= 1
             if found:
                 e = found[0].center - center

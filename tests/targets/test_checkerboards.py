@@ -187,6 +187,34 @@ def speckled(speckle, count):
     return out
 
 
+def test_light_that_falls_off_along_a_near_board_moves_no_edge():
+    """With the slope of light left in, the ratio was 1.13 and the largest square 29 of 150."""
+    z, skew = [], []
+    for k in range(20_000, 20_012):
+        rng = np.random.default_rng(k)
+        away, incidence = rng.uniform(3, 5), np.radians(rng.uniform(40, 60))
+        pitch = SIDE * np.sqrt(np.cos(incidence) / 1200)
+        center, xyz, light, image = alone("board", away, incidence, SIDE, pitch, k, 0.05)
+        (found,), _ = find_checkerboards(xyz, light, image, [SIDE], **TOLD)
+        e = found.center - center
+        z.append(e @ np.linalg.solve(found.covariance, e))
+        skew.append(found.facts["skew_rad"])
+    assert chi2.ppf(1e-3, 3 * len(z)) < sum(z) < chi2.ppf(0.999, 3 * len(z))
+    assert np.abs(skew).max() < np.radians(3)
+
+
+def test_edges_of_few_rows_keep_to_the_right_angle():
+    """Without the right angle they were off by 4.4 degrees, root of the mean square of 120."""
+    skew = []
+    for k in range(20_000, 20_016):
+        rng = np.random.default_rng(k)
+        pitch = SIDE / np.sqrt(rng.uniform(60, 120))
+        _, xyz, light, image = alone("board", rng.uniform(8, 25), 0.3, SIDE, pitch, k, 0.05)
+        (found,), _ = find_checkerboards(xyz, light, image, [SIDE], **TOLD)
+        skew.append(found.facts["skew_rad"])
+    assert np.degrees(np.sqrt(np.mean(np.square(skew)))) < 3.3
+
+
 def test_speckle_does_not_make_plain_print_an_edge():
     """White print is noisier than black: with one noise for both, ratios were 1.3 and more."""
     z = speckled(0.08, 24)

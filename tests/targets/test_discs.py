@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from tests.targets.prints import TOLD, alone, gap, scanned, squares
+from tests.targets.prints import TOLD_DISCS, alone, gap, scanned, squares
 from tribrach.errors import InputError
 from tribrach.simulate import scene as sc
 from tribrach.targets.discs.search import find_discs
@@ -53,7 +53,7 @@ def wall():
 def searched(wall):
     """What is found on that wall and what is rejected."""
     xyz, light, image, _ = wall
-    return find_discs(xyz, light, image, [R], scan="S1", **TOLD)
+    return find_discs(xyz, light, image, [R], scan="S1", **TOLD_DISCS)
 
 
 def test_discs_are_found_and_nothing_else(wall, searched):
@@ -86,7 +86,7 @@ def test_a_wrong_radius_and_a_square_are_refused_for_that_reason(searched):
 
 def test_each_disc_is_taken_for_the_radius_that_it_has(wall):
     xyz, light, image, _ = wall
-    found, _ = find_discs(xyz, light, image, [0.07, R, 0.14], **TOLD)
+    found, _ = find_discs(xyz, light, image, [0.07, R, 0.14], **TOLD_DISCS)
     assert sorted(d.radius for d in found) == [0.07, R, R, R, 0.14]
 
 
@@ -108,7 +108,7 @@ def test_black_discs_and_a_half_hidden_one():
     hidden = sc.disc(true[1], (-1, 0, 0), R, 0.5)
     screen = sc.box((9.5, 0.4, 0.0), (0.02, 0.12, 3.0), 0.4)
     xyz, intensity, image = scanned([BACK, light, hidden, screen], *WINDOW, 5)
-    found, rejected = find_discs(xyz, intensity, image, [R], **TOLD)
+    found, rejected = find_discs(xyz, intensity, image, [R], **TOLD_DISCS)
     assert len(found) == 1
     assert gap(found[0].center, true[0]) < 4e-4
     assert found[0].facts["gain"] < 0
@@ -122,7 +122,7 @@ def test_bad_light_and_bad_radii():
     assert find_discs(xyz, np.full_like(light, np.nan), image, [R])[0] == []
     assert find_discs(xyz, np.ones_like(light), image, [R]) == ([], [])
     holes = np.where(np.random.default_rng(1).random(len(light)) < 0.03, np.nan, light)
-    found, _ = find_discs(xyz, holes.astype(np.float32), image, [R], **TOLD)
+    found, _ = find_discs(xyz, holes.astype(np.float32), image, [R], **TOLD_DISCS)
     assert gap(found[0].center, center) < 1e-3
 
 

@@ -111,7 +111,9 @@ def find_targets(scan: MeasuredScan, wanted: TargetSection) -> Findings:
             # light is the mean over the footprint, so only the encoders move it
             more["sigma_angle"] = scan.noise.vertical
         if wanted.checkerboard_side_m:
-            results.append(find_checkerboards(*seen, wanted.checkerboard_side_m, **more))
+            # boards tell the noise of their ranges themselves
+            own = {name: value for name, value in more.items() if name != "sigma_range"}
+            results.append(find_checkerboards(*seen, wanted.checkerboard_side_m, **own))
         if wanted.disc_radius_m:
             results.append(find_discs(*seen, wanted.disc_radius_m, **more))
     detections = tuple(d for good, _ in results for d in good)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array
+from tribrach.statistics import robust_sigma
 from tribrach.targets.checkerboards.pattern import GATES as PATTERN
 from tribrach.targets.checkerboards.pattern import (
     BoardPattern,
@@ -105,6 +106,10 @@ class BoardGates:
     clear_halves: float = 0.03
     #: light of plain print is taken from so many points of either colour, or from the fit
     plain_points: int = 6
+    #: light that falls off along the board is evened out where so many points of plain print tell
+    #: of it, by so many sigmas
+    shaded_points: int = 30
+    shaded_sigmas: float = 4.0
     #: noise of light is not believed to be below this share of the half swing
     least_noise_swing: float = 0.005
 
@@ -280,22 +285,71 @@ def refine_edges(
         widest = max(plane.stretch(np.array([np.cos(t), np.sin(t)])) for t in p[2:4])
         clear = GATES.plain_sigmas * widest * float(np.hypot(blur, jitter))
         clear = min(clear, GATES.plain_halves * half)
+        light = _evened(flat, light, inside, p, clear)
         p, noise = _levels(flat[inside], light[inside], p, clear)
-        moves, cofactors = [], []
+        moves, cofactor = np.zeros(4), np.zeros((4, 4))
         for k in (0, 1):
             points = _near_edge(flat[inside], light[inside], p, k, scale, plane, noise, shift)
             if len(points.along) < GATES.edge_points:
                 return solved
-            move, cofactor = locate_edge(points, shift, GATES.turn_shifts * shift / half)
-            moves.append(move)
-            cofactors.append(cofactor)
+            own = slice(2 * k, 2 * k + 2)
+            moves[own], cofactor[own, own] = locate_edge(
+                points, shift, GATES.turn_shifts * shift / half
+            )
+        variances = np.diag(cofactor)
+        turns = _squared(moves[[1, 3]], variances[[1, 3]], skew_of(p))
         normals = np.stack([np.cos(p[2:4]), np.sin(p[2:4])], axis=1)
         to_place = np.linalg.inv(normals)
-        p[:2] += to_place @ [moves[0][0], moves[1][0]]
-        p[2:4] += [moves[0][1], moves[1][1]]
-        spread = np.diag([cofactors[0][0, 0], cofactors[1][0, 0]])
-        covariance[:2, :2] = to_place @ spread @ to_place.T
+        p[:2] += to_place @ moves[[0, 2]]
+        p[2:4] += turns
+        covariance[:2, :2] = to_place @ np.diag(variances[[0, 2]]) @ to_place.T
     return BoardPattern(p, covariance, solved.use, noise)
+
+
+def _squared(turns: Array, variances: Array, skew: float) -> Array:
+    """Turns (2,) of both edges by which they come nearer to the right angle of prints.
+
+    Rows of few points say little of how an edge turns; that both are at a right angle, but for 2
+    degrees, is one more observation. The place of the centre is left to the points.
+    """
+    gain = variances / (variances.sum() + PATTERN.square_sigma_rad**2)
+    lack = skew + turns[1] - turns[0]
+    return np.asarray(turns + lack * gain * np.array([1.0, -1.0]))
+
+
+def _evened(flat: Array, light: Array, inside: NDArray[np.bool_], p: Array, clear: float) -> Array:
+    """Light (n,) without its slope along the board, where plain print shows one.
+
+    A near board that is seen obliquely is some tenths nearer on one side and seen at another angle
+    there, so that both colours are brighter by one factor, ``1 + g . d``.
+    """
+    d = flat - p[:2]
+    a, b = d @ [np.cos(p[2]), np.sin(p[2])], d @ [np.cos(p[3]), np.sin(p[3])]
+    plain = inside & (np.minimum(np.abs(a), np.abs(b)) > clear)
+    white = np.sign(a * b) == np.sign(p[5])
+    rows, right = [], []
+    for colour in (white, ~white):
+        on = plain & colour
+        if on.sum() < GATES.shaded_points:
+            return light
+        middle = float(np.median(light[on]))
+        noise = max(robust_sigma(light[on]), GATES.least_noise_swing * abs(p[5]))
+        rows.append(np.column_stack([middle * d[on], np.ones(on.sum())]) / noise)
+        right.append((light[on] - middle) / noise)
+    # a level of each colour beside the slope that both share
+    first, second = (np.column_stack([r[:, :2], np.zeros((len(r), 2))]) for r in rows)
+    first[:, 2], second[:, 3] = rows[0][:, 2], rows[1][:, 2]
+    design = np.concatenate([first, second])
+    try:
+        cofactor = np.linalg.inv(design.T @ design)
+    except np.linalg.LinAlgError:
+        return light
+    slope = (cofactor @ (design.T @ np.concatenate(right)))[:2]
+    told = float(slope @ np.linalg.solve(cofactor[:2, :2], slope))
+    factor = 1 + d @ slope
+    if told < GATES.shaded_sigmas**2 or factor[inside].min() <= 0:
+        return light
+    return np.asarray(light / np.where(factor > 0, factor, 1.0))
 
 
 def _near_edge(

@@ -271,7 +271,6 @@ def find_checkerboards(
     image: RangeImage,
     sides: Sequence[float],
     *,
-    sigma_range: float | None = None,
     sigma_angle: float = 2e-5,
     footprint: Beam = _USUAL,
     floor: float = 3e-4,
@@ -289,8 +288,6 @@ def find_checkerboards(
         Range image of the same points.
     sides : sequence of float
         Sides of the boards [m].
-    sigma_range : float or None
-        Not used: the range noise is estimated from each board [m].
     sigma_angle : float
         Sigma of the angles of one point [rad].
     footprint : Beam
