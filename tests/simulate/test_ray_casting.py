@@ -74,6 +74,14 @@ def test_cylinder_is_met_where_its_surface_is_and_not_before(center, r, height, 
     check_convex(sc.cylinder(center, r, height, 0.5, axis), origin, ray)
 
 
+@quick
+@given(place, st.tuples(size, size, size), vector, st.floats(0, 6), place, vector)
+def test_ellipsoid_is_met_where_its_surface_is_and_not_before(
+    center, half, axis, turn, origin, ray
+):
+    check_convex(sc.ellipsoid(center, half, 0.5, axis, turn), origin, ray)
+
+
 def check_convex(primitive, origin, ray):
     """The hit lies on the surface, and no place before it does; a miss meets no surface."""
     d = ray / np.linalg.norm(ray)
@@ -84,6 +92,8 @@ def check_convex(primitive, origin, ray):
     local = (along - primitive.center) @ primitive.axes.T
     if primitive.kind == sc.BOX:
         inside = (np.abs(local) < primitive.half - 1e-6).all(axis=1)
+    elif primitive.kind == sc.ELLIPSOID:
+        inside = np.linalg.norm(local / primitive.half, axis=1) < 1 - 1e-6
     else:
         inside = np.hypot(local[:, 0], local[:, 1]) < primitive.half[0] - 1e-6
         inside &= np.abs(local[:, 2]) < primitive.half[2] - 1e-6
@@ -104,6 +114,7 @@ def test_normals_by_differences():
         sc.box((3, 0, 0), (1, 2, 1.5), 0.5, 0.4),
         sc.cylinder((0, 4, 0), 0.7, 2, 0.5, (0.2, 0.1, 1)),
         sc.sphere((-3, -1, 0.5), 0.8),
+        sc.ellipsoid((1, -4, 0.5), (0.9, 0.6, 0.4), axis=(0.3, 1, 0.5), turn=0.4),
     ]
     view = SceneView(sc.Scene.of(solids), np.zeros(3))
     rays = rng.normal(size=(20000, 3))

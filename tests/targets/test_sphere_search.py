@@ -94,7 +94,7 @@ def test_noise_is_estimated_from_the_scan(hall):
 
 
 def test_centers_agree_with_their_covariance():
-    """Chi-square of 40 simulated scans of four spheres; the covariance without the floor."""
+    """Chi-square of 40 simulated scans of four exact spheres."""
     d, row, column = directions((-0.1, 0.1), (1.47, 1.67), 1.2e-3)
     centers = np.array([[5.0, 0.2, 0.1], [5.0, -0.2, 0.1], [6.0, 0.2, -0.2], [7.0, -0.2, -0.3]])
     surfaces = [room(d, LOW, HIGH), *[ellipsoid(d, c, R) for c in centers]]
@@ -102,12 +102,18 @@ def test_centers_agree_with_their_covariance():
     for _ in range(40):
         xyz = scan(d, surfaces, rng, SIGMA, ANGLE)
         found, _ = find_spheres(
-            xyz, organise(xyz, row, column), [R], sigma_range=SIGMA, sigma_angle=ANGLE
+            xyz,
+            organise(xyz, row, column),
+            [R],
+            sigma_range=SIGMA,
+            sigma_angle=ANGLE,
+            tolerance=0.0,
+            floor=0.0,
         )
         assert len(found) == 4
         for t in found:
             e = t.center - centers[np.linalg.norm(centers - t.center, axis=1).argmin()]
-            total += e @ np.linalg.solve(t.covariance - 9e-8 * np.eye(3), e)
+            total += e @ np.linalg.solve(t.covariance, e)
             count += 3
     low, high = chi2.ppf([0.005, 0.995], count)
     assert low < total < high

@@ -91,18 +91,21 @@ def find_targets(scan: MeasuredScan, wanted: TargetSection) -> Findings:
     unseen = blind(scan, wanted)
     cloud = load(scan.scan)
     image = organise(cloud.xyz, cloud.row, cloud.column)
-    noise, floor = scan.fit_sigmas, wanted.floor_mm * MM
+    noise, floor = scan.fit_sigmas, wanted.print_floor_mm * MM
+    stated = (wanted.floor_mm or 0.0) * MM
     results = []
     if wanted.sphere_radius_m and not scan.origin_known:
         good, bad = find_spheres_in_cloud(cloud.xyz, wanted.sphere_radius_m, scan=scan.name)
-        raised = [replace(d, covariance=with_floor(d.covariance, floor)) for d in good]
+        raised = [replace(d, covariance=with_floor(d.covariance, stated)) for d in good]
         results.append((raised, bad))
     elif wanted.sphere_radius_m:
-        results.append(
-            find_spheres(
-                cloud.xyz, image, wanted.sphere_radius_m, floor=floor, scan=scan.name, **noise
-            )
-        )
+        tolerance = wanted.sphere_tolerance_mm * MM
+        known: dict[str, Any] = {"floor": stated, "tolerance": tolerance, "scan": scan.name}
+        if scan.noise is not None:
+            known["footprint"] = scan.noise.beam
+            known["sigma_range"] = noise["sigma_range"]
+            known["sigma_angle"] = scan.noise.vertical
+        results.append(find_spheres(cloud.xyz, image, wanted.sphere_radius_m, **known))
     if cloud.intensity is not None and not unseen:
         seen = cloud.xyz, cloud.intensity, image
         more: dict[str, Any] = {"floor": floor, "scan": scan.name, **noise}

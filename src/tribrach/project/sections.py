@@ -541,7 +541,11 @@ class TargetSection(Section):
     sphere_radius_m, checkerboard_side_m, disc_radius_m
         Sizes of the targets.
     floor_mm
-        Standard deviation that no centre falls below, in each coordinate.
+        Standard deviation added to every centre, in each coordinate; if not given, 0.3 for
+        checkerboards and discs and none for spheres, whose tolerance stands for it.
+    sphere_tolerance_mm
+        Standard deviation of the radius of a sphere as it was made; it may depart from a sphere by
+        half of that (method section 6.5).
     orientation_mm
         What the centre of a board is off by, in each coordinate, depending on the angle that it is
         seen at: its standard deviation at 28 points per degree.
@@ -550,8 +554,14 @@ class TargetSection(Section):
     sphere_radius_m: tuple[PositiveFloat, ...] = ()
     checkerboard_side_m: tuple[PositiveFloat, ...] = ()
     disc_radius_m: tuple[PositiveFloat, ...] = ()
-    floor_mm: NonNegativeFloat = 0.3
+    floor_mm: NonNegativeFloat | None = None
+    sphere_tolerance_mm: NonNegativeFloat = 0.2
     orientation_mm: NonNegativeFloat = 0.4
+
+    @property
+    def print_floor_mm(self) -> float:
+        """Floor of the centres of checkerboards and discs."""
+        return 0.3 if self.floor_mm is None else self.floor_mm
 
     @property
     def wanted(self) -> bool:

@@ -2,8 +2,8 @@
 
 Directions are sorted into the cells of a cube around the place; a cell knows the primitives whose
 boxes reach into its pyramid, and a ray is intersected with these only. A ray is ``o + r d`` with
-unit ``d``; each intersection is computed in the primitive's own frame. Boxes, cylinders and spheres
-are hit from outside or from inside, flat primitives from both sides.
+unit ``d``; each intersection is computed in the primitive's own frame. Boxes, cylinders, spheres
+and ellipsoids are hit from outside or from inside, flat primitives from both sides.
 """
 
 from __future__ import annotations
@@ -15,7 +15,15 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from tribrach._types import Array
-from tribrach.simulate.scene import BOX, CHECKERBOARD, CYLINDER, DISC, SPHERE, Scene
+from tribrach.simulate.scene import (
+    BOX,
+    CHECKERBOARD,
+    CYLINDER,
+    DISC,
+    ELLIPSOID,
+    SPHERE,
+    Scene,
+)
 
 __all__ = ["Hits", "SceneView"]
 
@@ -81,6 +89,27 @@ def _sphere(o, d, radius):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, inline="always")
+def _ellipsoid(o, d, half):  # type: ignore[no-untyped-def]
+    """Range and cosine of an ellipsoid: the unit sphere in a frame stretched by its axes."""
+    u, e = np.empty(3), np.empty(3)
+    for k in range(3):
+        u[k], e[k] = o[k] / half[k], d[k] / half[k]
+    stretch = np.sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2])
+    for k in range(3):
+        e[k] /= stretch
+    r, _ = _sphere(u, e, 1.0)
+    if r >= FAR:
+        return FAR, 0.0
+    r /= stretch
+    along, size = 0.0, 0.0
+    for k in range(3):
+        slope = (o[k] + r * d[k]) / half[k] ** 2
+        along += slope * d[k]
+        size += slope * slope
+    return r, abs(along) / np.sqrt(size)
+
+
+@njit(cache=True, nogil=True, inline="always")
 def _cylinder(o, d, radius, top):  # type: ignore[no-untyped-def]
     """Range and cosine of a cylinder around z, its mantle first, then its caps."""
     best, cosine = FAR, 0.0
@@ -128,6 +157,8 @@ def meet(kind, axes, half, o, dx, dy, dz, d):  # type: ignore[no-untyped-def]
         return _box(o, d, half)
     if kind == CYLINDER:
         return _cylinder(o, d, half[0], half[2])
+    if kind == ELLIPSOID:
+        return _ellipsoid(o, d, half)
     return _flat(o, d, half)
 
 

@@ -1,4 +1,4 @@
-"""A scene of primitives: rectangles, boxes, cylinders, spheres, printed targets, ground.
+"""A scene of primitives: rectangles, boxes, cylinders, round bodies, printed targets, ground.
 
 Each primitive has a centre, axes (rows of a rotation: local from world), half extents along them
 and two reflectances. Flat primitives lie in the local xy plane, their normal is the third axis.
@@ -21,6 +21,7 @@ __all__ = [
     "CHECKERBOARD",
     "CYLINDER",
     "DISC",
+    "ELLIPSOID",
     "RECTANGLE",
     "SPHERE",
     "Primitive",
@@ -30,6 +31,7 @@ __all__ = [
     "cylinder",
     "disc",
     "distance_to_surface",
+    "ellipsoid",
     "frame_of_normal",
     "ground",
     "rectangle",
@@ -37,7 +39,7 @@ __all__ = [
 ]
 
 
-RECTANGLE, BOX, CYLINDER, SPHERE, CHECKERBOARD, DISC = range(6)
+RECTANGLE, BOX, CYLINDER, SPHERE, CHECKERBOARD, DISC, ELLIPSOID = range(7)
 #: kinds that lie in the plane z = 0 of their own frame
 _FLAT = (RECTANGLE, CHECKERBOARD, DISC)
 #: reflectance of black print
@@ -250,6 +252,37 @@ def sphere(center: ArrayLike, radius: float, reflectance: float = 0.85) -> Primi
     return Primitive(SPHERE, np.asarray(center, float), np.eye(3), half, reflectance)
 
 
+def ellipsoid(
+    center: ArrayLike,
+    half: ArrayLike,
+    reflectance: float = 0.85,
+    axis: ArrayLike = (0.0, 0.0, 1.0),
+    turn: float = 0.0,
+) -> Primitive:
+    """An ellipsoid.
+
+    Parameters
+    ----------
+    center : (3,)
+        In the world [m].
+    half : (3,)
+        Semi-axes, the third along ``axis`` [m].
+    reflectance
+        0 to 1.
+    axis : (3,)
+        Of any length.
+    turn
+        About the axis [rad].
+    """
+    return Primitive(
+        ELLIPSOID,
+        np.asarray(center, float),
+        frame_of_normal(axis, turn),
+        np.asarray(half, float),
+        reflectance,
+    )
+
+
 def checkerboard(
     center: ArrayLike,
     normal: ArrayLike,
@@ -307,6 +340,8 @@ def disc(
 def distance_to_surface(scene: Scene, number: NDArray[np.int64], xyz: Array) -> Array:
     """Distance (n,) [m] of points from the surface of one primitive each.
 
+    That from an ellipsoid is right to first order, near its surface.
+
     Parameters
     ----------
     scene
@@ -327,5 +362,11 @@ def distance_to_surface(scene: Scene, number: NDArray[np.int64], xyz: Array) -> 
     inside = np.minimum(np.abs(radial), np.abs(along))
     to_cylinder = np.where(beyond > 0, beyond, inside)
     flat = np.isin(kind, _FLAT)
-    rest = np.where(kind == SPHERE, to_sphere, np.where(kind == CYLINDER, to_cylinder, to_box))
+    round_ = kind == ELLIPSOID
+    axes = np.where(round_[:, None], half, 1.0)
+    level, slope = np.linalg.norm(local / axes, axis=1), np.linalg.norm(local / axes**2, axis=1)
+    to_ellipsoid = np.abs(level * (level - 1)) / np.maximum(slope, 1e-12)
+    rest = np.select(
+        [kind == SPHERE, kind == CYLINDER, round_], [to_sphere, to_cylinder, to_ellipsoid], to_box
+    )
     return np.asarray(np.where(flat, outside, rest))

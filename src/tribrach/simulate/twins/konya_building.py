@@ -94,6 +94,7 @@ sphere_radius_m = [0.145]
 checkerboard_side_m = [0.3]
 # simulated prints and spheres are perfect
 floor_mm = 0.0
+sphere_tolerance_mm = 0.0
 orientation_mm = 0.0
 """
 

@@ -114,6 +114,7 @@ instrument = "rod"
 sphere_radius_m = [0.115]
 # simulated prints and spheres are perfect
 floor_mm = 0.0
+sphere_tolerance_mm = 0.0
 """
 
 

@@ -58,6 +58,8 @@ class CloudSphereGates:
     #: directions are counted in cells of about so many points, in rings within these bounds
     cover_points: int = 16
     cover_rings: tuple[int, int] = (3, 12)
+    #: sigma added to centres [m]: range noise draws them towards a scanner that is not known
+    floor_m: float = 3e-4
     #: a free radius may differ by this share of the radius or by so many sigmas
     radius_share: float = 0.08
     radius_sigmas: float = 4.0
@@ -163,7 +165,7 @@ def _judged(
     box = (np.abs(points - start) < GATES.reach_radii * radius).all(axis=1)
     around = points[box]
     try:
-        fit = fit_sphere_orthogonal(around, start, radius, sigma=sigma)
+        fit = fit_sphere_orthogonal(around, start, radius, sigma=sigma, floor=GATES.floor_m)
         on = around[fit.inliers]
         free = fit_sphere_orthogonal(on, fit.center, radius, sigma=sigma, free_radius=True)
     except InputError as error:

@@ -16,8 +16,16 @@ from numba import njit
 from tribrach._types import Array, Mask
 from tribrach.errors import InputError
 from tribrach.statistics import MAD_TO_SIGMA
+from tribrach.targets.spheres.forms import second_degree
 
-__all__ = ["GATES", "SphereFit", "SphereFitGates", "fit_sphere", "fit_sphere_orthogonal"]
+__all__ = [
+    "GATES",
+    "SphereFit",
+    "SphereFitGates",
+    "fit_sphere",
+    "fit_sphere_orthogonal",
+    "noise_doubt",
+]
 
 
 @dataclass(frozen=True)
@@ -36,8 +44,9 @@ class SphereFitGates:
     #: fewer points are refused, on fewer than the second number the fit says so
     fewest_points: int = 30
     few_points: int = 100
-    #: sigma of what no fit sees of a target [m]: form, mount, material
-    floor_m: float = 3e-4
+    #: sigma of what neither points nor the tolerance of the sphere tell of its centre [m]: none is
+    #: needed (method section 6.5)
+    floor_m: float = 0.0
     #: residuals beyond this many robust standard deviations are trimmed ...
     trim_sigmas: float = 3.0
     #: ... but none within this many sigmas of a single point
@@ -58,6 +67,15 @@ class SphereFitGates:
     settled_m: float = 1e-7
     #: least determinant of the scaled normal matrix
     determinant: float = 1e-12
+    #: how well the stated noise is known: standard deviation of the logarithm of the variance of
+    #: ranges (0.5 is a quarter of the sigma, what data sheets are good for) and of that across the
+    #: surface, which holds footprint, angles and how the instrument takes oblique surfaces
+    prior_range: float = 0.5
+    prior_across: float = 1.0
+    #: root mean square of ellipsoidal departures over the sigma of the radius (method section 6.5)
+    form_share: float = 0.5
+    #: rounds of fit and noise
+    noise_rounds: int = 3
 
 
 GATES = SphereFitGates()
@@ -89,6 +107,8 @@ class SphereFit:
         Its covariance, floor included [m^2].
     formal : array (3, 3)
         Its covariance without the floor [m^2].
+    random : array (3, 3)
+        What of it comes from the noise of points, without the tolerance of the radius [m^2].
     radius : float
         Radius [m].
     sigma_radius : float
@@ -96,7 +116,10 @@ class SphereFit:
     rms : float
         Root mean square of the residuals along the line of sight [m].
     s0 : float
-        Standard deviation of unit weight.
+        Standard deviation of unit weight against the stated noise.
+    noise : tuple of float
+        Sigma of a range straight on the surface, and what is added across it times the tangent of
+        the incidence angle, as estimated from the residuals [m].
     masked : array of bool (n,)
         Points within the mask of incidence.
     inliers : array of bool (n,)
@@ -112,10 +135,12 @@ class SphereFit:
     center: Array
     covariance: Array
     formal: Array
+    random: Array
     radius: float
     sigma_radius: float
     rms: float
     s0: float
+    noise: tuple[float, float]
     masked: Mask
     inliers: Mask
     incidence: Array
@@ -133,8 +158,9 @@ def fit_sphere(
     free_radius: bool = False,
     mask: float = GATES.mask_rad,
     floor: float = GATES.floor_m,
+    tolerance: float = 0.0,
 ) -> SphereFit:
-    """Fit a sphere along the lines of sight.
+    """Fit a sphere along the lines of sight (method section 6.3).
 
     Parameters
     ----------
@@ -145,15 +171,18 @@ def fit_sphere(
     radius : float
         The radius, or its start value with ``free_radius`` [m].
     sigma_range : float
-        Sigma of the range of one point [m].
+        Sigma of the range of one point [m]; the residuals correct it.
     sigma_angle : float
-        Sigma of the angles of one point [rad].
+        Sigma of the angles of one point, place of the echo in the footprint included [rad]; the
+        residuals correct it.
     free_radius : bool
         True to estimate the radius as well.
     mask : float
         Largest angle of incidence [rad].
     floor : float
         Sigma added to the covariance in each direction [m].
+    tolerance : float
+        Sigma of a given radius [m]; ellipsoidal departures have half of that as root mean square.
 
     Returns
     -------
@@ -167,9 +196,63 @@ def fit_sphere(
     """
     if not np.linalg.norm(start) > radius > 0:
         raise InputError("the scanner would be inside the sphere")
-    noise = (float(sigma_range), float(sigma_angle))
-    state = _los(np.ascontiguousarray(xyz), start, radius, free_radius, noise, float(np.cos(mask)))
-    return _conclude(state, floor, free_radius)
+    stated = float(sigma_range), float(sigma_angle) * float(np.linalg.norm(start))
+    points, noise, begin, known = np.ascontiguousarray(xyz), stated, start, radius
+    for _ in range(GATES.noise_rounds):
+        more = (*noise, stated[1] ** 2 / 2)
+        state = _los(points, begin, known, free_radius, more, float(np.cos(mask)))
+        unknowns, _, residuals, cosine, _, keep, settled = state
+        if not settled or np.isfinite(residuals[keep]).sum() < GATES.fewest_points:
+            break
+        noise = _noise_of(residuals[keep], cosine[keep], stated, 4 if free_radius else 3)
+        begin, known = unknowns[:3], float(unknowns[3])
+    return _conclude(
+        state, floor, free_radius, noise=noise, points=points, stated=stated, tolerance=tolerance
+    )
+
+
+def noise_doubt(points: int) -> float:
+    """Sigma of the logarithm of ``s0^2`` of a fit: of what is stated and of its estimate.
+
+    Parameters
+    ----------
+    points : int
+        Points that determine it.
+
+    Returns
+    -------
+    float
+        Without unit.
+    """
+    return float(np.sqrt(GATES.prior_range**2 + 2 / points))
+
+
+def _noise_of(
+    residuals: Array, cosine: Array, stated: tuple[float, float], unknowns: int
+) -> tuple[float, float]:
+    """Sigmas [m] straight on the surface and across it, from residuals and what is stated.
+
+    Notes
+    -----
+    Most probable logarithms of the two variances of ``A + B tan^2 psi`` for normal residuals, with
+    normal priors around the logarithms of what is stated (Fisher scoring).
+    """
+    scale = len(residuals) / max(len(residuals) - unknowns, 1)
+    square, tangent2 = scale * residuals**2, 1 / cosine**2 - 1
+    prior = 2 * np.log(np.maximum(stated, 1e-6))
+    weight = np.diag([GATES.prior_range**-2, GATES.prior_across**-2])
+    logs = prior.copy()
+    for _ in range(20):
+        parts = np.exp(logs)[:, None] * np.stack([np.ones_like(tangent2), tangent2])
+        variance = parts.sum(axis=0)
+        shares = parts / variance
+        gradient = 0.5 * shares @ (square / variance - 1) - weight @ (logs - prior)
+        step = np.linalg.solve(0.5 * shares @ shares.T + weight, gradient)
+        logs = logs + np.clip(step, -1, 1)
+        if np.abs(step).max() < 1e-3:
+            break
+    sigmas = np.exp(logs / 2)
+    return float(sigmas[0]), float(sigmas[1])
 
 
 def fit_sphere_orthogonal(
@@ -213,13 +296,23 @@ def fit_sphere_orthogonal(
         "the origin of the scanner is unknown: distances to the centre were fitted, whose centre "
         "is drawn towards the scanner under range noise",
     )
-    return _conclude(state, floor, free_radius, sentences)
+    return _conclude(state, floor, free_radius, sentences, noise=(sigma, 0.0), points=xyz)
 
 
 State = tuple[Array, Array, Array, Array, Mask, Mask, bool]
 
 
-def _conclude(state: State, floor: float, free: bool, sentences: tuple[str, ...] = ()) -> SphereFit:
+def _conclude(
+    state: State,
+    floor: float,
+    free: bool,
+    sentences: tuple[str, ...] = (),
+    *,
+    noise: tuple[float, float],
+    points: Array,
+    stated: tuple[float, float] | None = None,
+    tolerance: float = 0.0,
+) -> SphereFit:
     """Numbers of the fit from its last iteration."""
     unknowns, normal, residuals, cosine, masked, keep, settled = state
     keep = keep & np.isfinite(residuals)
@@ -232,8 +325,24 @@ def _conclude(state: State, floor: float, free: bool, sentences: tuple[str, ...]
         sentences = (*sentences, f"only {count} points determine the centre")
     rms = float(np.sqrt(np.mean(residuals[keep] ** 2)))
     s0 = float(np.sqrt(normal[4, 4] / (count - u)))
-    cofactor = np.linalg.inv(normal[:u, :u]) * max(1.0, s0**2)
-    formal = np.asarray(cofactor[:3, :3], dtype=float)
+    if stated is None:
+        enlarged = max(1.0, s0**2)
+    else:
+        # the noise is estimated: what that estimate itself is uncertain by
+        freedom = count - u + 2 / GATES.prior_range**2
+        enlarged = freedom / (freedom - 2)
+        tangent2 = 1 / cosine[keep] ** 2 - 1
+        s0 = float(
+            np.sqrt(np.sum(residuals[keep] ** 2 / (stated[0] ** 2 + stated[1] ** 2 * tangent2)))
+            / np.sqrt(count - u)
+        )
+    cofactor = np.linalg.inv(normal[:u, :u]) * enlarged
+    random = np.asarray(cofactor[:3, :3], dtype=float)
+    formal = random
+    if tolerance and stated is not None and not free:
+        formal = random + _by_form(points[keep], residuals[keep], cosine[keep], unknowns, noise) * (
+            tolerance**2
+        )
     sigma_radius = float(np.sqrt(cofactor[3, 3])) if free else 0.0
     with np.errstate(invalid="ignore"):
         incidence = np.arccos(cosine)
@@ -241,10 +350,12 @@ def _conclude(state: State, floor: float, free: bool, sentences: tuple[str, ...]
         center=unknowns[:3],
         covariance=formal + floor**2 * np.eye(3),
         formal=formal,
+        random=random,
         radius=float(unknowns[3]),
         sigma_radius=sigma_radius,
         rms=rms,
         s0=s0,
+        noise=noise,
         masked=masked,
         inliers=keep,
         incidence=incidence,
@@ -253,13 +364,33 @@ def _conclude(state: State, floor: float, free: bool, sentences: tuple[str, ...]
     )
 
 
+def _by_form(
+    points: Array, residuals: Array, cosine: Array, unknowns: Array, noise: tuple[float, float]
+) -> Array:
+    """Covariance (3, 3) of a centre by a radius of sigma 1 and an ellipsoid of half of that.
+
+    Notes
+    -----
+    A surface that stands out by f is met earlier by ``f/cos psi``; the fit takes f for a move of
+    the centre.
+    """
+    beams = points / np.linalg.norm(points, axis=1, keepdims=True)
+    n = (points - beams * residuals[:, None] - unknowns[:3]) / unknowns[3]
+    variance = noise[0] ** 2 + noise[1] ** 2 * (1 / cosine**2 - 1)
+    weighted = n / (variance * cosine**2)[:, None]
+    share = GATES.form_share / 5**0.5
+    forms = np.column_stack([np.ones(len(n)), share * second_degree(n)])
+    moves = np.linalg.solve(weighted.T @ n, weighted.T @ forms)
+    return np.asarray(moves @ moves.T)
+
+
 @njit(cache=True, nogil=True)
 def _los(
     xyz: Array,
     start: Array,
     radius: float,
     free: bool,
-    noise: tuple[float, float],
+    noise: tuple[float, float, float],
     cos_mask: float,
 ) -> State:
     """Gauss-Newton along the lines of sight, with trimming.
@@ -302,7 +433,7 @@ def _los(
 def _beams(
     xyz: Array,
     x: Array,
-    noise: tuple[float, float],
+    noise: tuple[float, float, float],
     design: Array,
     residuals: Array,
     sigma: Array,
@@ -313,7 +444,9 @@ def _beams(
     Notes
     -----
     The beam meets the sphere at ``rho = b - sqrt(R^2 - |c|^2 + b^2)`` with ``b = d . c``; the
-    variance of the residual is ``s_rho^2 + rho^2 s_ang^2 tan^2 psi``.
+    variance of the residual is ``A + B tan^2 psi``. A beam that wanders by s across is met later on
+    the average, by ``s^2/(2 R) (1/cos^3 psi + 1/cos psi)``. The noise holds the roots of A and B,
+    and ``s^2/2``.
     """
     outside = x[0] ** 2 + x[1] ** 2 + x[2] ** 2
     for i in range(len(xyz)):
@@ -324,9 +457,11 @@ def _beams(
             residuals[i] = cosine[i] = np.nan
             continue
         root = np.sqrt(square)
-        residuals[i], cosine[i] = rho - (b - root), min(root / x[3], 1.0)
+        cosine[i] = min(root / x[3], 1.0)
         tangent2 = 1 / cosine[i] ** 2 - 1
-        sigma[i] = np.sqrt(noise[0] ** 2 + rho**2 * noise[1] ** 2 * tangent2)
+        longer = noise[2] / x[3] * (2 + tangent2) / cosine[i]
+        residuals[i] = rho - (b - root + longer)
+        sigma[i] = np.sqrt(noise[0] ** 2 + noise[1] ** 2 * tangent2)
         for k in range(3):
             d = xyz[i, k] / rho
             design[i, k] = d - (b * d - x[k]) / root

@@ -16,11 +16,13 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
 from tribrach.errors import InputError
+from tribrach.instruments.beam import Beam
 from tribrach.scan.range_image import RangeImage
 from tribrach.targets.detection import Detection, Rejected, lies_on
 from tribrach.targets.range_noise import estimate_range_noise
 from tribrach.targets.spheres.fit import GATES as FIT
-from tribrach.targets.spheres.fit import SphereFit, fit_sphere
+from tribrach.targets.spheres.fit import SphereFit, fit_sphere, fit_sphere_orthogonal, noise_doubt
+from tribrach.targets.spheres.shape import shape_of
 from tribrach.targets.spheres.votes import vote_for_centers
 
 __all__ = ["find_spheres"]
@@ -48,6 +50,15 @@ class SphereGates:
     height_diameters: tuple[float, float] = (0.5, 1.6)
     #: things within these multiples of the diameter are reported when they are no sphere
     reported_diameters: tuple[float, float] = (0.33, 2.0)
+    #: runs of what is partly hidden, and its least width and height, as multiples of the diameter
+    hidden_diameters: tuple[float, float] = (0.08, 1.6)
+    hidden_size: float = 0.1
+    #: least share of its runs that end at something nearer
+    hidden_share: float = 0.25
+    #: sigma of points that a first fit to their distances takes [m]
+    hidden_sigma_m: float = 2e-3
+    #: things that are partly hidden and looked at, at most: bounds the time
+    most_hidden: int = 2000
     #: holes up to this many pixels are filled
     filled_px: int = 2
     #: jump of range [m] that parts a thing from its background, at most this and at most R
@@ -61,36 +72,33 @@ class SphereGates:
     #: no window is wider than this [rad]
     widest_rad: float = 0.6
 
-    #: form errors of good spheres [m], added to the noise in tests
-    form_m: float = 3e-4
-    #: largest ratio of residuals to noise
-    fit_ratio: float = 2.5
-    #: points are behind the outline if they lie no farther in front of the surface [sigmas]
+    #: residuals are those of the stated noise within this many sigmas of what it is known by
+    #: (SphereFitGates.prior_range): a probability of 1e-4
+    noise_sigmas: float = 3.72
+    #: nor are they more than this share of the radius
+    most_rms_share: float = 0.1
+    #: points are off the surface beyond this [sigmas]
     front_sigmas: float = 3.0
     #: least share of the points behind the outline that lies on the sphere
     inlier_share: float = 0.7
-    #: least share of the pixels that should see the sphere and do
-    cover_share: float = 0.4
-    #: a free radius may differ by the less of these [m, radii], or by so many sigmas ...
-    free_radius_m: float = 6e-3
-    free_radius_share: float = 0.08
-    allowed_sigmas: float = 4.0
-    #: ... the form by this share of the radius or as many sigmas ...
-    form_share: float = 0.03
-    #: ... but never by more than these shares of the radius, noise or not
-    most_radius_share: float = 0.1
-    most_form_share: float = 0.05
-    most_rms_share: float = 0.1
-    #: directions of form that are weaker than this share of the strongest are left out
-    form_singular_share: float = 1e-3
+    #: most points inside the ball, over those on it and in it
+    inside_share: float = 0.1
+    #: least share of the pixels that should see the sphere, are not hidden and do
+    open_share: float = 0.4
+    #: least share of all pixels that look at it
+    cover_share: float = 0.03
     #: things of another size that are listed at most, those most like a sphere first
     most_listed: int = 50
 
 
 GATES = SphereGates()
+#: sigma of radius and form of a sphere as made, if not given [m]
+TOLERANCE_M = 2e-4
+#: noise of angles [rad] and beam of common scanners (``instruments/sheets``), if nothing is stated
+USUAL_ANGLE = 4e-5
+USUAL_BEAM = Beam(3e-3, 2.5e-4)
 
 # compiled code reads constants of the module, not attributes of an object
-_RUN_DIAMETERS = GATES.run_diameters
 _FEWEST_IN_RUN = GATES.fewest_in_run
 
 
@@ -137,8 +145,9 @@ def find_components(image: RangeImage, radius: float) -> SphereSizedParts:
     """
     ranges = image.filled(GATES.filled_px)
     frame = (image.first_h, image.first_v, image.step_h, image.step_v)
-    runs = _runs(ranges, frame, radius, min(GATES.jump_m, radius))
-    label = _joined(runs, ranges.shape[0], ranges.shape[1], image.wraps, min(GATES.jump_m, radius))
+    jump = min(GATES.jump_m, radius)
+    runs = _runs(ranges, frame, radius, jump, GATES.run_diameters)
+    label = _joined(runs, ranges.shape[0], ranges.shape[1], image.wraps, jump)
     boxes = _boxes(runs, label, frame, ranges.shape[1], radius)
     width, height = boxes[:, 3], boxes[:, 4]
     low, high = GATES.reported_diameters
@@ -150,12 +159,100 @@ def find_components(image: RangeImage, radius: float) -> SphereSizedParts:
     return SphereSizedParts(boxes[:, :3], width, height, fits)
 
 
+def find_hidden(xyz: Array, image: RangeImage, radius: float) -> Array:
+    """Find components that may be what a nearer thing leaves of a sphere.
+
+    Parameters
+    ----------
+    xyz : array (n, 3)
+        Points in the scanner frame [m].
+    image : RangeImage
+        Their range image.
+    radius : float
+        Radius of the sphere [m].
+
+    Returns
+    -------
+    array (k, 3)
+        Presumed centres, the radius behind the middle of the points along their normal [m].
+
+    Notes
+    -----
+    As in :func:`find_components`, with narrower runs; kept is what is narrower or lower than half
+    a sphere and ends at something nearer.
+    """
+    ranges = image.filled(GATES.filled_px)
+    frame = (image.first_h, image.first_v, image.step_h, image.step_v)
+    jump = min(GATES.jump_m, radius)
+    runs = _runs(ranges, frame, radius, jump, GATES.hidden_diameters)
+    if not len(runs):
+        return np.empty((0, 3))
+    label = _joined(runs, ranges.shape[0], ranges.shape[1], image.wraps, jump)
+    row, first, last = runs[:, :3].astype(np.int64).T
+    nearest = runs[:, 4] - jump
+    middle = (first + last) // 2
+    ends, over = np.zeros((2, len(runs)), dtype=bool)
+    for step in range(1, GATES.filled_px + 2):  # mixed pixels at the border may be lost
+        for column in (first - step, last + step):
+            ends |= _nearer(ranges, row, column, nearest, image.wraps)
+        for level in (row - step, row + step):
+            over |= _nearer(ranges, level, middle, nearest, image.wraps)
+    _, part = np.unique(label, return_inverse=True)
+    points = np.bincount(part, last - first + 1)
+    count = np.bincount(part)
+    width = np.zeros(len(count))
+    np.maximum.at(width, part, runs[:, 5] / (2 * radius))
+    away = np.bincount(part, runs[:, 3]) / count
+    height = count * image.step_v * away / (2 * radius)
+    sides = np.bincount(part, ends) >= GATES.hidden_share * count
+    caps = np.bincount(part, over * (last - first + 1)) >= GATES.hidden_share * points / count
+    small = (width < GATES.width_diameters[0]) | (height < GATES.height_diameters[0])
+    small &= (width < GATES.width_diameters[1]) & (height < GATES.height_diameters[1])
+    small &= np.minimum(width, height) > GATES.hidden_size
+    chosen = np.flatnonzero(small & (sides | caps) & (points >= FIT.fewest_points))
+    chosen = chosen[np.argsort(-points[chosen], kind="stable")][: GATES.most_hidden]
+    order = np.argsort(part, kind="stable")
+    begin = np.searchsorted(part[order], np.arange(len(count) + 1))
+    centers = []
+    for k in chosen:
+        pixels = [
+            image.index[row[m], first[m] : last[m] + 1] for m in order[begin[k] : begin[k + 1]]
+        ]
+        index = np.concatenate(pixels)
+        index = index[index >= 0]
+        if len(index) < FIT.fewest_points:
+            continue
+        around = xyz[index]
+        center = around.mean(axis=0)
+        normal = np.linalg.svd(around - center, full_matrices=False)[2][2]
+        start = center + radius * normal * np.sign(normal @ center)
+        try:  # the rim counts here, which the fit along the beams masks
+            start = fit_sphere_orthogonal(around, start, radius, sigma=GATES.hidden_sigma_m).center
+        except InputError:
+            continue
+        centers.append(start)
+    return np.array(centers).reshape(-1, 3)
+
+
+def _nearer(
+    ranges: NDArray[np.float32], row: Index, column: Index, limit: Array, wraps: bool
+) -> NDArray[np.bool_]:
+    """True (n,) where pixels have a range below a limit (n,) [m]."""
+    rows, columns = ranges.shape
+    inside = (row >= 0) & (row < rows)
+    if not wraps:
+        inside &= (column >= 0) & (column < columns)
+    found = ranges[np.clip(row, 0, rows - 1), column % columns]
+    return np.asarray(inside & (found < limit))
+
+
 @njit(cache=True, nogil=True)
 def _runs(
     ranges: NDArray[np.float32],
     frame: tuple[float, float, float, float],
     radius: float,
     jump: float,
+    diameters: tuple[float, float],
 ) -> Array:
     """Runs (n, 6) of the rows: row, first and last column, mean and least range, width [m]."""
     rows, columns = ranges.shape
@@ -172,7 +269,7 @@ def _runs(
                 n = j - start
                 mean = total / n
                 width = n * pitch * mean
-                low, high = _RUN_DIAMETERS
+                low, high = diameters
                 if 2 * low * radius < width < 2 * high * radius and n >= _FEWEST_IN_RUN:
                     if count == len(out):
                         grown = np.empty((2 * count, 6))
@@ -279,11 +376,28 @@ def _boxes(
 
 @dataclass(frozen=True)
 class _Noise:
-    """Sigmas of one point: range [m] and angle [rad]; floor of a centre [m]."""
+    """What is stated of points and spheres.
+
+    range, angle : sigmas of one point [m] and [rad]; beam : None if the angle holds its footprint;
+    tolerance : sigma of radius and form as made [m]; floor : of a centre [m].
+    """
 
     range: float
     angle: float
-    floor: float = FIT.floor_m
+    beam: Beam | None
+    tolerance: float
+    floor: float
+
+    def spot(self, center: Array) -> float:
+        """Diameter of the footprint at a place (3,) [m]."""
+        away = np.array([np.linalg.norm(center)])
+        return float((self.beam or USUAL_BEAM).diameter(away)[0])
+
+    def at(self, center: Array) -> tuple[float, float]:
+        """Sigmas of range and angle at a place (3,): the footprint depends on the range."""
+        away = float(np.linalg.norm(center))
+        spot = 0.0 if self.beam is None else self.spot(center) / away / 4
+        return self.range, float(np.hypot(self.angle, spot))
 
 
 def find_spheres(
@@ -292,11 +406,13 @@ def find_spheres(
     radii: Sequence[float],
     *,
     sigma_range: float | None = None,
-    sigma_angle: float = 2e-5,
+    sigma_angle: float | None = None,
+    footprint: Beam | None = None,
+    tolerance: float = TOLERANCE_M,
     floor: float = FIT.floor_m,
     scan: str = "",
 ) -> tuple[list[Detection], list[Rejected]]:
-    """Find spheres of given radii in a scan.
+    """Find spheres of given radii in a scan (method section 6.4).
 
     Parameters
     ----------
@@ -308,8 +424,14 @@ def find_spheres(
         Radii of the spheres [m].
     sigma_range : float or None
         Sigma of one range, estimated from the scan if None [m].
-    sigma_angle : float
-        Sigma of the angles of one point [rad].
+    sigma_angle : float or None
+        Sigma of the angles of one point; if None that of common scanners with their footprint
+        [rad].
+    footprint : Beam or None
+        Beam of the scanner, within whose footprint the place of an echo is random; None if the
+        sigma of the angles holds that.
+    tolerance : float
+        Sigma of radius and form of the spheres as they were made [m].
     floor : float
         Sigma added to each coordinate of a centre [m].
     scan : str
@@ -330,7 +452,9 @@ def find_spheres(
     if not all(r > 0 for r in radii):
         raise InputError("the radius of a sphere must be positive")
     sigma = estimate_range_noise(image) if sigma_range is None else sigma_range
-    noise = _Noise(sigma, sigma_angle, floor)
+    if sigma_angle is None:
+        sigma_angle, footprint = USUAL_ANGLE, footprint or USUAL_BEAM
+    noise = _Noise(sigma, sigma_angle, footprint, tolerance, floor)
     spheres: list[Detection] = []
     rejected: list[Rejected] = []
     for radius in radii:
@@ -350,7 +474,8 @@ def _of_radius(
     voted = vote_for_centers(xyz, image, radius, noise.range)
     spheres: list[Detection] = []
     rejected: list[Rejected] = []
-    for start in [*parts.center[parts.fits], *voted]:
+    hidden = find_hidden(xyz, image, radius)
+    for start in [*parts.center[parts.fits], *voted, *hidden]:
         if lies_on(start, spheres):
             continue
         result = _judged(xyz, image, start, radius, noise, scan)
@@ -378,8 +503,8 @@ def _judged(
     center = np.asarray(start, dtype=float)
     fit: SphereFit | None = None
     for _ in range(GATES.window_rounds):  # the window follows the centre
-        window = _window(image, center, radius)
-        points = xyz[window]
+        view = _cone(image, center, radius, 1.0)
+        points = xyz[view.index]
         if len(points) < FIT.fewest_points:
             return Rejected(
                 "sphere", center, f"only {len(points)} points, {FIT.fewest_points} are needed"
@@ -395,35 +520,35 @@ def _judged(
         if moved < GATES.window_settled_radii * radius:
             break
     assert fit is not None
-    return _tested(points, fit, image, noise, scan)
+    return _tested(points, view, fit, image, noise, scan)
 
 
-def _fitted(
-    points: Array, start: Array, radius: float, noise: _Noise, free: bool = False
-) -> SphereFit:
+def _fitted(points: Array, start: Array, radius: float, noise: _Noise) -> SphereFit:
     """The fit along the lines of sight."""
+    sigma_range, sigma_angle = noise.at(start)
     return fit_sphere(
         points,
         start,
         radius,
-        sigma_range=noise.range,
-        sigma_angle=noise.angle,
+        sigma_range=sigma_range,
+        sigma_angle=sigma_angle,
         floor=noise.floor,
-        free_radius=free,
+        tolerance=noise.tolerance,
     )
 
 
-def _window(
-    image: RangeImage, center: Array, radius: float, share: float = 1.0
-) -> NDArray[np.int32]:
-    """Points (k,) of pixels within ``share`` of the sphere's angular radius."""
-    return np.asarray(_cone(image, center, radius, share)[0])
+@dataclass(frozen=True, eq=False)
+class _View:
+    """Pixels that look at a sphere: their points (k,), rows and columns, and how many look."""
+
+    index: NDArray[np.int32]
+    row: NDArray[np.int64]
+    column: NDArray[np.int64]
+    pixels: int
 
 
-def _cone(
-    image: RangeImage, center: Array, radius: float, share: float
-) -> tuple[NDArray[np.int32], int]:
-    """Points of the pixels that look at the sphere, and the number of these pixels."""
+def _cone(image: RangeImage, center: Array, radius: float, share: float) -> _View:
+    """Pixels within ``share`` of the sphere's angular radius."""
     away = float(np.linalg.norm(center))
     angle = min(float(np.arcsin(min(share * radius / away, 1.0))), GATES.widest_rad)
     h, v = np.arctan2(center[1], center[0]), np.arctan2(np.hypot(center[0], center[1]), center[2])
@@ -432,127 +557,126 @@ def _cone(
     half_v, half_h = int(angle / image.step_v) + 2, int(angle / (image.step_h * sine)) + 2
     rows = np.arange(max(0, int(row) - half_v), min(image.shape[0], int(row) + half_v + 2))
     columns = np.arange(int(column) - half_h, int(column) + half_h + 2)
+    first = columns[0]
     period = round(2 * np.pi / image.step_h)
     columns = columns % (image.shape[1] if image.wraps else period)
     columns = np.unique(columns[columns < image.shape[1]])
+    if not (len(rows) and len(columns)):
+        none = np.empty(0, dtype=np.int64)
+        return _View(none.astype(np.int32), none, none, 0)
     turn, v_of = image.h(columns), image.v(rows)
     cosine = np.cos(v) * np.cos(v_of)[:, None]
     cosine = cosine + np.sin(v) * np.sin(v_of)[:, None] * np.cos(turn - h)[None, :]
     inside = cosine > np.cos(angle)
-    index = image.index[np.ix_(rows, columns)] if len(rows) and len(columns) else np.empty((0, 0))
-    chosen = index[inside]
-    return np.asarray(chosen[chosen >= 0], dtype=np.int32), int(inside.sum())
+    index = image.index[np.ix_(rows, columns)]
+    i, j = np.nonzero(inside & (index >= 0))
+    # neighbours across the seam stay neighbours
+    beside = (columns - first) % (image.shape[1] if image.wraps else period)
+    return _View(index[i, j], rows[i], beside[j], int(inside.sum()))
 
 
 def _tested(
-    points: Array, fit: SphereFit, image: RangeImage, noise: _Noise, scan: str
+    points: Array, view: _View, fit: SphereFit, image: RangeImage, noise: _Noise, scan: str
 ) -> Detection | Rejected:
     """Acceptance of a fitted sphere."""
-    sigma = np.hypot(noise.range, GATES.form_m)
-    on = fit.inliers
-    behind = fit.masked & (on | (fit.residuals > -GATES.front_sigmas * _spread(fit, noise)))
-    inliers = float(on.sum() / max(behind.sum(), 1))
-    pixels = _cone(image, fit.center, fit.radius, float(np.sin(FIT.mask_rad)))[1]
-    cover = float(min(on.sum() / max(pixels, 1), 1.0))
-    variance = sigma**2 + (noise.angle * np.linalg.norm(points[on], axis=1)) ** 2 * (
-        np.tan(fit.incidence[on]) ** 2
-    )
-    ratio = float(np.sqrt(np.mean(fit.residuals[on] ** 2 / variance)))
-    reason = _first_reason(ratio, inliers, cover, fit, noise)
-    free, form = fit.radius, 0.0
-    if not reason:
-        reason, free, form = _form_reason(points, fit, noise)
+    seen = _Seen.of(points, fit, _cone(image, fit.center, fit.radius, np.sin(FIT.mask_rad)).pixels)
+    reason = _first_reason(fit, seen, noise)
     if reason:
         return Rejected("sphere", fit.center, reason)
-    facts = {"s0": fit.s0, "free_radius_m": free, "form_m": form, "inlier_share": inliers}
+    sigma_range, sigma_angle = noise.at(fit.center)
+    shape = shape_of(
+        points,
+        (view.row, view.column),
+        fit,
+        beam=noise.spot(fit.center),
+        tolerance=noise.tolerance,
+        sigma_range=sigma_range,
+        sigma_angle=sigma_angle,
+    )
+    if shape.reason:
+        return Rejected("sphere", fit.center, shape.reason)
+    on = fit.inliers
+    facts = {
+        "s0": fit.s0,
+        "free_radius_m": shape.radius,
+        "sigma_free_radius_m": shape.sigma_radius,
+        "form_m": shape.form,
+        "inlier_share": seen.share,
+        "noise_m": fit.noise[0],
+        "correlation_factor": shape.like,
+    }
     return Detection(
         kind="sphere",
         scan=scan,
         center=fit.center,
-        covariance=fit.covariance,
+        covariance=fit.covariance + (shape.like - 1) * fit.random,
         radius=fit.radius,
         rms=fit.rms,
         points=len(points),
         inliers=int(on.sum()),
         range=float(np.linalg.norm(fit.center)),
         incidence=float(np.mean(fit.incidence[on])),
-        coverage=cover,
+        coverage=seen.cover,
         facts=facts,
-        sentences=fit.sentences,
+        sentences=(*fit.sentences, *([shape.sentence] if shape.sentence else [])),
     )
 
 
-def _spread(fit: SphereFit, noise: _Noise) -> float:
-    """Standard deviation of residuals that tells points in front of the sphere [m]."""
-    return float(max(fit.rms, noise.range, GATES.form_m))
+@dataclass(frozen=True)
+class _Seen:
+    """Where the points within the mask of a fit lie, as shares.
+
+    share : on the surface, of those on or behind it; inside : in the ball behind its surface, of
+    those on or in it; cover : pixels with a point on the surface, of all that look at it; open :
+    the same of those that no nearer thing hides.
+    """
+
+    share: float
+    inside: float
+    cover: float
+    open: float
+
+    @classmethod
+    def of(cls, points: Array, fit: SphereFit, pixels: int) -> _Seen:
+        """Of points (n, 3) of a fit, with the number of pixels within the mask."""
+        on = int(fit.inliers.sum())
+        sigma = np.hypot(fit.noise[0], fit.noise[1] * np.tan(fit.incidence))
+        off = fit.masked & ~fit.inliers
+        with np.errstate(invalid="ignore"):
+            front = int((off & (fit.residuals < -GATES.front_sigmas * sigma)).sum())
+            behind = off & (fit.residuals > GATES.front_sigmas * sigma)
+            inside = int((behind & (fit.residuals < 2 * fit.radius * np.cos(fit.incidence))).sum())
+        rest = int(fit.masked.sum()) - front
+        return cls(
+            on / max(rest, 1),
+            inside / max(on + inside, 1),
+            min(on / max(pixels, 1), 1.0),
+            min(on / max(pixels - front, 1), 1.0),
+        )
 
 
-def _first_reason(ratio: float, inliers: float, cover: float, fit: SphereFit, noise: _Noise) -> str:
+def _first_reason(fit: SphereFit, seen: _Seen, noise: _Noise) -> str:
     """Why the fit itself speaks against a sphere; empty if it does not."""
-    if ratio > GATES.fit_ratio:
+    if fit.s0 > np.exp(GATES.noise_sigmas * noise_doubt(int(fit.inliers.sum())) / 2):
         return (
-            f"residuals of {1e3 * fit.rms:.1f} mm are {ratio:.1f} times the noise of "
+            f"residuals of {1e3 * fit.rms:.1f} mm are {fit.s0:.1f} times the noise of "
             f"{1e3 * noise.range:.1f} mm"
         )
     if fit.rms > GATES.most_rms_share * fit.radius:
         share = 100 * fit.rms / fit.radius
         return f"residuals of {1e3 * fit.rms:.1f} mm are {share:.0f} % of the radius"
-    if inliers < GATES.inlier_share:
-        return f"only {100 * inliers:.0f} % of the points behind its outline lie on the sphere"
-    if cover < GATES.cover_share:
-        return f"only {100 * cover:.0f} % of the pixels that should see the sphere do"
+    if seen.inside > GATES.inside_share:
+        return (
+            f"{100 * seen.inside:.0f} % of its points lie inside the ball, behind its surface: "
+            "leaves or a hollow, no closed surface"
+        )
+    if seen.share < GATES.inlier_share:
+        return f"only {100 * seen.share:.0f} % of the points behind its outline lie on the sphere"
+    if seen.open < GATES.open_share:
+        return f"only {100 * seen.open:.0f} % of the pixels that should see the sphere do"
+    if seen.cover < GATES.cover_share:
+        return f"only {100 * seen.cover:.0f} % of the sphere is seen"
     return ""
-
-
-def _form_reason(points: Array, fit: SphereFit, noise: _Noise) -> tuple[str, float, float]:
-    """Why radius or form speak against the sphere (empty if not), free radius and form [m]."""
-    try:
-        free = _fitted(points[fit.inliers], fit.center, fit.radius, noise, free=True)
-    except InputError:
-        return "its radius cannot be determined from its points", fit.radius, 0.0
-    off = abs(free.radius - fit.radius)
-    allowed = min(GATES.free_radius_m, GATES.free_radius_share * fit.radius)
-    if off > min(
-        max(allowed, GATES.allowed_sigmas * free.sigma_radius), GATES.most_radius_share * fit.radius
-    ):
-        what = f"its own radius is {1e3 * free.radius:.1f} mm, not {1e3 * fit.radius:.1f} mm"
-        return what, free.radius, 0.0
-    form, sigma_form = _form(points, fit)
-    if form > min(
-        max(GATES.form_share * fit.radius, GATES.allowed_sigmas * sigma_form),
-        GATES.most_form_share * fit.radius,
-    ):
-        what = f"its surface departs from a sphere by {1e3 * form:.1f} mm: it is longer one way"
-        return what, free.radius, form
-    return "", free.radius, form
-
-
-def _form(points: Array, fit: SphereFit) -> tuple[float, float]:
-    """Root mean square of the second-degree form that the residuals show, and its sigma [m].
-
-    Notes
-    -----
-    Normal residuals are explained by centre, radius and an ellipsoid; what the ellipsoid adds to
-    centre and radius is the form.
-    """
-    on = fit.inliers
-    n = (points[on] - fit.center) / fit.radius
-    n = n / np.linalg.norm(n, axis=1, keepdims=True)
-    normal = fit.residuals[on] * np.cos(fit.incidence[on])
-    sphere = np.column_stack([np.ones(len(n)), n])
-    second = np.column_stack(
-        [n[:, 0] * n[:, 1], n[:, 0] * n[:, 2], n[:, 1] * n[:, 2],
-         n[:, 0] ** 2 - n[:, 1] ** 2, n[:, 2] ** 2]
-    )  # fmt: skip
-    q, _ = np.linalg.qr(sphere)
-    second = second - q @ (q.T @ second)
-    u, size, _ = np.linalg.svd(second, full_matrices=False)
-    u = u[:, size > GATES.form_singular_share * size[0]] if size[0] > 0 else u[:, :0]
-    parts = u.T @ normal
-    rest = normal - q @ (q.T @ normal) - u @ parts
-    freedom = max(len(n) - 9, 1)
-    sigma = float(np.sqrt(rest @ rest / freedom))
-    return float(np.sqrt(parts @ parts / len(n))), sigma * float(np.sqrt(u.shape[1] / len(n)))
 
 
 def _best_radius(spheres: list[Detection]) -> tuple[list[Detection], list[Rejected]]:

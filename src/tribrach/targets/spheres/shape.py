@@ -1,0 +1,255 @@
+"""Tests whether the points of a fit are those of a sphere of the radius (method section 6.5).
+
+A body of another size or form leaves residuals that are no noise. Radius, forms of low degree and
+the likeness of neighbours are tested against the noise of the points on the body itself, and
+against what the spheres may depart from a sphere as they were made.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from tribrach._types import Array
+from tribrach.errors import InputError
+from tribrach.targets.spheres.fit import GATES as FIT
+from tribrach.targets.spheres.fit import SphereFit, fit_sphere, noise_doubt
+from tribrach.targets.spheres.forms import second_degree, third_degree
+
+__all__ = ["GATES", "Shape", "ShapeGates", "likeness", "shape_of"]
+
+
+@dataclass(frozen=True)
+class ShapeGates:
+    """How radius and form of a sphere are tested.
+
+    Notes
+    -----
+    The levels follow from how many spheres may be lost; the other numbers were chosen on simulated
+    bodies (tests/targets/test_sphere_bodies uses other seeds); where a number has a source, it is
+    named.
+    """
+
+    #: probability of refusing a sphere by each of the tests
+    false_alarm: float = 1e-4
+    #: the radius is known at least to this share, at the level of one in a hundred: flat and bent
+    #: things that are seen in small pieces are no spheres
+    radius_share: float = 0.1
+    one_in_hundred: float = 2.326
+    #: a ball of a radius that differs by this share should have been told; the fit says if not
+    told_share: float = 0.05
+    #: incidence up to which radius and form are looked at [rad]: the rim tells the radius best
+    mask_rad: float = float(np.radians(72.0))
+    #: the rim is left out as far as the footprint reaches over the outline, in its diameters
+    rim_beams: float = 1.0
+    #: where neighbours are alike, noise may be more than stated by so many sigmas only (5 %): both
+    #: together happen to about one sphere in 10,000 and to most crowns of leaves
+    patchy_sigmas: float = 1.645
+    #: forms that the points tell worse than this share of the best are left out
+    weakest_form: float = 1e-9
+    #: neighbours up to this distance [pixels] are compared
+    most_lag: int = 6
+    #: pairs of neighbours that tell something
+    fewest_pairs: int = 20
+    #: likeness of nearest neighbours that counts, in its standard deviations if there were none
+    like_sigmas: float = 3.0
+
+
+GATES = ShapeGates()
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Radius and form of a body by its own points.
+
+    Attributes
+    ----------
+    radius, sigma_radius : float
+        Free radius and its sigma [m].
+    form, sigma_form : float
+        Root mean square of the departure of second and third degree, and what noise alone makes of
+        it [m].
+    probability : float
+        Of so much form if the body is a sphere.
+    like : float
+        What likeness of neighbours multiplies the variances of means with.
+    reason : str
+        Why the body is none of the wanted spheres; empty if nothing says so.
+    sentence : str
+        What its points do not tell; empty if they tell enough.
+    """
+
+    radius: float
+    sigma_radius: float
+    form: float
+    sigma_form: float
+    probability: float
+    like: float
+    reason: str
+    sentence: str
+
+
+def shape_of(
+    points: Array,
+    pixel: tuple[NDArray[np.int64], NDArray[np.int64]],
+    fit: SphereFit,
+    *,
+    sigma_range: float,
+    sigma_angle: float,
+    beam: float,
+    tolerance: float,
+) -> Shape:
+    """Test radius and form of a fitted sphere.
+
+    Parameters
+    ----------
+    points : array (n, 3)
+        Points that were fitted and those around them [m].
+    pixel : tuple of array (n,)
+        Their rows and columns.
+    fit : SphereFit
+        Their fit with the given radius.
+    sigma_range, sigma_angle : float
+        Stated noise as in :func:`fit_sphere` [m] and [rad].
+    beam : float
+        Diameter of the footprint at the sphere [m].
+    tolerance : float
+        Sigma of radius and form as made [m].
+
+    Returns
+    -------
+    Shape
+        Radius, form, and what they say.
+    """
+    rim = np.arcsin(max(1 - GATES.rim_beams * beam / fit.radius, 0.5))
+    try:
+        free = fit_sphere(
+            points,
+            fit.center,
+            fit.radius,
+            sigma_range=sigma_range,
+            sigma_angle=sigma_angle,
+            free_radius=True,
+            mask=float(np.clip(rim, FIT.mask_rad, GATES.mask_rad)),
+        )
+    except InputError:
+        return Shape(fit.radius, 0.0, 0.0, 0.0, 1.0, 1.0, "its points do not tell its radius", "")
+    on = free.inliers
+    departure = _Departure(points[on], free)
+    like = likeness(departure.rest, pixel[0][on], pixel[1][on])
+    sigma = free.sigma_radius * like**0.5
+    off = free.radius - fit.radius
+    form, sigma_form, probability = departure.tested(tolerance, like)
+    limit = float(chi2.isf(GATES.false_alarm, 1)) ** 0.5 * np.hypot(sigma, tolerance)
+    unsure = GATES.one_in_hundred * sigma
+    reason, sentence = "", ""
+    if unsure > GATES.radius_share * fit.radius:
+        reason = (
+            f"its points tell its radius to {1e3 * sigma:.1f} mm only: too few or too noisy for "
+            "telling it from other bodies"
+        )
+    elif abs(off) > min(limit, GATES.radius_share * fit.radius):
+        reason = (
+            f"its own radius is {1e3 * free.radius:.1f} mm, known to {1e3 * sigma:.2f} mm, not "
+            f"{1e3 * fit.radius:.1f} mm"
+        )
+    elif probability < GATES.false_alarm:
+        reason = (
+            f"its surface departs from a sphere by {1e3 * form:.1f} mm where noise makes "
+            f"{1e3 * sigma_form:.1f} mm"
+        )
+    elif like > 1 and fit.s0 > np.exp(GATES.patchy_sigmas * noise_doubt(int(on.sum())) / 2):
+        reason = (
+            f"residuals of {1e3 * fit.rms:.1f} mm are {fit.s0:.1f} times the noise and alike among "
+            "neighbours: a rough surface or leaves"
+        )
+    elif limit + unsure > GATES.told_share * fit.radius:
+        sentence = (
+            f"its points tell its radius to {1e3 * sigma:.1f} mm: a ball with one "
+            f"{1e3 * (limit + unsure):.0f} mm off could pass for it"
+        )
+    return Shape(free.radius, sigma, form, sigma_form, probability, like, reason, sentence)
+
+
+class _Departure:
+    """What the residuals of a free fit show of forms of degrees two and three.
+
+    Notes
+    -----
+    With whitened residuals r, columns X of centre and radius, Z of the forms and the projector P
+    that takes X out, P Z spans k directions in which r is noise of variance one. A departure of the
+    root mean square t over the points adds ``t^2 sum(1/s_i^2)/k`` to each, with the sigmas s of the
+    points along the normal.
+    """
+
+    def __init__(self, points: Array, free: SphereFit) -> None:
+        on = free.inliers
+        # where the beams meet the sphere: with measured points forms would follow their noise
+        beams = points / np.linalg.norm(points, axis=1, keepdims=True)
+        n = (points - beams * free.residuals[on][:, None] - free.center) / free.radius
+        n = n / np.linalg.norm(n, axis=1, keepdims=True)
+        tangent = np.tan(free.incidence[on])
+        sigma = np.hypot(free.noise[0], free.noise[1] * tangent)
+        # a surface that stands out is met earlier, by more where the beam is oblique
+        self._scale = np.cos(free.incidence[on]) * sigma
+        q, _ = np.linalg.qr(np.column_stack([np.ones(len(n)), n]) / self._scale[:, None])
+        z = np.column_stack([second_degree(n), third_degree(n)]) / self._scale[:, None]
+        z = z - q @ (q.T @ z)
+        residuals = -free.residuals[on] / sigma
+        residuals = residuals - q @ (q.T @ residuals)
+        values, axes = np.linalg.eigh(z.T @ z)
+        strong = values > GATES.weakest_form * max(values[-1], 1e-300)
+        self._u = z @ axes[:, strong] / np.sqrt(values[strong])
+        self._along = self._u.T @ residuals
+        #: residuals over their sigmas without centre, radius and forms
+        self.rest = residuals - self._u @ self._along
+
+    def tested(self, tolerance: float, like: float) -> tuple[float, float, float]:
+        """Root mean square [m] of the forms, what noise makes of it [m], and its probability."""
+        allowed = tolerance**2 * float(np.sum(self._scale**-2)) / self._u.shape[1]
+        total = float(np.sum(self._along**2)) / (like + allowed)
+        shift = (self._u @ self._along) * self._scale
+        noise = np.sqrt(like * np.mean(np.sum((self._u * self._scale[:, None]) ** 2, axis=1)))
+        rms = float(np.sqrt(np.mean(shift**2)))
+        return rms, float(noise), float(chi2.sf(total, self._u.shape[1]))
+
+
+def likeness(residuals: Array, row: NDArray[np.int64], column: NDArray[np.int64]) -> float:
+    """How alike residuals of neighbouring pixels are, as far as means of them go.
+
+    Parameters
+    ----------
+    residuals : array (n,)
+        Residuals over their sigmas.
+    row, column : array (n,)
+        Pixels.
+
+    Returns
+    -------
+    float
+        What likeness multiplies the variance of means with, 1 if nearest neighbours are not
+        significantly alike: the sum of the correlations along rows times that along columns.
+
+    Notes
+    -----
+    Correlations are summed up to the first that is below its standard deviation.
+    """
+    image = np.full((int(np.ptp(row)) + 1, int(np.ptp(column)) + 1), np.nan)
+    image[row - row.min(), column - column.min()] = residuals / max(float(np.std(residuals)), 1e-12)
+    factor = 1.0
+    for grid in (image, image.T):
+        total = 1.0
+        for lag in range(1, min(GATES.most_lag, grid.shape[1] - 1) + 1):
+            pairs = grid[:, lag:] * grid[:, :-lag]
+            pairs = pairs[np.isfinite(pairs)]
+            if len(pairs) < GATES.fewest_pairs:
+                break
+            correlation, sigma = float(pairs.mean()), len(pairs) ** -0.5
+            if correlation < (GATES.like_sigmas if lag == 1 else 1.0) * sigma:
+                break
+            total += 2 * correlation
+        factor *= total
+    return factor
