@@ -392,15 +392,13 @@ def packed(data: bytes, rng: Random, others: Sequence[bytes]) -> bytes:
     """A file in gzip, xz or bzip2: another content, damage of the packing, or very much of it."""
     plain = gzip.decompress(data)
     pack = rng.choice((gzip.compress, gzip.compress, lzma.compress, bz2.compress))
-    match rng.randrange(4):
-        case 0 | 1:
-            return pack(text(plain, rng, [gzip.decompress(o) for o in others]))
-        case 2:
-            return binary(pack(plain), rng, ())
-        case _:
-            piece = rng.choice((b"0 ", b"\n", b"1 2 3\n", b"\x00", plain[-200:]))
-            many = piece * (rng.choice((10**5, 10**6, 4 * 10**6)) // len(piece))
-            return pack(plain + many)
+    kind = rng.random()
+    if kind < 0.6:
+        return pack(text(plain, rng, [gzip.decompress(o) for o in others]))
+    if kind < 0.95:
+        return binary(pack(plain), rng, ())
+    piece = rng.choice((b"0 ", b"\n", b"1 2 3\n", b"\x00", plain[-200:]))
+    return pack(plain + piece * (rng.choice((10**5, 10**6, 4 * 10**6)) // len(piece)))
 
 
 def zipped(data: bytes, rng: Random, others: Sequence[bytes]) -> bytes:

@@ -6,6 +6,7 @@ too long, the watchdog knows the input, notes it and starts another worker behin
 
 from __future__ import annotations
 
+import faulthandler
 import mmap
 import os
 import pickle
@@ -221,6 +222,7 @@ def _work(name: str, first: int, end: int, note: mmap.mmap, sink: int, limits: L
         tempfile.TemporaryFile(dir=place) as said,
         os.fdopen(sink, "wb") as pipe,
     ):
+        faulthandler.disable()  # a worker that dies is told of by the watchdog
         os.dup2(said.fileno(), 2)
         os.dup2(said.fileno(), 1)
         sys.stderr = sys.__stderr__ = os.fdopen(2, "w", closefd=False)  # type: ignore[misc]

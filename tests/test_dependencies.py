@@ -17,7 +17,7 @@ WORKSHOP = {"dev", "docs", "peers", "fuzz"}
 INSTALLED = packages_distributions()
 #: calls that import a module by its name
 BY_NAME = {"import_module", "find_spec"}
-OURS = {"tribrach", "tests"}
+OURS = {"tribrach", "tests", "fuzz"}
 
 
 def normal(name: str) -> str:
@@ -91,7 +91,7 @@ def test_the_program_imports_what_it_declares() -> None:
 
 def test_tests_and_documentation_import_what_is_declared() -> None:
     every = PROJECT["dependencies"] + [line for lines in EXTRAS.values() for line in lines]
-    assert undeclared(["tests", "benchmarks", "docs"], declared(every)) == {}
+    assert undeclared(["tests", "benchmarks", "docs", "fuzz"], declared(every)) == {}
 
 
 def test_whoever_installs_the_program_gets_nothing_it_does_not_import() -> None:
