@@ -49,12 +49,12 @@ def check(z: np.ndarray, pooled: float, coverage: float) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("ceiling", [True, False])
-def test_full_model_is_unbiased_with_honest_sigmas(ceiling: bool) -> None:
+def test_full_model_is_unbiased_with_the_stated_sigmas(ceiling: bool) -> None:
     """200 seeds of the 16 estimable parameters, two faces, with and without ceiling targets."""
     check(standardised(lab(tuple(TRUTH), ceiling=ceiling), TRUTH, 200), pooled=0.05, coverage=0.02)
 
 
-def test_physical_set_is_unbiased_with_honest_sigmas() -> None:
+def test_physical_set_is_unbiased_with_the_stated_sigmas() -> None:
     """The thin version: 24 seeds of five parameters."""
     z = standardised(lab(PHYSICAL), dict(MISALIGNMENTS), 24)
     check(z, pooled=0.25, coverage=0.08)

@@ -41,7 +41,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     ),
     "register": (
         "register",
-        "Register scans by their clouds, without approximate poses, targets or planes.",
+        "Register scans by their clouds; no targets, planes or approximate poses are needed.",
     ),
     "transform": ("transform", "Fit a transformation to common points, and apply it."),
     "calibrate": (
@@ -58,7 +58,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     ),
     "regress": (
         "regress",
-        "Fit differences of clouds against range and incidence, and say what that proves.",
+        "Fit differences of clouds against range and incidence, and say what that tells.",
     ),
     "complete": (
         "complete",

@@ -34,7 +34,7 @@ def regress(
     overwrite: Overwrite = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
-    """Fit differences of clouds against range and incidence, and say what that proves."""
+    """Fit differences of clouds against range and incidence, and say what that tells."""
 
     def work() -> None:
         claim([table], (json_file, html_file), overwrite=overwrite)

@@ -1,0 +1,57 @@
+"""Writes the tables of ``docs/trust.md``: ``python docs/claims_table.py``.
+
+They come from the register of claims, ``docs/claims.yaml``; ``tests/test_claims.py`` checks both.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+DOCS = Path(__file__).resolve().parent
+REGISTER, PAGE = DOCS / "claims.yaml", DOCS / "trust.md"
+#: what stands between these lines of the page is written by this program
+BEGIN, END = "<!-- written by claims_table.py -->", "<!-- end of what is written -->"
+#: keys of a piece of evidence that say where it is
+PLACES = ("test", "benchmark", "section")
+
+
+def register() -> dict[str, Any]:
+    """The register of claims."""
+    read: dict[str, Any] = yaml.safe_load(REGISTER.read_text(encoding="utf-8"))
+    return read
+
+
+def evidence_words(item: dict[str, str]) -> str:
+    """One piece of evidence: where, and with whose data."""
+    place = next(item[key] for key in PLACES if key in item)
+    place = place.removeprefix("tests/").replace(".py::test_", ": ").replace("test_", "")
+    place = place.replace("_", " ")
+    whose = next((item[key] for key in ("program", "table", "data") if key in item), "")
+    further = ", ".join(words for words in (whose, item.get("note", "")) if words)
+    return f"{item['kind']}: {place.removesuffix('.py')}" + (f" ({further})" if further else "")
+
+
+def tables() -> str:
+    """The meaning of the levels, and one row for each claim."""
+    read = register()
+    lines = ["| level | what stands behind it |", "|---|---|"]
+    lines += [f"| {name} | {words} |" for name, words in read["levels"].items()]
+    lines += ["", "| claim | level | evidence |", "|---|---|---|"]
+    for claim in read["claims"]:
+        pieces = "<br>".join(evidence_words(item) for item in claim["evidence"])
+        lines.append(f"| **{claim['id']}**: {claim['approved']} | {claim['level']} | {pieces} |")
+    return "\n".join(lines)
+
+
+def page(text: str) -> str:
+    """The page with new tables."""
+    before, rest = text.split(BEGIN)
+    after = rest.split(END)[1]
+    return f"{before}{BEGIN}\n\n{tables()}\n\n{END}{after}"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
