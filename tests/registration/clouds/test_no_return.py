@@ -137,7 +137,7 @@ def test_a_scanner_that_moved_is_noticed() -> None:
     assert still.sweep.factor == 1
     assert not any("moved while" in text for text in still.sentences("A", "B"))
     swept = fitted([one, bent(two, np.array([0.02, 0, 0, 0, 0, 0.002]))])
-    assert swept.sweep.factor > swept.sweep.limit > 1
+    assert swept.sweep.factor >= swept.sweep.ratio > swept.sweep.limit > 1
     (sentence,) = [text for text in swept.sentences("A", "B") if "moved while" in text]
     assert f"variance {swept.sweep.factor:.1f} times" in sentence
     assert np.trace(swept.local) > 2 * np.trace(still.local)

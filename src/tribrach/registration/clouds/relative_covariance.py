@@ -161,11 +161,12 @@ class RelativeCovariance:
             for d in self.unheld.T
         ]
         if self.sweep.factor > 1:
-            factor, limit = self.sweep.factor, self.sweep.limit
+            factor, ratio, limit = self.sweep.factor, self.sweep.ratio, self.sweep.limit
             out.append(
                 f"parts of {a} and {b} fit differently, as if a scanner moved while it scanned "
-                f"(variance {factor:.1f} times what their neighbours allow, chance makes "
-                f"{limit:.1f}): sigmas are {np.sqrt(factor):.1f} times as wide"
+                f"(variance {factor:.1f} times what their neighbours allow in the worst "
+                f"direction, {ratio:.1f} times in all together, chance makes {limit:.1f}): "
+                f"sigmas are {np.sqrt(factor):.1f} times as wide"
             )
         return out
 

@@ -9,6 +9,7 @@ parts is compared with what the drawn ones do. Method section 2.11.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,12 +53,16 @@ class SweepTest:
     Attributes
     ----------
     factor : float
-        Variance of the worst parts over that of independent pieces, 1 if chance may have made it.
+        Variance that the parts show in their worst direction over that of independent pieces, 1 if
+        chance may have made it.
+    ratio : float
+        Variance of the worst parts over all directions together, in the same unit.
     limit : float
-        What chance makes of the same parts.
+        What chance makes of the ratio.
     """
 
     factor: float = 1.0
+    ratio: float = 1.0
     limit: float = 1.0
 
 
@@ -99,14 +104,38 @@ def sweep_test(scores: Array, normal: Array, places: tuple[Array, Array]) -> Swe
     ratios = np.where(excess[0] > most, squares[0] / usual, 0.0)
     worst = int(np.argmax(ratios))
     limit = 1 + most * spread[worst] / usual[worst]
-    return SweepTest(float(ratios[worst]), float(limit))
+    # a motion bends a sweep in one or two directions of the six: the mean over all would hide it
+    root = np.linalg.inv(np.linalg.cholesky(scores.T @ scores))
+    shown = np.flatnonzero(told)[excess[0] > most]
+    scatter = _scatter(scores, normal, places)
+    most_of = [np.linalg.eigvalsh(root @ scatter[k] @ root.T)[-1] for k in shown]
+    return SweepTest(float(max(ratios[worst], *most_of)), float(ratios[worst]), float(limit))
+
+
+def _scatter(scores: Array, normal: Array, places: tuple[Array, Array]) -> list[Array]:
+    """Covariances (k, k) of the total score, from the scatter of the parts of each kind."""
+    ones = np.ones((1, len(scores)), dtype=np.int8)
+    out = []
+    for sums, matrix, count in _parts(scores, normal, places, ones):
+        left = _left(sums, matrix, count)[0]
+        out.append(count / (count - 1) * left.T @ left)
+    return out
 
 
 def _squares(
     scores: Array, normal: Array, places: tuple[Array, Array], signs: NDArray[np.int8]
 ) -> list[Array]:
     """Squared scores (draws,) of all parts of each kind, with every draw of the signs."""
-    out = []
+    return [
+        np.asarray(np.square(_left(*part)).sum(axis=(1, 2)))
+        for part in _parts(scores, normal, places, signs)
+    ]
+
+
+def _parts(
+    scores: Array, normal: Array, places: tuple[Array, Array], signs: NDArray[np.int8]
+) -> Iterator[tuple[Array, Array, int]]:
+    """Fine sums of signed scores and of normal matrices, and the number of parts, of each kind."""
     finest = 2 * int(np.lcm.reduce(GATES.sectors))
     for place in places:
         turn = (np.arctan2(place[:, 1], place[:, 0]) / (2 * np.pi) + 0.5) * finest
@@ -115,13 +144,12 @@ def _squares(
         for count in GATES.sectors:
             for shift in (0, finest // (2 * count)):
                 turned = np.roll(sums, shift, axis=1), np.roll(matrix, shift, axis=0)
-                out.append(_square(*turned, count))
+                yield *turned, count
         ways = place / np.maximum(np.linalg.norm(place, axis=1), 1e-9)[:, None]
         for axis, zones in enumerate(GATES.zones):
             limits = np.quantile(ways[:, axis], np.arange(1, zones) / zones)
             label = np.searchsorted(limits, ways[:, axis])
-            out.append(_square(*_by_label(label, zones, scores, normal, signs), zones))
-    return out
+            yield *_by_label(label, zones, scores, normal, signs), zones
 
 
 def _by_label(
@@ -135,16 +163,15 @@ def _by_label(
     return sums, matrix
 
 
-def _square(sums: Array, matrix: Array, count: int) -> Array:
-    """Squared scores (draws,) of so many parts, each joined of fine ones that follow each other.
+def _left(sums: Array, matrix: Array, count: int) -> Array:
+    """Scores (draws, count, k) of so many parts, each joined of fine ones that follow each other.
 
     What is fitted takes the share of the normal matrix of a part, times the total, from its sum.
     """
     draws, fine, k = sums.shape
     sums = sums.reshape(draws, count, fine // count, k).sum(axis=2)
     matrix = matrix.reshape(count, fine // count, k, k).sum(axis=1)
-    left = sums - np.einsum("nij,dj->dni", matrix, sums.sum(axis=1))
-    return np.asarray(np.einsum("dni,dni->d", left, left))
+    return np.asarray(sums - np.einsum("nij,dj->dni", matrix, sums.sum(axis=1)))
 
 
 @njit(cache=True, nogil=True)
