@@ -115,7 +115,7 @@ def test_what_is_held_is_right_wherever_the_scans_came_to_rest(name: str, known:
         got = judged(register_pair(*scans, prior, floor=NO_FLOOR), poses)
         if got is not None:
             total, freedom = total + got.square, freedom + got.freedom
-            # an approximate pose decides which window it is
-            assert got.slid < 1.0 or not known
+            # an approximate pose decides which window or door it is; a bare corridor has none
+            assert got.slid < 1.0 or not known or name == "corridor"
     # neighbours are taken to halve the number of observations at least, which may be too cautious
     assert freedom == 0 or chi2.ppf(0.005, freedom) / 2 < total < chi2.ppf(0.995, freedom)
