@@ -7,10 +7,12 @@ from pathlib import Path
 
 import pytest
 from lxml import html as parser
+from typer.testing import CliRunner
 
 import tribrach
 from tests.report.hostile import HOSTILE, harmless, hostile
 from tests.report.pages import PAGES, network_report
+from tribrach.cli import app
 from tribrach.report import figures, text
 from tribrach.report.characters import visible
 from tribrach.report.environment import render_page
@@ -143,3 +145,28 @@ def test_the_text_report_steers_no_terminal() -> None:
     for words in (text.render(content), text.brief(content)):
         assert all(c.isprintable() or c == "\n" for c in words)
         assert visible(hostile(9)) in text.render(content)
+
+
+def test_no_command_prints_names_as_they_are() -> None:
+    """Commands print with ``say``, and with rich what is visible."""
+    for path in sorted((SOURCE / "cli").glob("*.py")):
+        words = path.read_text()
+        if path.name not in ("shell.py", "commands.py"):
+            assert "typer.echo" not in words, path.name
+        for printed in re.findall(r"console\.print\((.*)\)$", words, re.MULTILINE):
+            safe = r"visible\(|printed\(|table\)?$|f\"\{table\.left_out\} more rows"
+            assert re.match(safe, printed), (path.name, printed)
+
+
+def test_a_command_steers_no_terminal(tmp_path: Path) -> None:
+    rows = ["scan,point,set,face,range_m,horizontal_deg,zenith_deg"]
+    for face in ("1", "-1"):
+        for k, name in enumerate(("bell\x07\x1b[2J", "right\u202eleft", "P3", "P4")):
+            rows.append(f"S\x1b[1m,{name},1,{face},{10 + k},{40 * k}.0,{80 + 5 * k}.0")
+    table = tmp_path / "t.csv"
+    table.write_text("\n".join([*rows, ""]), encoding="utf-8")
+    call = ["check", str(table), "--range-mm", "1.2", "--angle-arcsec", "8"]
+    result = CliRunner().invoke(app, call)
+    assert result.exit_code in (0, 2), result.output
+    assert result.output
+    assert all(c.isprintable() or c == "\n" for c in result.output)

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from tribrach.calibration.run_comparison import compare_runs
-from tribrach.cli.shell import Overwrite, claim, fail, guarded, shown
+from tribrach.cli.shell import Overwrite, claim, fail, guarded, say, shown
 from tribrach.io.calibration_file import calibration_text
 from tribrach.io.outputs import write_texts
 from tribrach.job.calibrate import calibrate_project, calibration_of, calibrations_of
@@ -74,7 +74,7 @@ def calibrate(
             texts |= {files[name]: calibration_text(one) for name, one in several.items()}
         write_texts(texts)
         if not quiet:
-            typer.echo("\n".join([given.title, summary(result), *(f"= {w}" for w in words)]))
+            say("\n".join([given.title, summary(result), *(f"= {w}" for w in words)]))
         if result.adjustment.dof <= 0:
             fail("no redundancy: nothing is checked; observe more before these figures are used")
 

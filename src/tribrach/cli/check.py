@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from tribrach.calibration.field_check import check_readings
-from tribrach.cli.shell import Overwrite, claim, guarded, shown
+from tribrach.cli.shell import Overwrite, claim, guarded, say, shown
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
 from tribrach.job.check import read_earlier, readings_of, survey_to_check
@@ -74,7 +74,7 @@ def check(
             texts[html_file] = check_page(result)
         write_texts(texts)
         if not quiet:
-            typer.echo(check_text(result))
+            say(check_text(result))
 
     guarded(work)
 

@@ -18,6 +18,7 @@ from tribrach.io.outputs import write_texts
 from tribrach.io.site_table import read_sites
 from tribrach.job.cloud_file import open_cloud, station_pair
 from tribrach.job.compare import LIMIT, Method, compare_clouds, offset_test
+from tribrach.report.characters import visible
 from tribrach.report.comparison import (
     comparison_page,
     comparison_sentences,
@@ -93,7 +94,7 @@ def compare(
             console.print(printed(fitting, console.width))
         beams = [f"{sentence}." for cloud in (one, two) for sentence in cloud.sentences]
         for sentence in (*beams, *comparison_sentences(result, offsets)):
-            console.print(f"! {sentence}", markup=False)
+            console.print(visible(f"! {sentence}"), markup=False)
 
     guarded(work)
 

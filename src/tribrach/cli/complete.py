@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import Overwrite, claim, guarded, shown
+from tribrach.cli.shell import Overwrite, claim, guarded, say, shown
 from tribrach.io.outputs import write_texts
 from tribrach.job.complete import complete_clouds
 from tribrach.report.completeness import completeness_page, completeness_text
@@ -49,6 +49,6 @@ def complete(
             texts[html_file] = completeness_page(title, result)
         write_texts(texts)
         if not quiet:
-            typer.echo(completeness_text(result))
+            say(completeness_text(result))
 
     guarded(work)

@@ -10,7 +10,7 @@ import typer
 from tribrach import demo as demonstration
 from tribrach import pipeline
 from tribrach.cli.network import finish
-from tribrach.cli.shell import Overwrite, guarded, shown
+from tribrach.cli.shell import Overwrite, guarded, say, shown
 from tribrach.project import Project
 
 __all__ = ["demo"]
@@ -28,7 +28,7 @@ def demo(
 
     def work() -> None:
         if not quiet:
-            typer.echo(f"simulating scans of two facades in {out}, then running the project")
+            say(f"simulating scans of two facades in {out}, then running the project")
         with shown(quiet) as progress:
             job = Project.load(
                 demonstration.write_project(out, points, progress, overwrite=overwrite)

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import typer
 
 from tribrach.cli.network import project_of
-from tribrach.cli.shell import Overwrite, claim, guarded, shown
+from tribrach.cli.shell import Overwrite, claim, guarded, say, shown
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
 from tribrach.io.survey.exported import export as exported
@@ -59,9 +59,9 @@ def export(
             return
         one = result.written == 1
         names = ", ".join(map(str, written))
-        typer.echo(f"{names}: {result.written} observation{'' if one else 's'}")
+        say(f"{names}: {result.written} observation{'' if one else 's'}")
         for sentence in (*result.lost, *result.notes):
-            typer.echo(f"! {sentence[:1].upper()}{sentence[1:]}.")
+            say(f"! {sentence[:1].upper()}{sentence[1:]}.")
 
     guarded(work)
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from tribrach.cli.shell import Overwrite, claim, guarded, shown
+from tribrach.cli.shell import Overwrite, claim, guarded, say, shown
 from tribrach.errors import InputError
 from tribrach.gnss.antennas import AntennaSetup
 from tribrach.gnss.baseline import Baseline, Processing, compute_baseline
@@ -82,7 +82,7 @@ def baseline(
             data = heading(SCHEMA) | baseline_facts(result)
             write_text(json_file, document_text(BaselineDocument.model_validate(data)))
         if not quiet:
-            typer.echo("\n".join(baseline_lines(result)))
+            say("\n".join(baseline_lines(result)))
 
     guarded(work)
 

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from tribrach import pipeline
-from tribrach.cli.shell import Overwrite, claim, fail, guarded, shown
+from tribrach.cli.shell import Overwrite, claim, fail, guarded, say, shown
 from tribrach.io.outputs import write_texts
 from tribrach.io.survey.formats import read_files
 from tribrach.job.opened import open_job
@@ -133,10 +133,10 @@ def run(
 def finish(content: Report, quiet: bool, folder: Path | None = None) -> None:
     """Print the summary; without redundancy say so and end with 2."""
     if not quiet:
-        typer.echo(text.brief(content))
+        say(text.brief(content))
         if folder is not None:
-            typer.echo(f"report: {folder / 'report.html'}")
+            say(f"report: {folder / 'report.html'}")
             if any(table.name == "clouds" for table in content.tables(1)):
-                typer.echo(f"clouds: {folder / 'clouds'}")
+                say(f"clouds: {folder / 'clouds'}")
     if content.summary.dof <= 0:
         fail("no redundancy: nothing is checked; observe more before these figures are used")

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import Overwrite, claim, guarded, shown
+from tribrach.cli.shell import Overwrite, claim, guarded, say, shown
 from tribrach.io.outputs import write_texts
 from tribrach.job.opened import open_job
 from tribrach.job.plan.steps import plan_project
@@ -53,6 +53,6 @@ def plan(
             texts[text_file] = plan_text(page)
         write_texts(texts)
         if not quiet:
-            typer.echo(plan_text(page, brief=True))
+            say(plan_text(page, brief=True))
 
     guarded(work)

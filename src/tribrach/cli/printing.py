@@ -6,6 +6,7 @@ from rich.console import JustifyMethod
 from rich.markup import escape
 from rich.table import Table as Printed
 
+from tribrach.report.characters import visible
 from tribrach.report.tables import ReportTable
 
 __all__ = ["printed"]
@@ -38,13 +39,13 @@ def printed(table: ReportTable, width: int) -> Printed:
             k = words.index(max(words))
             widths[k] += max(0, min(words[k], width - _total(widths, 1)))
     padding = 0 if _total(widths, 1) > width else 1
-    out = Printed(title=escape(table.title), title_justify="left", padding=(0, padding))
+    out = Printed(title=escape(visible(table.title)), title_justify="left", padding=(0, padding))
     for column, characters in zip(table.columns, widths, strict=True):
         head = f"{column.head}\n{column.unit}" if column.unit else column.head
         justify: JustifyMethod = "right" if column.numeric else "left"
         out.add_column(head, justify=justify, width=characters, overflow="fold")
     for row in table.rows:
-        out.add_row(*(escape(cell.text) for cell in row.cells))
+        out.add_row(*(escape(visible(cell.text)) for cell in row.cells))
     return out
 
 

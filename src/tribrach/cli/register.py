@@ -18,6 +18,7 @@ from tribrach.project.instrument import noise_of
 from tribrach.project.sections import CloudSection
 from tribrach.registration.clouds.pair import APPROXIMATE, ApproximateSigma
 from tribrach.registration.clouds.proposals import Choice
+from tribrach.report.characters import visible
 from tribrach.report.cloud_registration import (
     cloud_registration_page,
     cloud_registration_tables,
@@ -119,8 +120,8 @@ def register(
             fitting = table if console.width >= _WIDE else table.narrow()
             console.print(printed(fitting, console.width))
         for sentence in (*result.sentences, *said):
-            console.print(f"! {sentence}", markup=False)
+            console.print(visible(f"! {sentence}"), markup=False)
         for path in written:
-            console.print(str(path), markup=False)
+            console.print(visible(str(path)), markup=False)
 
     guarded(work)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import Overwrite, claim, guarded
+from tribrach.cli.shell import Overwrite, claim, guarded, say
 from tribrach.comparison.regression import regress as fit
 from tribrach.errors import InputError
 from tribrach.io.comparison_table import read_comparison
@@ -50,7 +50,7 @@ def regress(
         write_texts(texts)
         if not quiet:
             text = regression_text(regression, rows.units)
-            typer.echo("\n".join([text, *(f"! {r}" for r in rows.remarks)]))
+            say("\n".join([text, *(f"! {r}" for r in rows.remarks)]))
 
     guarded(work)
 

@@ -10,12 +10,13 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from tribrach.cli.shell import Overwrite, claim, guarded, shown
+from tribrach.cli.shell import Overwrite, claim, guarded, say, shown
 from tribrach.io.outputs import write_text
 from tribrach.io.scans.formats import read_scans
 from tribrach.io.scans.info import Description, describe
 from tribrach.io.survey.riscan.info import ProjectDescription, describe_project
 from tribrach.job.convert import convert_scans
+from tribrach.report.characters import visible
 from tribrach.report.schema.base import document_text, heading
 from tribrach.report.schema.scans import SCHEMA, ScansDocument
 
@@ -48,12 +49,14 @@ def info(
         console = Console()
         everything: list[Description | ProjectDescription] = [*projects, *described]
         for description in everything:
-            table = Table(title=escape(description.title), title_justify="left", show_header=False)
+            table = Table(
+                title=escape(visible(description.title)), title_justify="left", show_header=False
+            )
             for name, value in description.rows():
-                table.add_row(escape(name), escape(value))
+                table.add_row(escape(name), escape(visible(value)))
             console.print(table)
             for sentence in description.sentences():
-                console.print(f"! {sentence}", markup=False)
+                console.print(visible(f"! {sentence}"), markup=False)
 
     guarded(work)
 
@@ -84,6 +87,6 @@ def convert(
             )
         if not quiet:
             for path, points in written:
-                typer.echo(f"{path}: {points} points")
+                say(f"{path}: {points} points")
 
     guarded(work)

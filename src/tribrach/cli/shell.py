@@ -27,8 +27,9 @@ from tribrach.errors import InputError, TribrachError
 from tribrach.io.keeping import keep, keeping, refuse_loss
 from tribrach.io.outputs import special
 from tribrach.project import Project
+from tribrach.report.characters import visible
 
-__all__ = ["Overwrite", "claim", "fail", "guarded", "shown"]
+__all__ = ["Overwrite", "claim", "fail", "guarded", "say", "shown"]
 
 #: the option of every command that writes files
 Overwrite = Annotated[
@@ -110,6 +111,11 @@ def fail(sentence: str) -> NoReturn:
     """End with a sentence on standard error and exit status 2."""
     typer.echo(f"tribrach: {sentence}", err=True)
     raise typer.Exit(2)
+
+
+def say(text: str) -> None:
+    """Print on standard output; what names bring along steers no terminal."""
+    typer.echo(visible(text))
 
 
 @contextmanager

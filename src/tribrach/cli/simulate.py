@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import Overwrite, guarded, shown
+from tribrach.cli.shell import Overwrite, guarded, say, shown
 from tribrach.io.twins import write_twin
 from tribrach.simulate.twins import TWINS, build
 
@@ -30,6 +30,6 @@ def simulate(
         with shown(quiet) as progress:
             path = write_twin(build(twin, points, seed), out, progress, overwrite=overwrite)
         if not quiet:
-            typer.echo(f"{path}\nnow: tribrach run {path}")
+            say(f"{path}\nnow: tribrach run {path}")
 
     guarded(work)

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import Overwrite, claim, guarded
+from tribrach.cli.shell import Overwrite, claim, guarded, say
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
 from tribrach.io.scans.formats import read_scans
@@ -88,12 +88,12 @@ def targets(
         _write(findings, json_file, png_file)
         if not quiet:
             for sentence in beams:
-                typer.echo(f"! {sentence}")
+                say(f"! {sentence}")
             _print(findings)
             if len(empty) == len(findings):
                 said += unit_sentences(empty, wanted)
             for sentence in said:
-                typer.echo(f"? {sentence}")
+                say(f"? {sentence}")
 
     guarded(work)
 
@@ -115,20 +115,20 @@ def _write(findings: list[Findings], json_file: Path | None, png_file: Path | No
 def _print(findings: list[Findings]) -> None:
     """One line per target and per rejected candidate."""
     for finding in findings:
-        typer.echo(
+        say(
             f"{finding.scan}: {finding.points} points, {len(finding.detections)} targets, "
             f"{len(finding.rejected)} candidates rejected"
         )
         for sentence in finding.sentences:
-            typer.echo(f"  ! {sentence}")
+            say(f"  ! {sentence}")
         for number, d in enumerate(finding.detections, start=1):
             x, y, z = d.center
             sigma = ", ".join(f"{1e3 * s:.2f}" for s in d.sigmas)
             far = f"  range {d.range:.2f} m" if isfinite(d.range) else ""
-            typer.echo(
+            say(
                 f"  {number}  {d.kind}  {x:.5f} {y:.5f} {z:.5f} m  sigma {sigma} mm  "
                 f"rms {1e3 * d.rms:.2f} mm  {d.points} points{far}"
             )
         for r in finding.rejected:
             x, y, z = r.center
-            typer.echo(f"  x  {r.kind} at {x:.3f} {y:.3f} {z:.3f}: {r.reason}")
+            say(f"  x  {r.kind} at {x:.3f} {y:.3f} {z:.3f}: {r.reason}")

@@ -9,12 +9,13 @@ import typer
 from rich.console import Console
 
 from tribrach.cli.printing import printed
-from tribrach.cli.shell import Overwrite, claim, guarded, shown
+from tribrach.cli.shell import Overwrite, claim, guarded, say, shown
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_text, write_texts
 from tribrach.io.scans.formats import read_scans
 from tribrach.io.transformation_file import read_transformation, transformation_data
 from tribrach.job.transform import fit_files, move_cloud, move_points
+from tribrach.report.characters import visible
 from tribrach.report.schema.base import document_text
 from tribrach.report.schema.transformation import TransformationDocument
 from tribrach.report.transformation import transformation_results, transformation_tables
@@ -71,9 +72,9 @@ def fit(
             console.print(printed(table, console.width))
             if table.left_out:
                 console.print(f"{table.left_out} more rows in the JSON file", style="dim")
-            console.print(table.note, markup=False, style="dim")
+            console.print(visible(table.note), markup=False, style="dim")
         for sentence in [*outcome.sentences(), *left]:
-            console.print(f"! {sentence[:1].upper()}{sentence[1:]}", markup=False)
+            console.print(visible(f"! {sentence[:1].upper()}{sentence[1:]}"), markup=False)
 
     guarded(work)
 
@@ -110,6 +111,6 @@ def apply(
                 )
             sentences = [f"{moved.points} points", *moved.sentences]
         if not quiet:
-            typer.echo(f"{destination}: {'; '.join(sentences) or 'written'}")
+            say(f"{destination}: {'; '.join(sentences) or 'written'}")
 
     guarded(work)
