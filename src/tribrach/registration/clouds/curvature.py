@@ -16,9 +16,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numba import njit, prange
 from pykdtree.kdtree import KDTree
-from scipy.stats import f as fisher
 
 from tribrach.registration.clouds.surfels import ROUND, UNKNOWN, Surfels
+from tribrach.statistics import f as fisher
 
 __all__ = ["formed"]
 
@@ -87,7 +87,7 @@ def formed(surfels: Surfels, most: int) -> Surfels:
     variance = usual**2 / surfels.count + GATES.surface_m**2
     freedom = np.arange(GATES.fewest - 6, count - 5)
     limits = np.concatenate(
-        [np.full(GATES.fewest - 6, np.inf), fisher.isf(GATES.level, 3, freedom)]
+        [np.full(GATES.fewest - 6, np.inf), fisher.ppf(1 - GATES.level, 3, freedom)]
     )
     mine = usual**2 / kept.count + GATES.surface_m**2
     table = _fitted(

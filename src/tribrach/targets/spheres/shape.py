@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
 from tribrach._types import Array
 from tribrach.errors import InputError
+from tribrach.statistics import chi2
 from tribrach.targets.spheres.fit import GATES as FIT
 from tribrach.targets.spheres.fit import SphereFit, fit_sphere, noise_doubt
 from tribrach.targets.spheres.forms import second_degree, third_degree
@@ -143,7 +143,7 @@ def shape_of(
     sigma = free.sigma_radius * like**0.5
     off = free.radius - fit.radius
     form, sigma_form, probability = departure.tested(tolerance, like)
-    limit = float(chi2.isf(GATES.false_alarm, 1)) ** 0.5 * np.hypot(sigma, tolerance)
+    limit = float(chi2.ppf(1 - GATES.false_alarm, 1)) ** 0.5 * np.hypot(sigma, tolerance)
     unsure = GATES.one_in_hundred * sigma
     reason, sentence = "", ""
     if unsure > GATES.radius_share * fit.radius:
