@@ -44,7 +44,9 @@ def copy(folder: Path, tmp_path: Path) -> Path:
 
 def stamps(folder: Path) -> dict[str, int]:
     """When each file of the project was written, results left out."""
-    files = [p for p in folder.rglob("*") if p.is_file() and "out" not in p.parts]
+    files = [
+        p for p in folder.rglob("*") if p.is_file() and not {"out", ".tribrach"} & set(p.parts)
+    ]
     return {str(p.relative_to(folder)): p.stat().st_mtime_ns for p in files}
 
 
