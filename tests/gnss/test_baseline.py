@@ -283,7 +283,7 @@ def wrong(folder: Path) -> dict[str, tuple[list[str], str]]:
     return {
         "empty": ([good, file("empty.obs", ""), nav], "empty"),
         "truncated": ([good, file("short.obs", rinex_2()[:-30]), nav], "ends within the epoch"),
-        "truncated gzip": ([good, file("short.gz", packed[:-9]), nav], "ends too early"),
+        "truncated gzip": ([good, file("short.gz", packed[:-9]), nav], "end too soon"),
         "corrupt": ([good, file("bad.obs", rinex_2().replace("98765", "9?765")), nav], "damaged"),
         "wrong day": ([good, file("day.obs", other_day), nav], "no time in common"),
         "no common satellite": ([good, file("sats.obs", others), nav], "no satellite in common"),
