@@ -46,12 +46,13 @@ def checked(project: Path, folder: Path, whole: dict[str, bytes], what: str, num
     assert results(disturbed) == whole, (what, number)
 
 
-def test_three_faults(job: Path, tmp_path: Path) -> None:
+def test_four_faults(job: Path, tmp_path: Path) -> None:
     undisturbed = copied(job, tmp_path / "whole")
     finish_here(undisturbed)
     whole = results(undisturbed)
-    for what, number in (("before", 5), ("after", 12), ("full", 90)):
-        checked(job, tmp_path / what, whole, what, number)
+    # the twentieth write is that of the list of what was written
+    for what, number in (("before", 5), ("after", 12), ("full", 20), ("full", 90)):
+        checked(job, tmp_path / f"{what}{number}", whole, what, number)
 
 
 @pytest.mark.slow

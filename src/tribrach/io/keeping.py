@@ -18,6 +18,7 @@ read has changed or vanished (:func:`refuse_changes`).
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import tempfile
@@ -275,6 +276,11 @@ def note_written(path: Path) -> None:
     ----------
     path : Path
         The file as it is named.
+
+    Raises
+    ------
+    OSError
+        The list cannot be written, but for folders in which nothing may be made.
     """
     scope = _scope_of(path)
     if scope is None or _own(path):
@@ -287,9 +293,11 @@ def note_written(path: Path) -> None:
         place.parent.mkdir(parents=True, exist_ok=True)
         with _alone(place.parent, scope):
             _list(place, _written(path, scope) | {name})
-    except OSError:
-        # a folder where only the file itself may be written: it will not be known as ours
-        return
+    except OSError as error:
+        # a folder where only the file itself may be written: it will not be known as ours; on a
+        # full disk a file that is not listed would stand in the way of the next run
+        if error.errno not in (errno.EACCES, errno.EPERM, errno.EROFS):
+            raise
 
 
 @contextmanager
