@@ -19,8 +19,8 @@ def main() -> None:
     """Entry point of the command ``tribrach``."""
     interruption = Interruption()
     interruption.listen()
-    # the last digits of a sum depend on how many threads share it; one job gives the same bytes on
-    # every machine, unless somebody asks for more threads
+    # the last digits of a sum depend on how many threads share it; one job gives the same bytes
+    # whatever the number of processors, unless somebody asks for more threads
     for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")
     try:
