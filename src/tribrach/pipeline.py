@@ -372,7 +372,9 @@ def _run(project: Project, folder: Path, progress: Progress) -> Report:
             refuse_lost(job, ties, solution.adjustment)
     adjustment = solution.adjustment
     origin = sigma_origin(adjustment, settings.posterior, solution.components)
-    results = JobResults(project, job.sessions, antennas=_antennas(survey, adjustment, settings))
+    results = JobResults(
+        job.project, job.sessions, antennas=_antennas(survey, adjustment, settings)
+    )
     if ties is not None:
         results = replace(
             results,

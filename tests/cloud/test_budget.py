@@ -16,6 +16,7 @@ from tribrach.cloud.placement import Placement
 from tribrach.geometry import rotation
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.precision import pointing_sigma
+from tribrach.instruments.range_law import RangeLaw
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.network.adjustment import adjust
 from tribrach.network.contributions import by_category, contributions
@@ -61,6 +62,23 @@ def test_systematic_angles_are_a_part_of_their_own() -> None:
     assert more == pytest.approx((12 * SEC) ** 2 * (flat**2 + length**2))
     assert biased.noise is not None
     assert biased.noise.random == where.noise
+
+
+def test_a_law_of_the_intensity_is_the_range_and_leaves_nothing_to_incidence() -> None:
+    rng = np.random.default_rng(6)
+    xyz, law = rng.normal(0, 20, (20, 3)), RangeLaw(0.05, -0.5, 0.0005, 20.0, 2000.0)
+    where = placement(rng, replace(NOISE, law=law))
+    normals, light = unit(rng.normal(size=(20, 3))), rng.uniform(10, 3000, 20)
+    light[:4] = np.nan
+    budget = point_budget(xyz, where, normals=normals, intensity=light)
+    raw = np.abs(np.einsum("ni,ni->n", unit(xyz), normals))
+    whole = covariances(xyz, where, np.clip(raw, 0.1, 1), light)
+    assert budget.total[:, ROWS, COLUMNS] == pytest.approx(whole, rel=1e-8, abs=1e-13)
+    along = budget.variances[budget.names.index("range")]
+    assert along[4:] == pytest.approx(law.sigma(light[4:]) ** 2)
+    slanted = budget.variances[budget.names.index("incidence")]
+    assert (slanted[:4] > 0).all()
+    assert slanted[4:] == pytest.approx(0, abs=1e-18)
 
 
 def test_without_normals_incidence_adds_nothing() -> None:

@@ -1,5 +1,7 @@
 """The stated covariance of points: equation, Monte Carlo, rounding."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -11,6 +13,7 @@ from tribrach.cloud.placement import Placement
 from tribrach.geometry import rotation
 from tribrach.geometry.polar import polar_from_xyz, xyz_by_polar, xyz_from_polar
 from tribrach.geometry.pose import Pose
+from tribrach.instruments.range_law import RangeLaw
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.units import SEC
 
@@ -49,6 +52,25 @@ def test_the_loops_are_the_equation() -> None:
     assert sigma**2 == pytest.approx(np.einsum("nii->ni", expected), rel=1e-5)
     rows, columns = [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]
     assert whole == pytest.approx(expected[:, rows, columns], rel=1e-9, abs=1e-14)
+
+
+def test_points_with_an_intensity_have_the_sigma_of_the_law() -> None:
+    """As many scanners as points, each with the law's figure as its plain noise, say the same."""
+    rng = np.random.default_rng(21)
+    law = RangeLaw(0.05, -0.5, 0.0005, 20.0, 2000.0)
+    where, xyz = placement(rng, replace(NOISE, law=law)), rng.normal(0, 20, (40, 3))
+    light, cosine = rng.uniform(1, 4000, 40), rng.uniform(0.1, 1, 40)
+    light[:5] = np.nan
+    whole = covariances(xyz, where, cosine, light)
+    world, sigma = place_with_sigmas(xyz, where, cosine, light)
+    assert world == pytest.approx(where.pose @ xyz, abs=1e-12)
+    assert sigma**2 == pytest.approx(whole[:, :3], rel=1e-5)
+    for k in range(40):
+        own = NOISE if k < 5 else replace(NOISE, range=law.sigma(light[[k]])[0], range_scale=0.0)
+        alone, slant = replace(where, noise=own), cosine[[k]] if k < 5 else None
+        assert whole[k] == pytest.approx(covariances(xyz[[k]], alone, slant)[0], rel=1e-9)
+    plain = replace(where, noise=NOISE)
+    assert (covariances(xyz, plain, cosine, light) == covariances(xyz, plain, cosine)).all()
 
 
 def test_turned_axes_turn_the_covariance() -> None:

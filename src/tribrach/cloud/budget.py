@@ -91,6 +91,7 @@ def point_budget(
     placement: Placement,
     station: Mapping[str, Array] | None = None,
     normals: Array | None = None,
+    intensity: Array | None = None,
 ) -> PointBudget:
     """Compute the budget of points of a scan.
 
@@ -104,6 +105,8 @@ def point_budget(
         Shares (6, 6) of the station's covariance by name; one share ``station`` if None.
     normals : array (n, 3)
         Unit normals of the scanner frame, NaN where unknown; incidence adds nothing there.
+    intensity : array (n,)
+        Intensities as in the file, NaN where unknown; a law of the noise holds incidence already.
 
     Returns
     -------
@@ -133,8 +136,8 @@ def point_budget(
         names = (*names, "calibration")
     length = np.linalg.norm(xyz, axis=1)
     beam, horizontal, vertical = (axis @ frame.T for axis in _axes(xyz, length))
-    straight = noise.range_sigma(length) ** 2
-    slanted = straight * (1 / _cosine(xyz, length, normals) ** 2 - 1)
+    straight = noise.range_sigma(length, 1.0, intensity) ** 2
+    slanted = noise.range_sigma(length, _cosine(xyz, length, normals), intensity) ** 2 - straight
     flat = np.hypot(xyz[:, 0], xyz[:, 1])
     spot = (noise.beam_diameter(length) / 4) ** 2
     across = np.einsum("ni,nj->nij", horizontal, horizontal)

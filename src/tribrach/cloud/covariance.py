@@ -19,7 +19,10 @@ __all__ = ["covariances", "place_with_sigmas", "rounded", "sigmas"]
 
 
 def place_with_sigmas(
-    xyz: Array, placement: Placement, cosine: Array | None = None
+    xyz: Array,
+    placement: Placement,
+    cosine: Array | None = None,
+    intensity: Array | None = None,
 ) -> tuple[Array, Single]:
     """Place points in the world, with their standard deviations.
 
@@ -31,6 +34,8 @@ def place_with_sigmas(
         Where the scan stands.
     cosine : array (n,)
         Cosines of the incidence angles, None if incidence adds nothing.
+    intensity : array (n,)
+        Intensities as in the file, for a scanner with a law of the noise; None if unknown.
 
     Returns
     -------
@@ -53,6 +58,7 @@ def place_with_sigmas(
         placement.pose.translation,
         np.ascontiguousarray(placement.covariance),
         placement.noise.parameters,
+        placement.noise.lawful_sigma(intensity),
         np.empty(0) if cosine is None else np.ascontiguousarray(cosine, dtype=np.float64),
         world,
         sigma,
@@ -63,12 +69,22 @@ def place_with_sigmas(
     return world, sigma
 
 
-def sigmas(xyz: Array, placement: Placement, cosine: Array | None = None) -> Single:
+def sigmas(
+    xyz: Array,
+    placement: Placement,
+    cosine: Array | None = None,
+    intensity: Array | None = None,
+) -> Single:
     """Sigmas (n, 3) [m] along the axes of the world."""
-    return place_with_sigmas(xyz, placement, cosine)[1]
+    return place_with_sigmas(xyz, placement, cosine, intensity)[1]
 
 
-def covariances(xyz: Array, placement: Placement, cosine: Array | None = None) -> Array:
+def covariances(
+    xyz: Array,
+    placement: Placement,
+    cosine: Array | None = None,
+    intensity: Array | None = None,
+) -> Array:
     """Compute the covariances of points.
 
     Parameters
@@ -79,6 +95,8 @@ def covariances(xyz: Array, placement: Placement, cosine: Array | None = None) -
         Where the scan stands.
     cosine : array (n,)
         Cosines of the incidence angles, None if incidence adds nothing.
+    intensity : array (n,)
+        Intensities as in the file, for a scanner with a law of the noise; None if unknown.
 
     Returns
     -------
@@ -98,6 +116,7 @@ def covariances(xyz: Array, placement: Placement, cosine: Array | None = None) -
         np.ascontiguousarray(placement.pose.rotation),
         np.ascontiguousarray(placement.covariance),
         placement.noise.parameters,
+        placement.noise.lawful_sigma(intensity),
         np.empty(0) if cosine is None else np.ascontiguousarray(cosine, dtype=np.float64),
         out,
     )
@@ -115,13 +134,18 @@ def rounded(values: Single, bits: int = 10) -> Single:
 
 
 @njit(cache=True, fastmath=True, inline="always")
-def _terms(x, y, z, noise, cosine):  # type: ignore[no-untyped-def]
-    """Range and the three variances of a point: along the beam, across horizontally, vertically."""
+def _terms(x, y, z, noise, lawful, cosine):  # type: ignore[no-untyped-def]
+    """Range and the three variances of a point: along the beam, across horizontally, vertically.
+
+    lawful : sigma of the range by its law, negative without one. No NaN: ``fastmath`` has none.
+    """
     flat2 = x * x + y * y
     rho2 = flat2 + z * z
     rho = np.sqrt(rho2)
     along = noise[0] + noise[1] * rho
     along = along * along / (cosine * cosine)
+    if lawful >= 0.0:
+        along = lawful * lawful
     wide = noise[4] + noise[5] * rho
     footprint = (noise[4] * noise[4] + noise[5] * noise[5] * rho2) / 16
     if noise[7] > 0.0:
@@ -157,11 +181,13 @@ def _station(i, j, p, c):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, fastmath=True, parallel=True)
-def _place(xyz, r, t, c, noise, cosine, world, sigma):  # type: ignore[no-untyped-def]
+def _place(xyz, r, t, c, noise, lawful, cosine, world, sigma):  # type: ignore[no-untyped-def]
     """World coordinates and the roots of the diagonal of ``C_X``."""
     for k in prange(len(xyz)):
         x, y, z = xyz[k, 0], xyz[k, 1], xyz[k, 2]
-        flat2, rho2, along, h2, v2 = _terms(x, y, z, noise, cosine[k] if len(cosine) else 1.0)
+        by_law = lawful[k] if len(lawful) else -1.0
+        slant = cosine[k] if len(cosine) else 1.0
+        flat2, rho2, along, h2, v2 = _terms(x, y, z, noise, by_law, slant)
         u0, u1, u2, h0, h1, _, w0, w1, w2 = _beam(x, y, z, flat2, rho2)
         p = (
             r[0, 0] * x + r[0, 1] * y + r[0, 2] * z,
@@ -178,11 +204,13 @@ def _place(xyz, r, t, c, noise, cosine, world, sigma):  # type: ignore[no-untype
 
 
 @njit(cache=True, fastmath=True, parallel=True)
-def _covariances(xyz, r, c, noise, cosine, out):  # type: ignore[no-untyped-def]
+def _covariances(xyz, r, c, noise, lawful, cosine, out):  # type: ignore[no-untyped-def]
     """All six elements of ``C_X``."""
     for k in prange(len(xyz)):
         x, y, z = xyz[k, 0], xyz[k, 1], xyz[k, 2]
-        flat2, rho2, along, h2, v2 = _terms(x, y, z, noise, cosine[k] if len(cosine) else 1.0)
+        by_law = lawful[k] if len(lawful) else -1.0
+        slant = cosine[k] if len(cosine) else 1.0
+        flat2, rho2, along, h2, v2 = _terms(x, y, z, noise, by_law, slant)
         u0, u1, u2, h0, h1, _, w0, w1, w2 = _beam(x, y, z, flat2, rho2)
         p = (
             r[0, 0] * x + r[0, 1] * y + r[0, 2] * z,

@@ -27,6 +27,7 @@ def place(
     station: StationResult,
     noise: ScanNoise | None = None,
     cosine: ArrayLike | None = None,
+    intensity: ArrayLike | None = None,
 ) -> tuple[Array, Array]:
     """Place points of a scan in the world, with the covariance of each.
 
@@ -40,6 +41,8 @@ def place(
         Of single points. Without it covariances are those of the station alone.
     cosine : array_like (n,), optional
         Of the incidence angle of each point on its surface; ranges are then known less well.
+    intensity : array_like (n,), optional
+        Of each point as in its file, NaN where unknown, for a noise with a law of the intensity.
 
     Returns
     -------
@@ -51,7 +54,8 @@ def place(
     Raises
     ------
     InputError
-        Points that are not (n, 3), or cosines that are not (n,) or outside (0, 1].
+        Points that are not (n, 3), cosines that are not (n,) or outside (0, 1], intensities that
+        are not (n,).
 
     Notes
     -----
@@ -74,7 +78,8 @@ def place(
     angles = None if cosine is None else _cosines(cosine, len(local))
     pose = Pose(station.rotation, station.xyz)
     placement = Placement(station.name, pose, station.covariance, noise or _NO_NOISE)
-    elements = covariances(local, placement, angles)
+    light = None if intensity is None else _intensities(intensity, len(local))
+    elements = covariances(local, placement, angles, light)
     return local @ pose.rotation.T + pose.translation, elements[:, _ELEMENTS]
 
 
@@ -93,3 +98,14 @@ def _cosines(given: ArrayLike, count: int) -> Array:
             cure="give the cosine of the angle between beam and surface normal, without its sign",
         )
     return cosines
+
+
+def _intensities(given: ArrayLike, count: int) -> Array:
+    """Intensities (n,), one for each point."""
+    light = np.ascontiguousarray(given, dtype=float)
+    if light.shape != (count,):
+        raise InputError(
+            f"{count} points have intensities of the shape {light.shape}",
+            cure="give one intensity for each point, NaN where it is unknown",
+        )
+    return light

@@ -1,11 +1,12 @@
 """Noise of one scanned point as a function of its range, the beam and the surface it hit.
 
 This is ``C_int`` of method sections 5.1 and 5.2. It has three parts: the range, ``s_0 + s_ppm
-rho``, divided by the cosine of the incidence angle where that is known; the angles of the encoders,
-in noise and in a systematic part that neighbouring points share; and the place of the echo within
-the beam's footprint, ``delta / 4`` in both directions across the beam, with the beam's diameter
-``d(rho)`` (:class:`~tribrach.instruments.beam.Beam`) and ``delta = d / rho`` (Lichti and Gordon
-2004). Metres and radians.
+rho``, divided by the cosine of the incidence angle where that is known, or a law of the intensity
+(:class:`~tribrach.instruments.range_law.RangeLaw`), which both act through; the angles of the
+encoders, in noise and in a systematic part that neighbouring points share; and the place of the
+echo within the beam's footprint, ``delta / 4`` in both directions across the beam, with the beam's
+diameter ``d(rho)`` (:class:`~tribrach.instruments.beam.Beam`) and ``delta = d / rho`` (Lichti and
+Gordon 2004). Metres and radians.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.instruments.beam import Beam
+from tribrach.instruments.range_law import RangeLaw
 from tribrach.units import SEC
 
 __all__ = ["ScanNoise"]
@@ -41,6 +43,9 @@ class ScanNoise:
         deviation, which no mean of points makes smaller.
     beam_cone
         True if the beam is a cone from its exit on, else it has its waist there.
+    law
+        Of the noise of ranges with the intensity, which takes the place of range, range_scale and
+        incidence where an intensity is known; None if there is none.
 
     Raises
     ------
@@ -56,11 +61,14 @@ class ScanNoise:
     beam_divergence: float = 0.0
     systematic: float = 0.0
     beam_cone: bool = False
+    law: RangeLaw | None = None
 
     def __post_init__(self) -> None:
         """Refuse what is no standard deviation and no diameter."""
         for item in fields(self):
             figure = getattr(self, item.name)
+            if item.name == "law":
+                continue
             if not 0 <= figure < np.inf:
                 raise InputError(
                     f"the noise of scanned points has {item.name} = {figure:g}",
@@ -86,8 +94,10 @@ class ScanNoise:
         """What is new with every point: the same without the systematic part of the angles."""
         return replace(self, systematic=0.0)
 
-    def range_sigma(self, length: Array, cosine: Array | float = 1.0) -> Array:
-        """Standard deviations (n,) [m] of ranges.
+    def range_sigma(
+        self, length: Array, cosine: Array | float = 1.0, intensity: Array | None = None
+    ) -> Array:
+        """Standard deviations (n,) [m] of ranges (method section 5.2).
 
         Parameters
         ----------
@@ -95,16 +105,47 @@ class ScanNoise:
             Ranges [m].
         cosine : (n,) or float
             Of the incidence angle on the surface.
+        intensity : (n,), optional
+            Intensities as in the file, NaN where unknown. With a law of the noise it is that which
+            they give, whatever range and incidence.
         """
-        sigma: Array = (self.range + self.range_scale * length) / cosine
-        return sigma
+        stated: Array = (self.range + self.range_scale * length) / cosine
+        if self.law is None or intensity is None:
+            return stated
+        lawful = self.law.sigma(intensity)
+        return np.where(np.isnan(lawful), stated, lawful)
+
+    def lawful_sigma(self, intensity: Array | None) -> Array:
+        """Give the law's sigmas to a compiled loop.
+
+        Parameters
+        ----------
+        intensity : (n,) or None
+            Intensities as in the file, NaN where unknown.
+
+        Returns
+        -------
+        array (n,)
+            Standard deviations of ranges [m], -1 where the law says nothing; empty if it says
+            nothing at all.
+        """
+        if self.law is None or intensity is None:
+            return np.empty(0)
+        sigma = self.law.sigma(intensity)
+        return np.where(np.isnan(sigma), -1.0, sigma)
+
+    @property
+    def least_range(self) -> float:
+        """The smallest standard deviation of a range that can occur [m]."""
+        return self.range if self.law is None else min(self.range, self.law.limits[0])
 
     @property
     def words(self) -> str:
         """The figures in words, for facts and reports."""
         angles = " and ".join(f'{a / SEC:.3g}"' for a in (self.horizontal, self.vertical))
+        plain = f"ranges {1e3 * self.range:.3g} mm + {1e6 * self.range_scale:.3g} ppm"
         parts = [
-            f"ranges {1e3 * self.range:.3g} mm + {1e6 * self.range_scale:.3g} ppm",
+            plain if self.law is None else f"{self.law.words} (without intensity {plain})",
             f"angles {angles}",
         ]
         if self.systematic:
@@ -118,7 +159,7 @@ class ScanNoise:
 
     @property
     def parameters(self) -> Array:
-        """The eight numbers (8,) in the order of the fields, for compiled loops."""
+        """The eight numbers (8,) of the sheet in the order of the fields, for compiled loops."""
         return np.array(
             [
                 self.range,

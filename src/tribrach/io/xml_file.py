@@ -21,19 +21,21 @@ __all__ = ["MAX_BYTES", "line_of", "load", "read_bytes"]
 MAX_BYTES = 200_000_000
 
 
-def read_bytes(path: Path) -> bytes:
+def read_bytes(path: Path, most: int = MAX_BYTES) -> bytes:
     """Bytes of a file that is there, not empty and not too large.
+
+    most : its largest size [bytes].
 
     Raises
     ------
     InputError
-        It cannot be read, is empty or exceeds :data:`MAX_BYTES`.
+        It cannot be read, is empty or too large.
     """
     try:
         size = path.stat().st_size
-        if size > MAX_BYTES:
+        if size > most:
             raise InputError(
-                f"the file has {size / 1e6:.0f} MB, more than {MAX_BYTES / 1e6:.0f} MB",
+                f"the file has {size / 1e6:.3g} MB, more than {most / 1e6:.3g} MB",
                 file=path,
             )
         data = contents(path)

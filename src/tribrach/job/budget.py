@@ -185,7 +185,8 @@ def _sampled(
     length = np.linalg.norm(sample.xyz, axis=1)
     cosine = np.abs(np.einsum("ni,ni->n", sample.xyz, sample.normals)) / length
     incidence = np.degrees(np.arccos(np.clip(cosine, 0.0, 1.0)))
-    return _Sampled(length, incidence, point_budget(sample.xyz, where, shares, sample.normals))
+    budget = point_budget(sample.xyz, where, shares, sample.normals, sample.intensity)
+    return _Sampled(length, incidence, budget)
 
 
 def _regions(station: str, sampled: Sequence[_Sampled]) -> list[BudgetRow]:

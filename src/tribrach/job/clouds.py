@@ -19,6 +19,7 @@ from tribrach.errors import InputError
 from tribrach.geodesy.local_map import LocalMap
 from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.geometry.pose import Pose
+from tribrach.instruments.range_law import RangeLaw
 from tribrach.io.clouds.e57 import copy_with_poses
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader, CloudWriter, step_for
@@ -160,6 +161,10 @@ _NORMALS = ("normal_x", "normal_y", "normal_z")
 _NEGLIGIBLE = 1e-4
 
 
+#: a smaller share of points beyond the law of their noise is not worth a sentence
+_WORTH_SAYING = 0.01
+
+
 @dataclass(frozen=True)
 class Product:
     """A cloud that was written.
@@ -296,11 +301,12 @@ class CloudProduct:
         self.copied = self.in_scanner and whole_source(scans)
         self.sentences: list[str] = []
         self._misfit = 0.0
+        self._points_of, self._outside = [0] * len(scans), [0] * len(scans)
 
     @staticmethod
     def _smallest(where: Placement) -> float:
         """A lower bound of the sigmas of a cloud's coordinates [m]."""
-        own = 0.0 if where.noise is None else where.noise.range
+        own = 0.0 if where.noise is None else where.noise.least_range
         return max(1e-4, min(own or 1.0, 3 * float(np.sqrt(np.diag(where.covariance)[:3].min()))))
 
     def write(self, path: Path, progress: Callable[[str, int, int | None], None]) -> CloudSummary:
@@ -320,6 +326,7 @@ class CloudProduct:
         path.parent.mkdir(parents=True, exist_ok=True)
         summary = self._copy(path, progress) if self.copied else self._new(path, progress)
         self._say_no_sigmas(path)
+        self._say_outside_of_law(path)
         self._say_misfit(path)
         return summary
 
@@ -371,6 +378,25 @@ class CloudProduct:
                 f"{path.name} has no sigmas of points because of scan {scan.name}: {why}"
             )
 
+    def _say_outside_of_law(self, path: Path) -> None:
+        """Which scans have intensities that the law of their noise says nothing of, or none."""
+        for k, (scan, where) in enumerate(zip(self.scans, self.placements, strict=True)):
+            law = None if where.noise is None else where.noise.law
+            if law is None:
+                continue
+            if "intensity" not in scan.scan.names:
+                self.sentences.append(
+                    f"{path.name}: scan {scan.name} has no intensities, so that its ranges have "
+                    "the sigmas of the data sheet and not those of the law of their noise"
+                )
+            elif self._outside[k] > _WORTH_SAYING * self._points_of[k]:
+                share = 100 * self._outside[k] / self._points_of[k]
+                self.sentences.append(
+                    f"{path.name}: {share:.2g} % of the points of scan {scan.name} have "
+                    f"intensities outside of those that the law of their noise was estimated from "
+                    f"({law.low:g} to {law.high:g}); their sigmas are those at its ends"
+                )
+
     def _say_misfit(self, path: Path) -> None:
         """What a rigid pose in a projection costs, if it is anything."""
         if not self._misfit > _NEGLIGIBLE:
@@ -400,7 +426,9 @@ class CloudProduct:
                 cosine = incidence_cosines(chunk.xyz) if self.section.incidence else None
                 sigma, world = None, None
                 if where.noise is not None:
-                    placed, plain = place_with_sigmas(chunk.xyz, turned, cosine)
+                    light = chunk.values.get("intensity")
+                    placed, plain = place_with_sigmas(chunk.xyz, turned, cosine, light)
+                    self._count_outside(number, where.noise.law, light)
                     sigma = rounded(plain)
                     # only the work frame has the axes that the sigmas are along
                     world = placed if self.frame.kind == "work" else None
@@ -415,6 +443,12 @@ class CloudProduct:
                 if values:
                     self._complete(kept, chunk.xyz, turned, sigma, cosine, number)
                 yield out, chunk.xyz, kept, sigma
+
+    def _count_outside(self, number: int, law: RangeLaw | None, light: Array | None) -> None:
+        """Points of a scan whose intensities (n,) the law of its noise was not estimated from."""
+        if law is not None and light is not None:
+            self._points_of[number] += len(light)
+            self._outside[number] += law.outside(light)
 
     def _complete(
         self,
@@ -442,7 +476,7 @@ class CloudProduct:
         three = np.sqrt((sigma.astype(np.float64) ** 2).sum(axis=1))
         values[_SIGMA] = rounded(three.astype(np.float32))
         if self.section.correlations:
-            c = covariances(xyz, turned, cosine)
+            c = covariances(xyz, turned, cosine, values.get("intensity"))
             root = np.sqrt(c[:, :3])
             for k, (name, (i, j)) in enumerate(
                 zip(_CORRELATIONS, ((0, 1), (0, 2), (1, 2)), strict=True)

@@ -103,7 +103,7 @@ def find_targets(scan: MeasuredScan, wanted: TargetSection) -> Findings:
         known: dict[str, Any] = {"floor": stated, "tolerance": tolerance, "scan": scan.name}
         if scan.noise is not None:
             known["footprint"] = scan.noise.beam
-            known["sigma_range"] = noise["sigma_range"]
+            known["sigma_range"] = noise.get("sigma_range")
             known["sigma_angle"] = scan.noise.vertical
         results.append(find_spheres(cloud.xyz, image, wanted.sphere_radius_m, **known))
     if cloud.intensity is not None and not unseen:

@@ -74,7 +74,7 @@ def open_job(
     """
     if not isinstance(project, Project):
         project = Project.load(project)
-    return _opened(Instruments(project), {}, None, progress)
+    return _opened(Instruments(project.with_instrument_files()), {}, None, progress)
 
 
 def _opened(

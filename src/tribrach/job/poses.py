@@ -25,6 +25,7 @@ from tribrach.comparison.station_pair import StationPair
 from tribrach.errors import InputError
 from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.geometry.pose import Pose
+from tribrach.instruments.range_law import RangeLaw
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.arrays import joint_covariance_bytes, read_joint_covariance
 from tribrach.io.csv_rows import name_cell
@@ -135,7 +136,8 @@ def poses_json(
         "frame": {"kind": frame.kind, "crs": frame.crs, "epoch": frame.epoch, "axes": frame.axes},
         "covariance_of": "translation [m], left rotation increments [rad]",
         "noise_of": "single points: range [m], range_scale [m/m], horizontal and vertical [rad], "
-        "beam_exit [m], beam_divergence [rad], systematic part of both angles [rad], beam_cone",
+        "beam_exit [m], beam_divergence [rad], systematic part of both angles [rad], beam_cone; "
+        "law of ranges a I^b + c [m] for intensities I from low to high",
         "sigma_origin": sigma_origin,
         "stations": station_order(scans),
         "joint_covariance": JOINT if joint else None,
@@ -253,7 +255,7 @@ def _noise(path: Path, name: str, row: Mapping[str, Any]) -> ScanNoise | None:
     given = row.get("noise")
     if given is None:
         return None
-    keys = [item.name for item in fields(ScanNoise)]
+    keys = [item.name for item in fields(ScanNoise) if item.name != "law"]
     # poses of earlier runs have no systematic part and no cones
     later = ("systematic", "beam_cone")
     figures = [given.get(key, 0.0) if key in later else given[key] for key in keys]
@@ -261,7 +263,20 @@ def _noise(path: Path, name: str, row: Mapping[str, Any]) -> ScanNoise | None:
     if (values < 0).any():
         raise InputError(f"the noise of {name} is negative", file=path, cure=_CURE)
     noise = dict(zip(keys, values.tolist(), strict=True))
-    return ScanNoise(**noise | {"beam_cone": noise["beam_cone"] > 0})
+    law = _law(path, name, given.get("law"))
+    return ScanNoise(**noise | {"beam_cone": noise["beam_cone"] > 0, "law": law})
+
+
+def _law(path: Path, name: str, given: Mapping[str, Any] | None) -> RangeLaw | None:
+    """The law of the noise of ranges, None without one, as in poses of earlier runs."""
+    if given is None:
+        return None
+    keys = [item.name for item in fields(RangeLaw)]
+    values = _numbers(path, [given[key] for key in keys], (len(keys),), f"the noise of {name}")
+    try:
+        return RangeLaw(*values.tolist())
+    except InputError as error:
+        raise InputError(f"{name}: {error.what}", file=path, cure=_CURE) from error
 
 
 def _numbers(path: Path, given: Any, shape: tuple[int, ...], what: str) -> Array:

@@ -163,17 +163,18 @@ class MeasuredScan:
 
     @property
     def fit_sigmas(self) -> dict[str, float]:
-        """Sigmas of single points for fits, range [m] and angle [rad]; none without an instrument.
+        """Sigmas of single points for fits, range [m] and angle [rad].
 
-        Fits take them from the scan then.
+        What is left out fits take from the points: both without an instrument, that of ranges
+        where its noise has a law, since what is fitted has an intensity of its own.
         """
         if self.noise is None:
             return {}
         spot = float(self.noise.beam_angle(np.array([_USUAL]))[0])
-        return {
-            "sigma_range": self.noise.range + self.noise.range_scale * _USUAL,
-            "sigma_angle": float(np.hypot(self.noise.vertical, spot)),
-        }
+        angle = {"sigma_angle": float(np.hypot(self.noise.vertical, spot))}
+        if self.noise.law is not None:
+            return angle
+        return {"sigma_range": self.noise.range + self.noise.range_scale * _USUAL} | angle
 
 
 @dataclass(frozen=True)

@@ -29,11 +29,19 @@ def sample_of(scan: StationScan, state: Remembered) -> SurfaceSample:
         state.remember(f"surface-{scan.name}", key, facts)
     normals = np.array(facts["normals"]).reshape(-1, 3)
     normals[(normals == 0).all(axis=1)] = np.nan
-    return SurfaceSample(np.array(facts["xyz"]).reshape(-1, 3), normals)
+    light = facts["intensity"]
+    return SurfaceSample(
+        np.array(facts["xyz"]).reshape(-1, 3),
+        normals,
+        None if light is None else np.array(light, dtype=np.float64),
+    )
 
 
 def _facts(scan: Scan) -> dict[str, Any]:
-    """A sample as plain numbers; unknown normals are zero."""
+    """A sample as plain numbers; unknown normals are zero, unknown intensities None."""
     sample = surface_sample(scan)
     normals = np.nan_to_num(sample.normals)
-    return {"xyz": sample.xyz.tolist(), "normals": normals.tolist()}
+    light = None
+    if sample.intensity is not None:
+        light = [value if np.isfinite(value) else None for value in sample.intensity.tolist()]
+    return {"xyz": sample.xyz.tolist(), "normals": normals.tolist(), "intensity": light}

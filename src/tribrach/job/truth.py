@@ -350,18 +350,19 @@ def cloud_error(
         if a == b:
             continue
         cosine = incidence_cosines(chunk.xyz, rows=rows) if incidence else None
-        noise += _squares(xyz, alone, place[a:b], cosine)[0]
-        square, part = _squares(xyz, where, place[a:b], cosine)
+        light = chunk.values["intensity"][rows] if "intensity" in chunk.values else None
+        noise += _squares(xyz, alone, place[a:b], cosine, light)[0]
+        square, part = _squares(xyz, where, place[a:b], cosine, light)
         whole, shared, used = whole + square, shared + part, used + b - a
     n = 3 * max(1, used)
     return CloudError(used, noise / n, whole / n, _bounds(shared / n, where.covariance))
 
 
 def _squares(
-    xyz: Array, where: Placement, true: Array, cosine: Array | None
+    xyz: Array, where: Placement, true: Array, cosine: Array | None, intensity: Array | None
 ) -> tuple[float, Array]:
     """Sum of ``e^T C^-1 e``, and of ``J^T C^-1 J`` (6, 6) over the points."""
-    c = covariances(xyz, where, cosine)[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(-1, 3, 3)
+    c = covariances(xyz, where, cosine, intensity)[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(-1, 3, 3)
     weight = np.linalg.inv(c)
     error = where.pose @ xyz - true
     lever = xyz @ where.pose.rotation.T

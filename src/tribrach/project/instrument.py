@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from contextlib import suppress
 from typing import Any, Literal, Self
 
 import numpy as np
-from pydantic import Field, NonNegativeFloat, PositiveFloat, field_validator, model_validator
+from pydantic import (
+    Field,
+    ModelWrapValidatorHandler,
+    NonNegativeFloat,
+    PositiveFloat,
+    PrivateAttr,
+    field_validator,
+    model_validator,
+)
 
 from tribrach.errors import InputError
 from tribrach.instruments.precision import Precision
+from tribrach.instruments.range_law import RangeLaw
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.instrument_sheets import Figure, find_sheet
 from tribrach.project.sections import Section
@@ -21,6 +32,15 @@ _FACES = {
     "direction_arcsec": "direction_both_faces_arcsec",
     "zenith_arcsec": "zenith_both_faces_arcsec",
 }
+_OTHER = _FACES | {both: one for one, both in _FACES.items()}
+#: keys of the law of the noise of ranges, all of them or none
+_LAW = (
+    "range_law_a_mm",
+    "range_law_b",
+    "range_law_c_mm",
+    "range_law_from",
+    "range_law_to",
+)
 
 
 class Instrument(Section):
@@ -30,6 +50,9 @@ class Instrument(Section):
     ----------
     sheet
         A model whose data sheet gives all figures that are not given here.
+    file
+        An instrument file (:mod:`tribrach.project.instrument_file`), whose figures go before those
+        of the sheet.
     serial
         Serial number.
     calibration
@@ -47,6 +70,11 @@ class Instrument(Section):
         Of height differences.
     range_mm, range_ppm, scan_angle_arcsec
         Of a single point of a scanner: the noise that is new with every point.
+    range_law_a_mm, range_law_b, range_law_c_mm
+        The noise of ranges with the intensity I, ``a I^b + c``, which goes before range_mm and
+        range_ppm for points that have one.
+    range_law_from, range_law_to
+        Intensities, as in the files of the scans, that this law was estimated from.
     scan_angle_accuracy_arcsec
         Of both angles of a scanner, noise and systematic part together, as makers state it; what
         it is beyond the noise is common to neighbouring points and does not average out.
@@ -73,6 +101,7 @@ class Instrument(Section):
     """
 
     sheet: str | None = None
+    file: str | None = None
     serial: str = ""
     calibration: str | None = None
     direction_arcsec: PositiveFloat | None = None
@@ -88,6 +117,11 @@ class Instrument(Section):
     range_ppm: NonNegativeFloat = 0.0
     scan_angle_arcsec: PositiveFloat | None = None
     scan_angle_accuracy_arcsec: PositiveFloat | None = None
+    range_law_a_mm: NonNegativeFloat | None = None
+    range_law_b: float | None = None
+    range_law_c_mm: NonNegativeFloat | None = None
+    range_law_from: PositiveFloat | None = None
+    range_law_to: PositiveFloat | None = None
     beam_exit_mm: NonNegativeFloat = 0.0
     beam_divergence_mrad: NonNegativeFloat = 0.0
     beam_shape: Literal["waist", "cone"] = "waist"
@@ -102,6 +136,10 @@ class Instrument(Section):
     eccentricity_mm: NonNegativeFloat = 0.0
     refraction: float = 0.13
     source: str = ""
+    #: keys that stand in the section itself
+    _typed: frozenset[str] = PrivateAttr(default=frozenset())
+    #: figures of the instrument file, None before it is read
+    _borrowed: dict[str, Figure] | None = PrivateAttr(default=None)
 
     @field_validator("sheet")
     @classmethod
@@ -111,18 +149,19 @@ class Instrument(Section):
         except InputError as error:
             raise ValueError(f"{error.what}; {error.cure}") from error
 
-    @model_validator(mode="before")
+    @model_validator(mode="wrap")
     @classmethod
-    def _from_sheet(cls, data: Any) -> Any:
+    def _from_sheet(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
         """What is not given comes from the sheet; an angle is given by either of its keys."""
-        if not isinstance(data, dict) or not isinstance(data.get("sheet"), str):
-            return data
-        try:
-            known = find_sheet(data["sheet"]).values
-        except InputError:
-            return data
-        typed = {both for one, both in _FACES.items() if one in data}
-        return {key: value for key, value in known.items() if key not in typed} | data
+        if not isinstance(data, dict):
+            return handler(data)
+        known = {}
+        if isinstance(data.get("sheet"), str):
+            with suppress(InputError):
+                known = find_sheet(data["sheet"]).values
+        instrument = handler(_without(known, data) | data)
+        instrument._typed = frozenset(data)
+        return instrument
 
     @model_validator(mode="after")
     def _one_key_for_each_angle(self) -> Self:
@@ -135,8 +174,58 @@ class Instrument(Section):
                 )
         return self
 
+    @model_validator(mode="after")
+    def _whole_law(self) -> Self:
+        """All figures of the law of the noise, or none of them, and such as a law can have."""
+        missing = [key for key in _LAW if getattr(self, key) is None]
+        if self.file is not None and missing:
+            return self  # the file may have them
+        if 0 < len(missing) < len(_LAW):
+            raise ValueError(f"a law of the noise of ranges has {', '.join(missing)} as well")
+        try:
+            self._law()
+        except InputError as error:
+            raise ValueError(f"{error.what}; {error.cure}") from error
+        return self
+
+    @property
+    def file_is_read(self) -> bool:
+        """True if the figures of the instrument file are among these, or there is none."""
+        return self.file is None or self._borrowed is not None
+
+    def with_file(self, given: Mapping[str, Any], source: str) -> Self:
+        """Fill in what an instrument file gives: before the sheet, after what is typed here.
+
+        Parameters
+        ----------
+        given
+            Keys and values of its table, as they stand there.
+        source
+            Where its figures come from.
+
+        Returns
+        -------
+        Instrument
+
+        Raises
+        ------
+        pydantic.ValidationError
+            Figures of file and project that do not go together.
+        """
+        typed = {key: getattr(self, key) for key in self._typed}
+        borrowed = {k: v for k, v in _without(given, typed).items() if k != "source"}
+        whole = {key: value for key, value in (borrowed | typed).items() if key != "file"}
+        filled = type(self).model_validate(whole).model_copy(update={"file": self.file})
+        filled._typed = self._typed
+        filled._borrowed = {
+            key: Figure(key, float(value), source)
+            for key, value in borrowed.items()
+            if isinstance(value, int | float)
+        }
+        return filled
+
     def figures(self) -> list[Figure]:
-        """Every figure that is given, with its source: the sheet's, or the project's own words."""
+        """Every figure that is given, with its source: file, sheet or the project's own words."""
         sheet = None if self.sheet is None else find_sheet(self.sheet)
         out = []
         for key in type(self).model_fields:
@@ -144,7 +233,9 @@ class Instrument(Section):
             if key not in self.model_fields_set or not isinstance(value, int | float):
                 continue
             listed = None if sheet is None else sheet.figure(key)
-            if listed is not None and listed.value == value:
+            if key in (self._borrowed or {}):
+                out.append((self._borrowed or {})[key])
+            elif listed is not None and listed.value == value:
                 out.append(listed)
             else:
                 out.append(Figure(key, float(value), self.source or "project file"))
@@ -207,7 +298,20 @@ class Instrument(Section):
             self.beam_divergence_mrad * 1e-3,
             self._systematic_angle(),
             self.beam_shape == "cone",
+            self._law(),
         )
+
+    def _law(self) -> RangeLaw | None:
+        """The law of the noise of ranges, None without one."""
+        a, b, c, low, high = (getattr(self, key) for key in _LAW)
+        if None in (a, b, c, low, high):
+            return None
+        return RangeLaw(a * MM, b, c * MM, low, high)
+
+
+def _without(figures: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
+    """Figures that are not given, under their own key or the other one of the same angle."""
+    return {k: v for k, v in figures.items() if k not in given and _OTHER.get(k) not in given}
 
 
 def noise_of(model: str | None) -> ScanNoise | None:

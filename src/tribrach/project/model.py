@@ -13,6 +13,7 @@ from tribrach.project import toml_file
 from tribrach.project.calibration import CalibrationSection
 from tribrach.project.gnss import GnssSection
 from tribrach.project.instrument import Instrument
+from tribrach.project.instrument_file import read_instrument_file
 from tribrach.project.plan import PlanSection
 from tribrach.project.sections import (
     AdjustmentSection,
@@ -134,7 +135,37 @@ class Project(Section):
         measured = project.observations or project.scans or project.gnss.sessions
         if not measured and project.plan is None:
             raise project.error((), "nothing is measured", "add [[observations]] or [[scans]]")
-        return project
+        return project.with_instrument_files()
+
+    def with_instrument_files(self) -> Self:
+        """Fill in the figures of instruments that stand in files of their own.
+
+        Returns
+        -------
+        Project
+            The project itself where there is nothing to fill in, as after :meth:`load`.
+
+        Raises
+        ------
+        InputError
+            A file that is none, or figures that do not go together with those of the project.
+        """
+        unread = {name: i for name, i in self.instruments.items() if not i.file_is_read}
+        if not unread:
+            return self
+        filled = {}
+        for name, instrument in unread.items():
+            given, source = read_instrument_file(self._folder / str(instrument.file))
+            try:
+                filled[name] = instrument.with_file(given, source)
+            except ValidationError as error:
+                what = error.errors()[0]["msg"].removeprefix("Value error, ")
+                raise self.error(
+                    ("instruments", name, "file"),
+                    f"with {instrument.file}: {what}",
+                    "leave figures out here or there",
+                ) from error
+        return self.model_copy(update={"instruments": self.instruments | filled})
 
     def at(self, folder: str | Path) -> Self:
         """The same project with its files in a folder."""

@@ -16,7 +16,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from tribrach.errors import InputError, RefusalCollector
-from tribrach.io.xml_file import read_bytes
+from tribrach.io.xml_file import MAX_BYTES, read_bytes
 
 __all__ = ["line_of", "load", "refused"]
 
@@ -24,20 +24,22 @@ _HEADER = re.compile(r"\s*(\[\[?)\s*([^\]]+?)\s*\]")
 _KEY = re.compile(r"""\s*("[^"]*"|'[^']*'|[\w.-]+(?:\s*\.\s*[\w-]+)*)\s*=""")
 
 
-def load(path: Path) -> tuple[dict[str, Any], str]:
+def load(path: Path, most: int = MAX_BYTES) -> tuple[dict[str, Any], str]:
     """Tables and text of a TOML file.
+
+    most : its largest size [bytes].
 
     Raises
     ------
     InputError
-        Unreadable, empty, not UTF-8, not TOML.
+        Unreadable, empty, too large, not UTF-8, not TOML.
     """
-    data = read_bytes(path)
+    data = read_bytes(path, most)
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError(
-            "the project is not UTF-8 text",
+            "the file is not UTF-8 text",
             file=path,
             line=data[: error.start].count(b"\n") + 1,
             cure="save it as UTF-8",

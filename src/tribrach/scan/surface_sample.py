@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pykdtree.kdtree import KDTree
 
 from tribrach._types import Array
-from tribrach.scan.scan import Scan
+from tribrach.scan.scan import Chunk, Scan
 
 __all__ = ["SurfaceSample", "surface_sample"]
 
@@ -36,10 +36,13 @@ class SurfaceSample:
         Points [m].
     normals : array (n, 3)
         Unit normals towards the scanner, NaN where unknown.
+    intensity : array (n,) or None
+        Intensities as in the file; None if it has none.
     """
 
     xyz: Array
     normals: Array
+    intensity: Array | None = None
 
 
 def surface_sample(scan: Scan) -> SurfaceSample:
@@ -55,35 +58,41 @@ def surface_sample(scan: Scan) -> SurfaceSample:
     Returns
     -------
     SurfaceSample
-        Points and normals.
+        Points, normals and intensities.
 
     Raises
     ------
     InputError
         As the chunks of the scan.
     """
-    xyz, normals = [np.zeros((0, 3))], [np.zeros((0, 3))]
-    for block in _blocks(scan):
+    xyz, normals, light = [np.zeros((0, 3))], [np.zeros((0, 3))], [np.zeros(0)]
+    for chunk in _blocks(scan):
+        block = chunk.xyz
         chosen = np.unique(np.linspace(0, len(block) - 1, _POINTS).astype(np.int64))
         far = chosen[np.linalg.norm(block[chosen], axis=1) > 0]
         xyz.append(block[far])
         normals.append(_normals(block, far))
-    return SurfaceSample(np.concatenate(xyz), np.concatenate(normals))
+        if "intensity" in chunk.values:
+            light.append(chunk.values["intensity"][far].astype(np.float64))
+    points, seen = np.concatenate(xyz), np.concatenate(light)
+    return SurfaceSample(
+        points, np.concatenate(normals), seen if len(seen) == len(points) else None
+    )
 
 
-def _blocks(scan: Scan) -> Iterator[Array]:
-    """Blocks (n, 3) of consecutive points, those without points left out."""
+def _blocks(scan: Scan) -> Iterator[Chunk]:
+    """Blocks of consecutive points, those without points left out."""
     if scan.records is None or scan.records <= _BLOCKS * _RECORDS:
         for number, chunk in enumerate(scan.chunks(_RECORDS)):
             if number == _BLOCKS:
                 return
             if len(chunk):
-                yield chunk.xyz
+                yield chunk
         return
     for start in np.linspace(0, scan.records - _RECORDS, _BLOCKS).astype(int):
         chunk = next(scan.chunks(_RECORDS, start=int(start)))
         if len(chunk):
-            yield chunk.xyz
+            yield chunk
 
 
 def _normals(block: Array, chosen: NDArray[np.int64]) -> Array:

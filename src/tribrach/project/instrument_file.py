@@ -1,0 +1,69 @@
+"""Instrument files: figures of one instrument, for as many projects as use it.
+
+TOML with one table ``[instrument]``, whose keys are those of ``[instruments.NAME]`` of a project;
+``source`` says where the figures come from. Measured figures leave in such a file, among them the
+law of the noise of ranges.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from tribrach.errors import InputError
+from tribrach.project import toml_file
+from tribrach.project.instrument import Instrument
+from tribrach.project.sections import Section
+
+__all__ = ["InstrumentFile", "read_instrument_file"]
+
+#: keys that lead to other files and so have no place in one that is passed on
+_ELSEWHERE = ("file", "calibration")
+#: the largest file of this kind [bytes]
+_LARGEST = 100_000
+
+
+class InstrumentFile(Section):
+    """The whole of an instrument file."""
+
+    instrument: Instrument
+
+
+def read_instrument_file(path: Path) -> tuple[dict[str, Any], str]:
+    """Read the figures of an instrument file.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Returns
+    -------
+    dict
+        Keys and values as they stand there.
+    str
+        Where they come from: the file's own words, else its name.
+
+    Raises
+    ------
+    InputError
+        Unreadable, larger than any such file, not UTF-8, not TOML, a key that is unknown, missing,
+        wrong or leads to another file; with the line.
+    """
+    data, text = toml_file.load(path, _LARGEST)
+    try:
+        InstrumentFile.model_validate(data)
+    except ValidationError as error:
+        raise toml_file.refused(error, InstrumentFile, path, text) from error
+    table = data["instrument"]
+    for key in _ELSEWHERE:
+        if key in table:
+            raise InputError(
+                f"{key} names another file, which an instrument file does not",
+                file=path,
+                line=toml_file.line_of(text, ("instrument", key)),
+                cure=f"give {key} in the section of the instrument in the project",
+            )
+    return table, table.get("source") or f"instrument file {path.name}"
