@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tribrach._types import Array, Progress
 from tribrach.errors import InputError
@@ -28,6 +28,11 @@ from tribrach.gnss.antennas import (
 )
 from tribrach.gnss.engine import EngineName, run_engine, staged
 from tribrach.gnss.orbits import check_precise, check_together, usable_systems
+from tribrach.instruments.final_solution import (
+    FEWEST_CHECKED,
+    FinalSolution,
+    final_solution,
+)
 from tribrach.instruments.gnss_solutions import SOURCE, sigma_factor
 from tribrach.io.gnss.antex_file import read_antex
 from tribrach.io.gnss.observation_file import RinexObservations, read_observations
@@ -45,8 +50,11 @@ from tribrach.scratch import scratch_folder
 
 __all__ = ["Baseline", "Processing", "compute_baseline", "doubts_of_length"]
 
-#: fixed epochs of the second half of a session agree better than this [m]
-DISAGREEING = 0.05
+#: fewer fixed epochs than this share are worth a sentence
+RARELY = 0.5
+#: double differences of phases at 45 degrees have this standard deviation by the weights of the
+#: engine [m]: twice the root of 3 mm squared and (3 mm / sin 45 degrees) squared
+NOISY = 0.0104
 #: receivers know their place better than this [m]
 ASTRAY = 100.0
 #: beyond this length the covariance is too small [m]
@@ -86,37 +94,55 @@ def doubts_of_files(*files: RinexObservations) -> list[str]:
     ]
 
 
-def doubts_of_fixes(
-    name: str, solution: Solution, fixed: NDArray[np.int64], share: float, best: int
-) -> list[str]:
-    """Sentences on ambiguities that are float, rarely fixed, or fixed in different ways.
+def doubts_of_fixes(name: str, final: FinalSolution) -> list[str]:
+    """Sentences on ambiguities that are float, rarely fixed, or checked by too few epochs.
 
     Parameters
     ----------
     name
         Of the baseline.
-    solution
-        All its epochs.
-    fixed : (k,)
-        Epochs with fixed ambiguities.
-    share
-        Of the epochs that are fixed.
-    best
-        The epoch that is taken.
+    final
+        What its solution has come to.
     """
-    if not len(fixed):
-        return [f"{name}: the ambiguities could not be fixed, the baseline is a float solution"]
+    if not final.fixed:
+        return [
+            f"{name}: the baseline is a float solution: {final.reason}; its sigma is that of real "
+            "ambiguities and of the scatter of the epochs at the end"
+        ]
     out = []
-    if share < 0.5:
-        out.append(f"{name}: only {100 * share:.0f} % of the epochs are fixed")
-    late = fixed[len(fixed) // 2 :]
-    apart = np.linalg.norm(solution.values[late] - solution.values[best], axis=1).max()
-    if apart > DISAGREEING:
+    if final.share < RARELY:
         out.append(
-            f"{name}: fixed epochs differ by {apart:.3f} m, some of them are fixed to wrong "
-            "integers: measure longer, or raise the threshold of the ratio"
+            f"{name}: only {100 * final.share:.0f} % of the epochs are fixed, fewer than "
+            f"{100 * RARELY:.0f} %; the integers are found late in the session"
+        )
+    if final.epochs_end < FEWEST_CHECKED:
+        out.append(
+            f"{name}: the end of the session has {_epochs(final.epochs_end)}, and fewer than "
+            f"{FEWEST_CHECKED} do not check each other's integers"
         )
     return out
+
+
+def doubts_of_phases(name: str, residual: float | None) -> list[str]:
+    """A sentence where phases scatter more than the weights of the engine let expect.
+
+    Parameters
+    ----------
+    name
+        Of the baseline.
+    residual
+        Root mean square of the phases' double differences [m], None if it is not known.
+    """
+    if residual is None or residual <= NOISY:
+        return []
+    return [
+        f"{name}: phases scatter by {1e3 * residual:.1f} mm, more than the {1e3 * NOISY:.1f} mm "
+        "that their weights let expect: multipath, the ionosphere, wrong integers or mixed signals"
+    ]
+
+
+def _epochs(n: int) -> str:
+    return "one epoch" if n == 1 else f"{n} epochs"
 
 
 def doubts_of_length(name: str, length: float, *, precise: bool, satellites: bool) -> list[str]:
@@ -192,19 +218,20 @@ class Baseline:
     base, rover : (3,)
         ECEF coordinates of the marks [m].
     covariance : (3, 3)
-        Of the vector [m^2]: ``formal`` times ``factor`` squared.
+        Of the vector [m^2]: ``formal`` times ``factor`` squared, and for a float solution the
+        scatter of the epochs at the end of the session.
     formal : (3, 3)
         Covariance that the engine states [m^2].
     factor, factor_source
         The factor, and where it comes from.
     ambiguities
-        Of the epoch that was taken.
+        Of the solution at the end of the session (method section 2.7).
     fixed_share
         Of the solved epochs.
     epochs, epochs_common
         Epochs with a solution, and epochs that both files have.
     ratio
-        Median over the solved epochs.
+        Of the ambiguity test, median over the end of the session.
     satellites
         Mean over the solved epochs.
     start, end
@@ -435,30 +462,35 @@ def _baseline(
             cure="lower the elevation mask, or check that both files hold phases and the "
             "navigation file their satellites",
         )
-    fixed = phase[solution.quality[phase] == FIXED]
-    chosen = fixed if len(fixed) else phase
-    best = int(chosen[np.argmin(np.einsum("nii->n", solution.covariance[chosen]))])
+    values, covariance = solution.values[phase], solution.covariance[phase]
+    final = final_solution(
+        values,
+        covariance,
+        solution.quality[phase] == FIXED,
+        solution.ratio[phase],
+        float(np.linalg.norm(values[-1] - reference)),
+    )
+    rover, formal = values[final.epoch], covariance[final.epoch]
     interval = max(first.interval, second.interval)
     factor, source = settings.factor, "given"
     if factor is None:
         factor, source = sigma_factor(interval, len(phase)), SOURCE
-    share = len(fixed) / len(phase)
-    warnings += doubts_of_fixes(
-        f"{first.path.name} to {second.path.name}", solution, fixed, share, best
-    )
+    name = f"{first.path.name} to {second.path.name}"
+    warnings += doubts_of_fixes(name, final)
+    warnings += doubts_of_phases(name, run[0].residual)
     times = solution.times[phase]
     return Baseline(
         base=reference,
-        rover=solution.values[best],
-        covariance=solution.covariance[best] * factor**2,
-        formal=solution.covariance[best],
+        rover=rover,
+        covariance=formal * factor**2 + final.scatter,
+        formal=formal,
         factor=factor,
         factor_source=source,
-        ambiguities="fixed" if len(fixed) else "float",
-        fixed_share=share,
+        ambiguities="fixed" if final.fixed else "float",
+        fixed_share=final.share,
         epochs=len(phase),
         epochs_common=_common(first, second),
-        ratio=float(np.median(solution.ratio[phase])),
+        ratio=final.ratio,
         satellites=float(solution.satellites[phase].mean()),
         start=float(times[0]),
         end=float(times[-1]),

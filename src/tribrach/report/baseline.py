@@ -9,7 +9,7 @@ import numpy as np
 from tribrach.gnss.baseline import Baseline
 from tribrach.gnss.orbits import calendar
 
-__all__ = ["baseline_facts", "baseline_lines"]
+__all__ = ["baseline_facts", "baseline_headline", "baseline_lines"]
 
 
 def baseline_facts(baseline: Baseline) -> dict[str, Any]:
@@ -41,6 +41,22 @@ def baseline_facts(baseline: Baseline) -> dict[str, Any]:
     }
 
 
+def baseline_headline(baseline: Baseline) -> str:
+    """Length, state of the ambiguities with its figures, and sigma of the whole vector.
+
+    Parameters
+    ----------
+    baseline
+        Its sigma is the root of the sum of the three variances.
+    """
+    sigma = float(np.sqrt(np.trace(baseline.covariance)))
+    return (
+        f"{baseline.names[0]} to {baseline.names[1]}: {baseline.length:.4f} m, "
+        f"{baseline.ambiguities} ambiguities, {100 * baseline.fixed_share:.0f} % of "
+        f"{baseline.epochs} epochs fixed, ratio {baseline.ratio:.1f}, sigma {1e3 * sigma:.1f} mm"
+    )
+
+
 def baseline_lines(baseline: Baseline) -> list[str]:
     """The same for people."""
     sigma = 1e3 * np.sqrt(np.diag(baseline.covariance))
@@ -48,18 +64,17 @@ def baseline_lines(baseline: Baseline) -> list[str]:
     dx, dy, dz = baseline.vector
     residual = "" if baseline.residual is None else f", phases {1e3 * baseline.residual:.1f} mm"
     words = [
-        f"{baseline.names[0]} to {baseline.names[1]}: {baseline.length:.4f} m, "
-        f"{baseline.ambiguities} ambiguities",
+        baseline_headline(baseline),
         f"session: {calendar(baseline.start)} to {calendar(baseline.end)}, "
         f"{baseline.epochs} of {baseline.epochs_common} common epochs solved, "
-        f"{100 * baseline.fixed_share:.0f} % fixed, ratio {baseline.ratio:.1f}, "
         f"{baseline.satellites:.1f} satellites ({baseline.systems}){residual}",
         f"antennas: {baseline.heights[0]:.4f} m over the base, "
         f"{baseline.heights[1]:.4f} m over the rover",
         f"baseline X, Y, Z: {dx:.4f} {dy:.4f} {dz:.4f} m, geocentric",
         f"rover X, Y, Z: {x:.4f} {y:.4f} {z:.4f} m (frame and epoch of the base coordinates)",
         f"sigma X, Y, Z: {sigma[0]:.1f} {sigma[1]:.1f} {sigma[2]:.1f} mm of the baseline, "
-        f"formal times {baseline.factor:.2f} ({baseline.factor_source})",
+        f"formal times {baseline.factor:.2f} ({baseline.factor_source})"
+        + ("" if baseline.ambiguities == "fixed" else ", and the scatter of the last third"),
     ]
     if baseline.orbits:
         words.insert(2, f"orbits: precise ones of {', '.join(baseline.orbits)}")

@@ -250,8 +250,10 @@ def test_static_sessions_and_kinematic_epochs(tmp_path: Path) -> None:
     shifts = np.array([0.0, 0.003, -0.003, 0.004])
     rows = [row(KONYA + d, 1 if k else 2, roots, second=k) for k, d in enumerate(shifts)]
     still = read_rtklib(pos(tmp_path / "a.pos", XYZ, rows), factor=1)
-    np.testing.assert_allclose(still.xyz[0], KONYA + 0.003, atol=1e-4)
+    # one of the last two epochs, which have seen the session and are equally good
+    np.testing.assert_allclose(still.xyz[0], KONYA - 0.003, atol=1e-4)
     np.testing.assert_allclose(np.diag(still.covariance), 16e-6)
+    assert not still.warnings
     moving = read_rtklib(pos(tmp_path / "b.pos", XYZ, rows, "Kinematic"))
     # the mean of the three fixed epochs, which are correlated over 150 s
     np.testing.assert_allclose(moving.xyz[0], KONYA + 0.004 / 3, atol=1e-4)
@@ -259,6 +261,23 @@ def test_static_sessions_and_kinematic_epochs(tmp_path: Path) -> None:
     np.testing.assert_allclose(np.diag(moving.covariance), expected, rtol=1e-6)
     # nearly the variance of a single one
     assert expected == pytest.approx(16e-6, rel=0.02)
+
+
+def test_a_static_file_that_lost_its_integers_is_float(tmp_path: Path) -> None:
+    """Ten of thirty epochs are fixed, in the middle: the end is float and scatters by 6 mm."""
+    narrow = "0.0010 0.0010 0.0010 0.0000 0.0000 0.0000"
+    wide = "0.0020 0.0020 0.0020 0.0000 0.0000 0.0000"
+    rows = []
+    for k in range(30):
+        fixed, away = 10 <= k < 20, 0.0 if k == 29 else 0.006 * (-1) ** k
+        roots = narrow if fixed else wide if k < 29 else "0.0019 0.0019 0.0019 0 0 0"
+        rows.append(row(KONYA + np.array([away, 0.0, 0.0]), 1 if fixed else 2, roots, second=k))
+    found = read_rtklib(pos(tmp_path / "a.pos", XYZ, rows), factor=1)
+    assert "the solution is float: 0 % of the last 10 epochs" in found.warnings[0]
+    np.testing.assert_allclose(found.xyz[0], KONYA, atol=1e-4)
+    # what the file states, and nine of ten epochs 6 mm away along X
+    expected = np.array([3.61e-6 + 0.9 * 36e-6, 3.61e-6, 3.61e-6])
+    np.testing.assert_allclose(np.diag(found.covariance), expected, rtol=0.02)
 
 
 BROKEN_POS = {

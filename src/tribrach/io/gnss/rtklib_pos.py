@@ -1,9 +1,10 @@
 """A mark measured with RTKLIB: one position or baseline out of the epochs of a ``.pos`` file.
 
-A static solution has used all epochs up to each line: its best determined fixed epoch stands for
-the session. Epochs of a kinematic solution are averaged with their covariances, fixed ones if there
-are any. Formal standard deviations are scaled as those of our own baselines
-(:mod:`tribrach.instruments.gnss_solutions`).
+A static solution has used all epochs up to each line: one of those at its end stands for the
+session, and whether it is fixed is decided as for our own baselines
+(:mod:`tribrach.instruments.final_solution`). Epochs of a kinematic solution are averaged with their
+covariances, fixed ones if there are any. Formal standard deviations are scaled as those of our own
+baselines (:mod:`tribrach.instruments.gnss_solutions`).
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geodesy.site import EllipsoidSite
+from tribrach.instruments.final_solution import final_solution
 from tribrach.instruments.gnss_solutions import sigma_factor
 from tribrach.io.gnss.records import GnssRecords
 from tribrach.io.gnss.solution_file import FIXED, FLOAT, Solution, read_solution
@@ -48,16 +50,13 @@ def read_rtklib(
     if not len(solution):
         raise InputError("the file has no epochs", file=path)
     name = point or path.stem
-    value, covariance, used = _one(solution)
+    value, covariance, scatter, used, doubt = _one(solution)
     interval = float(np.median(np.diff(solution.times))) if len(solution) > 1 else 0.0
     scale = sigma_factor(interval, used) if factor is None else factor
-    covariance = covariance * scale**2
+    covariance = covariance * scale**2 + scatter
     records = GnssRecords()
-    if solution.quality.min() > FIXED:
-        records.warnings.append(
-            f"{path.name}: no epoch has fixed ambiguities"
-            + ("" if solution.quality.min() <= FLOAT else ", they are code solutions")
-        )
+    if doubt:
+        records.warnings.append(f"{path.name}: {doubt}")
     line = f"{path.name}:{solution.lines[0]}"
     reference = solution.reference
     if base:
@@ -86,19 +85,37 @@ def read_rtklib(
     return records
 
 
-def _one(solution: Solution) -> tuple[Array, Array, int]:
-    """One value (3,) with its formal covariance (3, 3), and the number of epochs it comes from."""
-    best = solution.quality == solution.quality.min()
-    chosen = np.flatnonzero(best)
-    covariance = solution.covariance[chosen]
+def _one(solution: Solution) -> tuple[Array, Array, Array, int, str]:
+    """One value (3,) of a mark and how sure it is.
+
+    After it come its formal covariance (3, 3), what a float solution adds to that when it is scaled
+    (3, 3), the number of epochs it comes from, and what is doubtful about it.
+    """
+    best = int(solution.quality.min())
+    doubt = "" if best == FIXED else "no epoch has fixed ambiguities"
+    if best > FLOAT:
+        doubt += ", they are code solutions"
     if solution.static:
-        k = int(np.argmin(np.einsum("nii->n", covariance)))
-        return solution.values[chosen[k]], covariance[k], len(solution)
+        # phases are better than codes; among them the end of the session decides
+        epochs = np.flatnonzero(solution.quality <= max(best, FLOAT))
+        values, covariance = solution.values[epochs], solution.covariance[epochs]
+        base = np.zeros(3) if solution.kind == "baseline" else solution.reference
+        length = float(np.nan_to_num(np.linalg.norm(values[-1] - base)))
+        final = final_solution(
+            values, covariance, solution.quality[epochs] == FIXED, solution.ratio[epochs], length
+        )
+        if not final.fixed and best == FIXED:
+            doubt = f"the solution is float: {final.reason}"
+        return (
+            values[final.epoch], covariance[final.epoch], final.scatter, len(solution), doubt,
+        )  # fmt: skip
+    chosen = np.flatnonzero(solution.quality == best)
+    covariance = solution.covariance[chosen]
     weight = np.linalg.inv(covariance)
     total = np.linalg.inv(weight.sum(axis=0))
     origin = solution.values[chosen[0]]
     shift = np.einsum("nij,nj->i", weight, solution.values[chosen] - origin)
-    return origin + total @ shift, total, len(chosen)
+    return origin + total @ shift, total, np.zeros((3, 3)), len(chosen), doubt
 
 
 def _turned(vector: Array, covariance: Array, reference: Array) -> tuple[Array, Array]:

@@ -24,7 +24,7 @@ from tribrach.job.mounted_antennas import raised_antennas
 from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.facts import Reference
-from tribrach.report.baseline import baseline_facts
+from tribrach.report.baseline import baseline_facts, baseline_headline
 from tribrach.report.chapter import Chapter
 from tribrach.report.content import Head
 from tribrach.report.figures import Picture, new_figure, picture
@@ -188,6 +188,11 @@ def _session_sentences(sessions: Sequence[SessionResult]) -> list[str]:
         f"{solved} are fixed, in {100 * fixed / epochs:.1f} % of {epochs} epochs.",
         f"Formal standard deviations of the engine are multiplied by {spread} ({origin}).",
     ]
+    out += [
+        f"Not fixed is {baseline_headline(b)}; it takes part with that covariance."
+        for b in rows
+        if b.ambiguities != "fixed"
+    ]
     files = dict.fromkeys(name for b in rows for name in b.orbits)
     if files:
         precise = sum(bool(b.orbits) for b in rows)
@@ -299,9 +304,10 @@ def _baseline_table(sessions: Sequence[SessionResult]) -> ReportTable:
     ]
     note = (
         "Antennas: heights of their reference points over the marks, between which baselines are. "
-        "Standard deviations are the formal ones of the engine times the factor. Fixed: share of "
-        "the solved epochs; ratio: median of the ambiguity test; phases: root mean square of the "
-        "residuals of their double differences."
+        "Standard deviations are the formal ones of the engine times the factor, and for float "
+        "baselines the scatter of the epochs at the end of the session. Ambiguities: those at the "
+        "end; fixed: share of the solved epochs; ratio: of the ambiguity test, median over the "
+        "end; phases: root mean square of the residuals of their double differences."
     )
     return build_table("gnss-baselines", "GNSS baselines", note, _all(sessions), columns)
 

@@ -1,0 +1,137 @@
+"""Whether a static GNSS solution is fixed at its end, and which of its epochs stands for it.
+
+A static filter has seen all epochs up to each line, and the engine searches integers anew in every
+epoch. What counts is therefore the end of the session and not whether any epoch was ever fixed: a
+search that finds integers in 4 % of the epochs and loses them again has found the wrong ones.
+Method section 2.7.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach._types import Array
+
+__all__ = ["AGREEMENT", "FEWEST_CHECKED", "SHARE", "FinalSolution", "final_solution"]
+
+#: the end of a session is this part of its epochs
+END = 1 / 3
+#: share of the epochs at the end that must be fixed
+SHARE = 0.8
+#: fixed epochs at the end lie within this of the one that is taken: [m] and per metre of length
+AGREEMENT = (0.02, 1e-6)
+#: fewer epochs at the end than this cannot contradict each other
+FEWEST_CHECKED = 3
+
+
+@dataclass(frozen=True)
+class FinalSolution:
+    """What a static solution has come to at its end.
+
+    Attributes
+    ----------
+    fixed
+        Ambiguities are integers at the end, and stay the same ones.
+    epoch
+        Number of the epoch that is taken.
+    share
+        Of all solved epochs that are fixed.
+    share_end
+        Of those at the end.
+    ratio
+        Of the ambiguity test, median over the end.
+    epochs_end
+        Epochs that count as the end.
+    apart
+        Largest distance [m] of a fixed epoch at the end from ``epoch``, or from the best fixed one
+        where the solution is float; 0 where none is fixed.
+    limit
+        For ``apart`` [m].
+    scatter : (3, 3)
+        Of a float solution [m^2]: mean square of what all epochs at the end differ from the one
+        that is taken; zero where the solution is fixed.
+    """
+
+    fixed: bool
+    epoch: int
+    share: float
+    share_end: float
+    ratio: float
+    epochs_end: int
+    apart: float
+    limit: float
+    scatter: Array
+
+    @property
+    def reason(self) -> str:
+        """Why the solution is float, with figures and thresholds; "" where it is fixed."""
+        if self.fixed:
+            return ""
+        if self.share == 0:
+            return "no epoch is fixed"
+        if self.share_end < SHARE:
+            return (
+                f"{100 * self.share_end:.0f} % of the last {self.epochs_end} epochs are fixed, and "
+                f"{100 * SHARE:.0f} % are needed"
+            )
+        return (
+            f"fixed epochs at the end differ by {1e3 * self.apart:.0f} mm, and "
+            f"{1e3 * self.limit:.0f} mm are the limit: some are fixed to wrong integers"
+        )
+
+
+def final_solution(
+    values: Array,
+    covariance: Array,
+    fixed: NDArray[np.bool_],
+    ratio: Array,
+    length: float = 0.0,
+) -> FinalSolution:
+    """The state of a static solution at its end (method section 2.7).
+
+    Parameters
+    ----------
+    values : (n, 3)
+        Solved epochs in the order of time, at least one [m], in any Cartesian frame.
+    covariance : (n, 3, 3)
+        That the engine states [m^2].
+    fixed : (n,)
+        Epochs whose ambiguities are integers.
+    ratio : (n,)
+        Of the ambiguity test.
+    length
+        Of the baseline [m].
+
+    Returns
+    -------
+    FinalSolution
+    """
+    n = len(values)
+    end = np.arange(n - max(int(np.ceil(END * n)), 1), n)
+    of_end = fixed[end]
+    trace = np.einsum("nii->n", covariance)
+    apart, limit = 0.0, AGREEMENT[0] + AGREEMENT[1] * length
+    share_end = float(of_end.mean())
+    if of_end.any():
+        known = end[of_end]
+        best = known[np.argmin(trace[known])]
+        apart = float(np.linalg.norm(values[known] - values[best], axis=1).max())
+    good = share_end >= SHARE and apart <= limit
+    # epochs fixed to wrong integers are no float solution; where all are fixed there is no other
+    chosen = end[of_end] if good or of_end.all() else end[~of_end]
+    epoch = int(chosen[np.argmin(trace[chosen])])
+    away = values[end] - values[epoch]
+    return FinalSolution(
+        fixed=good,
+        epoch=epoch,
+        share=float(fixed.mean()),
+        share_end=share_end,
+        ratio=float(np.median(ratio[end])),
+        epochs_end=len(end),
+        apart=apart,
+        limit=limit,
+        scatter=np.zeros((3, 3)) if good else away.T @ away / len(end),
+    )
