@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 from tests.demo_twin import BOARDS, few_boards
 from tribrach import demo
 from tribrach.cli import app
+from tribrach.errors import InputError
 from tribrach.io.twins import write_twin
 from tribrach.simulate.twin import Twin
 from tribrach.simulate.twins import build
@@ -50,10 +51,10 @@ def stamps(folder: Path) -> dict[str, int]:
     return {str(p.relative_to(folder)): p.stat().st_mtime_ns for p in files}
 
 
-def again(folder: Path) -> set[str]:
+def again(folder: Path, *, overwrite: bool = False) -> set[str]:
     """Call again; names of the files of the project that were written."""
     before = stamps(folder)
-    demo.write_project(folder)
+    demo.write_project(folder, overwrite=overwrite)
     return {name for name, when in stamps(folder).items() if before.get(name) != when}
 
 
@@ -117,7 +118,11 @@ def test_a_damaged_scan_is_simulated_again(copy: Path, harm: str) -> None:
     else:
         truth.write_bytes(truth.read_bytes()[:1000])
     (copy / "scans" / ".S2-targets.laz.part").write_bytes(b"half")
-    assert again(copy) >= {SCAN, "hanoi-facade.toml", "control.csv"}
+    if harm in ("cut", "changed", "bad truth"):
+        # somebody may have cut it on purpose
+        with pytest.raises(InputError, match="was changed after this program wrote it"):
+            again(copy)
+    assert again(copy, overwrite=True) >= {SCAN, "hanoi-facade.toml", "control.csv"}
     assert scan.read_bytes() == whole
     assert not list(copy.rglob("*.part"))
 

@@ -42,7 +42,7 @@ def write_project(
     progress
         Called with what is being done, how much is done and how much there is.
     overwrite
-        Files that this program did not write are replaced.
+        Files that this program did not write, or that were changed since, are replaced.
 
     Returns
     -------

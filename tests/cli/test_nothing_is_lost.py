@@ -4,6 +4,7 @@ import hashlib
 import os
 import re
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -100,6 +101,59 @@ def test_files_of_others_stay_until_they_may_go(tmp_path: Path) -> None:
     with keeping((), tmp_path, overwrite=True):
         write_text(tmp_path / "notes.txt", "theirs")
     assert (tmp_path / "notes.txt").read_text() == "theirs"
+
+
+def test_results_that_somebody_changed_stay_until_they_may_go(tmp_path: Path) -> None:
+    file = tmp_path / "points.csv"
+    with keeping((), tmp_path):
+        write_text(file, "A,1\n")
+    # the date alone is no change: folders are copied
+    os.utime(file, ns=(1, 1))
+    with keeping((), tmp_path):
+        write_text(file, "A,2\n")
+    date = file.stat().st_mtime_ns
+    file.write_text("A,3\n")
+    with keeping((), tmp_path), pytest.raises(Exception, match="was changed after this program"):
+        write_text(file, "A,4\n")
+    assert file.read_text() == "A,3\n"
+    # back as it was, it is ours again
+    file.write_text("A,2\n")
+    os.utime(file, ns=(date, date))
+    with keeping((), tmp_path):
+        write_text(file, "A,4\n")
+    file.write_text("A,5\n")
+    with keeping((), tmp_path, overwrite=True):
+        write_text(file, "A,6\n")
+    with keeping((), tmp_path):
+        write_text(file, "A,7\n")
+
+
+def test_a_run_killed_before_a_file_got_its_name_is_no_change(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "points.csv"
+    with keeping((), tmp_path):
+        write_text(file, "A,1\n")
+
+    def killed(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    for text in ("A,2\n", "A,3\n"):
+        # the list is written under its own name, then the file would get its
+        with monkeypatch.context() as patch, keeping((), tmp_path):
+            patch.setattr("tribrach.io.outputs.os.replace", _second(os.replace, killed))
+            with pytest.raises(KeyboardInterrupt):
+                write_text(file, text)
+        assert file.read_text() == "A,1\n"
+    with keeping((), tmp_path):
+        write_text(file, "A,4\n")
+    assert file.read_text() == "A,4\n"
+
+
+def _second(first: Callable[..., None], then: Callable[..., None]) -> Callable[..., None]:
+    """One function at the first call and another at the second."""
+    calls = iter((first, then))
+    return lambda *args: next(calls)(*args)
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"written": 3}', '{"written": {"a": "x"}}'])

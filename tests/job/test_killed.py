@@ -1,5 +1,6 @@
 """A project that is killed, at whatever moment, and run again ends with the same bytes."""
 
+import json
 import random
 import shutil
 import signal
@@ -13,6 +14,7 @@ import pytest
 from typer.testing import CliRunner
 
 from tribrach.cli import app
+from tribrach.io.keeping import MANIFEST, STATE_FOLDER
 from tribrach.io.scans.formats import read_scans
 from tribrach.io.twins import write_twin
 from tribrach.job.convert import convert_scans
@@ -69,13 +71,17 @@ def kill_at(project: Path, sign: str) -> None:
 def results(project: Path) -> dict[str, bytes]:
     """Contents of everything that a run leaves: clouds, poses, reports, and what it remembers.
 
-    Only the remembered digests of the scans are left out, for they hold paths and dates.
+    Only the remembered digests of the scans are left out, for they hold paths and dates, and the
+    dates in the list of what was written.
     """
     out = project.parent / "out"
     files = [path for path in out.rglob("*") if path.is_file()]
     assert not [path for path in files if path.name.startswith(".") or ".part" in path.name]
     kept = [path for path in files if not path.match(".tribrach/file-*")]
-    return {str(path.relative_to(out)): path.read_bytes() for path in kept}
+    contents = {str(path.relative_to(out)): path.read_bytes() for path in kept}
+    listed = json.loads(contents[f"{STATE_FOLDER}/{MANIFEST}"])["written"]
+    held = {name: [(size, digest) for size, _, digest in known] for name, known in listed.items()}
+    return contents | {f"{STATE_FOLDER}/{MANIFEST}": json.dumps(held).encode()}
 
 
 def copied(project: Path, folder: Path) -> Path:

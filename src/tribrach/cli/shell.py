@@ -78,7 +78,7 @@ def claim(
     folder
         Folder of further results.
     overwrite
-        Files that this program did not write may be replaced.
+        Files that this program did not write, or that were changed since, may be replaced.
 
     Raises
     ------

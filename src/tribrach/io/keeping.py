@@ -6,8 +6,9 @@ that is written passes :func:`refuse_loss`, which knows three rules:
 * no result takes the place of a file that is read, under whatever name: a link, a hard link and
   another spelling are the same file;
 * below a folder of results nothing is written through a link;
-* a file that is there is replaced only if this program wrote one of that name there. What it wrote
-  is listed in ``.tribrach/written.json`` of the folder of results, or of that of a single file.
+* a file that is there is replaced only if this program wrote it there, and nobody has changed it
+  since. What it wrote is listed with size, date and digest in ``.tribrach/written.json`` of the
+  folder of results, or of that of a single file.
 
 The last rule is lifted by ``overwrite``, the first two are not.
 
@@ -19,6 +20,7 @@ read has changed or vanished (:func:`refuse_changes`).
 from __future__ import annotations
 
 import errno
+import hashlib
 import json
 import os
 import tempfile
@@ -76,6 +78,42 @@ class _Stamp(NamedTuple):
     number: tuple[int, int]
     size: int
     date: int
+
+
+class _Content(NamedTuple):
+    """What tells whether a file still holds what the program wrote.
+
+    Attributes
+    ----------
+    size
+        In bytes.
+    date
+        When it was written [ns]; a copy of the folder may have another.
+    digest
+        SHA-256 of the content.
+    """
+
+    size: int
+    date: int
+    digest: str
+
+    @classmethod
+    def of(cls, path: Path) -> _Content:
+        """The content of a file."""
+        status = path.stat()
+        return cls(status.st_size, status.st_mtime_ns, _digest(path))
+
+    def is_of(self, path: Path) -> bool:
+        """Does a file hold this? It is read only where its date is another."""
+        status = path.stat()
+        if status.st_size != self.size:
+            return False
+        return status.st_mtime_ns == self.date or _digest(path) == self.digest
+
+
+def _digest(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 @dataclass
@@ -245,8 +283,8 @@ def refuse_loss(path: Path) -> None:
     Raises
     ------
     InputError
-        It is read by the same work, lies behind a link below the folder of results, or was not
-        written by this program.
+        It is read by the same work, lies behind a link below the folder of results, was not
+        written by this program, or was changed since.
     """
     if is_read(path):
         raise InputError(
@@ -261,21 +299,26 @@ def refuse_loss(path: Path) -> None:
         _refuse_links(path, scope.folder)
     if scope.overwrite or _own(path) or not path.is_file():
         return
-    if _name(path, scope) not in _written(path, scope):
+    known = _written(path, scope).get(_name(path, scope))
+    if known is None or not any(content.is_of(path) for content in known):
         raise InputError(
-            "there is a file of this name that this program did not write",
+            "there is a file of this name that this program did not write"
+            if known is None
+            else "this file was changed after this program wrote it",
             file=path,
             cure="move it away, or replace it with --overwrite",
         )
 
 
-def note_written(path: Path) -> None:
+def note_written(path: Path, part: Path) -> None:
     """List a file as written by this program, just before it gets its name.
 
     Parameters
     ----------
     path : Path
         The file as it is named.
+    part : Path
+        Its content, complete, under its temporary name.
 
     Raises
     ------
@@ -285,14 +328,16 @@ def note_written(path: Path) -> None:
     scope = _scope_of(path)
     if scope is None or _own(path):
         return
-    name = _name(path, scope)
-    if name in _written(path, scope):
-        return
+    name, content = _name(path, scope), _Content.of(part)
     place = _root(path, scope) / STATE_FOLDER / MANIFEST
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
         with _alone(place.parent, scope):
-            _list(place, _written(path, scope) | {name})
+            listed = _written(path, scope)
+            # a run that is killed before the file gets its name leaves the one that was there
+            there = [old for old in listed.get(name, []) if path.is_file() and old.is_of(path)]
+            others = [old for old in there if old.digest != content.digest]
+            _list(place, listed | {name: [*others, content]})
     except OSError as error:
         # a folder where only the file itself may be written: it will not be known as ours; on a
         # full disk a file that is not listed would stand in the way of the next run
@@ -314,7 +359,7 @@ def _alone(state: Path, scope: _Scope) -> Iterator[None]:
         lock.release()
 
 
-def _list(place: Path, names: set[str]) -> None:
+def _list(place: Path, written: dict[str, list[_Content]]) -> None:
     """Write the list of what the program wrote.
 
     Raises
@@ -325,7 +370,7 @@ def _list(place: Path, names: set[str]) -> None:
     handle, part = tempfile.mkstemp(prefix=f".{MANIFEST}.", suffix=".part", dir=place.parent)
     try:
         with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(json_text({"written": sorted(names)}, indent=0))
+            file.write(json_text({"written": dict(sorted(written.items()))}))
         os.replace(part, place)
     finally:
         Path(part).unlink(missing_ok=True)
@@ -357,17 +402,16 @@ def _own(path: Path) -> bool:
     return path.parent.name == STATE_FOLDER
 
 
-def _written(path: Path, scope: _Scope) -> set[str]:
-    """Names of the files that the program wrote; empty where the list is damaged."""
+def _written(path: Path, scope: _Scope) -> dict[str, list[_Content]]:
+    """What the program wrote, by name; empty where the list is damaged."""
     place = _root(path, scope) / STATE_FOLDER / MANIFEST
     try:
         if place.stat().st_size > _LARGEST:
-            return set()
+            return {}
         listed = json.loads(place.read_text(encoding="utf-8"))["written"]
-        known = listed if isinstance(listed, list) else []
-        return {name for name in known if isinstance(name, str)}
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        return set()
+        return {name: [_Content(*content) for content in known] for name, known in listed.items()}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        return {}
 
 
 def _refuse_links(path: Path, folder: Path) -> None:

@@ -110,7 +110,7 @@ def _put(name: str, path: Path) -> None:
     if special(path):
         path.write_bytes(Path(name).read_bytes())
     else:
-        note_written(path)
+        note_written(path, Path(name))
         os.replace(name, path.resolve())
 
 

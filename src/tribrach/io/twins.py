@@ -72,7 +72,7 @@ def write_twin(
     truth
         Points of each scan whose true place is kept.
     overwrite
-        Files that this program did not write are replaced.
+        Files that this program did not write, or that were changed since, are replaced.
 
     Returns
     -------
@@ -82,7 +82,8 @@ def write_twin(
     Raises
     ------
     InputError
-        A file cannot be written, or another that the program did not write has its name.
+        A file cannot be written, or one that the program did not write, or that was changed since,
+        has its name.
     """
     with keeping((), folder, overwrite=overwrite):
         return _write(twin, folder, progress or (lambda name, done, all_of_it: None), truth)
@@ -91,12 +92,15 @@ def write_twin(
 def _write(twin: Twin, folder: Path, tell: Callable[[str, int, int], None], truth: int) -> Path:
     """Write everything that is not there."""
     path = folder / f"{twin.name}.toml"
-    for name in (*twin.files, path.name, *(_file(twin, one) for one in twin.scans)):
-        refuse_loss(folder / name)
     recipes = [_recipe(twin, number, truth) for number in range(len(twin.scans))]
     known = [_made(folder, twin, k, recipe) for k, recipe in enumerate(recipes)]
     kept = path.is_file() and None not in known
     if not kept:
+        new = [one for one, done in zip(twin.scans, known, strict=True) if done is None]
+        names = (*twin.files, path.name, *(_file(twin, one) for one in new))
+        truths = (_truth_file(folder, twin, one) for one in new)
+        for place in (*(folder / name for name in names), *truths):
+            refuse_loss(place)
         _clear(folder, path)
     counts = {}
     for number, one in enumerate(twin.scans):
