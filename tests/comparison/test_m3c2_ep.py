@@ -16,7 +16,7 @@ from tests.comparison.two_stations import (
 from tribrach.cloud.placement import Placement
 from tribrach.comparison.cloud_parts import whole
 from tribrach.comparison.core_points import Normals
-from tribrach.comparison.effective_points import beam_areas
+from tribrach.comparison.footprints import beam_areas
 from tribrach.comparison.m3c2 import M3C2Settings, m3c2
 from tribrach.comparison.m3c2_ep import M3C2EP, m3c2_ep
 from tribrach.errors import InputError

@@ -3,7 +3,7 @@
 M3C2 (Lague, Brodu and Leroux 2013): at every core point the points of both clouds in a cylinder
 about the normal have mean (or median) positions; their difference is the distance, positive where
 the second cloud lies on the side that the normal looks to. Beside the published level of detection
-there is the one whose means count only independent points (method section 9.2).
+there is the one whose means count only independent points (method sections 5.7 and 9.2).
 
 A change beyond the level of detection is no longer explained by uncertainty, with 95 %. With
 ``s_noise^2 = s_1^2 / n_1 + s_2^2 / n_2`` of the mean positions and ``reg`` of the registration
@@ -28,9 +28,9 @@ from numpy.typing import NDArray
 from tribrach._types import Array, Mask
 from tribrach.comparison.cloud_parts import Source
 from tribrach.comparison.core_points import Normals, core_normals
-from tribrach.comparison.effective_points import effective_number
 from tribrach.comparison.projection_cylinders import Cylinders, Positions, means, medians
 from tribrach.errors import InputError
+from tribrach.instruments.neighbours import effective_number
 
 __all__ = [
     "ENOUGH",
@@ -194,6 +194,7 @@ def m3c2(
     *,
     normals: Normals | None = None,
     footprints: tuple[Array, Array] | None = None,
+    shares: tuple[float, float] = (1.0, 1.0),
 ) -> M3C2:
     """Compute distances of the second cloud from the first at core points.
 
@@ -210,6 +211,8 @@ def m3c2(
     footprints
         Areas of the beams of both clouds on the surface [m^2], each (m,) or one number, for the
         effective numbers.
+    shares
+        Share of their variance that points of one footprint share, in both clouds.
 
     Returns
     -------
@@ -232,8 +235,8 @@ def m3c2(
     independent = None
     if footprints is not None:
         area = np.pi / 4 * settings.diameter**2
-        pairs = zip((one, two), footprints, strict=True)
-        numbers = [effective_number(p.count.astype(float), area, a) for p, a in pairs]
+        sides = zip((one, two), footprints, shares, strict=True)
+        numbers = [effective_number(p.count.astype(float), area, a, s) for p, a, s in sides]
         independent = np.stack(numbers, axis=1)
     return M3C2(core, normals, settings, one, two, independent)
 

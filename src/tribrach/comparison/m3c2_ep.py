@@ -27,12 +27,12 @@ from numba import njit, prange
 from tribrach._types import Array, Index, Mask
 from tribrach.comparison.cloud_parts import Source, centred
 from tribrach.comparison.core_points import Normals, core_normals
-from tribrach.comparison.effective_points import effective_number
 from tribrach.comparison.m3c2 import FEWEST, NORMAL_95, M3C2Settings, additive_level, checked_core
 from tribrach.comparison.point_cells import PointCells, cylinder_ranges
 from tribrach.comparison.projection_cylinders import Cylinders
 from tribrach.comparison.station_pair import StationPair
 from tribrach.errors import InputError
+from tribrach.instruments.neighbours import effective_number
 from tribrach.statistics import chi2
 
 __all__ = ["M3C2EP", "m3c2_ep"]
@@ -148,6 +148,7 @@ def m3c2_ep(
     *,
     normals: Normals | None = None,
     footprints: tuple[Array, Array] | None = None,
+    shares: tuple[float, float] = (1.0, 1.0),
 ) -> M3C2EP:
     """Compute distances of the second cloud from the first, with propagated uncertainty.
 
@@ -161,7 +162,7 @@ def m3c2_ep(
         Scales and cylinder; its registration and median are not used.
     stations
         The stations of both clouds with their joint covariance.
-    normals, footprints
+    normals, footprints, shares
         As in plain M3C2.
 
     Returns
@@ -184,7 +185,7 @@ def m3c2_ep(
     counts = np.stack([one.count, two.count], axis=1).astype(float)
     if footprints is not None:
         area = np.pi / 4 * settings.diameter**2
-        sides = [effective_number(counts[:, k], area, footprints[k]) for k in (0, 1)]
+        sides = [effective_number(counts[:, k], area, footprints[k], shares[k]) for k in (0, 1)]
         counts = np.stack(sides, axis=1)
     return M3C2EP(core, normals, one, two, counts, stations.registration(core))
 

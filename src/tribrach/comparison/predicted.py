@@ -23,9 +23,9 @@ from tribrach._types import Array
 from tribrach.cloud.covariance import covariances
 from tribrach.cloud.placement import Placement
 from tribrach.comparison.cloud_parts import CloudChunk, Source
-from tribrach.comparison.effective_points import overlap_share
 from tribrach.comparison.m3c2_ep import M3C2EP
 from tribrach.comparison.station_pair import StationPair, along_normals
+from tribrach.instruments.neighbours import overlap_share
 from tribrach.scan.normals import FLATTEST
 from tribrach.statistics import chi2
 

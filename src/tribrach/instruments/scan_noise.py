@@ -18,6 +18,7 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.instruments.beam import Beam
+from tribrach.instruments.neighbours import SharedNoise
 from tribrach.instruments.range_law import RangeLaw
 from tribrach.units import SEC
 
@@ -46,6 +47,9 @@ class ScanNoise:
     law
         Of the noise of ranges with the intensity, which takes the place of range, range_scale and
         incidence where an intensity is known; None if there is none.
+    shared_share, shared_angle
+        What neighbouring points share of the variance of their ranges, None if nobody says, and the
+        angle [rad] over which they do, zero for the beam's own width (method section 5.7).
 
     Raises
     ------
@@ -62,18 +66,22 @@ class ScanNoise:
     systematic: float = 0.0
     beam_cone: bool = False
     law: RangeLaw | None = None
+    shared_share: float | None = None
+    shared_angle: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse what is no standard deviation and no diameter."""
         for item in fields(self):
             figure = getattr(self, item.name)
-            if item.name == "law":
+            if item.name == "law" or figure is None:
                 continue
             if not 0 <= figure < np.inf:
                 raise InputError(
                     f"the noise of scanned points has {item.name} = {figure:g}",
                     cure="give zero or a positive number of metres or radians",
                 )
+        if self.shared_share is not None:
+            SharedNoise(self.shared_share, self.shared_angle, self.beam)
 
     @property
     def beam(self) -> Beam:
@@ -88,6 +96,21 @@ class ScanNoise:
         """Standard deviation (n,) [rad] of the echo's place within the footprint, ``delta / 4``."""
         angle: Array = self.beam_diameter(length) / length / 4
         return angle
+
+    @property
+    def shared(self) -> SharedNoise:
+        """What neighbouring points share at most: all where beams overlap unless a share is known.
+
+        Sheets give the noise of single points and nothing of their neighbours. For the sigma of a
+        mean, all is the cautious end.
+        """
+        share = 1.0 if self.shared_share is None else self.shared_share
+        return SharedNoise(share, self.shared_angle, self.beam)
+
+    @property
+    def estimated_shared(self) -> SharedNoise | None:
+        """The same where it is known, else None: fits that judge by their own residuals do then."""
+        return None if self.shared_share is None else self.shared
 
     @property
     def random(self) -> ScanNoise:
@@ -154,6 +177,11 @@ class ScanNoise:
             parts.append(
                 f"beam {1e3 * self.beam_exit:.3g} mm and {1e3 * self.beam_divergence:.3g} mrad"
                 + (" as a cone" if self.beam_cone else "")
+            )
+        if self.shared_share is not None:
+            parts.append(
+                f"neighbours share {self.shared_share:.2g} of the variance of ranges"
+                + (f" over {1e3 * self.shared_angle:.3g} mrad" if self.shared_angle else "")
             )
         return "noise of the scanner: " + ", ".join(parts)
 

@@ -13,7 +13,7 @@ from tribrach._types import Array
 from tribrach.comparison.c2c import C2C, cloud_to_cloud
 from tribrach.comparison.cloud_parts import plain
 from tribrach.comparison.core_points import core_normals, core_points
-from tribrach.comparison.effective_points import beam_areas
+from tribrach.comparison.footprints import beam_areas, shared_share
 from tribrach.comparison.m3c2 import M3C2Settings, m3c2
 from tribrach.comparison.m3c2_ep import m3c2_ep
 from tribrach.comparison.predicted import (
@@ -191,13 +191,23 @@ class _Work:
             beam_areas(core, normals.vectors, one),
             beam_areas(core, normals.vectors, two),
         )
-        plainly = m3c2(first, second, core, settings, normals=normals, footprints=beams)
+        shares = shared_share(one), shared_share(two)
+        plainly = m3c2(
+            first, second, core, settings, normals=normals, footprints=beams, shares=shares
+        )
         one_with, two_with = (
             with_random(stream, where, core, normals.vectors, incidence=self.incidence)
             for stream, where in ((pair.reference, one), (pair.around, two))
         )
         propagated = m3c2_ep(
-            one_with, two_with, core, settings, stations, normals=normals, footprints=beams
+            one_with,
+            two_with,
+            core,
+            settings,
+            stations,
+            normals=normals,
+            footprints=beams,
+            shares=shares,
         )
         return M3C2Figures.of(plainly), predict(propagated, stations, settings.diameter)
 

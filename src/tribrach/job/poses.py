@@ -255,16 +255,23 @@ def _noise(path: Path, name: str, row: Mapping[str, Any]) -> ScanNoise | None:
     given = row.get("noise")
     if given is None:
         return None
-    keys = [item.name for item in fields(ScanNoise) if item.name != "law"]
-    # poses of earlier runs have no systematic part and no cones
-    later = ("systematic", "beam_cone")
+    keys = [f.name for f in fields(ScanNoise) if f.name not in ("law", "shared_share")]
+    # poses of earlier runs have no systematic part, no cones and nothing of neighbours
+    later = ("systematic", "beam_cone", "shared_angle")
     figures = [given.get(key, 0.0) if key in later else given[key] for key in keys]
     values = _numbers(path, figures, (len(keys),), f"the noise of {name}")
     if (values < 0).any():
         raise InputError(f"the noise of {name} is negative", file=path, cure=_CURE)
     noise = dict(zip(keys, values.tolist(), strict=True))
     law = _law(path, name, given.get("law"))
-    return ScanNoise(**noise | {"beam_cone": noise["beam_cone"] > 0, "law": law})
+    share = given.get("shared_share")
+    if share is not None:
+        share = float(_numbers(path, [share], (1,), f"what neighbours of {name} share")[0])
+    more = {"beam_cone": noise["beam_cone"] > 0, "law": law, "shared_share": share}
+    try:
+        return ScanNoise(**noise | more)
+    except InputError as error:
+        raise InputError(f"{name}: {error.what}", file=path, cure=_CURE) from error
 
 
 def _law(path: Path, name: str, given: Mapping[str, Any] | None) -> RangeLaw | None:

@@ -82,6 +82,9 @@ class Instrument(Section):
         Diameter of the beam at the exit and full angle, which give its footprint.
     beam_shape
         How it widens: as a beam with its ``waist`` at the exit, or as a ``cone``.
+    shared_share, shared_angle_mrad
+        What neighbouring points share of the variance of their ranges, and the angle over which
+        they do, the beam's own width if zero; all of it where beams overlap if not given.
     target_floor_mm
         Added to target centres.
     levelling_arcsec
@@ -125,6 +128,8 @@ class Instrument(Section):
     beam_exit_mm: NonNegativeFloat = 0.0
     beam_divergence_mrad: NonNegativeFloat = 0.0
     beam_shape: Literal["waist", "cone"] = "waist"
+    shared_share: float | None = Field(default=None, ge=0, le=1)
+    shared_angle_mrad: NonNegativeFloat = 0.0
     target_floor_mm: NonNegativeFloat = 0.0
     levelling_arcsec: PositiveFloat | None = None
     magnification: PositiveFloat | None = None
@@ -299,6 +304,8 @@ class Instrument(Section):
             self._systematic_angle(),
             self.beam_shape == "cone",
             self._law(),
+            self.shared_share,
+            self.shared_angle_mrad * 1e-3,
         )
 
     def _law(self) -> RangeLaw | None:
