@@ -41,6 +41,7 @@ class Placed:
     xyz: np.ndarray
     placement: Placement
     crs: None = None
+    columns: int = 3
 
     @property
     def scanner(self) -> np.ndarray:
@@ -52,6 +53,8 @@ class Placed:
 
     def stream(self) -> Iterator[np.ndarray]:
         yield self.placement.pose @ self.xyz
+
+    lit = stream
 
 
 def sites() -> list[ComparisonSite]:

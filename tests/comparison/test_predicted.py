@@ -1,5 +1,6 @@
 """Predicted against observed: Monte Carlo with two stations, and sixteen sites of a twin."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from tribrach.comparison.m3c2 import M3C2Settings
 from tribrach.comparison.m3c2_ep import m3c2_ep
 from tribrach.comparison.predicted import BAND, Prediction, compare_offsets, predict, with_random
 from tribrach.comparison.station_pair import StationPair
+from tribrach.instruments.range_law import RangeLaw
 from tribrach.job.compare import offset_test
 
 #: middles and normals of walls about the origin
@@ -104,6 +106,21 @@ def test_random_part_takes_the_nearest_normal() -> None:
         (chunk,) = with_random(lambda: iter([points]), where, core, normals, incidence=wish)()
         expected = covariances(where.pose.inverse @ points, alone, given)
         assert chunk.random == pytest.approx(expected, rel=1e-9)
+
+
+def test_random_part_takes_the_intensity_of_each_point() -> None:
+    law = RangeLaw(0.06, -0.6, 0.0003, 20.0, 200.0)
+    where = two_stations.placement(0, np.zeros(6))
+    where = replace(where, noise=replace(NOISE, law=law))
+    points = ORIGIN + np.array([[0.1, 8.0, 2.1], [0.1, 8.0, 2.1], [0.1, 8.0, 2.1]])
+    lit = np.column_stack([points, [30.0, 150.0, np.nan]])
+    (chunk,) = with_random(lambda: iter([lit]), where, points, np.full((3, 3), np.nan))()
+    alone = replace(where, covariance=np.zeros((6, 6)))
+    expected = covariances(where.pose.inverse @ points, alone, None, lit[:, 3])
+    assert chunk.xyz == pytest.approx(points)
+    assert chunk.random == pytest.approx(expected, rel=1e-9)
+    sizes = np.sqrt(expected[:, :3].sum(axis=1))
+    assert sizes[0] > 2 * sizes[1]
 
 
 def prediction(**more: object) -> Prediction:

@@ -12,8 +12,13 @@ from tests.job.test_clouds import WORK, in_a_room
 from tribrach.cloud.covariance import sigmas
 from tribrach.errors import InputError
 from tribrach.instruments.range_law import RangeLaw
+from tribrach.io.clouds.formats import create
+from tribrach.io.clouds.header import CloudHeader
+from tribrach.job.cloud_file import open_cloud, station_pair
+from tribrach.job.compare import compare_clouds
 from tribrach.job.poses import pose_texts, read_poses
 from tribrach.job.scans import StationScan
+from tribrach.scan.scan import Field
 
 LAW = RangeLaw(0.06, -0.6, 0.0003, 20.0, 200.0)
 
@@ -72,3 +77,30 @@ def test_fits_take_the_noise_of_ranges_from_the_points_where_it_has_a_law(tmp_pa
     (plain,), (by_law,) = opened(tmp_path / "S1.las"), lawful(tmp_path / "S1.las")
     assert set(plain.fit_sigmas) == {"sigma_range", "sigma_angle"}
     assert by_law.fit_sigmas == {"sigma_angle": plain.fit_sigmas["sigma_angle"]}
+
+
+def test_comparisons_have_the_intensities_of_the_scan_and_not_the_stretched_ones_of_the_cloud(
+    tmp_path: Path,
+) -> None:
+    """Light from 0 to 1 is stretched in LAS; read again beside its poses it is what it was."""
+    rng = np.random.default_rng(7)
+    xyz, light = rng.uniform(2, 9, (400, 3)), rng.uniform(0.02, 0.9, 400).astype(np.float32)
+    header = CloudHeader("S1", (Field("intensity", "float32", 0.0, 1.0),), 1e-6)
+    with create(tmp_path / "S1.e57", header) as writer:
+        writer.write(xyz, {"intensity": light})
+    law = replace(LAW, low=0.05, high=0.8)
+    scans = lawful(tmp_path / "S1.e57", law=law)
+    scans = [replace(scans[0], name="S1", station="S1")]
+    places = placed(scans)
+    (product,) = made(scans, places, WORK, tmp_path, format="laz")
+    folder = tmp_path / "clouds"
+    for path, text in pose_texts(folder, scans, places, WORK, "prior", None).items():
+        path.write_text(text) if isinstance(text, str) else path.write_bytes(text)
+    cloud = open_cloud(product.path)
+    assert cloud.columns == 4
+    (chunk,) = cloud.lit()
+    assert chunk[:, 3] == pytest.approx(light, abs=1e-5)
+    (plain,) = cloud.stream()
+    assert (chunk[:, :3] == plain).all()
+    found = compare_clouds(cloud, cloud, stations=station_pair(cloud, cloud))
+    assert found[0].c2c is not None

@@ -55,7 +55,8 @@ def with_random(
     Parameters
     ----------
     stream
-        Points (n, 3) in the frame of the placement [m].
+        Points (n, 3) in the frame of the placement [m], or (n, 4) with their intensity as it was
+        in the file of the scan, NaN where unknown, which a law of the noise takes.
     placement
         Where the scan stands, with its noise.
     core, normals : array (m, 3)
@@ -81,14 +82,16 @@ def with_random(
     tree = KDTree(core[known] - origin) if known.any() else None
 
     def chunks() -> Iterable[CloudChunk]:
-        for xyz in stream():
-            cosine = None
+        for chunk in stream():
+            xyz, cosine = np.ascontiguousarray(chunk[:, :3]), None
+            light = chunk[:, 3] if chunk.shape[1] > 3 else None
             if incidence and tree is not None and len(xyz):
                 nearest = normals[known][tree.query(xyz - origin)[1]]
                 beam = xyz - placement.pose.translation
                 along = np.abs(np.einsum("ni,ni->n", beam, nearest))
                 cosine = np.clip(along / np.linalg.norm(beam, axis=1), FLATTEST, 1.0)
-            yield CloudChunk(xyz, covariances(placement.pose.inverse @ xyz, alone, cosine))
+            local = placement.pose.inverse @ xyz
+            yield CloudChunk(xyz, covariances(local, alone, cosine, light))
 
     return chunks
 

@@ -80,6 +80,7 @@ def cut(
     folder: Path,
     margin: float = 0.0,
     progress: Callable[[int], None] = lambda points: None,
+    columns: int = 3,
 ) -> Spool:
     """Cut the points of each site out of a cloud that is read once.
 
@@ -95,19 +96,22 @@ def cut(
         Points within it of a site count [m].
     progress
         Called with the number of points done.
+    columns
+        Of the chunks: three, or with light four.
 
     Returns
     -------
     Spool
         Points by number of the site.
     """
-    spool, done = Spool(folder, len(sites)), 0
+    spool, done = Spool(folder, len(sites), columns), 0
     for chunk in cloud():
-        low, high = chunk.min(axis=0, initial=np.inf), chunk.max(axis=0, initial=-np.inf)
+        xyz = chunk[:, :3]
+        low, high = xyz.min(axis=0, initial=np.inf), xyz.max(axis=0, initial=-np.inf)
         for number, site in enumerate(sites):
             start, end = np.array(site.low) - margin, np.array(site.high) + margin
             if (low <= end).all() and (high >= start).all():
-                spool.add(number, chunk[site.inside(chunk, margin)])
+                spool.add(number, chunk[site.inside(xyz, margin)])
         done += len(chunk)
         progress(done)
     return spool

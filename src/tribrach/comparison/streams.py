@@ -1,6 +1,7 @@
 """Clouds too large for memory: chunks, parts of space, points waiting on disk for their turn.
 
-A stream is a function that begins anew each time it is called and gives chunks (n, 3) [m]. Two
+A stream is a function that begins anew each time it is called and gives chunks (n, 3) [m]; one
+with light gives the intensity of each point in a fourth column, NaN where it is unknown. Two
 streams are cut into parts: boxes that share space among them. Every query lies in one of them;
 every point of the reference in all that it is within the limit of, so that no part needs another.
 """
@@ -16,7 +17,7 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.scratch import scratch_folder
 
-__all__ = ["SIZE", "Part", "Spool", "Stream", "in_memory", "parts"]
+__all__ = ["SIZE", "Part", "Spool", "Stream", "in_memory", "parts", "without_light"]
 
 Stream = Callable[[], Iterator[Array]]
 
@@ -45,14 +46,18 @@ class Part:
 
 
 class Spool:
-    """Points in files of a temporary folder by number, in the order in which they came."""
+    """Points in files of a temporary folder by number, in the order in which they came.
 
-    def __init__(self, folder: Path, count: int) -> None:
+    columns : of each chunk, three or with light four.
+    """
+
+    def __init__(self, folder: Path, count: int, columns: int = 3) -> None:
         self._paths = [folder / f"{number}.points" for number in range(count)]
         self.counts = [0] * count
+        self.columns = columns
 
     def add(self, number: int, points: Array) -> None:
-        """Append points (n, 3)."""
+        """Append points (n, columns)."""
         if len(points):
             with self._paths[number].open("ab") as file:
                 file.write(np.ascontiguousarray(points, dtype=np.float64).tobytes())
@@ -68,7 +73,8 @@ class Spool:
             with self._paths[number].open("rb") as file:
                 while left:
                     some = min(left, _CHUNK)
-                    yield np.fromfile(file, np.float64, 3 * some).reshape(some, 3)
+                    flat = np.fromfile(file, np.float64, self.columns * some)
+                    yield flat.reshape(some, self.columns)
                     left -= some
 
         return chunks
@@ -86,6 +92,11 @@ class Spool:
 def in_memory(points: Array) -> Stream:
     """Points (n, 3) as a stream."""
     return lambda: iter([points[k : k + _CHUNK] for k in range(0, len(points), _CHUNK)])
+
+
+def without_light(stream: Stream) -> Stream:
+    """The coordinates alone of a stream, whether it has light or not."""
+    return lambda: (np.ascontiguousarray(chunk[:, :3]) for chunk in stream())
 
 
 def joined(chunks: Iterator[Array]) -> Array:

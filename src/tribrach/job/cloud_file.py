@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 from pyproj import CRS
 from pyproj.exceptions import CRSError
 
@@ -17,7 +18,7 @@ from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.io.scans.formats import read_scans
 from tribrach.job.poses import POSES, PoseFile, read_poses
 from tribrach.scan.no_return import screened
-from tribrach.scan.scan import Scan
+from tribrach.scan.scan import Chunk, Scan
 
 __all__ = ["CloudFile", "open_cloud", "refuse_other_frames", "station_pair"]
 
@@ -55,13 +56,49 @@ class CloudFile:
         found = [(scan.source, scan.no_return) for scan in self.scans]
         return tuple(f"{name}: {beams.sentence}" for name, beams in found if beams is not None)
 
+    @property
+    def columns(self) -> int:
+        """Columns of :meth:`lit`: four where the noise of the points has a law of the intensity."""
+        noise = None if self.placement is None else self.placement.noise
+        return 3 if noise is None or noise.law is None else 4
+
     def stream(self) -> Iterator[Array]:
         """Chunks of points (n, 3) [m]."""
         for scan in self.scans:
             for chunk in scan.chunks():
                 if len(chunk):
-                    placed = chunk.xyz if scan.pose is None else scan.pose @ chunk.xyz
-                    yield placed if self.frame is None else self.frame.from_work(placed)
+                    yield self._world(scan, chunk)
+
+    def lit(self) -> Iterator[Array]:
+        """Chunks of points (n, 3) [m], or (n, 4) with the intensity of the scan that was placed."""
+        if self.columns == 3:
+            yield from self.stream()
+            return
+        for scan in self.scans:
+            for chunk in scan.chunks():
+                if len(chunk):
+                    yield np.column_stack([self._world(scan, chunk), _light(scan, chunk)])
+
+    def _world(self, scan: Scan, chunk: Chunk) -> Array:
+        """Points (n, 3) [m] of a chunk of a scan."""
+        placed = chunk.xyz if scan.pose is None else scan.pose @ chunk.xyz
+        return placed if self.frame is None else self.frame.from_work(placed)
+
+
+def _light(scan: Scan, chunk: Chunk) -> Array:
+    """Intensities (n,) in the units of the scan that a cloud was made of, NaN where unknown.
+
+    LAS has integers: where they were stretched to their whole range, our clouds say from what.
+    """
+    light = chunk.values.get("intensity")
+    if light is None:
+        return np.full(len(chunk), np.nan)
+    low, _, high = scan.facts.get("intensity", "").partition(" to ")
+    try:
+        shift, span = float(low), float(high) - float(low)
+    except ValueError:
+        return light.astype(np.float64)
+    return shift + light.astype(np.float64) * (span / 65535)
 
 
 def open_cloud(path: Path, poses: Path | None = None) -> CloudFile:

@@ -26,7 +26,7 @@ from tribrach.comparison.predicted import (
 from tribrach.comparison.results import M3C2Figures, SiteResult
 from tribrach.comparison.sites import ComparisonSite, cut, seen_from
 from tribrach.comparison.station_pair import StationPair
-from tribrach.comparison.streams import Stream
+from tribrach.comparison.streams import Stream, without_light
 from tribrach.errors import InputError
 from tribrach.job.cloud_file import CloudFile, refuse_other_frames
 from tribrach.scratch import scratch_folder
@@ -55,12 +55,22 @@ _WIDER, _ROUGH = 2.0, 25.0
 
 @dataclass(frozen=True)
 class _Pair:
-    """Streams of one site: A in it, A and B also within the limit around it."""
+    """Streams of one site: A in it, A and B also within the limit around it, these with light."""
 
     name: str
     compared: Stream
-    around: Stream
-    reference: Stream
+    around_lit: Stream
+    reference_lit: Stream
+
+    @property
+    def around(self) -> Stream:
+        """A within the limit around the site, coordinates alone."""
+        return without_light(self.around_lit)
+
+    @property
+    def reference(self) -> Stream:
+        """B within the limit around the site, coordinates alone."""
+        return without_light(self.reference_lit)
 
 
 def compare_clouds(
@@ -113,7 +123,7 @@ def _pairs(
 ) -> Iterator[_Pair]:
     """The points of every site; each cloud is read once for all sites."""
     if not sites:
-        yield _Pair(_ALL, a.stream, a.stream, b.stream)
+        yield _Pair(_ALL, a.stream, a.lit, b.lit)
         return
     with scratch_folder() as scratch:
         spools = []
@@ -121,10 +131,10 @@ def _pairs(
             folder = scratch / side
             folder.mkdir()
             told = partial(_tell, progress, f"sites of {cloud.path.name}", cloud.records)
-            spools.append(cut(cloud.stream, sites, folder, limit, told))
+            spools.append(cut(cloud.lit, sites, folder, limit, told, cloud.columns))
         for number, site in enumerate(sites):
             around, reference = (spool.stream(number) for spool in spools)
-            yield _Pair(site.name, _within(around, site), around, reference)
+            yield _Pair(site.name, _within(without_light(around), site), around, reference)
 
 
 def _tell(
@@ -197,7 +207,7 @@ class _Work:
         )
         one_with, two_with = (
             with_random(stream, where, core, normals.vectors, incidence=self.incidence)
-            for stream, where in ((pair.reference, one), (pair.around, two))
+            for stream, where in ((pair.reference_lit, one), (pair.around_lit, two))
         )
         propagated = m3c2_ep(
             one_with,
