@@ -52,6 +52,10 @@ def baseline(
     seconds: Annotated[
         float, typer.Option(min=1, help="Time limit of the engine in seconds.")
     ] = 600.0,
+    no_alternatives: Annotated[
+        bool,
+        typer.Option("--no-alternatives", help="Keep a doubtful baseline as it was asked for."),
+    ] = False,
     json_file: Annotated[
         Path | None, typer.Option("--json", help="Write the result as JSON.")
     ] = None,
@@ -64,7 +68,15 @@ def baseline(
         inputs = [base, rover, *navigation, *([] if antex is None else [antex])]
         claim(inputs, [json_file], overwrite=overwrite)
         settings = Processing(
-            mask, frequencies, systems, not no_atmosphere, 3.0, sigma_factor, antex, engine, seconds
+            mask=mask,
+            frequencies=frequencies,
+            systems=systems,
+            atmosphere=not no_atmosphere,
+            factor=sigma_factor,
+            antex=antex,
+            engine=engine,
+            seconds=seconds,
+            alternatives=not no_alternatives,
         )
         place = _numbers(base_xyz)
         with shown(quiet) as progress:

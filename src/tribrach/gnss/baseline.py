@@ -26,6 +26,7 @@ from tribrach.gnss.antennas import (
     antenna_warnings,
     satellite_options,
 )
+from tribrach.gnss.attempts import FREQUENCIES, Attempt, choose, reason
 from tribrach.gnss.engine import EngineName, run_engine, staged
 from tribrach.gnss.orbits import check_precise, check_together, usable_systems
 from tribrach.instruments.final_solution import (
@@ -35,6 +36,7 @@ from tribrach.instruments.final_solution import (
 )
 from tribrach.instruments.gnss_solutions import SOURCE, sigma_factor
 from tribrach.io.gnss.antex_file import read_antex
+from tribrach.io.gnss.l2_phases import SHIFT, aligned_l2
 from tribrach.io.gnss.observation_file import RinexObservations, read_observations
 from tribrach.io.gnss.orbit_files import Orbits, read_orbits
 from tribrach.io.gnss.precise_file import sp3_text
@@ -196,6 +198,8 @@ class Processing:
         ``auto``, ``pyrtklib`` or ``rnx2rtkp``.
     seconds
         Time limit of the engine.
+    alternatives
+        Compute a doubtful baseline in other ways too, and take the best (method section 2.7).
     """
 
     mask: float = 15.0
@@ -207,6 +211,7 @@ class Processing:
     antex: Path | None = None
     engine: EngineName = "auto"
     seconds: float = 600.0
+    alternatives: bool = True
 
 
 @dataclass(frozen=True)
@@ -252,6 +257,12 @@ class Baseline:
         Of the antennas over the marks [m], base first.
     warnings
         Sentences.
+    frequencies
+        How many were used.
+    attempts
+        The ways that were tried, where the first one was doubtful; else none.
+    choice
+        Why one of them was taken.
     """
 
     base: Array
@@ -277,6 +288,9 @@ class Baseline:
     orbits: tuple[str, ...] = ()
     heights: tuple[float, float] = (0.0, 0.0)
     warnings: tuple[str, ...] = field(default=())
+    frequencies: int = 2
+    attempts: tuple[Attempt, ...] = ()
+    choice: str = ""
 
     @property
     def vector(self) -> Array:
@@ -342,10 +356,83 @@ def compute_baseline(
         rover_antenna or AntennaSetup.of(second),
     )
     progress("computing baseline", 0, 1)
+    found = _computed(first, second, orbits, setups, settings, reference, systems)
+    if settings.alternatives and _doubtful(found):
+        ways = _other_ways(first, second, settings)
+        progress("computing baseline", 1, 1 + len(ways))
+        others = []
+        for what, cures, one, two, wish in ways:
+            try:
+                other = _computed(one, two, orbits, setups, wish, reference, systems)
+            except InputError:
+                # this way has no solution
+                continue
+            others.append((what, cures, other))
+            progress("computing baseline", 1 + len(others), 1 + len(ways))
+        found = _taken(found, others)
+    progress("computing baseline", 1, 1)
+    return found
+
+
+def _doubtful(baseline: Baseline) -> bool:
+    """True if other ways of computing a baseline are worth a trial."""
+    noisy = baseline.residual is not None and baseline.residual > NOISY
+    return baseline.ambiguities != "fixed" or baseline.fixed_share < RARELY or noisy
+
+
+def _other_ways(
+    first: RinexObservations, second: RinexObservations, settings: Processing
+) -> list[tuple[str, str, RinexObservations, RinexObservations, Processing]]:
+    """Other ways in words, what they cure, their files and settings; none with one frequency."""
+    if settings.frequencies < 2:
+        return []
+    ways = []
+    one, two = aligned_l2(first), aligned_l2(second)
+    names = [new.path.name for old, new in ((first, one), (second, two)) if new is not old]
+    if names:
+        mixed = " and ".join(names)
+        what = f"{FREQUENCIES[settings.frequencies]} with L2C moved by {SHIFT} cycles in {mixed}"
+        ways.append((what, f"phases of L2C and P(Y) are mixed in {mixed}", one, two, settings))
+    ways.append((FREQUENCIES[1], "", first, second, replace(settings, frequencies=1)))
+    return ways
+
+
+def _taken(asked: Baseline, others: Sequence[tuple[str, str, Baseline]]) -> Baseline:
+    """The best of several ways, each with its words and what it cures; the comparison of all."""
+    if not others:
+        return asked
+    every = [(FREQUENCIES[asked.frequencies], "", asked), *others]
+    attempts = [
+        Attempt(
+            what=what,
+            frequencies=b.frequencies,
+            ambiguities=b.ambiguities,
+            fixed_share=b.fixed_share,
+            ratio=b.ratio,
+            sigma=float(np.sqrt(np.trace(b.covariance))),
+            away=float(np.linalg.norm(b.rover - asked.rover)),
+            cures=cures,
+        )
+        for what, cures, b in every
+    ]
+    best = choose(attempts)
+    attempts[best] = replace(attempts[best], taken=True)
+    return replace(every[best][2], attempts=tuple(attempts), choice=reason(attempts, best))
+
+
+def _computed(
+    first: RinexObservations,
+    second: RinexObservations,
+    orbits: Orbits,
+    setups: tuple[AntennaSetup, AntennaSetup],
+    settings: Processing,
+    reference: Array,
+    systems: str,
+) -> Baseline:
+    """The baseline in one way."""
     options = _options(settings, reference, systems) | {"pos2-maxage": _tolerance(first, second)}
     options["pos1-sateph"] = 0 if orbits.precise is None else 1
     solution, used, engine = _solved(first, second, orbits, setups, settings, options)
-    progress("computing baseline", 1, 1)
     warnings = [
         *doubts_of_place(first, reference),
         *doubts_of_files(first, second),
@@ -357,7 +444,7 @@ def compute_baseline(
     far: list[str] = []
     if settings.atmosphere:
         far = doubts_of_length(
-            f"{base.name} to {rover.name}",
+            f"{first.path.name} to {second.path.name}",
             baseline.length,
             precise=orbits.precise is not None,
             satellites="file-satantfile" in options,
@@ -501,4 +588,5 @@ def _baseline(
         names=(first.marker or first.path.stem, second.marker or second.path.stem),
         files=(first.path.name, second.path.name),
         warnings=tuple(warnings),
+        frequencies=settings.frequencies,
     )

@@ -82,6 +82,8 @@ class GnssSection(Section):
         The program that computes baselines.
     time_limit_s
         Longest time for one baseline.
+    alternatives
+        Doubtful baselines are computed in other ways too, and the best is taken.
     """
 
     sessions: tuple[GnssSession, ...] = ()
@@ -95,6 +97,7 @@ class GnssSection(Section):
     antex: str | None = None
     engine: Literal["auto", "pyrtklib", "rnx2rtkp"] = "auto"
     time_limit_s: PositiveFloat = 600.0
+    alternatives: bool = True
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
@@ -115,4 +118,5 @@ class GnssSection(Section):
             antex=None if self.antex is None else folder / self.antex,
             engine=self.engine,
             seconds=self.time_limit_s,
+            alternatives=self.alternatives,
         )

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from tribrach.gnss.attempts import comparison
 from tribrach.gnss.baseline import Baseline
 from tribrach.gnss.orbits import calendar
 
@@ -37,6 +38,23 @@ def baseline_facts(baseline: Baseline) -> dict[str, Any]:
         "files": list(baseline.files),
         "precise_orbits": list(baseline.orbits),
         "antenna_heights": list(baseline.heights),
+        "frequencies": baseline.frequencies,
+        "choice": baseline.choice,
+        "attempts": [
+            {
+                "what": a.what,
+                "frequencies": a.frequencies,
+                "ambiguities": a.ambiguities,
+                "fixed_share": a.fixed_share,
+                "ratio_median": a.ratio,
+                "sigma": a.sigma,
+                "from_first": a.away,
+                "pieces": a.pieces,
+                "pieces_scatter": a.scatter,
+                "taken": a.taken,
+            }
+            for a in baseline.attempts
+        ],
         "warnings": list(baseline.warnings),
     }
 
@@ -78,4 +96,7 @@ def baseline_lines(baseline: Baseline) -> list[str]:
     ]
     if baseline.orbits:
         words.insert(2, f"orbits: precise ones of {', '.join(baseline.orbits)}")
+    if baseline.choice:
+        words.append(f"choice: {baseline.choice}")
+        words += [f"    {line}" for line in comparison(baseline.attempts)]
     return [*words, *(f"warning: {text}" for text in baseline.warnings)]

@@ -8,6 +8,7 @@ seconds since 1980-01-06 in the file's own time system (GPS time in all but pure
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,7 +18,14 @@ from numpy.typing import NDArray
 from tribrach.errors import InputError
 from tribrach.io.gnss.rinex_file import read_rinex
 
-__all__ = ["RinexObservations", "header_of", "header_text", "read_observations", "seconds_of"]
+__all__ = [
+    "RinexObservations",
+    "header_of",
+    "header_text",
+    "read_observations",
+    "records_2",
+    "seconds_of",
+]
 
 _CLOCK = rb" ([ \d]\d) ([ \d]\d) ([ \d]\d) ([ \d]\d)((?: {2}| \d|\d\d)\d\.\d{7})"
 #: epoch lines: date and time, flag, number of satellites or lines, and the rest; events other than
@@ -281,15 +289,47 @@ def _epochs_2(
     _check_records(path, data, start, epochs, -(-kinds // 5))
     names: set[str] = set()
     for match in _measured(epochs):
-        count = int(match.group(8))
-        further = max(-(-count // 12) - 1, 0)
-        text = match.group(9)[:36]
-        # more than twelve names go on in further lines
-        rest = data[match.end() + 1 : match.end() + 1 + 100 * further].split(b"\n")[:further]
-        text += b"".join(line[32:68] for line in rest)
-        words = [text[k : k + 3].decode("latin-1") for k in range(0, 3 * count, 3)]
-        names |= {(w[:1].strip() or "G") + w[1:].replace(" ", "0") for w in words if w.strip()}
+        names.update(name for name in _names_2(data, match)[0] if name)
     return data, 0, _times(path, data, _measured(epochs)), frozenset(names)
+
+
+def _names_2(data: bytes, match: re.Match[bytes]) -> tuple[list[str], int]:
+    """Satellites of an epoch of RINEX 2, "" where there is no name, and their further lines."""
+    count = int(match.group(8))
+    further = max(-(-count // 12) - 1, 0)
+    text = match.group(9)[:36].ljust(36)
+    # more than twelve names go on in further lines
+    rest = data[match.end() + 1 : match.end() + 1 + 100 * further].split(b"\n")[:further]
+    text += b"".join(line[32:68] for line in rest)
+    words = [text[k : k + 3].decode("latin-1") for k in range(0, 3 * count, 3)]
+    names = [(w[:1].strip() or "G") + w[1:].replace(" ", "0") if w.strip() else "" for w in words]
+    return names, further
+
+
+def records_2(file: RinexObservations, kinds: int) -> Iterator[tuple[str, int]]:
+    """The measurements of a file of RINEX 2: satellite and offset of its lines in the text.
+
+    Parameters
+    ----------
+    file
+        A file that was read, so that its records are whole.
+    kinds
+        Types of observation, five to a line.
+    """
+    data = file.text
+    for match in _measured(list(_EPOCH_2.finditer(data, header_text(file.path, data)[1]))):
+        names, further = _names_2(data, match)
+        at = _lines_on(data, match.end(), 1 + further)
+        for name in names:
+            yield name, at
+            at = _lines_on(data, at, -(-kinds // 5))
+
+
+def _lines_on(data: bytes, at: int, lines: int) -> int:
+    """Where the line starts that is so many lines after the one at an offset."""
+    for _ in range(lines):
+        at = data.find(b"\n", at) + 1 or len(data)
+    return at
 
 
 def _measured(epochs: list[re.Match[bytes]]) -> list[re.Match[bytes]]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.gnss.attempts import Attempt
 from tribrach.gnss.baseline import Baseline
 from tribrach.gnss.loops import BaselineLoop
 from tribrach.gnss.orbits import calendar
@@ -150,7 +151,12 @@ def gnss_chapter(adjustment: Adjustment, sessions: Sequence[SessionResult] = ())
         *epoch_sentences(reference, sessions),
         *frame_sentences(adjustment.network.facts, vectors=True),
     ]
-    tables = [_session_table(sessions), _baseline_table(sessions), _loop_table(baselines, loops)]
+    tables = [
+        _session_table(sessions),
+        _baseline_table(sessions),
+        _attempt_table(sessions),
+        _loop_table(baselines, loops),
+    ]
     return Chapter(
         "gnss",
         "GNSS baselines and loops",
@@ -192,6 +198,11 @@ def _session_sentences(sessions: Sequence[SessionResult]) -> list[str]:
         f"Not fixed is {baseline_headline(b)}; it takes part with that covariance."
         for b in rows
         if b.ambiguities != "fixed"
+    ]
+    out += [
+        f"{b.names[0]} to {b.names[1]} was doubtful and computed in other ways too: {b.choice}."
+        for b in rows
+        if b.choice
     ]
     files = dict.fromkeys(name for b in rows for name in b.orbits)
     if files:
@@ -312,13 +323,40 @@ def _baseline_table(sessions: Sequence[SessionResult]) -> ReportTable:
     return build_table("gnss-baselines", "GNSS baselines", note, _all(sessions), columns)
 
 
+def _attempt_table(sessions: Sequence[SessionResult]) -> ReportTable:
+    Row = tuple[Baseline, Attempt]  # noqa: N806  a local name of a type
+    columns: list[tuple[ColumnHead, Callable[[Row], Cell]]] = [
+        (ColumnHead("From", numeric=False), lambda r: text_cell(r[0].names[0])),
+        (ColumnHead("To", numeric=False), lambda r: text_cell(r[0].names[1])),
+        (ColumnHead("way", numeric=False), lambda r: text_cell(r[1].what)),
+        (ColumnHead("ambiguities", numeric=False), lambda r: _ambiguities(r[1])),
+        (ColumnHead("fixed", "%"), lambda r: fixed_cell(100 * r[1].fixed_share, 1)),
+        (ColumnHead("ratio"), lambda r: fixed_cell(r[1].ratio, 1)),
+        (ColumnHead("σ", "mm"), lambda r: mm_cell(r[1].sigma, 1)),
+        (ColumnHead("pieces"), lambda r: fixed_cell(r[1].pieces, 0)),
+        (ColumnHead("scatter", "mm"), lambda r: _scatter(r[1])),
+        (ColumnHead("from the first", "mm"), lambda r: mm_cell(r[1].away, 1)),
+        (ColumnHead("taken", numeric=False), lambda r: text_cell(_yes(r[1].taken))),
+    ]
+    note = (
+        "Ways of computing baselines that were doubtful as they were asked for. Scatter: of the "
+        "pieces of the session, each computed by itself, in space."
+    )
+    rows = [(b, a) for _, b in _all(sessions) for a in b.attempts]
+    return build_table("gnss-attempts", "Doubtful baselines", note, rows, columns)
+
+
+def _scatter(attempt: Attempt) -> Cell:
+    return text_cell("") if attempt.scatter is None else mm_cell(attempt.scatter, 1)
+
+
 def _residual(baseline: Baseline) -> Cell:
     value = baseline.residual
     return text_cell("") if value is None else mm_cell(value, 1)
 
 
-def _ambiguities(baseline: Baseline) -> Cell:
-    return text_cell(baseline.ambiguities, "" if baseline.ambiguities == "fixed" else "bad")
+def _ambiguities(of: Baseline | Attempt) -> Cell:
+    return text_cell(of.ambiguities, "" if of.ambiguities == "fixed" else "bad")
 
 
 def _loop_table(baselines: BaselineSet, loops: Sequence[BaselineLoop]) -> ReportTable:

@@ -11,6 +11,21 @@ __all__ = ["SCHEMA", "BaselineDocument", "SessionBaselinePart"]
 SCHEMA = 1
 
 
+class AttemptPart(DocumentPart):
+    """One way of computing a doubtful baseline, lengths in metres."""
+
+    what: str
+    frequencies: int
+    ambiguities: str
+    fixed_share: float
+    ratio_median: Finite
+    sigma: float
+    from_first: float
+    pieces: int
+    pieces_scatter: Finite
+    taken: bool
+
+
 class BaselineFigures(DocumentPart):
     """A baseline [m], geocentric."""
 
@@ -36,6 +51,9 @@ class BaselineFigures(DocumentPart):
     files: list[str]
     precise_orbits: list[str]
     antenna_heights: list[float]
+    frequencies: int
+    choice: str
+    attempts: list[AttemptPart]
     warnings: list[str]
 
 

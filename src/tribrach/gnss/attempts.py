@@ -1,0 +1,146 @@
+"""Other ways of computing a doubtful baseline, and which of them is taken.
+
+A baseline that is doubtful as it was asked for is computed in other ways as well: with phases of
+L2C moved to those of P(Y) where a file mixes them (:mod:`tribrach.io.gnss.l2_phases`), and with L1
+alone. What is taken is decided by what the attempts themselves show: whether they end fixed, in
+how many epochs, and how far the pieces of the session scatter. Method section 2.7.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+__all__ = ["FREQUENCIES", "Attempt", "choose", "comparison", "reason"]
+
+#: words for the numbers of frequencies
+FREQUENCIES = {1: "L1 alone", 2: "L1 and L2", 3: "three frequencies"}
+#: share of epochs that an attempt needs to be taken
+SHARE = 0.6
+#: an attempt takes the place of a fixed baseline only where its pieces scatter so much less
+BETTER = 2.0
+#: an attempt further from the float solution than so many sigmas has wrong integers
+CONTRADICTION = 4.0
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One way of computing a baseline.
+
+    Attributes
+    ----------
+    what
+        In words.
+    frequencies
+        How many are used.
+    ambiguities
+        ``fixed`` or ``float`` at the end of the session.
+    fixed_share
+        Of the solved epochs.
+    ratio
+        Of the ambiguity test.
+    sigma
+        Of the vector in space [m].
+    away
+        Distance from the first attempt [m].
+    scatter
+        Of a piece of the session in space [m]; None where it was not cut.
+    pieces
+        How many pieces gave that.
+    taken
+        This is the baseline.
+    cures
+        What would be wrong with the files if this attempt is right; "" for nothing.
+    """
+
+    what: str
+    frequencies: int
+    ambiguities: str
+    fixed_share: float
+    ratio: float
+    sigma: float
+    away: float = 0.0
+    scatter: float | None = None
+    pieces: int = 0
+    taken: bool = False
+    cures: str = ""
+
+    @property
+    def words(self) -> str:
+        """Its figures."""
+        words = (
+            f"{self.ambiguities}, {100 * self.fixed_share:.0f} % of the epochs fixed, ratio "
+            f"{self.ratio:.1f}"
+        )
+        if self.scatter is None:
+            return words
+        return f"{words}, {self.pieces} pieces scatter by {1e3 * self.scatter:.1f} mm"
+
+
+def choose(attempts: Sequence[Attempt]) -> int:
+    """The number of the attempt that is taken (method section 2.7).
+
+    Parameters
+    ----------
+    attempts
+        The first is the baseline as it was asked for.
+    """
+    first = attempts[0]
+    able = [
+        k
+        for k, a in enumerate(attempts)
+        if k
+        and a.ambiguities == "fixed"
+        and a.fixed_share >= SHARE
+        and a.away <= CONTRADICTION * (first.sigma**2 + a.sigma**2) ** 0.5
+    ]
+    if not able:
+        return 0
+    if any(attempts[k].scatter is None for k in able):
+        best = max(able, key=lambda k: attempts[k].fixed_share)
+    else:
+        best = min(able, key=lambda k: attempts[k].scatter or 0.0)
+    mine, its = attempts[best].scatter, first.scatter
+    if first.ambiguities == "fixed":
+        return best if mine is not None and its is not None and BETTER * mine < its else 0
+    return best if mine is None or its is None or mine < its else 0
+
+
+def reason(attempts: Sequence[Attempt], taken: int) -> str:
+    """Why an attempt is taken, or why the baseline stays as it was asked for.
+
+    Parameters
+    ----------
+    attempts
+        The first is the baseline as it was asked for.
+    taken
+        What :func:`choose` says.
+    """
+    first, best = attempts[0], attempts[taken]
+    if taken:
+        words = f"{best.what} is taken ({best.words}) instead of {first.what} ({first.words})"
+        cured = [a for a in attempts[1:] if a.cures and a.ambiguities == "fixed"]
+        if first.ambiguities == "fixed" or not cured:
+            return words
+        return (
+            f"{words}; {cured[0].cures}, and with those moved by a quarter of a cycle "
+            f"{first.what} are fixed in {100 * cured[0].fixed_share:.0f} % of the epochs"
+        )
+    others = "; ".join(f"{a.what}: {a.words}" for a in attempts[1:])
+    return f"{first.what} is kept ({first.words}), no other way is better ({others})"
+
+
+def comparison(attempts: Sequence[Attempt]) -> list[str]:
+    """A line for each attempt, the taken one marked.
+
+    Parameters
+    ----------
+    attempts
+        The first is the baseline as it was asked for.
+    """
+    return [
+        f"{a.what}: {a.words}, sigma {1e3 * a.sigma:.1f} mm"
+        + (f", {1e3 * a.away:.1f} mm from the first" if k else "")
+        + (" (taken)" if a.taken else "")
+        for k, a in enumerate(attempts)
+    ]
