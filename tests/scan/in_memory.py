@@ -1,7 +1,7 @@
 """Scans whose points are in memory, and shells of beams without return."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -11,21 +11,28 @@ from tribrach.scan.scan import Chunk, Field, Origin, Scan
 
 @dataclass(frozen=True)
 class InMemory(Scan):
-    """A scan of an array (n, 3), with the number of each point as a field."""
+    """A scan of an array (n, 3), with the number of each point as a field, and others."""
 
     points: np.ndarray | None = None
+    others: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def stored(self, size: int = 70_000, start: int = 0) -> Iterator[Chunk]:
         assert self.points is not None
         for k in range(start, len(self.points), size):
             xyz = self.points[k : k + size]
-            yield Chunk(xyz, {"number": np.arange(k, k + len(xyz))})
+            others = {name: values[k : k + size] for name, values in self.others.items()}
+            yield Chunk(xyz, {"number": np.arange(k, k + len(xyz))} | others)
 
 
-def in_memory(points: np.ndarray, name: str = "S", origin: Origin = "stated") -> InMemory:
-    """A scan of points (n, 3)."""
-    fields = (Field("number", "int64"),)
-    return InMemory(name, Path(f"{name}.mem"), fields=fields, origin=origin, points=points)
+def in_memory(
+    points: np.ndarray, name: str = "S", origin: Origin = "stated", **others: np.ndarray
+) -> InMemory:
+    """A scan of points (n, 3) with further fields (n,)."""
+    fields = (Field("number", "int64"), *(Field(k, v.dtype.name) for k, v in others.items()))
+    path = Path(f"{name}.mem")
+    return InMemory(
+        name, path, fields=fields, origin=origin, points=points, others=others, records=len(points)
+    )
 
 
 def shell(

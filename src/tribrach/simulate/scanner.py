@@ -118,7 +118,8 @@ class Scanner:
     Attributes
     ----------
     noise
-        Of single points.
+        Of single points. A law of the intensity takes the light that is received, speckle and all,
+        on the scale of ``intensity``, and leaves ``incidence`` nothing to do.
     incidence
         The noise of ranges is divided by the cosine of the incidence angle.
     intensity
@@ -294,13 +295,17 @@ class _Beams:
             met = self._near(self._world(true), pixels.primitive, pixels.edge)
             true = turned + self._angle_correction(met.range, reported)
         echo = self._echoes(self._world(true), pixels)
-        cosine = np.maximum(echo.cosine, FLATTEST) if s.incidence else 1.0
-        sigma = noise.range_sigma(np.minimum(echo.range, s.farthest), cosine)
-        measured = self._measured_range(echo.range, reported) + errors[:, 0] * sigma
-        strength = echo.intensity + errors[:, 3] * s.intensity
+        light = echo.intensity
+        strength = light + errors[:, 3] * s.intensity
         if s.speckle:
             # drawn only where asked for: scans without it stay as they were
-            strength += echo.intensity * s.speckle * self._rng.standard_normal(len(strength))
+            grain = light * s.speckle * self._rng.standard_normal(len(strength))
+            strength += grain
+            light = light + grain
+        cosine = np.maximum(echo.cosine, FLATTEST) if s.incidence else 1.0
+        length = np.minimum(echo.range, s.farthest)
+        sigma = noise.range_sigma(length, cosine, None if noise.law is None else light)
+        measured = self._measured_range(echo.range, reported) + errors[:, 0] * sigma
         keep = echo.kept & (strength > s.weakest)
         keep &= (measured > s.nearest) & (measured < s.farthest)
         return SimulatedPoints(

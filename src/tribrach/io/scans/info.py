@@ -19,6 +19,7 @@ from tribrach.errors import InputError
 from tribrach.geometry.rotation import log
 from tribrach.io.clouds.header import single_resolution
 from tribrach.scan.angular_step import angular_step
+from tribrach.scan.coordinate_step import coordinate_step
 from tribrach.scan.no_return import point_hashes, screened
 from tribrach.scan.scan import Chunk, Field, Scan
 
@@ -32,8 +33,6 @@ _COMPARED = 300_000
 _RESOLUTION, _STEP, _BOUNDS, _DOUBLED = 1e-4, 1e-3, 1e-3, 1e-3
 #: no scan is wider [m]
 _WIDEST = 2e4
-#: steps of decimal numbers, the coarsest first [m]
-_STEPS = (1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001)
 _QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
 #: fewer points do not tell the angular step
 _FEW = 1000
@@ -386,7 +385,7 @@ def describe(scan: Scan, among: int = 1) -> Description:
             distance = np.linalg.norm(figures.spread, axis=1)
             ranges = tuple(float(q) for q in np.quantile(distance, _QUANTILES))
             step = _step(figures.first)
-        coarse = _coarse(figures.spread)
+        coarse = coordinate_step(figures.spread, _STEP) or None
     return Description(scan, figures, among, step, ranges, coarse)
 
 
@@ -398,18 +397,6 @@ def _step(xyz: Array) -> tuple[float, float] | None:
         return angular_step(xyz)
     except InputError:
         return None
-
-
-def _coarse(xyz: Array) -> float | None:
-    """The coarsest step [m] of which all coordinates are multiples, None below a millimetre."""
-    if len(xyz) < 100 or (np.ptp(xyz, axis=0) == 0).all():
-        return None
-    from_first = xyz - xyz[0]
-    for step in _STEPS:
-        whole = from_first / step
-        if np.abs(whole - np.rint(whole)).max() < 1e-4:
-            return step if step >= _STEP else None
-    return None
 
 
 def _of_bounds(stated: Array, bounds: Array) -> list[str]:
