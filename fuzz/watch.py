@@ -301,7 +301,7 @@ def _judge(error: TribrachError, paths: list[Path], found: Any) -> None:
         named = any(path.name in text for path in paths) or "/network/" in _file(error)
         if isinstance(part, InputError) and part.file is None and not named:
             found("sentence", f"no file, in {where}", text)
-        elif "\n" in text or "\r" in text or len(text) > 3000 or "0x7f" in text:
+        elif "\n" in text or "\r" in text or len(text) > 3000 or " at 0x7f" in text:
             found("sentence", f"no sentence, in {where}", text)
         elif any(ord(c) < 32 and c != "\t" for c in text):
             found("sentence", f"control characters, in {where}", repr(text))

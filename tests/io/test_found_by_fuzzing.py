@@ -1,6 +1,9 @@
 """Small files that mutations found: each ended otherwise than by a sentence once."""
 
 import io
+import json
+import shutil
+import warnings
 import zipfile
 from pathlib import Path
 
@@ -193,3 +196,48 @@ def test_a_joint_covariance_with_a_header_of_other_things(tmp_path: Path) -> Non
     head = text.ljust(117) + b"\n"
     path.write_bytes(b"\x93NUMPY\x01\x00" + len(head).to_bytes(2, "little") + head + bytes(1152))
     refused(path, lambda path: read_joint_covariance(path, 2))
+
+
+def test_a_header_of_an_array_that_python_would_warn_of(tmp_path: Path) -> None:
+    path = tmp_path / "poses.npy"
+    head = b"{'descr': '\\,f8', 'fortran_order': False, 'shape': (12, 12)}".ljust(117) + b"\n"
+    path.write_bytes(b"\x93NUMPY\x01\x00" + len(head).to_bytes(2, "little") + head + bytes(1152))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        refused(path, lambda path: read_joint_covariance(path, 2))
+
+
+def test_a_line_of_a_solution_that_looks_like_a_comment(tmp_path: Path) -> None:
+    path = tmp_path / "b.pos"
+    path.write_text(
+        "% program   : RTKLIB ver.2.4.3\n% pos mode  : Static\n"
+        "% ref pos   :  4252568.4139 2709171.1615 3894669.541\n"
+        "% (lat/lon/height=WGS84/ellipsoidal)\n"
+        "%  GPST  latitude(deg) longitude(deg) height(m) Q ns sdn\n"
+        "2005/04/02 00:00:00.000 # 0.0 50.0 1 8 0.004 0.005 0.006 -0.003 0.002 -0.001 0.00 9.9\n"
+    )
+    assert "no time and thirteen numbers" in refused(path)
+
+
+def test_a_shift_beyond_any_measurement(tmp_path: Path) -> None:
+    source = SEEDS / "transformation" / "a.json"
+    data = json.loads(source.read_text())
+    data["shift_at_centre"][0] = -1e308
+    path = tmp_path / "a.json"
+    path.write_text(json.dumps(data))
+    assert "is beyond any measurement" in refused(path, read_transformation)
+
+
+def test_a_sigma_of_a_height_that_is_not_given(tmp_path: Path) -> None:
+    path = tmp_path / "a.dat"
+    path.write_text("C A 0 0 0 ! ! !\nC B 100 0 * * 0.001\nD A-B 100\n")
+    assert "B has a standard error of its height, and no height" in refused(path)
+
+
+def test_a_name_of_a_file_that_none_can_have(tmp_path: Path) -> None:
+    folder = tmp_path / "job"
+    shutil.copytree(SEEDS / "comp3d" / "a", folder)
+    path = folder / "net.comp"
+    path.write_text(path.read_text().replace("net.cor", "net.c\0r"))
+    with pytest.raises(InputError, match="no file can have this name"):
+        read(path)

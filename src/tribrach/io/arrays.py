@@ -9,11 +9,12 @@ import io
 import math
 import struct
 import tokenize
+import warnings
 import zipfile
 import zlib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,7 +87,7 @@ def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> NDArray[Any]:
     with archive.open(member) as file:
         if np.lib.format.read_magic(file) != (1, 0):
             raise ValueError("version")
-        shape, fortran, kind = np.lib.format.read_array_header_1_0(file, max_header_size=_HEADER)
+        shape, fortran, kind = _header(file, _HEADER)
         size = math.prod(shape) * kind.itemsize
         if kind.hasobject or min(shape, default=0) < 0 or size != member.file_size - file.tell():
             raise ValueError("shape")
@@ -95,6 +96,13 @@ def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> NDArray[Any]:
         raise ValueError("length")
     flat = np.frombuffer(bytearray(data), kind) if size else np.empty(math.prod(shape), kind)
     return flat.reshape(shape, order="F" if fortran else "C")
+
+
+def _header(file: IO[bytes], largest: int) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
+    """Shape, order and kind of an array; numpy reads them as Python, which warns of odd texts."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return np.lib.format.read_array_header_1_0(file, max_header_size=largest)
 
 
 def joint_covariance_bytes(covariance: Array) -> bytes:
@@ -126,7 +134,7 @@ def read_joint_covariance(path: Path, stations: int) -> Array:
             version = np.lib.format.read_magic(file)
             if version != (1, 0):
                 raise ValueError("version")
-            shape, fortran, kind = np.lib.format.read_array_header_1_0(file, max_header_size=1000)
+            shape, fortran, kind = _header(file, 1000)
             if shape != (n, n) or fortran or kind != np.dtype("<f8"):
                 raise ValueError("shape")
             values = np.frombuffer(file.read(8 * n * n), "<f8").reshape(n, n)

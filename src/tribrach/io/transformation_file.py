@@ -18,6 +18,7 @@ from tribrach.errors import InputError
 from tribrach.io.json_file import read_json
 from tribrach.transformation.fit import TransformationFit
 from tribrach.transformation.models import Transformation, find_model
+from tribrach.units import too_large
 
 __all__ = ["KIND", "SCHEMA", "StoredTransformation", "read_transformation", "transformation_data"]
 
@@ -138,4 +139,6 @@ def _array(value: Any, shape: tuple[int, ...]) -> Array:
     array = np.array(value, dtype=np.float64)
     if array.shape != shape or not np.isfinite(array).all():
         raise ValueError(f"not {shape} finite numbers")
+    if too_large(array):
+        raise InputError("a number is beyond any measurement")
     return array

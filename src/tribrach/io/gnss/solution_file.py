@@ -245,7 +245,7 @@ def _numbers(text: str, columns: int) -> Array:
     """The first columns of lines of numbers (n, columns)."""
     if not text.strip():
         raise ValueError("row 1: nothing")
-    table: Array = np.loadtxt(io.StringIO(text), ndmin=2, usecols=range(columns))
+    table: Array = np.loadtxt(io.StringIO(text), ndmin=2, usecols=range(columns), comments=None)
     return table
 
 

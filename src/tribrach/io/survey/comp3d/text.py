@@ -178,6 +178,8 @@ def _text(path: Path, shown: str) -> str:
         data = path.read_bytes()
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", file=shown) from error
+    except ValueError as error:
+        raise InputError("no file can have this name", file=shown) from error
     if b"\0" in data:
         raise InputError("not a text file in UTF-8 or Latin-1", file=shown)
     try:

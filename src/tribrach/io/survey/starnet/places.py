@@ -147,6 +147,13 @@ class Places:
 
     def _place(self, given: Given) -> Array:
         """Approximate coordinates (3,) of a point in the work frame."""
+        told = given.height is not None or given.sigmas[2] is SigmaMark.FREE
+        if self.kind != "2D" and not told:
+            raise InputError(
+                f"{given.name} has a standard error of its height, and no height",
+                record=given.source,
+                cure="give the height, or leave its standard error out",
+            )
         if self.frame.grid is None:
             if given.geographic:
                 raise InputError(
