@@ -3,6 +3,7 @@
 The engine is replaced by one that knows the truth and adds receiver errors.
 """
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +13,13 @@ from scipy.stats import chi2
 from tribrach.errors import InputError
 from tribrach.gnss import sessions as session_run
 from tribrach.gnss.antennas import AntennaSetup
+from tribrach.gnss.attempts import Attempt, reason
 from tribrach.gnss.baseline import Baseline, Processing
 from tribrach.gnss.sessions import Occupation, Session, run_sessions
 from tribrach.job.opened import open_job
 from tribrach.network.adjustment import adjust
 from tribrach.project import Project
+from tribrach.report.chapters import gnss as gnss_report
 
 from .rinex_samples import navigation, rinex_2
 
@@ -183,6 +186,63 @@ def test_project_adjusts_sessions_with_their_correlation(
     turned = site.w_from_ecef @ RECEIVER @ site.w_from_ecef.T  # type: ignore[attr-defined]
     np.testing.assert_allclose(adjustment.covariance("B", "B"), turned, rtol=1e-6, atol=1e-12)
     np.testing.assert_allclose(adjustment.covariance("B", "C"), turned / 2, rtol=1e-6, atol=1e-12)
+
+
+def test_a_float_baseline_takes_part_with_its_covariance_and_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A-B is float in the first of two sessions: it counts by its larger covariance."""
+    ways = (
+        Attempt("L1 and L2", 2, "float", 0.04, 1.5, 0.04, taken=True),
+        Attempt("L1 alone", 1, "float", 0.5, 2.5, 0.05, away=0.01),
+    )
+
+    class Floating(Engine):
+        def __call__(self, base: Path, rover: Path, *args: object, **more: object) -> Baseline:
+            found = super().__call__(base, rover, *args, **more)  # type: ignore[arg-type]
+            if (base.stem, rover.stem) != ("one_A", "one_B"):
+                return found
+            return replace(
+                found, rover=found.rover + np.array([0.09, 0.0, 0.0]),
+                covariance=100 * found.covariance,
+                ambiguities="float", fixed_share=0.04, ratio=1.5, names=("A", "B"),
+                attempts=ways, choice=reason(ways, 0),
+            )  # fmt: skip
+
+    monkeypatch.setattr(session_run, "compute_baseline", Floating())
+    for name in ("one", "two"):
+        session(tmp_path, name, "AB")
+    x, y, z = PLACES["A"]
+    (tmp_path / "control.csv").write_text(f"point,ecef_x_m,ecef_y_m,ecef_z_m\nA,{x},{y},{z}\n")
+    receivers = '{ point = "A", file = "%s_A.obs" }, { point = "B", file = "%s_B.obs" }'
+    text = PROJECT[: PROJECT.index("[[gnss.sessions]]")]
+    for name in ("one", "two"):
+        text += f'[[gnss.sessions]]\nname = "{name}"\nreceivers = [{receivers % (name, name)}]\n'
+    (tmp_path / "p.toml").write_text(text)
+    job = open_job(Project.load(tmp_path / "p.toml"))
+    adjustment = adjust(job.network())
+    site, layout = adjustment.network.site, adjustment.layout
+    found = site.to_ecef(adjustment.state.points)[layout.index("point", "B")]  # type: ignore[attr-defined]
+    # weights 1 : 100 of two baselines that differ by 90 mm
+    np.testing.assert_allclose(found - PLACES["B"], [0.09 / 101, 0.0, 0.0], atol=1e-6)
+    drawn: list[tuple[str, bool]] = []
+    monkeypatch.setattr(
+        gnss_report,
+        "baseline_map",
+        lambda plan, names, lines: drawn.extend((x.session, x.floating) for x in lines),
+    )
+    chapter = gnss_report.gnss_chapter(adjustment, job.sessions)
+    assert chapter is not None
+    words = " ".join(chapter.sentences)
+    assert "ambiguities of 1 are fixed" in words
+    assert "Not fixed is A to B" in words
+    assert "float ambiguities, 4 % of 100 epochs fixed, ratio 1.5, sigma 58.3 mm" in words
+    assert "A to B was doubtful and computed in other ways too: L1 and L2 is kept" in words
+    tables = {table.name: table for table in chapter.tables}
+    assert [len(tables[f"gnss-{name}"].rows) for name in ("baselines", "attempts")] == [2, 2]
+    states = [b.ambiguities for b in chapter.data.baselines]  # type: ignore[union-attr]
+    assert states == ["float", "fixed"]
+    assert drawn == [("one", True), ("two", False)]
 
 
 def test_baselines_are_computed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

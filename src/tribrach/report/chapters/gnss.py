@@ -398,13 +398,16 @@ def _map(
     loops: Sequence[BaselineLoop],
     sessions: Sequence[SessionResult],
 ) -> Any:
-    of_ends = {frozenset(b.names): (s.name, b.ambiguities) for s, b in _all(sessions)}
+    # by their files as well: a baseline that was measured twice has two lines
+    of_ends = {
+        (*sorted(b.names), f"{b.files[0]}, {b.files[1]}"): (s.name, b.ambiguities)
+        for s, b in _all(sessions)
+    }
     bad = {k for loop in loops if not loop.passes for k, _ in loop.walk}
     lines = []
     for k, (a, b) in enumerate(zip(baselines.start.tolist(), baselines.end.tolist(), strict=True)):
-        session, state = of_ends.get(
-            frozenset((baselines.names[a], baselines.names[b])), ("", "fixed")
-        )
+        ends = sorted((baselines.names[a], baselines.names[b]))
+        session, state = of_ends.get((*ends, str(baselines.source[k])), ("", "fixed"))
         lines.append(MapLine(a, b, session, state == "float", k in bad))
     return baseline_map(adjustment.state.positions[:, :2], baselines.names, lines)
 
