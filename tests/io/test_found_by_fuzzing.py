@@ -17,6 +17,7 @@ from tribrach.io.lever_arm_file import read_lever_arm
 from tribrach.io.scans.formats import read_scans
 from tribrach.io.survey.formats import read
 from tribrach.io.transformation_file import read_transformation
+from tribrach.project import Project
 from tribrach.units import LARGEST, too_large
 
 SEEDS = Path(__file__).parents[2] / "fuzz" / "seeds"
@@ -241,3 +242,11 @@ def test_a_name_of_a_file_that_none_can_have(tmp_path: Path) -> None:
     path.write_text(path.read_text().replace("net.cor", "net.c\0r"))
     with pytest.raises(InputError, match="no file can have this name"):
         read(path)
+
+
+@pytest.mark.parametrize("text", ['[output]\nfolder = "a\\u0000b"\n', '["a\\U00000000"]\n'])
+def test_a_project_with_the_character_nul(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "a.toml"
+    path.write_text("# a job\n" + text)
+    assert "a.toml:" in refused(path, Project.load)
+    assert "holds the character NUL" in refused(path, Project.load)

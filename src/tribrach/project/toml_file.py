@@ -23,6 +23,8 @@ __all__ = ["line_of", "load", "refused"]
 _HEADER = re.compile(r"\s*(\[\[?)\s*([^\]]+?)\s*\]")
 _KEY = re.compile(r"""\s*("[^"]*"|'[^']*'|[\w.-]+(?:\s*\.\s*[\w-]+)*)\s*=""")
 
+_NUL = re.compile(r"\\u0000|\\U00000000")
+
 
 def load(path: Path, most: int = MAX_BYTES) -> tuple[dict[str, Any], str]:
     """Tables and text of a TOML file.
@@ -32,7 +34,7 @@ def load(path: Path, most: int = MAX_BYTES) -> tuple[dict[str, Any], str]:
     Raises
     ------
     InputError
-        Unreadable, empty, too large, not UTF-8, not TOML.
+        Unreadable, empty, too large, not UTF-8, not TOML, a text with the character NUL.
     """
     data = read_bytes(path, most)
     try:
@@ -45,7 +47,7 @@ def load(path: Path, most: int = MAX_BYTES) -> tuple[dict[str, Any], str]:
             cure="save it as UTF-8",
         ) from error
     try:
-        return tomllib.loads(text), text
+        tables = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         what = str(error)
         place = re.search(r"\(at line (\d+)", what)
@@ -54,6 +56,26 @@ def load(path: Path, most: int = MAX_BYTES) -> tuple[dict[str, Any], str]:
         raise InputError(
             f"this is not TOML: {what[:1].lower()}{what[1:]}", file=path, line=line
         ) from error
+    if _holds_nul(tables):
+        # an escape is the only way to write it
+        place = _NUL.search(text)
+        line = None if place is None else text[: place.start()].count("\n") + 1
+        raise InputError(
+            "a text holds the character NUL, which no name has",
+            file=path,
+            line=line,
+            cure="remove it",
+        )
+    return tables, text
+
+
+def _holds_nul(value: Any) -> bool:
+    """True if a text among nested tables holds the character NUL, keys included."""
+    if isinstance(value, dict):
+        return any(_holds_nul(item) for item in (*value, *value.values()))
+    if isinstance(value, list):
+        return any(_holds_nul(item) for item in value)
+    return isinstance(value, str) and "\0" in value
 
 
 def line_of(text: str, keys: Sequence[str | int]) -> int | None:
