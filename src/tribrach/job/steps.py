@@ -26,6 +26,7 @@ from tribrach.job.nothing_found import refuse_unplaced
 from tribrach.job.poses import MOST_STATIONS, joint_covariance, pose_texts, station_order
 from tribrach.job.scans import StationScan, as_adjusted, calibration_sentences, open_scans
 from tribrach.job.state import Remembered
+from tribrach.job.stated_noise import StatedNoise, stated_noise
 from tribrach.job.station_comparison import (
     RequestedComparison,
     StationComparison,
@@ -131,6 +132,8 @@ class PlacedScans:
         What the uncertainty of points comes from, region by region.
     corrected, reach : sequence of str
         Which scans were corrected and by what; which reach far beyond their targets.
+    noise : sequence of StatedNoise
+        Noise of single points as it is stated for each scanner and as its scans show it.
     truth : sequence of TruthRow
         The comparison of a simulated job with its truth.
     loose : bool
@@ -146,6 +149,7 @@ class PlacedScans:
     budget: Sequence[BudgetRow]
     corrected: Sequence[str] = ()
     reach: Sequence[str] = ()
+    noise: Sequence[StatedNoise] = ()
     truth: Sequence[TruthRow] = ()
     loose: bool = False
 
@@ -247,6 +251,7 @@ def georeference(
             sigma_origin,
         )
     budget = error_budget(work.scans, placements, adjustment, work.state, factor)
+    whose = {name: job.instruments.of_station(name) for name in names}
     loose = bool(adjustment.defect and not adjustment.layout.count("point"))
     return PlacedScans(
         work.scans,
@@ -258,6 +263,7 @@ def georeference(
         budget,
         corrected=calibration_sentences(work.scans, adjustment),
         reach=reach_sentences(work.scans, placements, adjustment, work.state),
+        noise=stated_noise(work.scans, whose, work.state, progress),
         truth=[] if loose else _truth(project, work, adjustment, placements),
         loose=loose and project.truth is not None,
     )

@@ -53,6 +53,8 @@ _GLANCE = 1500
 _PATTERN = 3.0
 #: the intensity matters where a law of it is better at this level
 _MATTERS = 1e-3
+#: fewer patches do not tell how much they scatter
+_FEW_PATCHES = 10
 #: steepest law that is looked for
 _STEEPEST = -8.0
 #: share of the points beyond each end of the intensities of a law
@@ -79,6 +81,10 @@ class NoiseClass:
         Standard deviations along the beam [m].
     chi2_dof
         Squared residuals over stated variances, by the degrees of freedom: 1 where both agree.
+    effective
+        Degrees of freedom that this figure is worth by its scatter from patch to patch, never more
+        than there are: fewer where points of overlapping beams share errors, or where the patches
+        of a class are not alike. Zero with fewer than ten patches, whose scatter nobody knows.
     """
 
     low: float
@@ -88,6 +94,20 @@ class NoiseClass:
     observed: float
     stated: float
     chi2_dof: float
+    effective: float = 0.0
+
+    @property
+    def factor(self) -> float:
+        """Standard deviations observed over those stated."""
+        return float(np.sqrt(self.chi2_dof))
+
+    def interval(self, level: float = 0.95) -> tuple[float, float] | None:
+        """Where the factor lies with this probability, by chi-square; None if nobody knows."""
+        if not self.effective > 0:
+            return None
+        ends = chi2.ppf([(1 + level) / 2, (1 - level) / 2], self.effective)
+        low, high = np.sqrt(self.chi2_dof * self.effective / np.asarray(ends, dtype=float))
+        return float(low), float(high)
 
 
 @dataclass(frozen=True)
@@ -291,9 +311,20 @@ def noise_classes(
                 observed=float(np.sqrt(sums[mine].sum() / dof)),
                 stated=float(np.sqrt(expected[mine].sum() / dof)),
                 chi2_dof=float(reduced[mine].sum() / dof),
+                effective=_effective(reduced[mine], free[mine]),
             )
         )
     return out
+
+
+def _effective(squares: Array, free: Array) -> float:
+    """Degrees of freedom of the mean of squares (k,) of patches that have so many (k,) each."""
+    if len(squares) < _FEW_PATCHES:
+        return 0.0
+    mean = squares.sum() / free.sum()
+    scatter = ((squares - mean * free) ** 2).sum() * len(free) / (len(free) - 1)
+    variance = scatter / free.sum() ** 2
+    return float(min(free.sum(), 2 * mean**2 / variance)) if variance > 0 else float(free.sum())
 
 
 @dataclass(frozen=True, eq=False)

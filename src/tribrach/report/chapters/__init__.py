@@ -12,6 +12,7 @@ from tribrach.report.chapters import (
     instruments,
     lever_arms,
     observations,
+    observed_noise,
     points,
     reductions,
     registration,
@@ -44,5 +45,6 @@ SUBJECTS = tuple(
         side_shots,
         unknowns,
         instruments,
+        observed_noise,
     )
 )

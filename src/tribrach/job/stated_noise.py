@@ -1,0 +1,220 @@
+"""The noise that is stated for a scanner against that which its own scans show, class by class.
+
+Planar patches of all scans of an instrument (:mod:`tribrach.scan.observed_noise`, method section
+5.8), those of smooth surfaces only. What is stated is that of the points: the law of the intensity
+where the instrument has one, else range and incidence, with angles and footprint over the slope.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from tribrach._types import Progress
+from tribrach.errors import InputError
+from tribrach.instruments.range_law import RangeLaw
+from tribrach.instruments.scan_noise import ScanNoise
+from tribrach.job.scans import StationScan
+from tribrach.job.state import Remembered
+from tribrach.scan.noise_law import By, NoiseClass, fit_noise, noise_classes
+from tribrach.scan.observed_noise import ObservedNoise, joined, observed_noise
+from tribrach.scan.scan import Scan
+
+__all__ = ["CAUSES", "StatedNoise", "Verdict", "stated_noise"]
+
+Verdict = Literal["as stated", "more than stated", "less than stated", "undecided"]
+
+#: what classes are made by
+CAUSES: tuple[By, ...] = ("intensity", "range", "incidence")
+#: classes of intensity and of range
+_CLASSES = 6
+#: factors between observed and stated that no surveyor would call a contradiction
+_BAND = (0.9, 1.1)
+#: of all intervals of an instrument together
+_LEVEL = 0.95
+#: patches and records of all scans of an instrument that are looked at, and of one scan at least
+_PATCHES, _RECORDS = 10_000, 2_000_000
+_LEAST_PATCHES, _LEAST_RECORDS, _MOST_RECORDS = 200, 100_000, 500_000
+
+
+@dataclass(frozen=True)
+class StatedNoise:
+    """Noise of an instrument as it is stated and as its scans show it.
+
+    Attributes
+    ----------
+    instrument
+        Its name in the project.
+    scans
+        Names of the scans that were looked at.
+    lawful
+        True if the instrument has a law of the intensity, and the scans have intensities.
+    patches, smooth
+        Planar patches found, and those of smooth surfaces that the figures are of.
+    whole
+        All of the smooth ones together; None without any.
+    classes
+        The same by intensity, range and incidence.
+    law
+        What the scans themselves show of a law of the intensity; None if none.
+    why
+        Why there is nothing, or no law.
+    """
+
+    instrument: str
+    scans: tuple[str, ...]
+    lawful: bool
+    patches: int
+    smooth: int
+    whole: NoiseClass | None
+    classes: Mapping[By, tuple[NoiseClass, ...]]
+    law: RangeLaw | None
+    why: str = ""
+
+    @property
+    def level(self) -> float:
+        """Probability of each interval such that all hold together (Bonferroni)."""
+        count = 1 + sum(map(len, self.classes.values()))
+        return 1 - (1 - _LEVEL) / count
+
+    def interval(self, one: NoiseClass) -> tuple[float, float] | None:
+        """Where the factor of a class lies, with all others in theirs in 95 % of all jobs."""
+        return one.interval(self.level)
+
+    def verdict(self, one: NoiseClass) -> Verdict:
+        """What the interval of a class says against a tenth more or less than is stated."""
+        ends = self.interval(one)
+        if ends is None:
+            return "undecided"
+        if ends[0] > _BAND[1]:
+            return "more than stated"
+        if ends[1] < _BAND[0]:
+            return "less than stated"
+        return "as stated" if _BAND[0] <= one.factor <= _BAND[1] else "undecided"
+
+    @property
+    def farthest(self) -> tuple[By, NoiseClass] | None:
+        """The class that contradicts most, if one does and the whole does not say the same."""
+        whole = None if self.whole is None else self.verdict(self.whole)
+        off = [
+            (by, one)
+            for by, some in self.classes.items()
+            for one in some
+            if self.verdict(one) in ("more than stated", "less than stated")
+        ]
+        if not off:
+            return None
+        by, worst = max(off, key=lambda found: abs(np.log(found[1].factor)))
+        if whole == self.verdict(worst) and self.whole is not None:
+            apart = abs(np.log(worst.factor / self.whole.factor))
+            return (by, worst) if apart > np.log(_BAND[1]) else None
+        return by, worst
+
+
+def stated_noise(
+    scans: Sequence[StationScan],
+    instruments: Mapping[str, str | None],
+    state: Remembered,
+    progress: Progress,
+) -> list[StatedNoise]:
+    """Hold the noise that is stated for every scanner against its scans.
+
+    Parameters
+    ----------
+    scans
+        All scans; those whose scanner is at an unknown place show nothing.
+    instruments
+        Names of the instruments by station.
+    state
+        Where it is remembered what unchanged scans showed.
+    progress
+        Told of instruments whose scans are looked at.
+
+    Returns
+    -------
+    list of StatedNoise
+        One for each instrument that states a noise.
+
+    Raises
+    ------
+    InputError
+        Scans that cannot be read.
+    """
+    by_instrument: dict[str, list[StationScan]] = {}
+    for scan in scans:
+        name = instruments.get(scan.station)
+        if name is not None and scan.noise is not None and scan.origin_known:
+            by_instrument.setdefault(name, []).append(scan)
+    out = []
+    for name, members in by_instrument.items():
+        noise = members[0].noise
+        assert noise is not None
+        sources = tuple(scan.scan for scan in members)
+        key, product = state.key(_facts, sources, noise), f"noise-{name}"
+        facts = state.recall(product, key)
+        if facts is None:
+            progress(f"noise of {name}", 0, None)
+            facts = _facts(sources, noise)
+            state.remember(product, key, facts)
+        out.append(_from_facts(name, tuple(scan.name for scan in members), facts))
+    return out
+
+
+def _facts(scans: Sequence[Scan], noise: ScanNoise) -> dict[str, Any]:
+    """What scans of one scanner show, as plain numbers."""
+    observed = _observed(scans)
+    lawful = noise.law is not None and bool(np.isfinite(observed.intensity).any())
+    facts: dict[str, Any] = {"lawful": lawful, "patches": observed.patches, "smooth": 0}
+    facts |= {"whole": None, "law": None, "classes": {}}
+    try:
+        fitted = fit_noise(observed)
+    except InputError as error:
+        return facts | {"why": error.what}
+    smooth = fitted.smooth
+    stated = smooth.stated(noise)
+    (whole,) = noise_classes(smooth, stated, "range", 1)
+    return facts | {
+        "smooth": smooth.patches,
+        "whole": asdict(whole),
+        "classes": {
+            by: [asdict(one) for one in noise_classes(smooth, stated, by, _CLASSES)]
+            for by in CAUSES
+        },
+        "law": None if fitted.law is None else asdict(fitted.law),
+        "why": fitted.why,
+    }
+
+
+def _observed(scans: Sequence[Scan]) -> ObservedNoise:
+    """Patches of some scans, no more of each than keeps time and memory the same for many."""
+    records = int(np.clip(_RECORDS // len(scans), _LEAST_RECORDS, _MOST_RECORDS))
+    most = max(_PATCHES // len(scans), _LEAST_PATCHES)
+    parts = []
+    for scan in scans:
+        found = observed_noise(scan, records=records)
+        if found.patches > most:
+            kept = np.zeros(found.patches, dtype=bool)
+            kept[np.linspace(0, found.patches - 1, most).astype(np.int64)] = True
+            found = found.of_patches(kept)
+        parts.append(found)
+    return joined(parts)
+
+
+def _from_facts(name: str, scans: tuple[str, ...], facts: Mapping[str, Any]) -> StatedNoise:
+    """The same from what was remembered."""
+    return StatedNoise(
+        instrument=name,
+        scans=scans,
+        lawful=facts["lawful"],
+        patches=facts["patches"],
+        smooth=facts["smooth"],
+        whole=None if facts["whole"] is None else NoiseClass(**facts["whole"]),
+        classes={
+            by: tuple(NoiseClass(**one) for one in facts["classes"].get(by, ())) for by in CAUSES
+        },
+        law=None if facts["law"] is None else RangeLaw(**facts["law"]),
+        why=facts["why"],
+    )

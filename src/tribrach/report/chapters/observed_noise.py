@@ -1,0 +1,252 @@
+"""The chapter on the noise of scans: what is stated for each scanner and what its scans show."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from tribrach.job.results import JobResults
+from tribrach.job.stated_noise import StatedNoise, Verdict
+from tribrach.report.chapter import Chapter
+from tribrach.report.content import Head
+from tribrach.report.numbers import count_cell, fixed_cell, mm_cell
+from tribrach.report.schema.base import DocumentPart
+from tribrach.report.subject import Subject
+from tribrach.report.tables import Cell, ColumnHead, ReportTable, build_table, text_cell
+from tribrach.report.warnings import ReportWarning, Severity, warned
+from tribrach.scan.noise_law import By, NoiseClass
+
+__all__ = ["SUBJECT", "InstrumentNoise", "NoiseLaw", "NoiseOfClass"]
+
+_NOTE = (
+    "Along the beam, on small planar patches of smooth surfaces; what the beam sweeps over a "
+    "slanted surface is in both figures. Stated is what the points of clouds have, with the "
+    "incidence. The factor is observed over stated; its limits hold for all rows of an instrument "
+    "together in 95 of 100 jobs, by chi-square with the degrees of freedom that the scatter from "
+    "patch to patch leaves. Roughness that even these surfaces have counts as noise, and what "
+    "neighbouring points share does not."
+)
+
+
+class NoiseOfClass(DocumentPart):
+    """Noise along the beam of points of one class, stated and observed."""
+
+    by: str
+    """What the class is of: all, intensity, range or incidence."""
+    low: float | None
+    high: float | None
+    """Its limits, in the unit of the file, metres or radians; none for all points."""
+    patches: int
+    points: int
+    observed: float
+    stated: float
+    """Standard deviations along the beam [m]."""
+    chi2_dof: float
+    """Squared residuals over stated variances, by their degrees of freedom."""
+    effective: float
+    """Degrees of freedom that this is worth by the scatter from patch to patch."""
+    factor: float
+    """Standard deviation observed over stated: the root of the mean of the squares."""
+    factor_low: float | None
+    factor_high: float | None
+    """Its limits at 95 % for all classes together; none where there are too few patches."""
+    verdict: Verdict
+
+
+class NoiseLaw(DocumentPart):
+    """A law ``a I^b + c`` of the noise of ranges [m] for intensities I from low to high."""
+
+    a: float
+    b: float
+    c: float
+    low: float
+    high: float
+
+
+class InstrumentNoise(DocumentPart):
+    """Noise stated for an instrument and observed on its scans."""
+
+    instrument: str
+    scans: tuple[str, ...]
+    by_law: bool
+    """Is the noise of ranges stated as a law of the intensity?"""
+    patches: int
+    smooth: int
+    """Planar patches, and those of smooth surfaces that the figures are of."""
+    classes: tuple[NoiseOfClass, ...]
+    law: NoiseLaw | None
+    """The law that these scans show, if they show one."""
+    remark: str
+
+
+def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
+    """The chapter, where scans of known instruments are placed."""
+    placed = job.placed
+    if placed is None or not placed.noise:
+        return
+    sentences = [words for found in placed.noise for words in _sentences(found)]
+    yield Chapter(
+        "observed_noise",
+        "Noise of the scans, stated and observed",
+        tuple(sentences),
+        tables=(_table(placed.noise),),
+        data=[_part(found) for found in placed.noise],
+        warnings=tuple(w for found in placed.noise for w in _warnings(found)),
+    )
+
+
+def _sentences(found: StatedNoise) -> list[str]:
+    """What the scans of an instrument say, each in a sentence."""
+    if found.whole is None:
+        return [f"Noise of {found.instrument}: {found.why or 'its scans show no planes'}."]
+    verdict, basis = found.verdict(found.whole), _basis(found)
+    said = {
+        "as stated": f"it is as {basis} states it",
+        "more than stated": f"{basis} is too optimistic",
+        "less than stated": f"{basis} is too pessimistic",
+        "undecided": f"that is too little to say that {basis} is wrong",
+    }[verdict]
+    out = [
+        f"Noise of {found.instrument} along the beam, on {found.smooth} smooth planar patches of "
+        f"{_counted(found.scans)}: {_figures(found, found.whole)}: {said}."
+    ]
+    worst = found.farthest
+    if worst is not None:
+        by, one = worst
+        out.append(f"{_departs(found, by, one)}.")
+    if found.law is not None and not found.lawful and (verdict != "as stated" or worst):
+        out.append(f"What these scans show of {found.instrument} is a law: {found.law.words}.")
+    return out
+
+
+def _warnings(found: StatedNoise) -> Iterable[ReportWarning]:
+    """A contradiction belongs on top: sigmas of points are too small or too large."""
+    if found.whole is None:
+        return
+    verdict = found.verdict(found.whole)
+    if verdict == "more than stated":
+        text = f"{_basis(found)} is too optimistic on the noise of its points: "
+        yield from warned(Severity.WEAK, [text + _figures(found, found.whole)])
+    elif verdict == "less than stated":
+        text = f"{_basis(found)} is too pessimistic on the noise of its points: "
+        yield from warned(Severity.NOTE, [text + _figures(found, found.whole)])
+    elif found.farthest is not None:
+        yield from warned(Severity.NOTE, [_departs(found, *found.farthest)])
+
+
+def _departs(found: StatedNoise, by: By, one: NoiseClass) -> str:
+    """Where the scans contradict most, without the stop."""
+    more = "more" if one.factor > 1 else "less"
+    return (
+        f"{found.instrument} departs most from what is stated {_where(by, one)}, by {more} noise: "
+        f"{_figures(found, one)}"
+    )
+
+
+def _basis(found: StatedNoise) -> str:
+    """What states the noise of an instrument."""
+    return f"the {'law' if found.lawful else 'data sheet'} of {found.instrument}"
+
+
+def _figures(found: StatedNoise, one: NoiseClass) -> str:
+    """Observed, stated, factor and its limits."""
+    ends = found.interval(one)
+    limits = "" if ends is None else f", {ends[0]:.2f} to {ends[1]:.2f} at 95 %"
+    return (
+        f"{1e3 * one.observed:.2f} mm observed, {1e3 * one.stated:.2f} mm stated (factor "
+        f"{one.factor:.2f}{limits})"
+    )
+
+
+def _where(by: By, one: NoiseClass) -> str:
+    """A class within a sentence."""
+    return {
+        "intensity": f"at intensities {_limits(by, one)}",
+        "range": f"at ranges of {_limits(by, one)}",
+        "incidence": f"at incidence angles of {_limits(by, one)}",
+    }[by]
+
+
+def _limits(by: By, one: NoiseClass) -> str:
+    """The limits of a class with their unit."""
+    if by == "incidence":
+        return f"{np.degrees(one.low):.0f} to {np.degrees(one.high):.0f}°"
+    if by == "range":
+        return f"{one.low:.1f} to {one.high:.1f} m"
+    return f"{one.low:.4g} to {one.high:.4g}"
+
+
+def _counted(scans: Sequence[str]) -> str:
+    """The scans, by name if they are few."""
+    return ", ".join(scans) if len(scans) <= 4 else f"{len(scans)} scans"
+
+
+def _part(found: StatedNoise) -> InstrumentNoise:
+    """Numbers for the JSON result."""
+    return InstrumentNoise(
+        instrument=found.instrument,
+        scans=found.scans,
+        by_law=found.lawful,
+        patches=found.patches,
+        smooth=found.smooth,
+        classes=tuple(_classes(found)),
+        law=None if found.law is None else NoiseLaw.model_validate(found.law),
+        remark=found.why,
+    )
+
+
+def _classes(found: StatedNoise) -> Iterable[NoiseOfClass]:
+    """All rows of an instrument, the whole first."""
+    rows: list[tuple[str, NoiseClass]] = []
+    if found.whole is not None:
+        rows.append(("all", found.whole))
+    rows += [(by, one) for by, some in found.classes.items() for one in some]
+    for by, one in rows:
+        ends = found.interval(one)
+        yield NoiseOfClass(
+            by=by,
+            low=None if by == "all" else one.low,
+            high=None if by == "all" else one.high,
+            patches=one.patches,
+            points=one.points,
+            observed=one.observed,
+            stated=one.stated,
+            chi2_dof=one.chi2_dof,
+            effective=one.effective,
+            factor=one.factor,
+            factor_low=None if ends is None else ends[0],
+            factor_high=None if ends is None else ends[1],
+            verdict=found.verdict(one),
+        )
+
+
+def _table(noises: Sequence[StatedNoise]) -> ReportTable:
+    """One row for each class of each instrument."""
+    rows: list[tuple[StatedNoise, str, NoiseClass]] = []
+    for found in noises:
+        if found.whole is not None:
+            rows.append((found, "all points", found.whole))
+        for by, some in found.classes.items():
+            rows += [(found, f"{by} {_limits(by, one)}", one) for one in some]
+    columns = [
+        (ColumnHead("Instrument", numeric=False), lambda r: text_cell(r[0].instrument)),
+        (ColumnHead("Points", numeric=False), lambda r: text_cell(r[1])),
+        (ColumnHead("patches"), lambda r: count_cell(r[2].patches)),
+        (ColumnHead("observed", "mm"), lambda r: mm_cell(r[2].observed)),
+        (ColumnHead("stated", "mm"), lambda r: mm_cell(r[2].stated)),
+        (ColumnHead("factor"), lambda r: fixed_cell(r[2].factor, 2)),
+        (ColumnHead("from"), lambda r: _end(r, 0)),
+        (ColumnHead("to"), lambda r: _end(r, 1)),
+        (ColumnHead("Verdict", numeric=False), lambda r: text_cell(r[0].verdict(r[2]))),
+    ]
+    return build_table("observed-noise", "Noise stated and observed", _NOTE, rows, columns)
+
+
+def _end(row: tuple[StatedNoise, str, NoiseClass], k: int) -> Cell:
+    """A limit of the factor, empty where there is none."""
+    ends = row[0].interval(row[2])
+    return text_cell("") if ends is None else fixed_cell(ends[k], 2)
+
+
+SUBJECT = Subject("observed_noise", _chapters, list[InstrumentNoise])
