@@ -66,6 +66,22 @@ def test_a_fixed_baseline_gives_way_only_to_half_of_its_scatter(
     assert choose([first, ALONE]) == expected
 
 
+@pytest.mark.parametrize(
+    ("change", "expected"), [({}, 1), ({"ratio": 3.0}, 0), ({"fixed_share": 0.84}, 0)]
+)
+def test_wrong_integers_of_mixed_phases_give_way_without_pieces(
+    change: dict[str, float], expected: int
+) -> None:
+    """Ten minutes that were fixed with ratio 1.5, and with 48 once the phases are of one kind."""
+    first = replace(FLOAT, ambiguities="fixed", fixed_share=0.85, scatter=None, pieces=0)
+    moved = replace(MOVED, scatter=None, pieces=0)
+    attempts = [first, replace(moved, **change)]
+    assert choose(attempts) == expected
+    assert ("a quarter of a cycle" in reason(attempts, choose(attempts))) is bool(expected)
+    # L1 alone cures nothing
+    assert choose([first, replace(ALONE, scatter=None)]) == 0
+
+
 def test_comparison_has_a_line_for_each() -> None:
     lines = comparison([FLOAT, MOVED, replace(ALONE, taken=True)])
     assert [line.endswith("(taken)") for line in lines] == [False, False, True]

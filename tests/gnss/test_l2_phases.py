@@ -68,7 +68,6 @@ def test_files_that_do_not_tell_stay_as_they_are(tmp_path: Path) -> None:
     cases = {
         "all of P(Y)": mixed(NAMES),
         "no indicator": mixed(()),
-        "one satellite is no kind": mixed(("G03",)),
         "RINEX 3 names its signals": rinex_3().encode(),
         "plain": rinex_2().encode(),
         "types change": changing,

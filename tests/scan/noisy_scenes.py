@@ -11,7 +11,10 @@ from tribrach.simulate.scanner import ScanGrid, Scanner, scan
 def hall(seed: int, leaves: int = 250) -> sc.Scene:
     """Walls in panels of several reflectances at 4 to 45 m, ground, pillars, spheres, leaves."""
     rng = np.random.default_rng(seed)
-    things = [sc.ground((0, 0, -1.7), 120, 0.35), sc.rectangle((0, 0, 6.0), (0, 0, -1), 14, 12, 0.7)]
+    things = [
+        sc.ground((0, 0, -1.7), 120, 0.35),
+        sc.rectangle((0, 0, 6.0), (0, 0, -1), 14, 12, 0.7),
+    ]
     for away, normal in ((7, (-1, 0)), (-25, (1, 0)), (4, (0, -1)), (-45, (0, 1))):
         n = np.array([*normal, 0.0])
         beside = np.array([-n[1], n[0], 0.0])
@@ -37,7 +40,13 @@ def simulated(
 ) -> ObservedNoise:
     """Patches of a scan of a hall."""
     parts = list(
-        scan(hall(seed, leaves), Pose(np.eye(3), np.zeros(3)), scanner, ScanGrid.panorama((0.4, 2.5), points), seed)
+        scan(
+            hall(seed, leaves),
+            Pose(np.eye(3), np.zeros(3)),
+            scanner,
+            ScanGrid.panorama((0.4, 2.5), points),
+            seed,
+        )
     )
     xyz = np.concatenate([p.xyz for p in parts])
     light, row, column = (

@@ -17,7 +17,8 @@ __all__ = ["FREQUENCIES", "Attempt", "choose", "comparison", "reason"]
 FREQUENCIES = {1: "L1 alone", 2: "L1 and L2", 3: "three frequencies"}
 #: share of epochs that an attempt needs to be taken
 SHARE = 0.6
-#: an attempt takes the place of a fixed baseline only where its pieces scatter so much less
+#: an attempt takes the place of a fixed baseline only where its pieces scatter so much less, or
+#: where its ratio is so much larger and it cures the files
 BETTER = 2.0
 #: an attempt further from the float solution than so many sigmas has wrong integers
 CONTRADICTION = 4.0
@@ -102,8 +103,18 @@ def choose(attempts: Sequence[Attempt]) -> int:
         best = min(able, key=lambda k: attempts[k].scatter or 0.0)
     mine, its = attempts[best].scatter, first.scatter
     if first.ambiguities == "fixed":
-        return best if mine is not None and its is not None and BETTER * mine < its else 0
+        steadier = mine is not None and its is not None and BETTER * mine < its
+        return best if steadier or _cured(first, attempts[best]) else 0
     return best if mine is None or its is None or mine < its else 0
+
+
+def _cured(first: Attempt, other: Attempt) -> bool:
+    """True if a defect of the files is gone: as many epochs are fixed, by far more clearly."""
+    return (
+        bool(other.cures)
+        and other.fixed_share >= first.fixed_share
+        and other.ratio > BETTER * first.ratio
+    )
 
 
 def reason(attempts: Sequence[Attempt], taken: int) -> str:
@@ -120,7 +131,7 @@ def reason(attempts: Sequence[Attempt], taken: int) -> str:
     if taken:
         words = f"{best.what} is taken ({best.words}) instead of {first.what} ({first.words})"
         cured = [a for a in attempts[1:] if a.cures and a.ambiguities == "fixed"]
-        if first.ambiguities == "fixed" or not cured:
+        if not cured or not (first.ambiguities == "float" or _cured(first, cured[0])):
             return words
         return (
             f"{words}; {cured[0].cures}, and with those moved by a quarter of a cycle "

@@ -281,9 +281,7 @@ def _of_block(chunk: Chunk, width: float) -> ObservedNoise:
         values = chunk.values.get(name)
         return None if values is None else np.asarray(values)[alone]
 
-    return patch_residuals(
-        chunk.xyz[alone], of("intensity"), of("row"), of("column"), width=width
-    )
+    return patch_residuals(chunk.xyz[alone], of("intensity"), of("row"), of("column"), width=width)
 
 
 def joined(parts: Sequence[ObservedNoise]) -> ObservedNoise:
@@ -422,9 +420,7 @@ def _windows(raster: _Raster, length: Array, width: float) -> tuple[Index, Index
     asked for at the mean range of the points of the least one, which all go together: a choice by
     the range of single points would be one by their errors.
     """
-    across = max(
-        GATES.fewest, round(np.sqrt(GATES.points * raster.step_row / raster.step_column))
-    )
+    across = max(GATES.fewest, round(np.sqrt(GATES.points * raster.step_row / raster.step_column)))
     tall = max(GATES.fewest, -(-GATES.points // across))
     across = max(across, -(-GATES.points // tall))
     cell_row, cell_column = raster.row // tall, raster.column // across

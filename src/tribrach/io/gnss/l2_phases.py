@@ -25,8 +25,8 @@ __all__ = ["SHIFT", "MixedPhases", "aligned_l2", "mixed_l2"]
 
 #: what makes a phase of L2C one of P(Y) [cycles]
 SHIFT = -0.25
-#: of either kind there are at least so many satellites
-FEWEST = 2
+#: of either kind there are at least so many satellites: a trial decides what they mean
+FEWEST = 1
 #: bit of the loss-of-lock indicator: measured under anti-spoofing
 _SPOOFED = 4
 #: phases in RINEX 2 stay below this in their fourteen characters [cycles]
