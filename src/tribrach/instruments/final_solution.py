@@ -15,12 +15,21 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array
 
-__all__ = ["AGREEMENT", "FEWEST_CHECKED", "SHARE", "FinalSolution", "final_solution"]
+__all__ = [
+    "AGREEMENT",
+    "FEWEST_CHECKED",
+    "RARELY",
+    "SHARE",
+    "FinalSolution",
+    "final_solution",
+]
 
 #: the end of a session is this part of its epochs
 END = 1 / 3
 #: share of the epochs at the end that must be fixed
 SHARE = 0.8
+#: fewer fixed epochs of the whole session than this share are worth a sentence
+RARELY = 0.5
 #: fixed epochs at the end lie within this of the one that is taken: [m] and per metre of length
 AGREEMENT = (0.02, 1e-6)
 #: fewer epochs at the end than this cannot contradict each other

@@ -280,6 +280,20 @@ def test_a_static_file_that_lost_its_integers_is_float(tmp_path: Path) -> None:
     np.testing.assert_allclose(np.diag(found.covariance), expected, rtol=0.02)
 
 
+def test_moving_epochs_that_jump_say_so_by_their_scatter(tmp_path: Path) -> None:
+    """Two of fifty epochs are fixed, 60 mm apart with 4 mm each; their mean is no 3 mm."""
+    roots = "0.0040 0.0040 0.0040 0.0000 0.0000 0.0000"
+    shifts = {10: 0.03, 30: -0.03}
+    rows = [
+        row(KONYA + shifts.get(k, 0.0), 1 if k in shifts else 2, roots, second=k) for k in range(50)
+    ]
+    found = read_rtklib(pos(tmp_path / "a.pos", XYZ, rows, "Kinematic"), factor=1)
+    assert "only 4 % of the epochs are fixed, fewer than 50 %" in found.warnings[0]
+    np.testing.assert_allclose(found.xyz[0], KONYA, atol=1e-4)
+    # variance of a mean of two from their own scatter: 2 * 30^2 / 1 / 2 mm^2
+    np.testing.assert_allclose(np.diag(found.covariance), 900e-6, rtol=1e-3)
+
+
 BROKEN_POS = {
     "columns": ([row(KONYA, 1, "0.004 0.004")], XYZ, "thirteen numbers"),
     "words": (["2005/04/02 00:00:00 x y z 1 8 1 1 1 0 0 0 0 0"], XYZ, "thirteen numbers"),

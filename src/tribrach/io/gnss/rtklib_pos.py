@@ -3,8 +3,9 @@
 A static solution has used all epochs up to each line: one of those at its end stands for the
 session, and whether it is fixed is decided as for our own baselines
 (:mod:`tribrach.instruments.final_solution`). Epochs of a kinematic solution are averaged with their
-covariances, fixed ones if there are any. Formal standard deviations are scaled as those of our own
-baselines (:mod:`tribrach.instruments.gnss_solutions`).
+covariances, fixed ones if there are any; where they scatter beyond the 95 % limit of chi-square,
+their scatter counts. Formal standard deviations are scaled as those of our own baselines
+(:mod:`tribrach.instruments.gnss_solutions`).
 """
 
 from __future__ import annotations
@@ -12,11 +13,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from scipy.stats import chi2
 
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geodesy.site import EllipsoidSite
-from tribrach.instruments.final_solution import final_solution
+from tribrach.instruments.final_solution import RARELY, final_solution
 from tribrach.instruments.gnss_solutions import sigma_factor
 from tribrach.io.gnss.records import GnssRecords
 from tribrach.io.gnss.solution_file import FIXED, FLOAT, Solution, read_solution
@@ -92,9 +94,12 @@ def _one(solution: Solution) -> tuple[Array, Array, Array, int, str]:
     (3, 3), the number of epochs it comes from, and what is doubtful about it.
     """
     best = int(solution.quality.min())
+    share = float((solution.quality == FIXED).mean())
     doubt = "" if best == FIXED else "no epoch has fixed ambiguities"
     if best > FLOAT:
         doubt += ", they are code solutions"
+    if best == FIXED and share < RARELY:
+        doubt = f"only {100 * share:.0f} % of the epochs are fixed, fewer than {100 * RARELY:.0f} %"
     if solution.static:
         # phases are better than codes; among them the end of the session decides
         epochs = np.flatnonzero(solution.quality <= max(best, FLOAT))
@@ -114,8 +119,14 @@ def _one(solution: Solution) -> tuple[Array, Array, Array, int, str]:
     weight = np.linalg.inv(covariance)
     total = np.linalg.inv(weight.sum(axis=0))
     origin = solution.values[chosen[0]]
-    shift = np.einsum("nij,nj->i", weight, solution.values[chosen] - origin)
-    return origin + total @ shift, total, np.zeros((3, 3)), len(chosen), doubt
+    shift = total @ np.einsum("nij,nj->i", weight, solution.values[chosen] - origin)
+    apart = solution.values[chosen] - origin - shift
+    # epochs that scatter more than they state, as those with wrong integers do
+    wider, dof = 1.0, 3 * (len(chosen) - 1)
+    statistic = float(np.einsum("ni,nij,nj->", apart, weight, apart))
+    if dof and statistic > chi2.ppf(0.95, dof):
+        wider = statistic / dof
+    return origin + shift, total * wider, np.zeros((3, 3)), len(chosen), doubt
 
 
 def _turned(vector: Array, covariance: Array, reference: Array) -> tuple[Array, Array]:
