@@ -13,6 +13,7 @@ import pytest
 from tribrach.errors import InputError, Refusals
 from tribrach.io.arrays import named_bytes, read_joint_covariance, read_named
 from tribrach.io.calibration_file import read_calibration
+from tribrach.io.comparison_table import read_comparison
 from tribrach.io.lever_arm_file import read_lever_arm
 from tribrach.io.scans.formats import read_scans
 from tribrach.io.survey.formats import read
@@ -250,3 +251,12 @@ def test_a_project_with_the_character_nul(text: str, tmp_path: Path) -> None:
     path.write_text("# a job\n" + text)
     assert "a.toml:" in refused(path, Project.load)
     assert "holds the character NUL" in refused(path, Project.load)
+
+
+def test_a_figure_of_a_comparison_beyond_any_measurement(tmp_path: Path) -> None:
+    data = json.loads((SEEDS / "comparison" / "a.json").read_text())
+    name = next(key for key, value in data["sites"][0].items() if isinstance(value, float))
+    data["sites"][0][name] = -1e308
+    path = tmp_path / "a.json"
+    path.write_text(json.dumps(data))
+    assert "is beyond any measurement" in refused(path, lambda path: read_comparison(path, [name]))

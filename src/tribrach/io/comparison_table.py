@@ -16,6 +16,7 @@ import numpy as np
 from tribrach.errors import InputError
 from tribrach.io.json_file import read_json
 from tribrach.io.number_table import NumberTable
+from tribrach.units import LARGEST, too_large
 
 __all__ = ["read_comparison"]
 
@@ -56,6 +57,11 @@ def read_comparison(path: Path, names: Sequence[str]) -> NumberTable:
             cure="compare with the poses of both clouds, and look at the names of the figures",
         )
     values = np.array([row[1] for row in whole], dtype=np.float64)
+    if too_large(values):
+        name = whole[int(np.argmax((np.abs(values) >= LARGEST).any(axis=1)))][0]
+        raise InputError(
+            f"a figure of site {name} is beyond any measurement", file=path, cure=_CURE
+        )
     units = {name: _UNITS.get(name.rpartition(".")[2], _LENGTHS) for name in names}
     lost = [name for name, row in rows if None in row]
     remarks = (f"Left out for want of a figure: {', '.join(lost)}.",) if lost else ()

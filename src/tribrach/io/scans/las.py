@@ -85,7 +85,7 @@ def check_header(path: Path) -> None:
             zipped = _laszip(file, length, records, begin, path)
             width = struct.unpack_from("<H", head, 105)[0]
             zipped.check(width, size, path)
-            end = _check_chunks(file, begin, size, path)
+            end = _check_chunks(file, begin, size, zipped.chunks_of(_points(head)), path)
             if zipped.layered:
                 _check_layers(file, zipped, begin, end, _points(head), path)
 
@@ -135,6 +135,10 @@ class _LasZip:
         """Bytes of a point."""
         return sum(size for _, size in self.items)
 
+    def chunks_of(self, points: int) -> int:
+        """Chunks that hold so many points at least."""
+        return min(points, 1) if self.chunk == _VARIABLE else -(-points // self.chunk)
+
     @property
     def layers(self) -> int:
         """Layers of a chunk."""
@@ -182,8 +186,8 @@ def _laszip(file: BinaryIO, at: int, records: int, begin: int, path: Path) -> _L
     raise _refused("the points are compressed, and nothing whole says how", path)
 
 
-def _check_chunks(file: BinaryIO, begin: int, size: int, path: Path) -> int | None:
-    """Refuse more chunks of compressed points than there are bytes for.
+def _check_chunks(file: BinaryIO, begin: int, size: int, least: int, path: Path) -> int | None:
+    """Refuse more chunks of compressed points than there are bytes for, and fewer than needed.
 
     Returns
     -------
@@ -203,6 +207,8 @@ def _check_chunks(file: BinaryIO, begin: int, size: int, path: Path) -> int | No
     chunks = int.from_bytes(file.read(4), "little")
     if chunks > size // 8:
         raise _refused(f"the points are said to lie in {chunks} chunks, more than fit", path)
+    if chunks < least:
+        raise _refused(f"the points lie in {chunks} chunks, and {least} are needed", path)
     return at
 
 
