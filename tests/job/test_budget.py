@@ -9,6 +9,7 @@ import pytest
 from tests.network.facade import facade
 from tribrach.cloud.placement import Placement
 from tribrach.geometry.pose import Pose
+from tribrach.instruments.range_law import RangeLaw
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.scans.formats import read_scans
 from tribrach.job.budget import error_budget
@@ -99,8 +100,10 @@ def test_table_and_chart(adjustment: Adjustment, scan: StationScan, tmp_path: Pa
     heads = [column.head for column in table.columns]
     assert {"control", "range", "angles", "3D σ", "σ along the normal"} <= set(heads)
     first = {head: cell.key for head, cell in zip(heads, table.rows[0].cells, strict=True)}
-    parts = heads[3 : heads.index("3D σ")]
+    parts = heads[3 : heads.index("own σ")]
     assert sum(first[name] ** 2 for name in parts) == pytest.approx(first["3D σ"] ** 2)
+    both = first["own σ"] ** 2 + first["shared σ"] ** 2
+    assert both == pytest.approx(first["3D σ"] ** 2)
     charts = budget_charts(rows)
     assert [chart.name for chart in charts] == ["budget-S1"]
     assert len(charts[0].png) > 5000
@@ -110,3 +113,44 @@ def test_table_and_chart(adjustment: Adjustment, scan: StationScan, tmp_path: Pa
 def test_samples_know_the_wall(scan: StationScan) -> None:
     normals = surface_sample(scan.scan).normals
     assert normals[:, 0] == pytest.approx(-1, abs=1e-6)
+
+
+def lit(scan: StationScan, folder: Path, noise: ScanNoise) -> StationScan:
+    """The wall again with intensities that fall off along it."""
+    table = np.loadtxt(scan.scan.path)
+    light = np.rint(4000 * (1 - np.abs(table[:, 1]) / 16))
+    path = folder / "S1.xyz"
+    head = "x y z intensity"
+    np.savetxt(path, np.column_stack([table, light]), "%.4f", header=head, comments="")
+    one = replace(read_scans(path)[0], origin="stated")
+    return StationScan("S1", "S1", one, noise, True, {})
+
+
+def test_own_neighbours_and_shared_add_up_by_intensity(
+    adjustment: Adjustment, scan: StationScan, tmp_path: Path
+) -> None:
+    law = RangeLaw(0.2, -0.75, 0.0003, 100.0, 5000.0)
+    noise = replace(NOISE, law=law, shared_share=0.4, systematic=5 * SEC)
+    one = lit(scan, tmp_path, noise)
+    rows = error_budget([one], {"S1": place(one, adjustment)}, adjustment, Remembered(tmp_path))
+    by_light = [row for row in rows if row.by == "intensity"]
+    assert len(by_light) == 4
+    assert sum(row.share for row in by_light) == pytest.approx(1, abs=0.02)
+    for row in rows:
+        assert row.neighbours is not None
+        assert row.own + row.neighbours + row.shared == pytest.approx(row.variance)
+        systematic = row.part("systematic angles")
+        assert systematic is not None
+        ranges = row.part("range", "incidence")
+        assert ranges is not None
+        assert row.neighbours == pytest.approx(0.4 * ranges + systematic)
+        assert row.part("incidence") == pytest.approx(0, abs=1e-15)
+    dark, *_, bright = by_light
+    for row in (dark, bright):
+        low, high = (float(word) for word in row.region.split()[1::2])
+        ranges = row.part("range")
+        assert ranges is not None
+        assert law.sigma([high])[0] ** 2 < ranges < law.sigma([low])[0] ** 2
+    assert len({round(1e9 * row.shared) for row in rows}) > 1
+    charts = budget_charts(rows)
+    assert [chart.name for chart in charts] == ["budget-S1"]

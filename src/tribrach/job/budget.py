@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tribrach._types import Array
-from tribrach.cloud.budget import PointBudget, point_budget
+from tribrach.cloud.budget import POINT_PARTS, SYSTEMATIC, PointBudget, point_budget
 from tribrach.cloud.placement import Placement
 from tribrach.geometry.rotation import skew
 from tribrach.job.scans import StationScan
@@ -40,13 +42,58 @@ class BudgetPart:
 
 @dataclass(frozen=True)
 class BudgetRow:
-    """A region of a station by range [m] and incidence [degrees]; share of the sampled points."""
+    """A class of the points of a station, and what their covariances are made of.
+
+    Attributes
+    ----------
+    station
+        Its name.
+    region
+        The class in words.
+    points, share
+        Sampled points, and their share of those of the station.
+    parts
+        What adds up.
+    by
+        What the class is of: region, by range [m] and incidence [degrees], or intensity.
+    range_share
+        Share of the variance of ranges that neighbouring points have in common, None where nobody
+        says.
+    """
 
     station: str
     region: str
     points: int
     share: float
     parts: tuple[BudgetPart, ...]
+    by: Literal["region", "intensity"] = "region"
+    range_share: float | None = None
+
+    @property
+    def own(self) -> float:
+        """What is new with every point and a mean of points makes smaller [m^2]."""
+        return _sum(self.parts, POINT_PARTS) - (self.range_share or 0.0) * self._range
+
+    @property
+    def neighbours(self) -> float | None:
+        """What neighbouring points have in common, and points far apart have not [m^2].
+
+        None where nothing is known of it: no share of the ranges, no systematic part of angles.
+        """
+        systematic = self.part(SYSTEMATIC)
+        if self.range_share is None and systematic is None:
+            return None
+        return (self.range_share or 0.0) * self._range + (systematic or 0.0)
+
+    @property
+    def shared(self) -> float:
+        """What all points of the station have in common [m^2]; no mean of them falls below it."""
+        return self.variance - _sum(self.parts, (*POINT_PARTS, SYSTEMATIC))
+
+    @property
+    def _range(self) -> float:
+        """Of ranges, incidence included [m^2]."""
+        return _sum(self.parts, ("range", "incidence"))
 
     @property
     def variance(self) -> float:
@@ -67,6 +114,11 @@ class BudgetRow:
         """Variance [m^2] of parts together; None if the budget has none of them."""
         variances = [part.variance for part in self.parts if part.name in names]
         return sum(variances) if variances else None
+
+
+def _sum(parts: Sequence[BudgetPart], names: Sequence[str]) -> float:
+    """Variance [m^2] of the parts of these names."""
+    return sum(part.variance for part in parts if part.name in names)
 
 
 def _sum_of(values: list[float | None]) -> float | None:
@@ -131,17 +183,27 @@ RANGES = (0.0, 10.0, 20.0, 30.0, 50.0, 100.0, np.inf)
 _INCIDENCES = (0.0, 30.0, 45.0, 60.0, 90.0)
 
 
+#: where classes of intensity end, as shares of the points
+_QUARTERS = (0.25, 0.5, 0.75)
+
+
 #: regions with fewer sampled points are not worth a row
 _FEW = 20
 
 
 @dataclass(frozen=True)
 class _Sampled:
-    """Ranges, incidence angles (n,) [degrees], NaN where unknown, and the budget of the points."""
+    """What is known of n points, NaN where it is unknown, and their budget.
+
+    range [m], incidence [degrees], intensity (n,) : as in the file; shared : of the variance of
+    ranges, by neighbours.
+    """
 
     range: Array
     incidence: Array
+    intensity: Array
     budget: PointBudget
+    shared: float | None
 
 
 def error_budget(
@@ -186,36 +248,84 @@ def _sampled(
     cosine = np.abs(np.einsum("ni,ni->n", sample.xyz, sample.normals)) / length
     incidence = np.degrees(np.arccos(np.clip(cosine, 0.0, 1.0)))
     budget = point_budget(sample.xyz, where, shares, sample.normals, sample.intensity)
-    return _Sampled(length, incidence, budget)
+    light = np.full(len(length), np.nan) if sample.intensity is None else sample.intensity
+    share = None if where.noise is None else where.noise.shared_share
+    return _Sampled(length, incidence, light, budget, share)
 
 
 def _regions(station: str, sampled: Sequence[_Sampled]) -> list[BudgetRow]:
-    """Rows of a station, from near and straight to far and slanted, then those without normals."""
+    """Rows of a station, from near and straight to far and slanted, then those without normals.
+
+    After them those of the intensities, from dark to bright, of points whose surface is known.
+    """
+    names = sampled[0].budget.names
+    pooled = _Pooled(
+        station,
+        names,
+        np.concatenate([s.budget.variances for s in sampled], axis=1),
+        np.concatenate([s.budget.along_normal for s in sampled], axis=1),
+        _common_share(sampled),
+    )
     length = np.concatenate([s.range for s in sampled])
     incidence = np.concatenate([s.incidence for s in sampled])
-    names = sampled[0].budget.names
-    variance = np.concatenate([s.budget.variances for s in sampled], axis=1)
-    normal = np.concatenate([s.budget.along_normal for s in sampled], axis=1)
     at = np.digitize(length, RANGES) - 1
     slant = np.where(np.isnan(incidence), -1, np.digitize(incidence, _INCIDENCES[1:-1]))
     rows = []
     for i in range(len(RANGES) - 1):
         for j in (*range(len(_INCIDENCES) - 1), -1):
-            inside = (at == i) & (slant == j)
-            if np.count_nonzero(inside) < _FEW:
-                continue
-            mean = variance[:, inside].mean(axis=1)
-            across = normal[:, inside].mean(axis=1) if j >= 0 else None
-            rows.append(
-                BudgetRow(
-                    station=station,
-                    region=_words(i, j),
-                    points=int(np.count_nonzero(inside)),
-                    share=float(inside.mean()),
-                    parts=tuple(_part(name, k, mean, across) for k, name in enumerate(names)),
-                )
-            )
+            rows += pooled.row((at == i) & (slant == j), _words(i, j), known=j >= 0)
+    light = np.concatenate([s.intensity for s in sampled])
+    known = np.isfinite(incidence)
+    for low, high in _classes(light):
+        inside = (light >= low) & (light <= high)
+        faced = bool(np.count_nonzero(inside & known) >= _FEW)
+        words = f"intensity {low:.4g} to {high:.4g}"
+        rows += pooled.row(inside & known if faced else inside, words, known=faced, by="intensity")
     return rows
+
+
+def _classes(light: Array) -> list[tuple[float, float]]:
+    """Limits of classes of intensities (n,) of about as many points; none where all are alike."""
+    known = np.sort(light[np.isfinite(light)])
+    if not len(known) or known[0] == known[-1]:
+        return []
+    parts = np.split(known, np.searchsorted(known, np.quantile(known, _QUARTERS), side="right"))
+    return [(float(part[0]), float(part[-1])) for part in parts if len(part)]
+
+
+def _common_share(sampled: Sequence[_Sampled]) -> float | None:
+    """The share of ranges that neighbours have in common, where all scans say the same."""
+    shares = {s.shared for s in sampled}
+    return shares.pop() if len(shares) == 1 else None
+
+
+@dataclass(frozen=True)
+class _Pooled:
+    """Variances (m, n) of the m parts of the budget of all points of a station, and by normals."""
+
+    station: str
+    names: tuple[str, ...]
+    variance: Array
+    normal: Array
+    range_share: float | None
+
+    def row(
+        self,
+        inside: NDArray[np.bool_],
+        words: str,
+        *,
+        known: bool,
+        by: Literal["region", "intensity"] = "region",
+    ) -> list[BudgetRow]:
+        """The row of some points (n,), known : with normals; none for a few points."""
+        count = int(np.count_nonzero(inside))
+        if count < _FEW:
+            return []
+        mean = self.variance[:, inside].mean(axis=1)
+        across = self.normal[:, inside].mean(axis=1) if known else None
+        parts = tuple(_part(name, k, mean, across) for k, name in enumerate(self.names))
+        share = float(inside.mean())
+        return [BudgetRow(self.station, words, count, share, parts, by, self.range_share)]
 
 
 def _part(name: str, k: int, mean: Array, across: Array | None) -> BudgetPart:

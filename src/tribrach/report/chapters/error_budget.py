@@ -20,10 +20,11 @@ __all__ = ["budget_charts", "budget_table"]
 _ANGLES = ("horizontal angle", "vertical angle")
 _NOTE = (
     "Sigmas of points by what they come from; their squares add up to the square of "
-    "the 3D σ. Regions are by range and incidence angle. What the station has in common (control, "
-    "targets, levelling and so on) moves all of its points together and does not average out; "
-    "range, incidence, angles and beam width are of every point alone; systematic angles are those "
-    "of its neighbours too. Control that is held fixed adds nothing. Along the normal is what a "
+    "the 3D σ. Classes are by range and incidence angle, and by intensity in quarters of the "
+    "points. Own is what is new with every point, so that a mean of points makes it smaller; "
+    "neighbours what points side by side have in common (empty where nobody says); shared what all "
+    "points of the station have, below which no mean of them falls (control, targets, levelling "
+    "and so on). Systematic angles are those of the neighbours. Control that is held fixed adds nothing. Along the normal is what a "
     "comparison of surfaces sees. Sigmas in the files of clouds contain incidence only where the "
     "project asks for it."
 )
@@ -37,9 +38,12 @@ def budget_table(rows: Sequence[BudgetRow], columns: ColumnSet) -> ReportTable:
         groups["angles"] = _ANGLES
     specs: list[Spec] = [
         columns.word("Station", "station"),
-        columns.word("Region", "region"),
+        columns.word("Class", "region"),
         (ColumnHead("points", "%"), lambda r: number_cell(r.share, f"{100 * r.share:.0f}")),
         *(columns.mm(name, _part(members)) for name, members in groups.items()),
+        columns.mm("own σ", lambda r: _root(r.own)),
+        columns.mm("neighbours σ", lambda r: _root(r.neighbours)),
+        columns.mm("shared σ", lambda r: _root(r.shared)),
         columns.mm("3D σ", lambda r: _root(r.variance)),
         columns.mm("σ along the normal", lambda r: _root(r.normal)),
         columns.mm("σ in the surface", lambda r: _root(r.tangential)),
@@ -66,6 +70,7 @@ def _chart(station: str, rows: Sequence[BudgetRow]) -> Picture:
 
     Regions without normals are in the chart only if there are no others.
     """
+    rows = [row for row in rows if row.by == "region"] or rows
     rows = [row for row in rows if row.normal is not None] or rows
     names = [part.name for part in rows[0].parts]
     known = rows[0].normal is not None

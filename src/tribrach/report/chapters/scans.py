@@ -153,13 +153,21 @@ class BudgetShare(DocumentPart):
 
 
 class BudgetRegion(DocumentPart):
-    """The error budget of a region of a station."""
+    """The error budget of a class of the points of a station; variances of all directions [m^2]."""
 
     station: str
     region: str
+    by: str
+    """What the class is of: region (range and incidence) or intensity."""
     points: int
     share: float
     parts: list[BudgetShare]
+    own: float
+    """New with every point."""
+    neighbours: float | None
+    """In common to points side by side; none where nobody says."""
+    shared: float
+    """In common to all points of the station."""
 
 
 class ScansPart(DocumentPart):
