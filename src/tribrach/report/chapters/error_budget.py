@@ -24,9 +24,9 @@ _NOTE = (
     "points. Own is what is new with every point, so that a mean of points makes it smaller; "
     "neighbours what points side by side have in common (empty where nobody says); shared what all "
     "points of the station have, below which no mean of them falls (control, targets, levelling "
-    "and so on). Systematic angles are those of the neighbours. Control that is held fixed adds nothing. Along the normal is what a "
-    "comparison of surfaces sees. Sigmas in the files of clouds contain incidence only where the "
-    "project asks for it."
+    "and so on). Systematic angles are those of the neighbours. Control that is held fixed "
+    "adds nothing. Along the normal is what a comparison of surfaces sees. Sigmas in the files of "
+    "clouds contain incidence only where the project asks for it."
 )
 
 
