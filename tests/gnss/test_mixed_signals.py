@@ -125,7 +125,8 @@ def test_ten_minutes_and_the_whole_session_agree(shared_data: Path, tmp_path: Pa
             cut = [window(p, tmp_path / p.stem, start, 10) for p in (base, rover)]
             short = compute_baseline(*cut, orbits, IGNF)
             assert disagreement(short, long) < chi2.ppf(0.999, 3)
-            assert np.trace(short.covariance) > np.trace(long.covariance)
+            # hours may show errors that minutes do not: only what the engine states must fall
+            assert np.trace(short.formal) > np.trace(long.formal)
             total += disagreement(short, long)
     assert total < chi2.ppf(0.99, 18)
 

@@ -56,6 +56,10 @@ def baseline(
         bool,
         typer.Option("--no-alternatives", help="Keep a doubtful baseline as it was asked for."),
     ] = False,
+    no_pieces: Annotated[
+        bool,
+        typer.Option("--no-pieces", help="No check of sigmas by pieces of the session."),
+    ] = False,
     json_file: Annotated[
         Path | None, typer.Option("--json", help="Write the result as JSON.")
     ] = None,
@@ -77,6 +81,7 @@ def baseline(
             engine=engine,
             seconds=seconds,
             alternatives=not no_alternatives,
+            pieces=not no_pieces,
         )
         place = _numbers(base_xyz)
         with shown(quiet) as progress:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -29,20 +30,20 @@ from tribrach.gnss.antennas import (
 from tribrach.gnss.attempts import FREQUENCIES, Attempt, choose, reason
 from tribrach.gnss.engine import EngineName, run_engine, staged
 from tribrach.gnss.orbits import check_precise, check_together, usable_systems
+from tribrach.gnss.outcome import RunOutcome, outcome_of, stated_factor
+from tribrach.gnss.phase_noise import PhaseNoise
+from tribrach.gnss.pieces import PieceScatter, piece_scatter, piece_spans
 from tribrach.instruments.final_solution import (
     FEWEST_CHECKED,
     FinalSolution,
-    final_solution,
 )
-from tribrach.instruments.gnss_solutions import SOURCE, sigma_factor
 from tribrach.io.gnss.antex_file import read_antex
+from tribrach.io.gnss.galileo_records import galileo_records
 from tribrach.io.gnss.l2_phases import SHIFT, aligned_l2
 from tribrach.io.gnss.observation_file import RinexObservations, read_observations
 from tribrach.io.gnss.orbit_files import Orbits, read_orbits
 from tribrach.io.gnss.precise_file import sp3_text
 from tribrach.io.gnss.solution_file import (
-    FIXED,
-    FLOAT,
     SatelliteUse,
     Solution,
     read_solution,
@@ -200,6 +201,8 @@ class Processing:
         Time limit of the engine.
     alternatives
         Compute a doubtful baseline in other ways too, and take the best (method section 2.7).
+    pieces
+        Check sigma by computing pieces of the session.
     """
 
     mask: float = 15.0
@@ -212,6 +215,7 @@ class Processing:
     engine: EngineName = "auto"
     seconds: float = 600.0
     alternatives: bool = True
+    pieces: bool = True
 
 
 @dataclass(frozen=True)
@@ -223,8 +227,8 @@ class Baseline:
     base, rover : (3,)
         ECEF coordinates of the marks [m].
     covariance : (3, 3)
-        Of the vector [m^2]: ``formal`` times ``factor`` squared, and for a float solution the
-        scatter of the epochs at the end of the session.
+        Of the vector [m^2]: ``formal`` times ``factor`` squared, the rounding of the engine, and
+        for a float solution the scatter of the epochs at the end of the session.
     formal : (3, 3)
         Covariance that the engine states [m^2].
     factor, factor_source
@@ -255,6 +259,10 @@ class Baseline:
         Files of precise orbits; empty if broadcast orbits were used.
     heights
         Of the antennas over the marks [m], base first.
+    noise
+        Of the phases, None if the factor does not come from them.
+    pieces
+        Scatter of the pieces of the session, None where it was not split.
     warnings
         Sentences.
     frequencies
@@ -287,6 +295,8 @@ class Baseline:
     files: tuple[str, str] = ("", "")
     orbits: tuple[str, ...] = ()
     heights: tuple[float, float] = (0.0, 0.0)
+    noise: PhaseNoise | None = None
+    pieces: PieceScatter | None = None
     warnings: tuple[str, ...] = field(default=())
     frequencies: int = 2
     attempts: tuple[Attempt, ...] = ()
@@ -356,14 +366,14 @@ def compute_baseline(
         rover_antenna or AntennaSetup.of(second),
     )
     progress("computing baseline", 0, 1)
-    found = _computed(first, second, orbits, setups, settings, reference, systems)
+    found = _computed(first, second, orbits, setups, settings, reference, systems, progress)
     if settings.alternatives and _doubtful(found):
         ways = _other_ways(first, second, settings)
         progress("computing baseline", 1, 1 + len(ways))
         others = []
         for what, cures, one, two, wish in ways:
             try:
-                other = _computed(one, two, orbits, setups, wish, reference, systems)
+                other = _computed(one, two, orbits, setups, wish, reference, systems, progress)
             except InputError:
                 # this way has no solution
                 continue
@@ -411,6 +421,8 @@ def _taken(asked: Baseline, others: Sequence[tuple[str, str, Baseline]]) -> Base
             ratio=b.ratio,
             sigma=float(np.sqrt(np.trace(b.covariance))),
             away=float(np.linalg.norm(b.rover - asked.rover)),
+            scatter=None if b.pieces is None else b.pieces.scatter,
+            pieces=0 if b.pieces is None else b.pieces.pieces,
             cures=cures,
         )
         for what, cures, b in every
@@ -428,19 +440,37 @@ def _computed(
     settings: Processing,
     reference: Array,
     systems: str,
+    progress: Progress,
 ) -> Baseline:
-    """The baseline in one way."""
+    """The baseline in one way, checked by pieces of its session."""
     options = _options(settings, reference, systems) | {"pos2-maxage": _tolerance(first, second)}
     options["pos1-sateph"] = 0 if orbits.precise is None else 1
-    solution, used, engine = _solved(first, second, orbits, setups, settings, options)
+    times = _common(first, second)
+    spans = piece_spans(times) if settings.pieces else []
+    solve = partial(_solved, first, second, orbits, setups, settings, options)
+    solution, used, engine = solve()
+    interval = max(first.interval, second.interval)
+    outcome = partial(outcome_of, base=reference, interval=interval, air=settings.atmosphere)
+    whole = outcome(solution, used)
+    if whole is None:
+        raise _no_baseline(first, second, reference)
+    pieces: list[tuple[RunOutcome, int]] = []
+    for k, (start, end) in enumerate(spans):
+        progress("pieces of the session", k, len(spans))
+        piece = outcome(*solve((start, end))[:2])
+        if piece is not None:
+            pieces.append((piece, int(((times > start) & (times < end)).sum())))
+    if spans:
+        progress("pieces of the session", len(spans), len(spans))
     warnings = [
         *doubts_of_place(first, reference),
         *doubts_of_files(first, second),
         *antenna_warnings(*setups, settings.antex),
     ]
-    if used is None:
-        used = SatelliteUse(tuple(systems), None)
-    baseline = _baseline(first, second, reference, solution, settings, (used, engine), warnings)
+    baseline = _baseline(
+        (first, second), reference, whole, settings, (used, systems, engine), len(times), warnings
+    )
+    baseline = checked_by_pieces(baseline, whole, pieces, len(spans), settings)
     far: list[str] = []
     if settings.atmosphere:
         far = doubts_of_length(
@@ -464,22 +494,34 @@ def _solved(
     setups: tuple[AntennaSetup, AntennaSetup],
     settings: Processing,
     options: dict[str, object],
+    span: tuple[float, float] | None = None,
 ) -> tuple[Solution, SatelliteUse | None, EngineName]:
-    """Run the engine in a temporary folder; ``options`` gets those of the antennas."""
+    """Run the engine in a temporary folder; ``options`` gets those of the antennas.
+
+    Parameters
+    ----------
+    first, second, orbits, setups, settings, options
+        Of the baseline.
+    span
+        First and last time [s] to take, None for all.
+    """
     with scratch_folder() as folder:
         antex = None if settings.antex is None else read_antex(settings.antex)
         options |= antenna_options(*setups, antex, folder)
         if antex is not None:
             staged(folder, {ANTEX_NAME: antex.data})
         contents = {"rover.obs": second.text, "base.obs": first.text}
-        contents |= {f"orbits{k}.nav": file.text for k, file in enumerate(orbits.broadcast)}
+        contents |= {
+            f"orbits{k}.nav": galileo_records(file.text).text
+            for k, file in enumerate(orbits.broadcast)
+        }
         if orbits.precise is not None:
             options |= satellite_options(antex, folder)
             common = first.satellites & second.satellites
             contents["precise.sp3"] = sp3_text(orbits.precise, common)
         files = staged(folder, contents)
         out, engine = run_engine(
-            options, files, folder, engine=settings.engine, seconds=settings.seconds
+            options, files, folder, engine=settings.engine, seconds=settings.seconds, span=span
         )
         return read_solution(out), read_status(out.with_name(out.name + ".stat")), engine
 
@@ -519,74 +561,129 @@ def _tolerance(first: RinexObservations, second: RinexObservations) -> float:
     return min(0.5, 0.45 * shortest)
 
 
-def _common(first: RinexObservations, second: RinexObservations) -> int:
-    """Epochs of the second receiver that the first has as well."""
+def _common(first: RinexObservations, second: RinexObservations) -> Array:
+    """Times (n,) [s] of the second receiver's epochs that the first has as well."""
     a, b = first.times, second.times
     place = np.clip(np.searchsorted(a, b), 1, max(len(a) - 1, 1))
     near = np.minimum(np.abs(b - a[place - 1]), np.abs(b - a[np.minimum(place, len(a) - 1)]))
-    return int((near <= _tolerance(first, second)).sum())
+    return b[near <= _tolerance(first, second)]
+
+
+def _no_baseline(
+    first: RinexObservations, second: RinexObservations, reference: Array
+) -> InputError:
+    """The error of a run that found nothing."""
+    what = f"no baseline from {first.path.name} to {second.path.name}: "
+    if astray := doubts_of_place(first, reference):
+        return InputError(
+            what + astray[0].split("?")[0], cure="give the coordinates of the base mark"
+        )
+    return InputError(
+        what + "no epoch has phases of enough common satellites",
+        cure="lower the elevation mask, or check that both files hold phases and the "
+        "navigation file their satellites",
+    )
 
 
 def _baseline(
-    first: RinexObservations,
-    second: RinexObservations,
+    files: tuple[RinexObservations, RinexObservations],
     reference: Array,
-    solution: Solution,
+    whole: RunOutcome,
     settings: Processing,
-    run: tuple[SatelliteUse, EngineName],
+    run: tuple[SatelliteUse | None, str, EngineName],
+    common: int,
     warnings: list[str],
 ) -> Baseline:
-    """The baseline of a solution: its best determined epoch, fixed where any is."""
-    phase = np.flatnonzero(solution.quality <= FLOAT)
-    if not len(phase):
-        what = f"no baseline from {first.path.name} to {second.path.name}: "
-        if astray := doubts_of_place(first, reference):
-            raise InputError(
-                what + astray[0].split("?")[0], cure="give the coordinates of the base mark"
-            )
-        raise InputError(
-            what + "no epoch has phases of enough common satellites",
-            cure="lower the elevation mask, or check that both files hold phases and the "
-            "navigation file their satellites",
-        )
-    values, covariance = solution.values[phase], solution.covariance[phase]
-    final = final_solution(
-        values,
-        covariance,
-        solution.quality[phase] == FIXED,
-        solution.ratio[phase],
-        float(np.linalg.norm(values[-1] - reference)),
-    )
-    rover, formal = values[final.epoch], covariance[final.epoch]
+    """The baseline of an outcome, before its pieces are looked at."""
+    first, second = files
+    used, systems, engine = run
     interval = max(first.interval, second.interval)
-    factor, source = settings.factor, "given"
-    if factor is None:
-        factor, source = sigma_factor(interval, len(phase)), SOURCE
+    if settings.factor is None:
+        factor, source = stated_factor(whole.noise, interval, whole.epochs, air=settings.atmosphere)
+        covariance = whole.covariance(factor) + whole.unsure
+    else:
+        factor, source = settings.factor, "given"
+        covariance = whole.formal * factor**2 + whole.final.scatter
     name = f"{first.path.name} to {second.path.name}"
-    warnings += doubts_of_fixes(name, final)
-    warnings += doubts_of_phases(name, run[0].residual)
-    times = solution.times[phase]
+    warnings += doubts_of_fixes(name, whole.final)
+    warnings += doubts_of_phases(name, whole.residual)
     return Baseline(
         base=reference,
-        rover=rover,
-        covariance=formal * factor**2 + final.scatter,
-        formal=formal,
+        rover=whole.place,
+        covariance=covariance,
+        formal=whole.formal,
         factor=factor,
         factor_source=source,
-        ambiguities="fixed" if final.fixed else "float",
-        fixed_share=final.share,
-        epochs=len(phase),
-        epochs_common=_common(first, second),
-        ratio=final.ratio,
-        satellites=float(solution.satellites[phase].mean()),
-        start=float(times[0]),
-        end=float(times[-1]),
+        ambiguities="fixed" if whole.final.fixed else "float",
+        fixed_share=whole.final.share,
+        epochs=whole.epochs,
+        epochs_common=common,
+        ratio=whole.final.ratio,
+        satellites=whole.satellites,
+        start=whole.start,
+        end=whole.end,
         interval=interval,
-        systems=run[0].systems,
-        residual=run[0].residual,
-        engine=run[1],
+        systems=systems if used is None else used.systems,
+        residual=whole.residual,
+        engine=engine,
+        noise=whole.noise if settings.factor is None else None,
         names=(first.marker or first.path.stem, second.marker or second.path.stem),
         files=(first.path.name, second.path.name),
         warnings=tuple(warnings),
         frequencies=settings.frequencies,
+    )
+
+
+def checked_by_pieces(
+    baseline: Baseline,
+    whole: RunOutcome,
+    pieces: Sequence[tuple[RunOutcome, int]],
+    cut: int,
+    settings: Processing,
+) -> Baseline:
+    """The baseline with the scatter of its pieces, and with wider sigmas where they disagree.
+
+    Parameters
+    ----------
+    baseline
+        Of the whole session.
+    whole
+        What it is made of.
+    pieces
+        RunOutcome of each piece that has one, and its common epochs.
+    cut
+        How many pieces there were.
+    settings
+        A factor that is given stays as it is.
+    """
+    # a piece that solved half of its epochs, and whose ambiguities are of the same kind
+    alike = [
+        piece
+        for piece, common in pieces
+        if 2 * piece.epochs > common and (piece.final.fixed or not whole.final.fixed)
+    ]
+    blocks = []
+    for piece in alike:
+        factor = settings.factor
+        if factor is None:
+            factor, _ = stated_factor(
+                whole.noise, baseline.interval, piece.epochs, air=settings.atmosphere
+            )
+        blocks.append(piece.covariance(factor))
+    scatter = piece_scatter([piece.place for piece in alike], blocks, cut)
+    if scatter is None:
+        return baseline
+    if scatter.agree:
+        return replace(baseline, pieces=scatter)
+    name = f"{baseline.files[0]} to {baseline.files[1]}"
+    if settings.factor is not None:
+        given = f"the factor {settings.factor:g} that is given is too small by {scatter.ratio:.2f}"
+        words = f"{name}: {scatter.figures()}: {given}"
+        return replace(baseline, pieces=scatter, warnings=(*baseline.warnings, words))
+    return replace(
+        baseline,
+        covariance=baseline.covariance * scatter.factor**2,
+        factor=baseline.factor * scatter.factor,
+        pieces=scatter,
+        warnings=(*baseline.warnings, f"{name}: {scatter.sentence()}"),
     )

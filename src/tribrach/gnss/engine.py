@@ -15,6 +15,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
+from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Literal
 
@@ -47,6 +48,7 @@ def run_engine(
     *,
     engine: EngineName = "auto",
     seconds: float = 600.0,
+    span: tuple[float, float] | None = None,
 ) -> tuple[Path, EngineName]:
     """Run RTKLIB on the files of one baseline.
 
@@ -62,6 +64,8 @@ def run_engine(
         ``auto`` takes the preferred one of those installed.
     seconds
         Time limit.
+    span
+        GPS time [s] since 1980-01-06 of the first and the last epoch to take, None for all.
 
     Returns
     -------
@@ -92,13 +96,23 @@ def run_engine(
     out.unlink(missing_ok=True)
     names = [str(path) for path in files]
     if chosen == "rnx2rtkp":
-        command = [PROGRAM, "-k", str(settings), "-o", str(out), *names]
+        command = [PROGRAM, "-k", str(settings), "-o", str(out), *_span_options(span), *names]
     else:
-        command = [sys.executable, "-P", str(WORKER), str(settings), str(out), *names]
+        times = [f"{at:.6f}" for at in span or (0.0, 0.0)]
+        command = [sys.executable, "-P", str(WORKER), str(settings), str(out), *times, *names]
     _run(command, folder, chosen, seconds)
     if not out.is_file():
         out.write_text("")
     return out, chosen
+
+
+def _span_options(span: tuple[float, float] | None) -> list[str]:
+    """Options of the program for the first and the last epoch, as date and time."""
+    out: list[str] = []
+    for name, at in zip(("-ts", "-te"), span or (), strict=False):
+        moment = datetime(1980, 1, 6) + timedelta(seconds=at)
+        out += [name, f"{moment:%Y/%m/%d}", f"{moment:%H:%M:%S.%f}"]
+    return out
 
 
 def staged(folder: Path, contents: Mapping[str, bytes]) -> list[Path]:

@@ -1,4 +1,4 @@
-"""One run of RTKLIB in a process of its own: ``python engine_worker.py OPTIONS OUT FILE ...``.
+"""One run of RTKLIB in a process of its own: ``engine_worker.py OPTIONS OUT START END FILE ...``.
 
 The library keeps options and memory in global variables and ends the process where it fails, so it
 is never loaded into the program itself. Nothing but the wheel is imported here. Exit status 3:
@@ -12,8 +12,11 @@ import sys
 
 __all__ = ["main"]
 
+#: seconds of a GPS week
+WEEK = 604_800.0
 
-def main(options: str, out: str, files: list[str]) -> int:
+
+def main(options: str, out: str, start: float, end: float, files: list[str]) -> int:
     """Compute positions with the options of a file.
 
     Parameters
@@ -22,6 +25,8 @@ def main(options: str, out: str, files: list[str]) -> int:
         Path of the file of options.
     out
         Path of the solution file.
+    start, end
+        GPS time [s] since 1980-01-06 of the first and the last epoch; both 0 for all epochs.
     files
         Paths of observations and orbits.
 
@@ -36,13 +41,17 @@ def main(options: str, out: str, files: list[str]) -> int:
         return 3
     processing, solution, names = pyrtklib.prcopt_t(), pyrtklib.solopt_t(), pyrtklib.filopt_t()
     pyrtklib.getsysopts(processing, solution, names)
-    ever = pyrtklib.gtime_t()
+    first, last = (
+        pyrtklib.gpst2time(int(at // WEEK), at % WEEK) if at else pyrtklib.gtime_t()
+        for at in (start, end)
+    )
     destination = pyrtklib.Arr1Dchar(out)
     status = pyrtklib.postpos(
-        ever, ever, 0.0, 0.0, processing, solution, names, files, len(files), destination, "", ""
+        first, last, 0.0, 0.0, processing, solution, names, files, len(files), destination, "", ""
     )
     return 4 if status else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1], sys.argv[2], sys.argv[3:]))
+    _, options_file, out_file, first_time, last_time, *rest = sys.argv
+    sys.exit(main(options_file, out_file, float(first_time), float(last_time), rest))

@@ -130,8 +130,14 @@ def final_solution(
         apart = float(np.linalg.norm(values[known] - values[best], axis=1).max())
     good = share_end >= SHARE and apart <= limit
     # epochs fixed to wrong integers are no float solution; where all are fixed there is no other
-    chosen = end[of_end] if good or of_end.all() else end[~of_end]
-    epoch = int(chosen[np.argmin(trace[chosen])])
+    chosen = end[of_end] if of_end.all() else end[~of_end]
+    if good:
+        # satellites that set take the fixed ambiguities with them: an earlier epoch of the same
+        # integers may be the better determined one
+        near = np.linalg.norm(values - values[best], axis=1) <= limit
+        chosen = np.flatnonzero(fixed & near)
+    # of equal ones the last, which has seen most
+    epoch = int(chosen[len(chosen) - 1 - np.argmin(trace[chosen][::-1])])
     away = values[end] - values[epoch]
     return FinalSolution(
         fixed=good,

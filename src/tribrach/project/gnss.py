@@ -81,9 +81,11 @@ class GnssSection(Section):
     engine
         The program that computes baselines.
     time_limit_s
-        Longest time for one baseline.
+        Longest time for one run of the engine.
     alternatives
         Doubtful baselines are computed in other ways too, and the best is taken.
+    pieces
+        Check sigmas by computing pieces of each session.
     """
 
     sessions: tuple[GnssSession, ...] = ()
@@ -98,6 +100,7 @@ class GnssSection(Section):
     engine: Literal["auto", "pyrtklib", "rnx2rtkp"] = "auto"
     time_limit_s: PositiveFloat = 600.0
     alternatives: bool = True
+    pieces: bool = True
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
@@ -119,4 +122,5 @@ class GnssSection(Section):
             engine=self.engine,
             seconds=self.time_limit_s,
             alternatives=self.alternatives,
+            pieces=self.pieces,
         )

@@ -9,6 +9,7 @@ import numpy as np
 from tribrach.gnss.attempts import comparison
 from tribrach.gnss.baseline import Baseline
 from tribrach.gnss.orbits import calendar
+from tribrach.gnss.pieces import UNSEEN, PieceScatter
 
 __all__ = ["baseline_facts", "baseline_headline", "baseline_lines"]
 
@@ -55,7 +56,28 @@ def baseline_facts(baseline: Baseline) -> dict[str, Any]:
             }
             for a in baseline.attempts
         ],
+        "phase_noise": None
+        if baseline.noise is None
+        else {
+            "scale": baseline.noise.scale,
+            "independent_after_s": baseline.noise.duration,
+        },
+        "pieces": None if baseline.pieces is None else _piece_facts(baseline.pieces),
         "warnings": list(baseline.warnings),
+    }
+
+
+def _piece_facts(pieces: PieceScatter) -> dict[str, Any]:
+    return {
+        "cut": pieces.cut,
+        "solved": pieces.pieces,
+        "sigma": pieces.sigma.tolist(),
+        "stated": pieces.stated.tolist(),
+        "statistic": pieces.statistic,
+        "dof": pieces.dof,
+        "limit": pieces.limit,
+        "ratio": pieces.ratio,
+        "widened": pieces.factor,
     }
 
 
@@ -94,6 +116,10 @@ def baseline_lines(baseline: Baseline) -> list[str]:
         f"formal times {baseline.factor:.2f} ({baseline.factor_source})"
         + ("" if baseline.ambiguities == "fixed" else ", and the scatter of the last third"),
     ]
+    if baseline.noise is not None:
+        words.append(f"noise: {baseline.noise.sentence()}")
+    if baseline.pieces is not None:
+        words.append(f"check: {baseline.pieces.sentence()}; {UNSEEN}")
     if baseline.orbits:
         words.insert(2, f"orbits: precise ones of {', '.join(baseline.orbits)}")
     if baseline.choice:

@@ -28,7 +28,15 @@ from tribrach.geodesy.site import ecef_from_geodetic, enu_rotation
 from tribrach.io.opened_files import contents
 from tribrach.units import LARGEST, too_large
 
-__all__ = ["FIXED", "FLOAT", "SatelliteUse", "Solution", "read_solution", "read_status"]
+__all__ = [
+    "FIXED",
+    "FLOAT",
+    "PhaseResiduals",
+    "SatelliteUse",
+    "Solution",
+    "read_solution",
+    "read_status",
+]
 
 Kind = Literal["ecef", "geodetic", "baseline"]
 
@@ -41,8 +49,38 @@ ROUNDING = 5e-5
 _WGS84 = (6378137.0, 1 / 298.257223563)
 _STAMP = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(\.\d*)?")
 _GPS_START = np.datetime64("1980-01-06T00:00:00", "us")
-#: a line of the status file with valid phases: satellite and residual
-_LINE = re.compile(rb"^\$SAT,\d+,[\d.]+,([A-Z]\d\d),\d,[-\d.]+,[-\d.]+,[-\d.]+,([-\d.]+),1,", re.M)
+#: a line of the status file with valid phases: week, seconds, satellite, frequency, azimuth,
+#: elevation and residual
+_LINE = re.compile(
+    rb"^\$SAT,(\d+),([\d.]+),([A-Z]\d\d),(\d),([-\d.]+),([-\d.]+),[-\d.]+,([-\d.]+),1,", re.M
+)
+_WEEK = 604_800.0
+
+
+@dataclass(frozen=True, eq=False)
+class PhaseResiduals:
+    """n phases that the engine used, one for each satellite, frequency and epoch.
+
+    Attributes
+    ----------
+    times : (n,)
+        Seconds since 1980-01-06.
+    satellites : (n,)
+        Names.
+    frequencies : (n,)
+        Numbers from 1 on.
+    azimuth, elevation : (n,)
+        Of the satellites [rad], to 0.1 degrees.
+    residuals : (n,)
+        Of the double differences, reference satellite minus this one [m]; 0 for the reference.
+    """
+
+    times: Array
+    satellites: NDArray[np.str_]
+    frequencies: NDArray[np.int64]
+    azimuth: Array
+    elevation: Array
+    residuals: Array
 
 
 @dataclass(frozen=True)
@@ -55,10 +93,13 @@ class SatelliteUse:
         Their names.
     residual
         Root mean square of their phase residuals [m], None if there are none.
+    phases
+        All residuals, None if there are none.
     """
 
     satellites: tuple[str, ...]
     residual: float | None
+    phases: PhaseResiduals | None = None
 
     @property
     def systems(self) -> str:
@@ -73,11 +114,20 @@ def read_status(path: Path) -> SatelliteUse | None:
     lines = _LINE.findall(path.read_bytes())
     if not lines:
         return None
-    residuals = np.array([word for _, word in lines], dtype=float)
+    week, seconds, names, frequency, azimuth, elevation, words = zip(*lines, strict=True)
+    residuals = np.array(words, dtype=float)
     # the reference satellite of the double differences has none
     others = residuals[residuals != 0]
     rms = float(np.sqrt((others**2).mean())) if len(others) else None
-    return SatelliteUse(tuple(sorted({name.decode() for name, _ in lines})), rms)
+    phases = PhaseResiduals(
+        np.array(week, dtype=float) * _WEEK + np.array(seconds, dtype=float),
+        np.array(names).astype(str),
+        np.array(frequency).astype(np.int64),
+        np.radians(np.array(azimuth, dtype=float)),
+        np.radians(np.array(elevation, dtype=float)),
+        residuals,
+    )
+    return SatelliteUse(tuple(np.unique(phases.satellites).tolist()), rms, phases)
 
 
 @dataclass(frozen=True)

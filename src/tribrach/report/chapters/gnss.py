@@ -13,6 +13,7 @@ from tribrach.gnss.attempts import Attempt
 from tribrach.gnss.baseline import Baseline
 from tribrach.gnss.loops import BaselineLoop
 from tribrach.gnss.orbits import calendar
+from tribrach.gnss.pieces import UNSEEN
 from tribrach.gnss.sessions import SessionResult
 from tribrach.job.gnss_loops import (
     BaselineSet,
@@ -204,6 +205,15 @@ def _session_sentences(sessions: Sequence[SessionResult]) -> list[str]:
         for b in rows
         if b.choice
     ]
+    checked = [b.pieces for b in rows if b.pieces is not None]
+    if checked:
+        ratios = [p.ratio for p in checked]
+        wide = sum(not p.agree for p in checked)
+        out.append(
+            f"Sigmas of {len(checked)} were checked by computing pieces of their sessions, which "
+            f"scatter {min(ratios):.2f} to {max(ratios):.2f} times as much as they state; those of "
+            f"{wide or 'none'} were widened because of it. {UNSEEN[0].upper()}{UNSEEN[1:]}."
+        )
     files = dict.fromkeys(name for b in rows for name in b.orbits)
     if files:
         precise = sum(bool(b.orbits) for b in rows)
@@ -312,13 +322,15 @@ def _baseline_table(sessions: Sequence[SessionResult]) -> ReportTable:
         (ColumnHead("satellites"), lambda r: fixed_cell(r[1].satellites, 1)),
         (ColumnHead("phases", "mm"), lambda r: _residual(r[1])),
         (ColumnHead("σ factor"), lambda r: fixed_cell(r[1].factor, 2)),
+        (ColumnHead("pieces"), lambda r: _pieces(r[1])),
     ]
     note = (
         "Antennas: heights of their reference points over the marks, between which baselines are. "
         "Standard deviations are the formal ones of the engine times the factor, and for float "
         "baselines the scatter of the epochs at the end of the session. Ambiguities: those at the "
         "end; fixed: share of the solved epochs; ratio: of the ambiguity test, median over the "
-        "end; phases: root mean square of the residuals of their double differences."
+        "end; phases: root mean square of the residuals of their double differences; pieces: "
+        "scatter of the pieces of the session over what they state, before sigmas were widened."
     )
     return build_table("gnss-baselines", "GNSS baselines", note, _all(sessions), columns)
 
@@ -357,6 +369,13 @@ def _residual(baseline: Baseline) -> Cell:
 
 def _ambiguities(of: Baseline | Attempt) -> Cell:
     return text_cell(of.ambiguities, "" if of.ambiguities == "fixed" else "bad")
+
+
+def _pieces(baseline: Baseline) -> Cell:
+    found = baseline.pieces
+    if found is None:
+        return text_cell("")
+    return fixed_cell(found.ratio, 2, "" if found.agree else "bad")
 
 
 def _loop_table(baselines: BaselineSet, loops: Sequence[BaselineLoop]) -> ReportTable:

@@ -26,6 +26,30 @@ class AttemptPart(DocumentPart):
     taken: bool
 
 
+class PhaseNoisePart(DocumentPart):
+    """Noise of phases: against what the engine assumes, and after how long it is a new one [s]."""
+
+    scale: float
+    independent_after_s: float
+
+
+class PiecesPart(DocumentPart):
+    """Pieces of a session: standard deviations of one in X, Y, Z [m], found and stated; their test.
+
+    ``ratio`` is the scatter over what is stated, ``widened`` what sigmas were multiplied with.
+    """
+
+    cut: int
+    solved: int
+    sigma: list[float]
+    stated: list[float]
+    statistic: float
+    dof: int
+    limit: float
+    ratio: float
+    widened: float
+
+
 class BaselineFigures(DocumentPart):
     """A baseline [m], geocentric."""
 
@@ -54,6 +78,8 @@ class BaselineFigures(DocumentPart):
     frequencies: int
     choice: str
     attempts: list[AttemptPart]
+    phase_noise: PhaseNoisePart | None
+    pieces: PiecesPart | None
     warnings: list[str]
 
 

@@ -1,0 +1,179 @@
+"""Sigma of a baseline, checked by splitting its session.
+
+The session is cut into four to ten pieces in time, each is computed by itself, and the scatter of
+their coordinates is compared with what their covariances state: the sum
+
+    q = sum (x_k - x)^T C_k^-1 (x_k - x),        x = (sum C_k^-1)^-1 sum C_k^-1 x_k
+
+is chi-square distributed with 3 (k - 1) degrees of freedom where the covariances hold, and
+``sqrt(q/(3 (k - 1)))`` is the scatter over what is stated. Beyond the 95 % limit all sigmas of the
+baseline are widened by this ratio; a small scatter narrows nothing, because pieces do not see all.
+
+They see what differs between them: noise, multipath and air that change in minutes, wrong
+integers. They do not see what stays for the whole session or returns in each of them: offsets and
+heights of antennas, phase centres, the coordinates of the base, orbits, the frame. Method section
+2.7.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy.stats import chi2
+
+from tribrach._types import Array
+
+__all__ = ["UNSEEN", "PieceScatter", "piece_scatter", "piece_spans"]
+
+#: a piece is to last this long [s] where the session allows for it
+PIECE = 900.0
+#: pieces that a session is cut into
+FEWEST, MOST = 4, 10
+#: a shorter piece than this [s], or one of fewer epochs, has no solution of its own
+SHORTEST, EPOCHS = 120.0, 10
+#: pieces that agree are within this limit
+LEVEL = 0.95
+#: what the scatter of pieces does not show
+UNSEEN = (
+    "heights and phase centres of antennas, the coordinates of the base, orbits and frame stay the "
+    "same in all pieces and are not in their scatter"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class PieceScatter:
+    """How far the pieces of a session scatter, against what they state.
+
+    Attributes
+    ----------
+    pieces
+        How many gave a solution.
+    cut
+        How many there were.
+    sigma : (3,)
+        Standard deviation of one piece in X, Y, Z [m], from the scatter.
+    stated : (3,)
+        That which the pieces state, root of the mean square [m].
+    statistic, dof
+        The sum q and its degrees of freedom.
+    limit
+        95 % limit of q.
+    """
+
+    pieces: int
+    cut: int
+    sigma: Array
+    stated: Array
+    statistic: float
+    dof: int
+    limit: float
+
+    @property
+    def ratio(self) -> float:
+        """Scatter over what is stated."""
+        return float(np.sqrt(self.statistic / self.dof))
+
+    @property
+    def agree(self) -> bool:
+        """True if the pieces scatter no more than their covariances let expect."""
+        return self.statistic <= self.limit
+
+    @property
+    def factor(self) -> float:
+        """On the sigmas of the baseline: 1 where the pieces agree, never less."""
+        return 1.0 if self.agree else self.ratio
+
+    @property
+    def scatter(self) -> float:
+        """Standard deviation of one piece in space [m]."""
+        return float(np.linalg.norm(self.sigma))
+
+    def figures(self) -> str:
+        """What the pieces tell, in figures."""
+        count = f"{self.pieces} pieces of the session"
+        if self.pieces < self.cut:
+            count = f"{self.pieces} of {self.cut} pieces of the session (the others solve less)"
+        return (
+            f"{count} scatter by {1e3 * self.scatter:.1f} mm in space, {self.ratio:.2f} times what "
+            f"they state (chi-square {self.statistic:.1f} with {self.dof} degrees of freedom, "
+            f"limit {self.limit:.1f})"
+        )
+
+    def sentence(self) -> str:
+        """The same, with what follows from it."""
+        if self.agree:
+            return f"{self.figures()}: sigmas hold"
+        return (
+            f"{self.figures()}: noise, multipath and air that change in minutes or wrong integers "
+            f"are larger than the phases show, and sigmas are widened by {self.factor:.2f}"
+        )
+
+
+def piece_spans(times: Array) -> list[tuple[float, float]]:
+    """First and last time [s] of the pieces of a session; none where it is too short.
+
+    Parameters
+    ----------
+    times : (n,)
+        Of the common epochs [s], ascending.
+
+    Returns
+    -------
+    list of (float, float)
+        Four to ten spans of equal numbers of epochs; their limits lie between epochs.
+    """
+    n = len(times)
+    if n < 2:
+        return []
+    interval = float(np.median(np.diff(times)))
+    duration = float(times[-1] - times[0]) + interval
+    count = int(np.clip(duration // PIECE, FEWEST, MOST))
+    if duration / count < SHORTEST or n // count < EPOCHS:
+        return []
+    edges = [round(k * n / count) for k in range(count + 1)]
+    half = interval / 2
+    return [(float(times[a]) - half, float(times[b - 1]) + half) for a, b in pairwise(edges)]
+
+
+def piece_scatter(
+    values: Sequence[Array], covariance: Sequence[Array], cut: int | None = None
+) -> PieceScatter | None:
+    """The scatter of pieces against their covariances.
+
+    Parameters
+    ----------
+    values : (k, 3)
+        Coordinates of the same mark from each piece [m].
+    covariance : (k, 3, 3)
+        That they state [m^2].
+    cut
+        How many pieces there were, k if not given.
+
+    Returns
+    -------
+    PieceScatter or None
+        None with fewer than three pieces, which tell nothing.
+    """
+    k = len(values)
+    if k < FEWEST - 1:
+        return None
+    # around their mean, for the sake of the digits
+    x, c = np.asarray(values, dtype=float), np.asarray(covariance, dtype=float)
+    x = x - x.mean(axis=0)
+    weights = np.linalg.inv(c)
+    mean = np.linalg.solve(weights.sum(axis=0), np.einsum("kij,kj->i", weights, x))
+    apart = x - mean
+    statistic = float(np.einsum("ki,kij,kj->", apart, weights, apart))
+    dof = 3 * (k - 1)
+    return PieceScatter(
+        k,
+        k if cut is None else cut,
+        np.sqrt(np.square(apart).sum(axis=0) / (k - 1)),
+        np.sqrt(np.einsum("kii->ki", c).mean(axis=0)),
+        statistic,
+        dof,
+        float(chi2.ppf(LEVEL, dof)),
+    )
