@@ -105,6 +105,7 @@ def test_a_coordinate_ten_times_too_large(seed: int, tmp_path: Path) -> None:
         ("     20 ORBIT", "     2x ORBIT"),
         ("     20 ORBIT", "        ORBIT"),
         ("   900.00000000", "     0.00000000"),
+        ("   900.00000000", "         1e-308"),
         ("   900.00000000", "    9x.00000000"),
         ("+    8   G01", "+   80   G01"),
         ("+    8   G01G02", "+    8   G01G01"),

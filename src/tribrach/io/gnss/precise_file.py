@@ -37,7 +37,7 @@ _LOWEST, _HIGHEST = 6.5e6, 5e7
 #: order of the differences that show a position beside its orbit, and from where on [m]: manoeuvres
 #: of 1 m/s make a tenth of it
 _ORDER, _STRANGE = 8, 3.5e5
-#: epochs are told apart by this [s]
+#: epochs are told apart by this [s], so that none lie closer
 _SAME_TIME = 1e-3
 #: the Earth: gravitational constant [m^3/s^2], rotation [rad/s]
 _GM, _OMEGA = 3.986004418e14, 7.292115e-5
@@ -168,7 +168,7 @@ class _Header:
             many = int(listed[0][3:6])
             cells = [line[k : k + 3] for line in listed for k in range(9, 60, 3)][:many]
             names = tuple(_name(cell) for cell in cells)
-            if not (0 < step < 1e6 and len(names) == many and len(set(names)) == many):
+            if not (_SAME_TIME <= step < 1e6 and len(names) == many and len(set(names)) == many):
                 raise ValueError("no header")
         except (ValueError, IndexError) as error:
             raise InputError(
