@@ -10,6 +10,7 @@ from tribrach.report.schema.calibration import CalibrationDocument
 from tribrach.report.schema.check import CheckDocument
 from tribrach.report.schema.comparison import ComparisonDocument, RegressionDocument
 from tribrach.report.schema.completeness import CompletenessDocument
+from tribrach.report.schema.noise import NoiseDocument
 from tribrach.report.schema.plan import PlanDocument
 from tribrach.report.schema.registration import RegistrationDocument
 from tribrach.report.schema.scans import ScansDocument, TargetsDocument
@@ -28,6 +29,7 @@ def documents() -> dict[str, type[Document]]:
         "compare": ComparisonDocument,
         "complete": CompletenessDocument,
         "info": ScansDocument,
+        "noise": NoiseDocument,
         "plan": PlanDocument,
         "register": RegistrationDocument,
         "regress": RegressionDocument,

@@ -50,6 +50,7 @@ def made(seed=1, patches=600, law=None, sigma=0.002, light=(0.02, 0.8), across=0
         patch=patch,
         row=np.tile(np.arange(count), patches),
         column=patch,
+        pitch=np.full((patches, 2), 1e-3),
     )
 
 

@@ -40,6 +40,7 @@ def test_residuals_are_the_noise_along_the_beam(grid):
     low, high = chi2.ppf([1e-3, 1 - 1e-3], found.redundancies.sum()) * SIGMA**2
     assert low < (found.residual**2).sum() < high
     assert found.step == 0
+    assert found.pitch == pytest.approx(np.full((found.patches, 2), 2e-3), rel=0.02)
     assert not found.intense
 
 

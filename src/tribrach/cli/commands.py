@@ -52,6 +52,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "check",
         "Test a scanner in the field: both faces, distances between targets, repeated series.",
     ),
+    "noise": (
+        "noise",
+        "Estimate the noise of a scanner from planes in its scans: a law for each point.",
+    ),
     "compare": (
         "compare",
         "Compare two clouds, on test sites or as a whole, with the sampling floor beside.",

@@ -7,17 +7,19 @@ law of the noise of ranges.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
 from tribrach.errors import InputError
+from tribrach.io.toml_model import quoted
 from tribrach.project import toml_file
 from tribrach.project.instrument import Instrument
 from tribrach.project.sections import Section
 
-__all__ = ["InstrumentFile", "read_instrument_file"]
+__all__ = ["InstrumentFile", "instrument_file_text", "read_instrument_file"]
 
 #: keys that lead to other files and so have no place in one that is passed on
 _ELSEWHERE = ("file", "calibration")
@@ -67,3 +69,37 @@ def read_instrument_file(path: Path) -> tuple[dict[str, Any], str]:
                 cure=f"give {key} in the section of the instrument in the project",
             )
     return table, table.get("source") or f"instrument file {path.name}"
+
+
+def instrument_file_text(
+    figures: Mapping[str, float], source: str, sheet: str | None = None
+) -> str:
+    """Write the figures of an instrument as such a file.
+
+    Parameters
+    ----------
+    figures
+        Keys and values.
+    source
+        Where they come from.
+    sheet
+        A model whose sheet gives what is not among them.
+
+    Returns
+    -------
+    str
+        TOML, six digits of each figure.
+
+    Raises
+    ------
+    pydantic.ValidationError
+        Figures that no instrument has.
+    """
+    table: dict[str, Any] = {"source": source} | ({"sheet": sheet} if sheet else {})
+    table |= {key: float(f"{value:.6g}") for key, value in figures.items()}
+    InstrumentFile.model_validate({"instrument": table})
+    lines = [
+        f"{key} = {quoted(value) if isinstance(value, str) else repr(value)}"
+        for key, value in table.items()
+    ]
+    return "\n".join(["[instrument]", *lines]) + "\n"

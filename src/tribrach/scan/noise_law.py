@@ -47,6 +47,9 @@ _ROUNDS, _SETTLED = 25, 5e-4
 #: steps of the search and halvings of a step, and the gain in the logarithm of the likelihood
 #: that ends it
 _STEPS, _HALVINGS, _DONE = 60, 12, 1e-5
+#: squared tangents of the incidence of surfaces that count as seen straight and slantwise: 27 and
+#: 35 degrees
+_FLAT, _STEEP = 0.25, 0.5
 #: patches that tell which start is the best
 _GLANCE = 1500
 #: a patch is of one material where its intensity spreads less than so many times the usual
@@ -153,7 +156,8 @@ class FittedNoise:
     horizontal, vertical : float
         Noise of the angles [rad] that slanted surfaces show.
     angle_sigmas : array (2,)
-        Of these [rad]; infinite where no surface is slanted enough.
+        Of these [rad]; infinite where surfaces are not seen both straight and slantwise, so that
+        all noise is taken for that of the range.
     place, place_sigma : float
         What the beam's place is uncertain by at any range [m], as a footprint is, and its sigma.
     spread : float
@@ -381,6 +385,13 @@ class _Patches:
         )
 
     @property
+    def slanted(self) -> bool:
+        """True if there are surfaces seen straight and slantwise: range and angles part there."""
+        tangent = self.across[:, 0]
+        flat, steep = np.count_nonzero(tangent < _FLAT), np.count_nonzero(tangent > _STEEP)
+        return bool(min(flat, steep) >= _FEWEST / 2)
+
+    @property
     def scale(self) -> float:
         """A typical standard deviation [m]."""
         return float(np.sqrt(np.median(self.variance)))
@@ -594,7 +605,8 @@ def _solve(patches: _Patches, model: _Model, kept: NDArray[np.bool_], scale: flo
     mine, u = patches.part(kept), len(model.bounds)
     seen, weight = mine.variance / mine.below, mine.free / 2
     unit = scale**2 / np.maximum(np.mean(mine.across, axis=0), 1e-12)
-    low, high = np.array([*model.bounds, *[(0.0, 1e4)] * 3]).T
+    most = 1e4 if mine.slanted else 0.0
+    low, high = np.array([*model.bounds, *[(0.0, most)] * 3]).T
     across = (mine.across * unit).T
 
     def split(some: _Patches, slanted: Array, x: Array) -> tuple[Array, Array]:
@@ -606,6 +618,7 @@ def _solve(patches: _Patches, model: _Model, kept: NDArray[np.bool_], scale: flo
         return float(weight @ (np.log(whole / scale**2) + seen / whole)), whole, rows / whole
 
     x = model.start if len(model.start) > u else np.append(model.start, [0.05] * 3)
+    x = np.clip(x, low, high)
     value, whole, relative = cost(x)
     for _ in range(_STEPS):
         downhill = relative @ (weight * (seen / whole - 1))
@@ -634,7 +647,7 @@ def _solve(patches: _Patches, model: _Model, kept: NDArray[np.bool_], scale: flo
         model=replace(model, start=x),
         parameters=x * back,
         covariance=covariance * np.outer(back, back),
-        least=np.sqrt(spread / np.maximum(told, 1e-12)) * unit,
+        least=np.sqrt(spread / np.maximum(told, 1e-12)) * unit if mine.slanted else unit * np.inf,
         variance=split(patches, (patches.across * unit).T, x)[0],
         cost=value,
         spread=spread,

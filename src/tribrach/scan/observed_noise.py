@@ -117,8 +117,8 @@ class ObservedNoise:
         True if there are intensities that differ.
     windows, curved, uneven : int
         Windows that were filled, those of them that are curved, and those with too many points off.
-    spacing : float
-        Median distance of neighbouring points of the patches over their ranges [rad].
+    pitch : array (patches, 2)
+        Angles from row to row and from column to column [rad].
     """
 
     residual: Array
@@ -130,12 +130,12 @@ class ObservedNoise:
     patch: Index
     row: Index
     column: Index
+    pitch: Array
     gridded: bool = False
     step: float = 0.0
     windows: int = 0
     curved: int = 0
     uneven: int = 0
-    spacing: float = 0.0
 
     def __len__(self) -> int:
         """Points."""
@@ -206,6 +206,7 @@ class ObservedNoise:
             patch=number[self.patch[mine]],
             row=self.row[mine],
             column=self.column[mine],
+            pitch=self.pitch[kept],
         )
 
 
@@ -290,8 +291,6 @@ def joined(parts: Sequence[ObservedNoise]) -> ObservedNoise:
     if not parts:
         return _nothing()
     first = np.cumsum([0, *(part.patches for part in parts)])
-    weights = np.array([len(part) for part in parts], dtype=float)
-    spacings = np.array([part.spacing for part in parts])
     return ObservedNoise(
         **{
             name: np.concatenate([getattr(part, name) for part in parts])
@@ -300,19 +299,19 @@ def joined(parts: Sequence[ObservedNoise]) -> ObservedNoise:
         patch=np.concatenate([part.patch + k for part, k in zip(parts, first, strict=False)]),
         row=np.concatenate([part.row for part in parts]),
         column=np.concatenate([part.column for part in parts]),
+        pitch=np.concatenate([part.pitch for part in parts]),
         gridded=all(part.gridded for part in parts),
         step=max(part.step for part in parts),
         windows=sum(part.windows for part in parts),
         curved=sum(part.curved for part in parts),
         uneven=sum(part.uneven for part in parts),
-        spacing=float(np.average(spacings, weights=weights)) if weights.any() else 0.0,
     )
 
 
 def _nothing() -> ObservedNoise:
     """No patches."""
-    none, number = np.empty(0), np.empty(0, dtype=np.int64)
-    return ObservedNoise(none, none, none, none, none, np.empty((0, 2)), number, number, number)
+    none, pairs, number = np.empty(0), np.empty((0, 2)), np.empty(0, dtype=np.int64)
+    return ObservedNoise(none, none, none, none, none, pairs, number, number, number, pairs)
 
 
 @dataclass(frozen=True, eq=False)
@@ -375,8 +374,8 @@ def patch_residuals(
     found = _Fit(xyz[order], length[order], patch).observed(
         light, raster.row[order], raster.column[order], raster.gridded
     )
-    pitch = float(np.sqrt(raster.step_row * raster.step_column))
-    return replace(found, step=coordinate_step(xyz), spacing=pitch)
+    pitch = np.tile([raster.step_row, raster.step_column], (found.patches, 1))
+    return replace(found, step=coordinate_step(xyz), pitch=pitch)
 
 
 def _raster(
@@ -518,6 +517,7 @@ class _Fit:
             patch=number[patch[mine]],
             row=row[mine],
             column=column[mine],
+            pitch=np.empty((0, 2)),
             gridded=gridded,
             windows=self._count,
             curved=int(curved.sum()),

@@ -1,0 +1,117 @@
+"""The command noise: the noise of a scanner from its own scans."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tribrach.cli.shell import Overwrite, claim, guarded, say, shown
+from tribrach.errors import InputError
+from tribrach.instruments.scan_noise import ScanNoise
+from tribrach.io.instrument_sheets import find_sheet
+from tribrach.io.outputs import write_texts
+from tribrach.io.scans.formats import read_scans
+from tribrach.job.estimate_noise import NoiseEstimate, estimate_noise
+from tribrach.project import Project
+from tribrach.project.instrument import noise_of
+from tribrach.project.instrument_file import instrument_file_text
+from tribrach.report.noise import noise_page, noise_text
+from tribrach.report.schema.base import document_text
+from tribrach.report.schema.noise import noise_document
+from tribrach.scan.no_return import screened
+from tribrach.scan.prepared import seen_from
+
+__all__ = ["noise"]
+
+
+def noise(
+    files: Annotated[list[Path], typer.Argument(help="Scans of one scanner in one mode.")],
+    sheet: Annotated[
+        str | None, typer.Option(help="A model whose data sheet is compared, with its beam.")
+    ] = None,
+    project: Annotated[
+        Path | None, typer.Option(help="A project whose instrument is compared instead.")
+    ] = None,
+    name: Annotated[
+        str | None, typer.Option(help="Its name there, where it has several scanners.")
+    ] = None,
+    origin: Annotated[
+        tuple[float, float, float] | None,
+        typer.Option(help="Where the scanner stood in the coordinates of the files in metres."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Write an instrument file (.toml) for projects.")
+    ] = None,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write it as JSON.")] = None,
+    html_file: Annotated[
+        Path | None, typer.Option("--html", help="Write a page with a plot.")
+    ] = None,
+    overwrite: Overwrite = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+) -> None:
+    """Estimate the noise of a scanner from planes in its scans: a law for each point."""
+
+    def work() -> None:
+        inputs = [*files, *([project] if project else [])]
+        claim(inputs, (out, json_file, html_file), overwrite=overwrite)
+        stated, stated_by = _stated(sheet, project, name)
+        scans = []
+        for path in files:
+            for one in read_scans(path):
+                scans.append(screened(one if origin is None else seen_from(one, origin)))
+        with shown(quiet) as progress:
+            estimate = estimate_noise(scans, stated, stated_by, progress)
+        texts = {}
+        if json_file is not None:
+            texts[json_file] = document_text(noise_document(estimate))
+        if html_file is not None:
+            texts[html_file] = noise_page(estimate)
+        if out is not None:
+            texts[out] = _instrument(estimate, sheet, quiet)
+        write_texts(texts)
+        if not quiet:
+            say(noise_text(estimate))
+
+    guarded(work)
+
+
+def _stated(
+    sheet: str | None, project: Path | None, name: str | None
+) -> tuple[ScanNoise | None, str]:
+    """The noise to compare with, and what states it."""
+    if sheet is not None and project is not None:
+        raise InputError("--sheet and --project both state a noise", cure="give one of them")
+    if sheet is not None:
+        return noise_of(sheet), f"the data sheet of {find_sheet(sheet).name}"
+    if project is None:
+        return None, ""
+    instruments = Project.load(project).instruments
+    noises = {key: one.noise() for key, one in instruments.items()}
+    known = {key: one for key, one in noises.items() if one is not None}
+    if name is None and len(known) == 1:
+        name = next(iter(known))
+    if name not in known:
+        names = ", ".join(known) or "none"
+        raise InputError(
+            "the project has no one scanner to compare with"
+            if name is None
+            else f"the project has no scanner {name} with a noise",
+            file=project,
+            cure=f"name one with --name; there are {names}",
+        )
+    return known[name], f"the project for {name}"
+
+
+def _instrument(estimate: NoiseEstimate, sheet: str | None, quiet: bool) -> str:
+    """The instrument file, refused where the figures are those of surfaces."""
+    if estimate.doubts:
+        if not quiet:
+            say(noise_text(estimate))
+        raise InputError(
+            "these scans do not tell the noise of the scanner: " + "; ".join(estimate.doubts),
+            cure="take scans with smooth walls or floors at several ranges, or leave --out away",
+        )
+    model = None if sheet is None else find_sheet(sheet).name
+    return instrument_file_text(estimate.figures(), estimate.source, model)

@@ -1,0 +1,311 @@
+"""The noise of a scanner by its own scans, as text and as a page with a plot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from tribrach.job.estimate_noise import NoiseEstimate
+from tribrach.report.figures import Picture, new_figure, picture
+from tribrach.report.numbers import count_cell, fixed_cell, mm_cell
+from tribrach.report.page import page
+from tribrach.report.tables import (
+    Cell,
+    ColumnHead,
+    ReportTable,
+    build_table,
+    number_cell,
+    text_cell,
+)
+from tribrach.scan.noise_law import By, LastingEffect, NoiseClass
+from tribrach.units import SEC
+
+__all__ = ["NoiseRow", "noise_page", "noise_rows", "noise_sentences", "noise_text"]
+
+_BY: tuple[By, ...] = ("intensity", "range", "incidence")
+#: t from which on range or incidence are said to matter after the law, where they change sigma by
+#: so much at least
+_T, _CHANGE = 3.0, 0.03
+#: changes that surely stay below this are said not to matter
+_LITTLE = 0.1
+#: sigmas of coordinates in steps are worth nothing below this share of the step
+_UNSEEN = 0.5
+#: factor between observed and stated that is said
+_APART = 1.15
+
+_NOTE = (
+    "Standard deviations along the beam of points on smooth planar patches, with the noise of "
+    "angles over the slope of the surface. Chi² over its degrees of freedom compares them with the "
+    "laws found here; it is 1 where these hold."
+)
+
+
+@dataclass(frozen=True)
+class NoiseRow:
+    """A class of points: noise seen, by the laws found, and as stated.
+
+    Attributes
+    ----------
+    by
+        What the class is of.
+    seen
+        Observed, beside the laws.
+    stated
+        Sigma that is stated [m], None where nothing is.
+    """
+
+    by: By
+    seen: NoiseClass
+    stated: float | None
+
+    @property
+    def limits(self) -> str:
+        """Its limits with their unit."""
+        low, high = self.seen.low, self.seen.high
+        if self.by == "range":
+            return f"{low:.1f} to {high:.1f} m"
+        if self.by == "incidence":
+            return f"{np.degrees(low):.0f} to {np.degrees(high):.0f}°"
+        return f"{low:.4g} to {high:.4g}"
+
+
+def noise_rows(estimate: NoiseEstimate) -> list[NoiseRow]:
+    """All classes by intensity, range and incidence."""
+    rows = []
+    for by in _BY:
+        if by == "intensity" and not estimate.fitted.observed.intense:
+            continue
+        seen = estimate.classes(by)
+        stated: list[float | None] = [None] * len(seen)
+        if estimate.stated is not None:
+            stated = [one.stated for one in estimate.classes(by, stated=True)]
+        rows += [NoiseRow(by, a, b) for a, b in zip(seen, stated, strict=True)]
+    return rows
+
+
+def noise_sentences(estimate: NoiseEstimate) -> list[str]:
+    """The findings in words, each with its figures."""
+    return [*_law(estimate), *_across(estimate), *_left(estimate), *_limits(estimate)]
+
+
+def _law(estimate: NoiseEstimate) -> Iterable[str]:
+    """Noise of the range."""
+    fitted, law = estimate.fitted, estimate.fitted.law
+    if law is not None:
+        light = np.array([law.low, np.sqrt(law.low * law.high), law.high])
+        sigma, error = 1e3 * law.sigma(light), 1e3 * fitted.law_sigma(light)
+        figures = ", ".join(
+            f"{s:.2f} mm (sigma {e:.2g}) at {i:.3g}"
+            for s, e, i in zip(sigma, error, light, strict=True)
+        )
+        yield f"Noise of ranges is a law of the intensity: {law.words}; {figures}."
+        yield (
+            f"Intensities are as in the files, {', and '.join(estimate.units)}: the law holds for "
+            "scans that were written alike, and classes show how well a power describes them."
+        )
+    else:
+        yield f"There is no law of the intensity: {fitted.why}."
+    yield (
+        f"{'Without intensity' if law else 'Noise of ranges'}: {1e3 * fitted.range:.2f} mm + "
+        f"{1e6 * fitted.range_scale:.0f} ppm of the range, over the cosine of the incidence."
+    )
+
+
+def _across(estimate: NoiseEstimate) -> Iterable[str]:
+    """Noise across the beam, and what is stated of it."""
+    fitted = estimate.fitted
+    if not np.isfinite(fitted.angle_sigmas).all():
+        yield (
+            "Surfaces are not seen both straight and slantwise, so that noise of the angles cannot "
+            "be told from that of the range: all of it is taken for noise of the range, and an "
+            "instrument file leaves the angles to its sheet or to scan_angle_arcsec in the project."
+        )
+        return
+    h, v = fitted.horizontal / SEC, fitted.vertical / SEC
+    dh, dv = fitted.angle_sigmas / SEC
+    yield (
+        f'Across the beam: {h:.1f}" (sigma {dh:.1f}) horizontally, {v:.1f}" ({dv:.1f}) vertically, '
+        f"and {1e3 * fitted.place:.2f} mm (sigma {1e3 * fitted.place_sigma:.2f}) at any range, all "
+        "with the footprint of the beam."
+    )
+    beam = estimate.beam
+    if beam is not None:
+        at = fitted.typical_range
+        spot = float(beam.diameter(np.array([at]))[0]) / 4
+        if spot > _APART * fitted.across * at:
+            yield (
+                f"A quarter of the footprint of {estimate.stated_by}, {1e3 * spot:.2f} mm at "
+                f"{at:.1f} m, is more than everything seen across the beam, "
+                f"{1e3 * fitted.across * at:.2f} mm: it overstates what single points do there."
+            )
+
+
+def _left(estimate: NoiseEstimate) -> Iterable[str]:
+    """What range, incidence and neighbours still do, and what was stated."""
+    fitted = estimate.fitted
+    law = "the intensity" if fitted.law is not None else "the law"
+    yield _lasting(fitted.by_range, law, "range", "at twice the range")
+    yield _lasting(fitted.by_incidence, law, "incidence", "at 60° rather than straight on")
+    if estimate.shared is not None:
+        words = estimate.shared.sentence()
+        yield f"{words[0].upper()}{words[1:]}."
+    if estimate.stated is None:
+        return
+    smooth = fitted.smooth
+    stated = smooth.stated(estimate.stated)
+    factor = float(np.sqrt((smooth.residual**2 / stated).sum() / smooth.redundancy.sum()))
+    verdict = (
+        "more than stated"
+        if factor > _APART
+        else "less than stated"
+        if factor < 1 / _APART
+        else f"as stated within {100 * (_APART - 1):.0f} %"
+    )
+    if factor > _APART and estimate.doubts:
+        verdict += ", for which surfaces may be the reason"
+    yield f"Noise seen is {factor:.2f} times that of {estimate.stated_by}: {verdict}."
+
+
+def _lasting(effect: LastingEffect, law: str, cause: str, where: str) -> str:
+    """Whether a cause matters after the law."""
+    figures = (
+        f"sigma changes by {100 * effect.change:+.1f} % (sigma {100 * effect.sigma:.1f}) {where}"
+    )
+    if abs(effect.t) > _T and abs(effect.change) > _CHANGE:
+        return f"After {law} the {cause} still matters: {figures}."
+    if abs(effect.change) + 2 * effect.sigma < _LITTLE:
+        return f"After {law} the {cause} does not matter to speak of: {figures}."
+    return f"Whether the {cause} matters after {law} is not told: {figures}."
+
+
+def _limits(estimate: NoiseEstimate) -> Iterable[str]:
+    """What these figures rest on, and what they are not."""
+    fitted, step = estimate.fitted, estimate.step
+    aside = fitted.observed.patches - fitted.patches
+    yield (
+        f"{fitted.patches} of {fitted.observed.patches} planar patches are smooth and of one "
+        f"material, {aside} were set aside as rough, bent or patterned. Roughness that the smooth "
+        "ones have is in the figures: planes do not tell it from noise."
+    )
+    if step:
+        rounding = step / 12**0.5
+        words = (
+            f"Coordinates are stored in steps of {1e3 * step:g} mm, whose rounding of "
+            f"{1e3 * rounding:.2f} mm is taken off"
+        )
+        least = fitted.range if fitted.law is None else fitted.law.limits[0]
+        if least < _UNSEEN * step:
+            words += f"; noise below {1e3 * _UNSEEN * step:g} mm cannot be seen in them"
+        yield words + "."
+    doubts = estimate.doubts
+    if doubts:
+        yield "This is an upper bound and not the noise of the scanner: " + "; ".join(doubts) + "."
+    for scan in estimate.scans:
+        if scan.remark:
+            yield f"{scan.source} told nothing: {scan.remark}."
+
+
+def noise_text(estimate: NoiseEstimate) -> str:
+    """What a terminal shows: the scans, one line for each class, the findings."""
+    lines = [
+        f"{scan.source}: {scan.patches} planar patches with {scan.points} points"
+        for scan in estimate.scans
+    ]
+    for row in noise_rows(estimate):
+        seen = row.seen
+        stated = "" if row.stated is None else f", stated {1e3 * row.stated:.2f} mm"
+        lines.append(
+            f"  {row.by} {row.limits}: {seen.patches} patches, {1e3 * seen.observed:.2f} mm seen, "
+            f"{1e3 * seen.stated:.2f} mm by the law (chi²/dof {seen.chi2_dof:.2f}){stated}"
+        )
+    return "\n".join([*lines, *(f"! {sentence}" for sentence in noise_sentences(estimate))])
+
+
+def noise_page(estimate: NoiseEstimate) -> str:
+    """The whole of it as one HTML file."""
+    title = ", ".join(scan.source for scan in estimate.scans[:6])
+    return page(
+        "Noise of a scanner by its scans",
+        title + (" and more" if len(estimate.scans) > 6 else ""),
+        noise_sentences(estimate),
+        [_picture(estimate)],
+        [_classes(estimate), _figures(estimate), _scans(estimate)],
+        "Patches are fitted by planes; what they lose of the degrees of freedom is counted.",
+    )
+
+
+def _picture(estimate: NoiseEstimate) -> Picture:
+    """Sigma of each patch against intensity or range, and the law."""
+    fitted = estimate.fitted
+    observed, law = fitted.observed, fitted.law
+    x = observed.mean(observed.range if law is None else observed.intensity)
+    sigma = 1e3 * np.sqrt(observed.variances)
+    figure = new_figure(figsize=(7.2, 4.2), dpi=100, layout="constrained")
+    panel = figure.subplots()
+    aside = ~fitted.kept
+    panel.plot(x[aside], sigma[aside], ".", color="#c9ced6", markersize=3, label="set aside")
+    kept = fitted.kept
+    panel.plot(x[kept], sigma[kept], ".", color="#4878a8", markersize=3, label="smooth patches")
+    if law is not None:
+        grid = np.geomspace(law.low, law.high, 200)
+        curve, what = law.sigma(grid), "law of the range's noise"
+    else:
+        grid = np.linspace(x[kept].min(), x[kept].max(), 200)
+        curve, what = fitted.range + fitted.range_scale * grid, "law, seen straight"
+    panel.plot(grid, 1e3 * curve, "-", color="#c2571a", label=what)
+    panel.set_yscale("log")
+    if law is not None:
+        panel.set_xscale("log")
+    panel.set(
+        xlabel="range [m]" if law is None else "intensity, in the unit of the files",
+        ylabel="sigma along the beam [mm]",
+    )
+    panel.legend(fontsize=8, frameon=False)
+    caption = "Patches above the law are slanted, where noise of the angles shows, or rough."
+    return picture("noise", "Noise of patches and the law", figure, caption)
+
+
+def _classes(estimate: NoiseEstimate) -> ReportTable:
+    """Noise seen, by the laws and stated, class by class."""
+    columns = [
+        (ColumnHead("By", numeric=False), lambda r: text_cell(r.by)),
+        (ColumnHead("Class", numeric=False), lambda r: text_cell(r.limits)),
+        (ColumnHead("patches"), lambda r: count_cell(r.seen.patches)),
+        (ColumnHead("points"), lambda r: count_cell(r.seen.points)),
+        (ColumnHead("seen", "mm"), lambda r: mm_cell(r.seen.observed)),
+        (ColumnHead("by the law", "mm"), lambda r: mm_cell(r.seen.stated)),
+        (ColumnHead("chi²/dof"), lambda r: fixed_cell(r.seen.chi2_dof, 2)),
+        (ColumnHead("stated", "mm"), _stated),
+    ]
+    return build_table("classes", "Noise by class", _NOTE, noise_rows(estimate), columns)
+
+
+def _stated(row: NoiseRow) -> Cell:
+    return text_cell("") if row.stated is None else mm_cell(row.stated)
+
+
+def _figures(estimate: NoiseEstimate) -> ReportTable:
+    """Keys of the instrument file."""
+    columns = [
+        (ColumnHead("Key", numeric=False), lambda item: text_cell(item[0])),
+        (ColumnHead("Value"), lambda item: number_cell(item[1], f"{item[1]:.5g}")),
+    ]
+    note = "As an instrument file has them; the law's own noise is in the findings."
+    rows = list(estimate.figures().items())
+    return build_table("figures", "Figures for an instrument", note, rows, columns)
+
+
+def _scans(estimate: NoiseEstimate) -> ReportTable:
+    """What each scan gave."""
+    columns = [
+        (ColumnHead("Scan", numeric=False), lambda s: text_cell(s.source)),
+        (ColumnHead("windows"), lambda s: count_cell(s.windows)),
+        (ColumnHead("curved"), lambda s: count_cell(s.curved)),
+        (ColumnHead("uneven"), lambda s: count_cell(s.uneven)),
+        (ColumnHead("patches"), lambda s: count_cell(s.patches)),
+        (ColumnHead("points"), lambda s: count_cell(s.points)),
+        (ColumnHead("Remark", numeric=False), lambda s: text_cell(s.remark)),
+    ]
+    return build_table("scans", "Scans", "", estimate.scans, columns)
