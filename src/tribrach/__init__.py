@@ -9,7 +9,9 @@
 ``run`` does everything that a project file asks for and gives its report; ``adjust`` adjusts a
 network, a survey, files or a project without scans; ``read`` gives the survey in files and
 ``open_job`` that of a project, to be looked at or changed first; ``place`` puts an array of points
-into the world.
+into the world. ``cloud_points`` reads points of a delivered cloud with what they share;
+``mean_of``, ``relative``, ``plane_distance``, ``area_of``, ``volume_between`` and ``propagate``
+compute from them with the sigma that results have.
 """
 
 from __future__ import annotations
@@ -20,7 +22,17 @@ from tribrach.kernel_cache import ensure_cache
 
 if TYPE_CHECKING:
     from tribrach.cloud.placing import place
+    from tribrach.cloud.quantities import (
+        area_of,
+        mean_of,
+        plane_distance,
+        propagate,
+        relative,
+        volume_between,
+    )
+    from tribrach.cloud.shared_part import SharedPart
     from tribrach.io.survey.formats import read
+    from tribrach.job.cloud_file import cloud_points
     from tribrach.job.opened import open_job
     from tribrach.network.adjustment import Adjustment
     from tribrach.network.network import Datum, Network
@@ -38,14 +50,22 @@ __all__ = [
     "Network",
     "Project",
     "Report",
+    "SharedPart",
     "Survey",
     "adjust",
+    "area_of",
     "assess",
+    "cloud_points",
     "fit_transformation",
+    "mean_of",
     "open_job",
     "place",
+    "plane_distance",
+    "propagate",
     "read",
+    "relative",
     "run",
+    "volume_between",
 ]
 
 _HOMES = {
@@ -54,14 +74,22 @@ _HOMES = {
     "Network": "network.network",
     "Project": "project",
     "Report": "report.content",
+    "SharedPart": "cloud.shared_part",
     "Survey": "network.survey",
     "adjust": "pipeline",
+    "area_of": "cloud.quantities",
     "assess": "network.quality",
+    "cloud_points": "job.cloud_file",
     "fit_transformation": "transformation.fit",
+    "mean_of": "cloud.quantities",
     "open_job": "job.opened",
     "place": "cloud.placing",
+    "plane_distance": "cloud.quantities",
+    "propagate": "cloud.quantities",
     "read": "io.survey.formats",
+    "relative": "cloud.quantities",
     "run": "pipeline",
+    "volume_between": "cloud.quantities",
 }
 
 

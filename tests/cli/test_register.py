@@ -66,7 +66,8 @@ def test_three_scans_from_nothing(folder: Path) -> None:
         assert (np.diag(covariance) > 0).all() == (name != "S1")
     poses = read_poses(out / "poses.json")
     assert poses.stations == ("S1", "S2", "S3")
-    assert poses.joint is not None
+    assert poses.shared is not None
+    assert poses.shared.covariance.shape == (18, 18)
     with (out / "poses.csv").open() as file:
         assert [row["scan"] for row in csv.DictReader(file)] == ["S1", "S2", "S3"]
 

@@ -127,7 +127,7 @@ def prediction(**more: object) -> Prediction:
     given: dict[str, object] = {
         "noise": (0.002, 0.002), "scatter": (0.002, 0.002), "dof": (2000, 2000),
         "registration": 0.001, "offset": 0.001, "offset_noise": 0.0001,
-        "row": (0.0, 1.0, 0.0, 0.0, 0.0, 0.0), "lod95": 0.002, "lod95_additive": 0.003,
+        "row": (*[0.0] * 7, 1.0, *[0.0] * 4), "lod95": 0.002, "lod95_additive": 0.003,
         "lod95_spatial": None, "changed": 0.0,
     }  # fmt: skip
     return Prediction(**(given | more))  # type: ignore[arg-type]

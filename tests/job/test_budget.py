@@ -13,8 +13,8 @@ from tribrach.instruments.range_law import RangeLaw
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.scans.formats import read_scans
 from tribrach.job.budget import error_budget
-from tribrach.job.clouds import place
 from tribrach.job.scans import StationScan
+from tribrach.job.shared import shared_part
 from tribrach.job.state import Remembered
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.report.chapters.error_budget import budget_charts, budget_table
@@ -42,7 +42,7 @@ def scan(tmp_path_factory: pytest.TempPathFactory) -> StationScan:
 
 
 def test_regions_add_up(adjustment: Adjustment, scan: StationScan, tmp_path: Path) -> None:
-    where = place(scan, adjustment)
+    (where,) = shared_part([scan], adjustment).scans.values()
     rows = error_budget([scan], {"S1": where}, adjustment, Remembered(tmp_path))
     assert [row.region for row in rows] == ["10 to 20 m, 0 to 30°", "10 to 20 m, 30 to 45°",
                                             "20 to 30 m, 30 to 45°"]  # fmt: skip
@@ -67,7 +67,7 @@ def test_regions_add_up(adjustment: Adjustment, scan: StationScan, tmp_path: Pat
 def test_sample_is_taken_once(
     adjustment: Adjustment, scan: StationScan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    where = {"S1": place(scan, adjustment)}
+    where = shared_part([scan], adjustment).scans
     first = error_budget([scan], where, adjustment, Remembered(tmp_path))
 
     def fail(scan: object) -> None:
@@ -81,8 +81,10 @@ def test_posterior_factor_scales_the_station_only(
     adjustment: Adjustment, scan: StationScan, tmp_path: Path
 ) -> None:
     state = Remembered(tmp_path)
-    before = error_budget([scan], {"S1": place(scan, adjustment)}, adjustment, state)[0]
-    twice = error_budget([scan], {"S1": place(scan, adjustment, 4.0)}, adjustment, state, 4.0)[0]
+    before = error_budget([scan], shared_part([scan], adjustment).scans, adjustment, state)[0]
+    twice = error_budget(
+        [scan], shared_part([scan], adjustment, 4.0).scans, adjustment, state, 4.0
+    )[0]
     assert twice.part("control") == pytest.approx(4 * before.part("control"))
     assert twice.part("range") == pytest.approx(before.part("range"))
 
@@ -95,7 +97,9 @@ def test_scans_without_noise_have_no_budget(
 
 
 def test_table_and_chart(adjustment: Adjustment, scan: StationScan, tmp_path: Path) -> None:
-    rows = error_budget([scan], {"S1": place(scan, adjustment)}, adjustment, Remembered(tmp_path))
+    rows = error_budget(
+        [scan], shared_part([scan], adjustment).scans, adjustment, Remembered(tmp_path)
+    )
     table = budget_table(rows, ColumnSet(Style()))
     heads = [column.head for column in table.columns]
     assert {"control", "range", "angles", "3D σ", "σ along the normal"} <= set(heads)
@@ -132,7 +136,9 @@ def test_own_neighbours_and_shared_add_up_by_intensity(
     law = RangeLaw(0.2, -0.75, 0.0003, 100.0, 5000.0)
     noise = replace(NOISE, law=law, shared_share=0.4, systematic=5 * SEC)
     one = lit(scan, tmp_path, noise)
-    rows = error_budget([one], {"S1": place(one, adjustment)}, adjustment, Remembered(tmp_path))
+    rows = error_budget(
+        [one], shared_part([one], adjustment).scans, adjustment, Remembered(tmp_path)
+    )
     by_light = [row for row in rows if row.by == "intensity"]
     assert len(by_light) == 4
     assert sum(row.share for row in by_light) == pytest.approx(1, abs=0.02)

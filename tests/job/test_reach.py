@@ -10,8 +10,8 @@ from tests.network.facade import TARGETS, facade
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.scans.formats import read_scans
 from tribrach.job.budget import reach_sentences
-from tribrach.job.clouds import place
 from tribrach.job.scans import StationScan
+from tribrach.job.shared import shared_part
 from tribrach.job.state import Remembered
 from tribrach.network.adjustment import Adjustment, adjust
 
@@ -42,7 +42,7 @@ def around(center: np.ndarray, radius: float) -> np.ndarray:
 
 def test_far_away_is_told(adjustment: Adjustment, tmp_path: Path) -> None:
     one = scan(tmp_path, adjustment, around(np.array([140.0, 20.0, 8.0]), 5.0))
-    where = {"S1": place(one, adjustment)}
+    where = shared_part([one], adjustment).scans
     (said,) = reach_sentences([one], where, adjustment, Remembered(tmp_path))
     assert said.startswith("the scans of station S1 reach ")
     assert float(said.split("reach ")[1].split()[0]) > 5
@@ -53,5 +53,5 @@ def test_far_away_is_told(adjustment: Adjustment, tmp_path: Path) -> None:
 
 def test_among_the_targets_is_silent(adjustment: Adjustment, tmp_path: Path) -> None:
     one = scan(tmp_path, adjustment, around(TARGETS[0] * 0.6 + [4.0, 3.0, 3.0], 2.0))
-    where = {"S1": place(one, adjustment)}
+    where = shared_part([one], adjustment).scans
     assert reach_sentences([one], where, adjustment, Remembered(tmp_path)) == []

@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 
 from tests.job.test_station_comparison import job
+from tribrach.cloud.shared_part import SharedPart
+from tribrach.geometry.pose import Pose
 from tribrach.io.outputs import write_text
 from tribrach.job import station_comparison
 from tribrach.job import steps as survey_run
@@ -20,7 +22,6 @@ from tribrach.job.station_comparison import (
     from_facts,
     to_facts,
 )
-from tribrach.network.adjustment import Adjustment
 from tribrach.pipeline import run
 from tribrach.project import Project
 from tribrach.report.chapters.comparisons import comparison_chapter
@@ -54,16 +55,11 @@ class Calls:
 
     def again(self, **changes: Any) -> tuple[int, StationComparison]:
         """Comparisons made with some of it changed, and the chapter."""
-        wished, adjustment, frame, factor, state, progress = self.given
+        wished, shared, frame, state, progress = self.given
         wish = replace(wished[0], **changes.pop("wish", {}))
         before = self.count
         (chapter,) = compare_stations(
-            [wish],
-            changes.pop("adjustment", adjustment),
-            changes.pop("frame", frame),
-            changes.pop("factor", factor),
-            state,
-            progress,
+            [wish], changes.pop("shared", shared), changes.pop("frame", frame), state, progress
         )
         return self.count - before, chapter
 
@@ -72,8 +68,8 @@ class Calls:
         return self.given[0][0]
 
     @property
-    def adjustment(self) -> Adjustment:
-        found: Adjustment = self.given[1]
+    def shared(self) -> SharedPart:
+        found: SharedPart = self.given[1]
         return found
 
 
@@ -134,8 +130,8 @@ def test_what_it_depends_on_makes_it_anew(second: tuple[Calls, Report]) -> None:
         {"wish": {"sites": moved}},
         {"wish": {"sites": sites[:2]}},
         {"wish": {"a": quieter}},
-        {"factor": 1.5},
-        {"adjustment": _shifted(calls.adjustment)},
+        {"shared": replace(calls.shared, covariance=1.5 * calls.shared.covariance)},
+        {"shared": _shifted(calls.shared)},
     ):
         made, chapter = calls.again(**dict(change))
         assert made == 1, change
@@ -145,12 +141,17 @@ def test_what_it_depends_on_makes_it_anew(second: tuple[Calls, Report]) -> None:
     assert calls.again()[0] == 1  # the last change is what is remembered
 
 
-def _shifted(adjustment: Adjustment) -> Adjustment:
+def _shifted(shared: SharedPart) -> SharedPart:
     """One station a tenth of a millimetre elsewhere."""
-    state = adjustment.state
-    places = state.pose_t.copy()
-    places[state.layout.index("pose", "S3"), 0] += 1e-4
-    return replace(adjustment, state=replace(state, pose_t=places))
+    scans = {
+        name: replace(
+            where, pose=Pose(where.pose.rotation, where.pose.translation + 1e-4 * np.eye(3)[0])
+        )
+        if where.station == "S3"
+        else where
+        for name, where in shared.scans.items()
+    }
+    return replace(shared, scans=scans)
 
 
 def test_points_of_a_scan(second: tuple[Calls, Report]) -> None:

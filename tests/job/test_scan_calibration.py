@@ -8,9 +8,11 @@ import laspy
 import numpy as np
 import pytest
 
+import tribrach as tb
 from tests.job.cloud_jobs import made, opened, placed, several
 from tests.network.lab import STATIONS
 from tribrach import pipeline
+from tribrach.errors import InputError
 from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.geodesy.work_frame import WorkFrame
 from tribrach.geometry.polar import polar_from_xyz, xyz_from_polar
@@ -23,6 +25,7 @@ from tribrach.io.twins import write_twin
 from tribrach.job.calibrate import calibrate_project, calibrations_of
 from tribrach.job.grouping import whole_source
 from tribrach.job.opened import open_job
+from tribrach.job.poses import JOINT, read_poses
 from tribrach.project import Project
 from tribrach.report import text as text_report
 from tribrach.scan.prepared import corrected_scan
@@ -189,6 +192,75 @@ def test_parameters_may_be_unknowns_of_an_ordinary_project(folder: Path) -> None
     for u in content.unknowns:
         true = MISALIGNMENTS[u.name.split("(")[0]]
         assert u.values[0] == pytest.approx(true, abs=4 * u.sigma[0])
+
+
+def test_what_points_share_stands_beside_the_clouds(folder: Path) -> None:
+    """Poses, parameters and common errors with one covariance, read again as it was written."""
+    text = JOB.format(calibration='calibration = "scanner.calibration.toml"\n', folder="shared")
+    more = "scan_angle_arcsec = 8.0\nrange_scale_common_ppm = 20\nrefraction_sigma = 0.1\n"
+    (folder / "shared.toml").write_text(text.replace("scan_angle_arcsec = 8.0\n", more))
+    content = pipeline.run(Project.load(folder / "shared.toml"))
+    placed = content.job.placed
+    assert placed is not None
+    inside = placed.shared
+    assert inside is not None
+    names = [f"{p}(scanner)" for p in MODEL.parameters]
+    common = ["range scale(scanner)", "refraction(S1)", "refraction(S2)"]
+    assert sorted(inside.effects) == sorted([*names, *common])
+    clouds = folder / "shared" / "clouds"
+    known = read_poses(clouds / "poses.json").shared
+    assert known is not None
+    assert known.effects == inside.effects
+    assert known.covariance == pytest.approx(inside.covariance, rel=1e-12)
+    pose = inside.covariance[:3, inside.columns["S1"][6:]]
+    assert np.abs(pose).max() > 0
+    # one point by itself has the sigmas of the cloud, all points of a wall what they share
+    cloud = laspy.read(clouds / "S1.las")
+    sigma = np.stack([cloud.sigma_x, cloud.sigma_y, cloud.sigma_z], axis=1)
+    for k in (3, 77):
+        point = tb.cloud_points(clouds / "S1.las", ball=(cloud.xyz[k], 1e-6))
+        assert tb.mean_of(point).sigma == pytest.approx(sigma[k], rel=2e-3)
+    whole = [tb.cloud_points(clouds / f"{name}.las") for name in STATIONS]
+    mean = tb.mean_of(whole[0])
+    assert (mean.sigma < 0.5 * sigma.min(axis=0)).all()
+    assert (np.diag(mean.shared) > 0.9 * np.diag(mean.covariance)).all()
+    # both stations saw the same points: their means agree as is stated
+    miss = tb.relative(*whole)
+    assert (np.abs(miss.value) < 4 * miss.sigma).all()
+    apart = np.diag(tb.mean_of(whole[0]).covariance + tb.mean_of(whole[1]).covariance)
+    assert np.trace(miss.covariance) < apart.sum()
+    with pytest.raises(InputError, match="in the region"):
+        tb.cloud_points(clouds / "S1.las", box=([1e6, 0, 0], [1e6 + 1, 1, 1]))
+    with pytest.raises(InputError, match="one of them"):
+        tb.cloud_points(clouds / "S1.las", box=([0, 0, 0], [1, 1, 1]), ball=([0, 0, 0], 1))
+    with pytest.raises(InputError, match="not one scan"):
+        tb.cloud_points(folder / "S9.xyz", poses=clouds / "poses.json")
+    with pytest.raises(InputError, match=r"no poses\.json"):
+        tb.cloud_points(folder / "S1.xyz")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('"nist"', '"none"', "there is no calibration model none"),
+        ('"x10"', '"x99"', "has no parameter x99"),
+        ('"faces": "front"', '"faces": "top"', "no file of poses"),
+        ('"rows": [', '"rows": [7, ', "not made of"),
+        ('"rows": [\n     12', '"rows": [\n     2', "not in the joint covariance"),
+    ],
+)
+def test_effects_that_are_none_are_refused(
+    folder: Path, tmp_path: Path, old: str, new: str, words: str
+) -> None:
+    clouds = folder / "known" / "clouds"
+    if not clouds.exists():
+        pipeline.run(Project.load(folder / "known.toml"))
+    text = (clouds / "poses.json").read_text()
+    assert old in text
+    (tmp_path / "poses.json").write_text(text.replace(old, new))
+    (tmp_path / JOINT).write_bytes((clouds / JOINT).read_bytes())
+    with pytest.raises(InputError, match=words):
+        read_poses(tmp_path / "poses.json")
 
 
 def test_a_calibration_needs_the_place_of_the_scanner(folder: Path) -> None:

@@ -83,19 +83,24 @@ def test_the_joint_covariance_is_beside_the_poses(job: tuple[Path, Report]) -> N
     folder, content = job
     poses = read_poses(folder / "out" / "clouds" / "poses.json")
     assert poses.stations == ("S3", "S4")
-    assert poses.joint is not None
+    assert poses.shared is not None
+    joint = poses.shared.covariance
     for k, name in enumerate(poses.stations):
         (station,) = (s for s in content.stations if s.name == name)
-        own = poses.joint[6 * k : 6 * k + 6, 6 * k : 6 * k + 6]
+        own = joint[6 * k : 6 * k + 6, 6 * k : 6 * k + 6]
         assert own == pytest.approx(np.array(station.covariance, dtype=float), rel=1e-9)
     # control is common to both
-    between = poses.joint[:3, 6:9]
-    sigma = np.sqrt(np.diag(poses.joint))
+    between = joint[:3, 6:9]
+    sigma = np.sqrt(np.diag(joint))
     assert (np.diag(between) / sigma[:3] / sigma[6:9] > 0.5).all()
     first = poses.scans[0].placement
     assert first.noise is not None
     assert first.noise.range == pytest.approx(content_noise())
-    assert poses.pair(first, first) is not None
+    assert poses.pair(poses.scans[0], poses.scans[1]) is not None
+    inside = content.job.placed.shared
+    assert poses.shared.effects == inside.effects == ()
+    assert {s.scan for s in poses.scans} == set(poses.shared.scans) == set(inside.scans)
+    assert joint == pytest.approx(inside.covariance, rel=1e-12)
 
 
 def content_noise() -> float:
@@ -114,7 +119,7 @@ def test_compare_says_the_same_from_the_files(job: tuple[Path, Report], tmp_path
     (chapter,) = content.job.comparisons
     peer = json.loads((tmp_path / "a.json").read_text())
     poses = read_poses(clouds / "poses.json")
-    pair = poses.pair(*(s.placement for s in (poses.scans[3], poses.scans[2])))
+    pair = poses.pair(poses.scans[3], poses.scans[2])
     assert pair is not None
     middle = (pair.first + pair.second) / 2
     assert peer["refPointMov"] == pytest.approx(middle)

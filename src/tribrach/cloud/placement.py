@@ -17,12 +17,12 @@ __all__ = ["CalibrationShare", "Placement"]
 
 @dataclass(frozen=True, eq=False)
 class CalibrationShare:
-    """What the uncertainty of a calibration adds to points that were corrected with it.
+    """What the uncertainty of a calibration and of other effects of a scanner adds to its points.
 
     Attributes
     ----------
     correction
-        Model, parameters and faces.
+        Model, parameters and faces; effects that nothing was corrected by have the value zero.
     own : array (k, k)
         Covariance of the parameters.
     cross : array (6, k)
@@ -73,11 +73,8 @@ class Placement:
         return Placement(self.station, pose, both @ self.covariance @ both.T, self.noise, share)
 
     def delivered(self, frame: OutputFrame) -> Placement:
-        """Bring the station into the frame of the clouds: exact at its place, rigid around it.
-
-        The share of the calibration is left out.
-        """
+        """Bring the station into the frame of the clouds: exact at its place, rigid around it."""
         at = self.pose.translation
         turned = self.turned(frame.rotation(at))
         pose = Pose(turned.pose.rotation, frame.from_work(at[None])[0])
-        return Placement(self.station, pose, turned.covariance, self.noise)
+        return Placement(self.station, pose, turned.covariance, self.noise, turned.calibration)

@@ -2,9 +2,10 @@
 
 ``s_L^2 = n^T (S_1 + S_2 + C_reg(X)) n`` (Winiwarter, Anders and Höfle 2021; method section 9.3):
 S_1, S_2 of the mean positions from the random part of the points, divided by how many of them are
-independent; C_reg from the joint covariance of the two stations, common to all points and never
-divided. Each point weighs ``w = 1 / (n^T C n)`` by its own random covariance C, so that the mean
-along the normal has ``Sigma w d / Sigma w`` and the covariance ``S = Sigma w^2 C / (Sigma w)^2``.
+independent; C_reg from the joint covariance of the two stations and of what their scanners do to
+all points alike, with what systematic angles add, common to all points and never divided. Each
+point weighs ``w = 1 / (n^T C n)`` by its own random covariance C, so that the mean along the normal
+has ``Sigma w d / Sigma w`` and the covariance ``S = Sigma w^2 C / (Sigma w)^2``.
 What the station contributes is not in C: it is common to all points and never averages out. Three
 levels of detection at 95 %:
 
@@ -58,7 +59,7 @@ class M3C2EP:
     independent : array (m, 2)
         Effective numbers of points.
     registration : array (m, 3, 3)
-        C_reg at the core points.
+        C_reg at the core points, with systematic angles.
     """
 
     core: Array
@@ -187,7 +188,8 @@ def m3c2_ep(
         area = np.pi / 4 * settings.diameter**2
         sides = [effective_number(counts[:, k], area, footprints[k], shares[k]) for k in (0, 1)]
         counts = np.stack(sides, axis=1)
-    return M3C2EP(core, normals, one, two, counts, stations.registration(core))
+    common = stations.registration(core) + stations.angles(core)
+    return M3C2EP(core, normals, one, two, counts, common)
 
 
 @dataclass(frozen=True)

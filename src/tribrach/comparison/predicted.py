@@ -24,7 +24,7 @@ from tribrach.cloud.covariance import covariances
 from tribrach.cloud.placement import Placement
 from tribrach.comparison.cloud_parts import CloudChunk, Source
 from tribrach.comparison.m3c2_ep import M3C2EP
-from tribrach.comparison.station_pair import StationPair, along_normals
+from tribrach.comparison.station_pair import StationPair
 from tribrach.instruments.neighbours import overlap_share
 from tribrach.scan.normals import FLATTEST
 from tribrach.statistics import chi2
@@ -114,11 +114,13 @@ class Prediction:
     offset_noise
         Sigma of the offset from the points alone.
     row
-        What a relative pose (6,) about the middle of both stations does to the offset.
+        What the unknowns of both stations (12 + k,) do to the offset.
     lod95, lod95_additive, lod95_spatial
         Mean levels of detection with propagated uncertainty.
     changed
         Share of the distances beyond the first level.
+    angles
+        Largest sigma that the systematic part of the angles of both scans adds to the offset.
     """
 
     noise: tuple[float, float]
@@ -127,16 +129,17 @@ class Prediction:
     registration: float
     offset: float
     offset_noise: float
-    row: tuple[float, float, float, float, float, float]
+    row: tuple[float, ...]
     lod95: float
     lod95_additive: float
     lod95_spatial: float | None
     changed: float
+    angles: float = 0.0
 
     @property
     def sigma(self) -> float:
         """Predicted sigma of the distance between single points of both clouds."""
-        return float(np.hypot(np.hypot(*self.noise), self.registration))
+        return float(np.hypot(np.hypot(*self.noise), self.offset_floor))
 
     @property
     def observed(self) -> float:
@@ -165,9 +168,14 @@ class Prediction:
         return self.noise_ratio_error <= _ERROR
 
     @property
+    def offset_floor(self) -> float:
+        """Sigma of the offset that no number of points makes smaller: stations and angles."""
+        return float(np.hypot(self.registration, self.angles))
+
+    @property
     def offset_sigma(self) -> float:
-        """Predicted sigma of the offset, with stations and points."""
-        return float(np.hypot(self.registration, self.offset_noise))
+        """Predicted sigma of the offset, with stations, angles and points."""
+        return float(np.hypot(self.offset_floor, self.offset_noise))
 
     @property
     def offset_agrees(self) -> bool:
@@ -220,15 +228,15 @@ def predict(result: M3C2EP, stations: StationPair, diameter: float) -> Predictio
     one, two = result.first, result.second
     dof = [np.maximum(cloud.count[used] - 1, 0) for cloud in (one, two)]
     shared = _multiplicity(result.core[used], result.normals.vectors[used], diameter)
-    middle = (stations.first + stations.second) / 2
-    row = along_normals(result.core[used], result.normals.vectors[used], middle).mean(axis=0)
+    core, normals = result.core[used], result.normals.vectors[used]
+    row = stations.mean_row(core, normals)
     spatial = result.lod95_spatial[used]
     distance, level = result.distance[used], result.lod95_quadratic[used]
     return Prediction(
         noise=(_pooled(one.expected[used], dof[0]), _pooled(two.expected[used], dof[1])),
         scatter=(_pooled(one.spread[used], dof[0]), _pooled(two.spread[used], dof[1])),
         dof=(int(dof[0].sum() / shared), int(dof[1].sum() / shared)),
-        registration=float(np.sqrt(max(row @ stations.relative(middle) @ row, 0.0))),
+        registration=float(np.sqrt(max(float(row @ stations.covariance @ row), 0.0))),
         offset=float(distance.mean()),
         offset_noise=float(np.sqrt(shared * (result.sigma_random[used] ** 2).mean() / used.sum())),
         row=tuple(row.tolist()),
@@ -236,6 +244,7 @@ def predict(result: M3C2EP, stations: StationPair, diameter: float) -> Predictio
         lod95_additive=float(result.lod95_additive[used].mean()),
         lod95_spatial=float(np.nanmean(spatial)) if np.isfinite(spatial).any() else None,
         changed=float((np.abs(distance) > level).mean()),
+        angles=stations.mean_angles(core, normals),
     )
 
 
@@ -269,7 +278,7 @@ class OffsetTest:
     count
         Number of sites.
     statistic
-        ``L^T C^-1 L`` with ``C = A C_q A^T + D``, what the sites share included.
+        ``L^T C^-1 L`` with ``C = A S A^T + D``, what the sites share included.
     least, limit
         2.5 and 97.5 % of chi-square of k.
     """
@@ -315,11 +324,10 @@ def compare_offsets(predictions: Sequence[Prediction], stations: StationPair) ->
     """
     if not predictions:
         return None
-    middle = (stations.first + stations.second) / 2
     rows = np.array([one.row for one in predictions])
     offsets = np.array([one.offset for one in predictions])
-    noise = np.array([one.offset_noise for one in predictions])
-    covariance = rows @ stations.relative(middle) @ rows.T + np.diag(noise**2)
+    own = np.array([np.hypot(one.offset_noise, one.angles) for one in predictions])
+    covariance = rows @ stations.covariance @ rows.T + np.diag(own**2)
     statistic = float(offsets @ np.linalg.solve(covariance, offsets))
     k = len(predictions)
     tail = (1 - _LEVEL) / 2

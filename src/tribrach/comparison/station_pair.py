@@ -1,10 +1,11 @@
 """The covariance of one station relative to another, in which what both share cancels.
 
-A point X that both stations see is displaced by ``d = (dt_2 + d_2 x (X - t_2)) - (dt_1 + d_1 x (X -
-t_1))`` between their clouds; with the joint covariance of the two poses, errors of the control that
-move both alike vanish. The same displacement is ``d = q_t + q_r x (X - X_0)`` of a relative pose q
-about any reference X_0, so that six numbers carry it (method sections 5.1 and 9.5). Metres and
-radians; increments are left, about the axes of the world.
+A point X that both stations see is displaced by ``d = J_2(X) e_2 - J_1(X) e_1`` between their
+clouds, with e_1 and e_2 the errors of what the points of either scan share (method section 5.10):
+its pose, ``dt + d x (X - t)``, and the effects of its scanner. With the joint covariance of both,
+errors of the control that move both alike vanish. Of the poses alone the same displacement is ``d =
+q_t + q_r x (X - X_0)`` of a relative pose q about any reference X_0, so that six numbers carry it
+(method sections 5.1 and 9.5). Metres and radians; increments are left, about the axes of the world.
 """
 
 from __future__ import annotations
@@ -13,8 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tribrach._types import Array
+from tribrach._types import Array, Index
 from tribrach.cloud.placement import Placement
+from tribrach.cloud.shared_part import SharedPart, angle_slopes, checked_covariance, slopes
 from tribrach.errors import InputError
 from tribrach.geometry.rotation import skew
 from tribrach.network.adjustment import Adjustment
@@ -22,8 +24,26 @@ from tribrach.network.adjustment import Adjustment
 __all__ = ["StationPair", "along_normals"]
 
 
-#: a covariance may have eigenvalues below zero by this share of its largest
-_ROUNDING = 1e-9
+#: points whose displacements are in memory at a time
+_BLOCK = 50_000
+#: unknowns of two poses
+_POSES = 12
+
+
+@dataclass(frozen=True)
+class PairSide:
+    """One scan of a pair.
+
+    Attributes
+    ----------
+    placement
+        Where it stands, with its effects and its noise.
+    rows : array (6 + k,)
+        Rows of the covariance of the pair that move its points.
+    """
+
+    placement: Placement
+    rows: Index
 
 
 @dataclass(frozen=True)
@@ -34,44 +54,92 @@ class StationPair:
     ----------
     first, second : array (3,)
         Their places [m].
-    covariance : array (12, 12)
-        Of translation [m] and left rotation increment [rad] of the first, then of the second.
+    covariance : array (12 + k, 12 + k)
+        Of translation [m] and left rotation increment [rad] of the first, then of the second, then
+        of the effects of their scanners.
+    sides : tuple of PairSide or None
+        Both scans; None where nothing but their poses is known.
 
     Raises
     ------
     InputError
-        The matrix is not a covariance of twelve unknowns.
+        The matrix is not a covariance of so many unknowns.
     """
 
     first: Array
     second: Array
     covariance: Array
+    sides: tuple[PairSide, PairSide] | None = None
 
     def __post_init__(self) -> None:
-        c = self.covariance
-        if c.shape != (12, 12) or not np.isfinite(c).all():
-            raise InputError("the joint covariance of two stations has 12 rows and columns")
-        scale = np.sqrt(np.maximum(np.diag(c), np.finfo(float).tiny))
-        values = np.linalg.eigvalsh(0.5 * (c + c.T) / np.outer(scale, scale))
-        if values[0] < -_ROUNDING * max(values[-1], 1.0):
-            raise InputError("the joint covariance of two stations has a negative variance")
+        """Refuse what is no covariance."""
+        count = _POSES
+        if self.sides is not None:
+            count = 1 + max(int(side.rows.max()) for side in self.sides)
+        checked_covariance(self.covariance, count, "two stations")
+
+    @classmethod
+    def of(cls, shared: SharedPart, first: str, second: str) -> StationPair:
+        """Two scans of one result.
+
+        Parameters
+        ----------
+        shared
+            What its points share.
+        first, second
+            Names of the scans, of two stations.
+
+        Raises
+        ------
+        InputError
+            Both scans are of one station.
+        """
+        scans = shared.scan(first), shared.scan(second)
+        if scans[0].station == scans[1].station:
+            raise InputError(
+                f"{first} and {second} are scans of one station, {scans[0].station}",
+                cure="compare scans of two stations",
+            )
+        columns = [shared.columns[name] for name in (first, second)]
+        poses = np.concatenate([rows[:6] for rows in columns])
+        effects = np.unique(np.concatenate([rows[6:] for rows in columns]))
+        order = np.concatenate([poses, effects])
+        place = {int(row): k for k, row in enumerate(order)}
+        one, two = (
+            PairSide(scan, np.array([place[int(row)] for row in rows]))
+            for scan, rows in zip(scans, columns, strict=True)
+        )
+        places = scans[0].pose.translation, scans[1].pose.translation
+        return cls(*places, shared.covariance[np.ix_(order, order)], (one, two))
 
     @classmethod
     def from_adjustment(
-        cls, adjustment: Adjustment, first: str, second: str, factor: float = 1.0
+        cls, adjustment: Adjustment, first: str, second: str, *, posterior: bool = False
     ) -> StationPair:
-        """Two stations of one adjustment; covariances times a factor (a posteriori variance)."""
-        state = adjustment.state
-        places = [state.pose_t[state.layout.index("pose", name)] for name in (first, second)]
-        blocks = [[adjustment.covariance(a, b) for b in (first, second)] for a in (first, second)]
-        return cls(places[0], places[1], factor * np.block(blocks))
+        """Two stations of one adjustment."""
+        names = (first, second)
+        shared = SharedPart.of_adjustment(adjustment, stations=names, posterior=posterior)
+        return cls.of(shared, *names)
 
     @classmethod
     def independent(cls, first: Placement, second: Placement) -> StationPair:
         """Two stations that share nothing, of two surveys for instance: nothing cancels."""
-        joint = np.zeros((12, 12))
-        joint[:6, :6], joint[6:, 6:] = first.covariance, second.covariance
-        return cls(first.pose.translation, second.pose.translation, joint)
+        sizes = [
+            6 if p.calibration is None else 6 + len(p.calibration.own) for p in (first, second)
+        ]
+        joint = np.zeros((sum(sizes), sum(sizes)))
+        sides, effects = [], _POSES
+        for k, (place, size) in enumerate(zip((first, second), sizes, strict=True)):
+            rows = np.concatenate([6 * k + np.arange(6), effects + np.arange(size - 6)])
+            effects += size - 6
+            joint[np.ix_(rows[:6], rows[:6])] = place.covariance
+            if place.calibration is not None:
+                joint[np.ix_(rows[:6], rows[6:])] = place.calibration.cross
+                joint[np.ix_(rows[6:], rows[:6])] = place.calibration.cross.T
+                joint[np.ix_(rows[6:], rows[6:])] = place.calibration.own
+            sides.append(PairSide(place, rows))
+        places = first.pose.translation, second.pose.translation
+        return cls(*places, joint, (sides[0], sides[1]))
 
     def relative(self, reference: Array) -> Array:
         """Covariance (6, 6) of the relative pose q = (q_t, q_r) about a reference (3,)."""
@@ -80,17 +148,58 @@ class StationPair:
             motion[:3, half : half + 3] = sign * np.eye(3)
             motion[:3, half + 3 : half + 6] = -sign * skew(reference - place)
             motion[3:, half + 3 : half + 6] = sign * np.eye(3)
-        covariance: Array = motion @ self.covariance @ motion.T
+        covariance: Array = motion @ self.covariance[:_POSES, :_POSES] @ motion.T
         return 0.5 * (covariance + covariance.T)
+
+    def displacements(self, points: Array) -> Array:
+        """What the unknowns of the pair displace the second cloud by (m, 3, 12 + k) at points."""
+        out = np.zeros((len(points), 3, len(self.covariance)))
+        if self.sides is None:
+            for half, place, sign in ((0, self.first, -1.0), (6, self.second, 1.0)):
+                out[:, :, half : half + 3] = sign * np.eye(3)
+                out[:, :, half + 3 : half + 6] = -sign * skew(points - place)
+            return out
+        for side, sign in zip(self.sides, (-1.0, 1.0), strict=True):
+            out[:, :, side.rows] += sign * slopes(points, side.placement)
+        return out
 
     def registration(self, points: Array) -> Array:
         """``C_reg(X)`` (m, 3, 3) [m^2]: covariance of the displacement between the clouds at X."""
-        reference = points.mean(axis=0)
-        covariance = self.relative(reference)
-        lever = -skew(points - reference)
-        mixed = lever @ covariance[3:, :3]
-        out: Array = covariance[:3, :3] + mixed + mixed.transpose(0, 2, 1)
-        return out + lever @ covariance[3:, 3:] @ lever.transpose(0, 2, 1)
+        out = np.empty((len(points), 3, 3))
+        for first in range(0, len(points), _BLOCK):
+            part = slice(first, first + _BLOCK)
+            moved = self.displacements(points[part])
+            out[part] = moved @ self.covariance @ moved.transpose(0, 2, 1)
+        return out
+
+    def angles(self, points: Array) -> Array:
+        """Covariance (m, 3, 3) [m^2] of what systematic angles of both displace X by."""
+        out = np.zeros((len(points), 3, 3))
+        for side in self.sides or ():
+            moved = angle_slopes(points, side.placement)
+            out += moved @ moved.transpose(0, 2, 1)
+        return out
+
+    def mean_row(self, points: Array, normals: Array) -> Array:
+        """What the unknowns do (12 + k,) to the mean distance along normals (m, 3) at points."""
+        row = np.zeros(len(self.covariance))
+        for first in range(0, len(points), _BLOCK):
+            part = slice(first, first + _BLOCK)
+            row += np.einsum("mi,mij->j", normals[part], self.displacements(points[part]))
+        return row / len(points)
+
+    def mean_angles(self, points: Array, normals: Array) -> float:
+        """Largest sigma [m] that systematic angles give the mean distance along normals.
+
+        As in method section 5.10: terms of one sign count as one error, those of either sign and of
+        either scan as independent.
+        """
+        total = 0.0
+        for side in self.sides or ():
+            moved = np.einsum("mi,mik->mk", normals, angle_slopes(points, side.placement))
+            for part in (np.maximum(moved, 0.0), np.minimum(moved, 0.0)):
+                total += float((part.mean(axis=0) ** 2).sum())
+        return float(np.sqrt(total))
 
 
 def along_normals(points: Array, normals: Array, reference: Array) -> Array:

@@ -15,7 +15,7 @@ turns full circle with one face only.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, Literal
 
@@ -137,11 +137,17 @@ class CalibrationModel:
         Names of its parameters.
     functions
         The column of each parameter: (range, H, V, face) to its contributions to range, H, V.
+    key
+        What :func:`find_model` knows it by, empty if it does not.
+    unit_lengths
+        Of the modulation of the range [m], where the model has them.
     """
 
     name: str
     parameters: tuple[str, ...]
     functions: tuple[Column, ...]
+    key: str = ""
+    unit_lengths: tuple[float, ...] = ()
 
     def select(self, parameters: Sequence[str]) -> CalibrationModel:
         """The model with some of its parameters only, in the given order.
@@ -158,15 +164,15 @@ class CalibrationModel:
                 cure=f"choose from {', '.join(self.parameters)}",
             )
         chosen = tuple(self.functions[self.parameters.index(p)] for p in parameters)
-        return CalibrationModel(self.name, tuple(parameters), chosen)
+        return replace(self, parameters=tuple(parameters), functions=chosen)
 
     def joined(self, other: CalibrationModel) -> CalibrationModel:
         """A model with the parameters of both, each once."""
         new = [k for k, name in enumerate(other.parameters) if name not in self.parameters]
-        return CalibrationModel(
-            self.name,
-            (*self.parameters, *(other.parameters[k] for k in new)),
-            (*self.functions, *(other.functions[k] for k in new)),
+        return replace(
+            self,
+            parameters=(*self.parameters, *(other.parameters[k] for k in new)),
+            functions=(*self.functions, *(other.functions[k] for k in new)),
         )
 
     def columns(self, r: Any, h: Any, v: Any, face: Any) -> NDArray[Any]:
@@ -251,7 +257,7 @@ def _nist() -> CalibrationModel:
         "x12a": lambda r, h, v, k: (0, 0, k * cos(2 * v)),
         "x12b": lambda r, h, v, k: (0, 0, sin(2 * v)),
     }
-    return CalibrationModel("NIST", tuple(table), tuple(table.values()))
+    return CalibrationModel("NIST", tuple(table), tuple(table.values()), "nist")
 
 
 def _paper_eight() -> CalibrationModel:
@@ -267,7 +273,7 @@ def _paper_eight() -> CalibrationModel:
         "a4": lambda r, h, v, k: (0, k / (r * sin(v)), 0),
         "a5": lambda r, h, v, k: (0, 2 * k / sin(v), 0),
     }
-    return CalibrationModel("paper eight", tuple(table), tuple(table.values()))
+    return CalibrationModel("paper eight", tuple(table), tuple(table.values()), "paper")
 
 
 def _paper_eight_elevation() -> CalibrationModel:
@@ -280,7 +286,8 @@ def _paper_eight_elevation() -> CalibrationModel:
     zenith = _paper_eight()
     for name, function in zip(zenith.parameters, zenith.functions, strict=True):
         table[name] = _with_elevation(function)
-    return CalibrationModel("paper eight, elevation", tuple(table), tuple(table.values()))
+    columns = tuple(table.values())
+    return CalibrationModel("paper eight, elevation", tuple(table), columns, "paper-elevation")
 
 
 def _with_elevation(function: Column) -> Column:
@@ -345,7 +352,8 @@ def lichti(unit_1: float, unit_2: float) -> CalibrationModel:
         for row, functions in enumerate(rows)
         for name, function in functions.items()
     }
-    return CalibrationModel("Lichti", tuple(table), tuple(table.values()))
+    units = (unit_1, unit_2)
+    return CalibrationModel("Lichti", tuple(table), tuple(table.values()), "lichti", units)
 
 
 def _on_raw_circle(row: int, function: Callable[[Any, Any, Any], Any]) -> Column:
@@ -449,7 +457,8 @@ def _lichti(parameters: Sequence[str], unit_lengths: Sequence[float]) -> Calibra
             cure="give unit_lengths_m",
         )
     whole = _lichti_of(1.0, 1.0)
-    return whole.select([p for p in whole.parameters if p not in cyclic])
+    plain = whole.select([p for p in whole.parameters if p not in cyclic])
+    return replace(plain, unit_lengths=())
 
 
 @cache

@@ -106,28 +106,28 @@ def _header(file: IO[bytes], largest: int) -> tuple[tuple[int, ...], bool, np.dt
 
 
 def joint_covariance_bytes(covariance: Array) -> bytes:
-    """Content of an ``.npy`` file with a joint covariance (6n, 6n)."""
+    """Content of an ``.npy`` file with a joint covariance (q, q)."""
     buffer = io.BytesIO()
     np.save(buffer, covariance, allow_pickle=False)
     return buffer.getvalue()
 
 
-def read_joint_covariance(path: Path, stations: int) -> Array:
-    """The joint covariance (6n, 6n) of the poses of n stations.
+def read_joint_covariance(path: Path, stations: int, effects: int = 0) -> Array:
+    """The joint covariance (6n + k, 6n + k) of the poses of n stations and of k effects.
 
     Parameters
     ----------
     path
         An ``.npy`` file.
-    stations
-        Their number.
+    stations, effects
+        Their numbers.
 
     Raises
     ------
     InputError
         The file cannot be read, is no matrix of this size, or has values that are no numbers.
     """
-    n = 6 * stations
+    n = 6 * stations + effects
     cure = "run the project again"
     try:
         with path.open("rb") as file:

@@ -187,6 +187,14 @@ _INCIDENCES = (0.0, 30.0, 45.0, 60.0, 90.0)
 _QUARTERS = (0.25, 0.5, 0.75)
 
 
+#: what a common scale of the ranges and refraction have done to the pose of a station
+COMMON_ERRORS = "scale and refraction"
+
+
+#: shares of a covariance that are rounding
+_NEGLIGIBLE = 1e-6
+
+
 #: regions with fewer sampled points are not worth a row
 _FEW = 20
 
@@ -228,7 +236,9 @@ def error_budget(
     """
     rows: list[BudgetRow] = []
     for station in dict.fromkeys(scan.station for scan in scans):
+        first = next(placements[scan.name] for scan in scans if scan.station == station)
         shares = by_category(contributions(adjustment, station), factor)
+        shares |= _considered(first.covariance - factor * adjustment.covariance(station), first)
         sampled = [
             _sampled(scan, placements[scan.name], shares, state)
             for scan in scans
@@ -237,6 +247,12 @@ def error_budget(
         if sampled:
             rows += _regions(station, sampled)
     return rows
+
+
+def _considered(rest: Array, where: Placement) -> dict[str, Array]:
+    """What errors that are no unknowns (6, 6) have done to a station; {} if nothing."""
+    size = np.sqrt(np.maximum(np.diag(where.covariance), np.finfo(float).tiny))
+    return {COMMON_ERRORS: rest} if np.abs(rest / size[:, None] / size).max() > _NEGLIGIBLE else {}
 
 
 def _sampled(

@@ -7,11 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pyproj import CRS
 from pyproj.exceptions import CRSError
 
 from tribrach._types import Array
 from tribrach.cloud.placement import Placement
+from tribrach.cloud.shared_part import CloudPoints
+from tribrach.comparison.sites import ComparisonSite
 from tribrach.comparison.station_pair import StationPair
 from tribrach.errors import InputError
 from tribrach.geodesy.output_frame import OutputFrame
@@ -20,7 +23,7 @@ from tribrach.job.poses import POSES, PoseFile, read_poses
 from tribrach.scan.no_return import screened
 from tribrach.scan.scan import Chunk, Scan
 
-__all__ = ["CloudFile", "open_cloud", "refuse_other_frames", "station_pair"]
+__all__ = ["CloudFile", "cloud_points", "open_cloud", "refuse_other_frames", "station_pair"]
 
 
 @dataclass(frozen=True)
@@ -137,8 +140,103 @@ def station_pair(first: CloudFile, second: CloudFile) -> StationPair | None:
         return None
     one, two = first.poses, second.poses
     if one is not None and two is not None and one.path.resolve() == two.path.resolve():
-        return one.pair(first.placement, second.placement)
+        scans = one.of_cloud(first.path), two.of_cloud(second.path)
+        return None if scans[0] is None or scans[1] is None else one.pair(scans[0], scans[1])
     return StationPair.independent(first.placement, second.placement)
+
+
+def cloud_points(
+    path: str | Path,
+    *,
+    ball: tuple[ArrayLike, float] | None = None,
+    box: tuple[ArrayLike, ArrayLike] | None = None,
+    poses: str | Path | None = None,
+    effective: float | None = None,
+) -> CloudPoints:
+    """Read points of a delivered cloud, with what they share with all points of the run.
+
+    Parameters
+    ----------
+    path : path
+        A cloud of one scan, as a run wrote it.
+    ball : (array_like (3,), float), optional
+        Only points within a radius [m] of a centre [m].
+    box : (array_like (3,), array_like (3,)), optional
+        Only points between two corners [m].
+    poses : path, optional
+        The ``poses.json`` of the run; the one beside the cloud if not given.
+    effective : float, optional
+        How many of the points count as independent; what the noise says that neighbours share if
+        not given.
+
+    Returns
+    -------
+    CloudPoints
+        In the frame of the cloud. Points of several clouds of one run know what they share.
+
+    Raises
+    ------
+    InputError
+        No file of poses, or none with the joint covariance; a cloud of several scans; no points.
+
+    References
+    ----------
+    Method section 5.10.
+    """
+    path = Path(path)
+    beside = path.parent / POSES if poses is None else Path(poses)
+    if not beside.is_file():
+        raise InputError(
+            "there is no poses.json beside the cloud",
+            file=path,
+            cure="give the poses.json that the run left beside its clouds",
+        )
+    known = read_poses(beside)
+    at = known.of_cloud(path)
+    if known.shared is None or (at is not None and at.scan not in known.shared.scans):
+        raise InputError(
+            "what the points of the clouds share is not known",
+            file=beside,
+            cure="keep poses_covariance.npy beside poses.json, or run the project again",
+        )
+    if at is None:
+        raise InputError(
+            "the cloud is not one scan of the run",
+            file=path,
+            cure="take a cloud of one scan (merged = false), and the poses.json of its run",
+        )
+    region = _region(ball, box)
+    noise = at.placement.noise
+    cloud = CloudFile(path, tuple(screened(scan) for scan in read_scans(path)), None, at.placement)
+    kept = [np.empty((0, cloud.columns))]
+    kept += [chunk[region.inside(chunk[:, :3])] if region else chunk for chunk in cloud.lit()]
+    points = np.concatenate(kept)
+    if not len(points):
+        raise InputError("no point of the cloud is in the region", file=path)
+    light = points[:, 3] if noise is not None and noise.law is not None else None
+    return known.shared.points(points[:, :3], at.scan, intensity=light, effective=effective)
+
+
+def _region(
+    ball: tuple[ArrayLike, float] | None, box: tuple[ArrayLike, ArrayLike] | None
+) -> ComparisonSite | None:
+    """A ball, a box, or everywhere."""
+    if ball is not None and box is not None:
+        raise InputError("a region is a ball or a box", cure="give one of them")
+    try:
+        if ball is not None:
+            x, y, z = (float(v) for v in np.asarray(ball[0], dtype=float))
+            return ComparisonSite.ball("region", (x, y, z), float(ball[1]))
+        if box is not None:
+            low, high = (np.asarray(corner, dtype=float) for corner in box)
+            corners = np.sort(np.stack([low, high]), axis=0).reshape(2, 3).tolist()
+            return ComparisonSite("region", tuple(corners[0]), tuple(corners[1]))
+    except (ValueError, TypeError) as error:
+        raise InputError(
+            "a region is not made of numbers",
+            cure="give ball = ((x, y, z), radius) or box = ((x, y, z), (x, y, z))",
+        ) from error
+    return None
 
 
 def refuse_other_frames(a: CloudFile, b: CloudFile) -> None:

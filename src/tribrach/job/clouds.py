@@ -18,7 +18,6 @@ from tribrach.cloud.summary import CloudSummary
 from tribrach.errors import InputError
 from tribrach.geodesy.local_map import LocalMap
 from tribrach.geodesy.output_frame import OutputFrame
-from tribrach.geometry.pose import Pose
 from tribrach.instruments.range_law import RangeLaw
 from tribrach.io.clouds.e57 import copy_with_poses
 from tribrach.io.clouds.formats import create
@@ -26,16 +25,15 @@ from tribrach.io.clouds.header import CloudHeader, CloudWriter, step_for
 from tribrach.io.keeping import is_read
 from tribrach.job.grouping import groups, whole_source
 from tribrach.job.poses import station_order
-from tribrach.job.scans import MeasuredScan, StationScan, share_after
+from tribrach.job.scans import MeasuredScan, StationScan
 from tribrach.job.state import Remembered, digest
 from tribrach.scan.normals import incidence_cosines
 from tribrach.scan.scan import Field
 
 if TYPE_CHECKING:
-    from tribrach.network.adjustment import Adjustment
     from tribrach.project.sections import CloudSection
 
-__all__ = ["CloudProduct", "Product", "place", "write_clouds"]
+__all__ = ["CloudProduct", "Product", "write_clouds"]
 
 # Clouds of an earlier grouping or format give way to those that hold the same scans now.
 #
@@ -189,19 +187,6 @@ class Product:
     step: float | None
     new: bool
     sentences: tuple[str, ...] = ()
-
-
-def place(scan: StationScan, adjustment: Adjustment, factor: float = 1.0) -> Placement:
-    """The adjusted station of a scan, covariances times a factor (a posteriori variance)."""
-    state = adjustment.state
-    number = state.layout.index("pose", scan.station)
-    return Placement(
-        scan.station,
-        Pose(state.pose_r[number], state.pose_t[number]),
-        factor * adjustment.covariance(scan.station),
-        scan.noise if scan.origin_known else None,
-        share_after(scan, adjustment, factor),
-    )
 
 
 def write_clouds(

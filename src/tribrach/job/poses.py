@@ -3,8 +3,9 @@
 One row per scan, in the order of the project, names stable; matrices are row-major and carry
 points of the scanner frame into the frame of the clouds; covariances (6, 6) are of translation [m]
 and left rotation increments [rad] about the axes of that frame. poses_covariance.npy holds the
-joint covariance (6n, 6n) of the n stations, in the order of ``stations`` in poses.json: what two
-stations share cancels only with it.
+joint covariance of the n stations (6n rows, in the order of ``stations`` in poses.json) and of the
+effects that scanners have on all their points (in the order of ``effects``, where there are any):
+what two stations share cancels only with it.
 """
 
 from __future__ import annotations
@@ -19,12 +20,15 @@ from typing import Any
 
 import numpy as np
 
-from tribrach._types import Array
+from tribrach._types import Array, Index
 from tribrach.cloud.placement import Placement
+from tribrach.cloud.shared_part import SharedPart, checked_covariance
 from tribrach.comparison.station_pair import StationPair
 from tribrach.errors import InputError
 from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.geometry.pose import Pose
+from tribrach.instruments.common_errors import effects_model
+from tribrach.instruments.correction import Correction
 from tribrach.instruments.range_law import RangeLaw
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.arrays import joint_covariance_bytes, read_joint_covariance
@@ -32,7 +36,6 @@ from tribrach.io.csv_rows import name_cell
 from tribrach.io.json_file import read_json
 from tribrach.io.json_text import json_text
 from tribrach.job.scans import StationScan
-from tribrach.network.adjustment import Adjustment
 from tribrach.units import LARGEST
 
 __all__ = [
@@ -40,7 +43,6 @@ __all__ = [
     "MOST_STATIONS",
     "POSES",
     "PoseFile",
-    "joint_covariance",
     "pose_texts",
     "read_poses",
     "station_order",
@@ -55,6 +57,10 @@ JOINT = "poses_covariance.npy"
 MOST_STATIONS = 400
 
 
+#: more parameters and common errors than any job has
+_MOST_EFFECTS = 4000
+
+
 _ELEMENTS = [f"m{i}{j}" for i in range(4) for j in range(4)]
 
 
@@ -64,27 +70,6 @@ _UNKNOWNS = ("tx", "ty", "tz", "rx", "ry", "rz")
 def station_order(scans: Sequence[StationScan]) -> list[str]:
     """Names of the stations in the order of their first scans."""
     return list(dict.fromkeys(scan.station for scan in scans))
-
-
-def joint_covariance(
-    adjustment: Adjustment,
-    stations: Sequence[str],
-    frame: OutputFrame,
-    factor: float = 1.0,
-) -> Array:
-    """Covariance (6n, 6n) of n stations [m, rad] about the axes of the clouds' frame.
-
-    factor : on a-priori covariances (a posteriori variance).
-    """
-    columns = np.concatenate([adjustment.columns(name) for name in stations])
-    state = adjustment.state
-    turn = np.zeros((len(columns), len(columns)))
-    for k, name in enumerate(stations):
-        at = state.pose_t[state.layout.index("pose", name)]
-        for part in (6 * k, 6 * k + 3):
-            turn[part : part + 3, part : part + 3] = frame.rotation(at)
-    joint: Array = factor * turn @ adjustment.covariance_columns(columns, columns) @ turn.T
-    return 0.5 * (joint + joint.T)
 
 
 def poses_csv(
@@ -111,11 +96,11 @@ def poses_json(
     placements: Mapping[str, Placement],
     frame: OutputFrame,
     sigma_origin: str,
-    joint: bool = True,
+    shared: SharedPart | None,
 ) -> dict[str, Any]:
     """The same as one JSON object, with the inverse matrices and the noise of single points.
 
-    joint : is the joint covariance written beside it?
+    shared : what stations share, in this frame, None if no joint covariance is written beside it.
     """
     rows = []
     for scan in scans:
@@ -129,6 +114,7 @@ def poses_json(
                 "scanner_from_world": where.pose.inverse.matrix.tolist(),
                 "covariance": np.asarray(where.covariance).tolist(),
                 "noise": None if where.noise is None else asdict(where.noise),
+                "effects": None if shared is None else _effects(shared, scan.name),
             }
         )
     return {
@@ -140,8 +126,24 @@ def poses_json(
         "law of ranges a I^b + c [m] for intensities I from low to high",
         "sigma_origin": sigma_origin,
         "stations": station_order(scans),
-        "joint_covariance": JOINT if joint else None,
+        "effects": [] if shared is None else list(shared.effects),
+        "joint_covariance": None if shared is None else JOINT,
         "scans": rows,
+    }
+
+
+def _effects(shared: SharedPart, name: str) -> dict[str, Any] | None:
+    """What a scanner does to all points of a scan: a model, and rows of the joint covariance."""
+    share = shared.scans[name].calibration
+    if share is None:
+        return None
+    model = share.correction.model
+    return {
+        "model": model.key or None,
+        "unit_lengths": list(model.unit_lengths),
+        "faces": share.correction.faces,
+        "parameters": list(model.parameters),
+        "rows": shared.columns[name][6:].tolist(),
     }
 
 
@@ -151,16 +153,20 @@ def pose_texts(
     placements: Mapping[str, Placement],
     frame: OutputFrame,
     sigma_origin: str,
-    joint: Array | None,
+    shared: SharedPart | None,
 ) -> dict[Path, str | bytes]:
-    """Contents of poses.csv, poses.json and the joint covariance (6n, 6n) by their paths."""
-    data = poses_json(scans, placements, frame, sigma_origin, joint is not None)
+    """Contents of poses.csv, poses.json and the joint covariance by their paths.
+
+    placements : in the work frame, by the names of the scans; shared : what they share, in the
+    frame of the clouds, None if that is left out.
+    """
+    data = poses_json(scans, placements, frame, sigma_origin, shared)
     texts: dict[Path, str | bytes] = {
         folder / "poses.csv": poses_csv(scans, placements, frame),
         folder / "poses.json": json_text(data, indent=1) + "\n",
     }
-    if joint is not None:
-        texts[folder / JOINT] = joint_covariance_bytes(joint)
+    if shared is not None:
+        texts[folder / JOINT] = joint_covariance_bytes(shared.covariance)
     return texts
 
 
@@ -190,12 +196,12 @@ class ScanPose:
 
 @dataclass(frozen=True)
 class PoseFile:
-    """All scans of a run; joint (6n, 6n) : covariance of the n stations [m, rad], if known."""
+    """All scans of a run; shared : what their points share, None if that is not known."""
 
     path: Path
     scans: tuple[ScanPose, ...]
     stations: tuple[str, ...]
-    joint: Array | None
+    shared: SharedPart | None
 
     def of_cloud(self, cloud: Path) -> ScanPose | None:
         """The scan that a cloud was made of, by its name; None if none or several are."""
@@ -204,14 +210,11 @@ class PoseFile:
         named = named or [s for s in self.scans if s.file == cloud.name]
         return named[0] if len(named) == 1 else None
 
-    def pair(self, first: Placement, second: Placement) -> StationPair | None:
-        """Two stations with their joint covariance; None where that is not known."""
-        names = (first.station, second.station)
-        if self.joint is None or not set(names) <= set(self.stations):
+    def pair(self, first: ScanPose, second: ScanPose) -> StationPair | None:
+        """Two scans with their joint covariance; None where that is not known."""
+        if self.shared is None or not {first.scan, second.scan} <= set(self.shared.scans):
             return None
-        rows = np.concatenate([6 * self.stations.index(n) + np.arange(6) for n in names])
-        places = first.pose.translation, second.pose.translation
-        return StationPair(*places, self.joint[np.ix_(rows, rows)])
+        return StationPair.of(self.shared, first.scan, second.scan)
 
 
 def read_poses(path: Path) -> PoseFile:
@@ -226,16 +229,68 @@ def read_poses(path: Path) -> PoseFile:
         data: dict[str, Any] = read_json(path)
         scans = tuple(_scan(path, row) for row in data["scans"])
         stations = tuple(str(name) for name in data.get("stations", ()))
+        effects = tuple(str(name) for name in data.get("effects") or ())
+        models = [_model(path, row) for row in data["scans"]]
         joint = data.get("joint_covariance") is not None
     except (ValueError, TypeError, KeyError, AttributeError) as error:
         raise InputError("this is no file of poses", file=path, cure=_CURE) from error
-    known = joint and 0 < len(stations) <= MOST_STATIONS
-    return PoseFile(
-        path,
-        scans,
-        stations,
-        read_joint_covariance(path.parent / JOINT, len(stations)) if known else None,
-    )
+    known = joint and 0 < len(stations) <= MOST_STATIONS and len(effects) <= _MOST_EFFECTS
+    shared = _shared(path, scans, models, stations, effects) if known else None
+    return PoseFile(path, scans, stations, shared)
+
+
+def _shared(
+    path: Path,
+    scans: Sequence[ScanPose],
+    models: Sequence[tuple[Correction, Index] | None],
+    stations: tuple[str, ...],
+    effects: tuple[str, ...],
+) -> SharedPart:
+    """What the scans of a file share, with the joint covariance beside it."""
+    beside = path.parent / JOINT
+    covariance = read_joint_covariance(beside, len(stations), len(effects))
+    count = len(covariance)
+    try:
+        checked_covariance(covariance, count, "the poses")
+    except InputError as error:
+        raise InputError(error.what, file=beside, cure="run the project again") from error
+    placed, columns = {}, {}
+    for scan, model in zip(scans, models, strict=True):
+        where = scan.placement
+        if where.station not in stations:
+            continue
+        rows = 6 * stations.index(where.station) + np.arange(6)
+        correction = None
+        if model is not None:
+            correction, further = model
+            if not ((further >= 6 * len(stations)) & (further < count)).all():
+                raise InputError(
+                    f"the effects of {scan.scan} are not in the joint covariance",
+                    file=path,
+                    cure=_CURE,
+                )
+            rows = np.concatenate([rows, further])
+        columns[scan.scan] = rows
+        placed[scan.scan] = where.station, where.pose, where.noise, correction
+    return SharedPart.assembled(placed, columns, covariance, stations, effects)
+
+
+def _model(path: Path, row: Mapping[str, Any]) -> tuple[Correction, Index] | None:
+    """The model of a scan's effects with their rows of the joint covariance, None without any."""
+    given = row.get("effects")
+    if given is None:
+        return None
+    names = [str(name) for name in given["parameters"]]
+    rows = _numbers(path, given["rows"], (len(names),), f"the effects of {row['scan']}")
+    faces = given["faces"]
+    if faces not in ("front", "back", "dome") or len(names) > _MOST_EFFECTS:
+        raise ValueError("faces")
+    units = [float(unit) for unit in given.get("unit_lengths") or ()]
+    try:
+        model = effects_model(given["model"], names, units)
+    except InputError as error:
+        raise InputError(error.what, file=path, cure=_CURE) from error
+    return Correction(model, np.zeros(len(names)), faces), rows.astype(np.int64)
 
 
 def _scan(path: Path, row: Mapping[str, Any]) -> ScanPose:

@@ -22,8 +22,9 @@ from tribrach.io.scans.formats import read_scans
 from tribrach.job.approximate_poses import NO_POSES, ApproximatePoses, approximate_poses
 from tribrach.job.clouds import write_clouds
 from tribrach.job.grouping import groups
-from tribrach.job.poses import JOINT, joint_covariance, pose_texts
+from tribrach.job.poses import JOINT, pose_texts
 from tribrach.job.scans import StationScan
+from tribrach.job.shared import shared_part
 from tribrach.job.state import Remembered
 from tribrach.project.sections import CloudSection
 from tribrach.registration.clouds.pair import APPROXIMATE, ApproximateSigma
@@ -267,8 +268,8 @@ def write_placed(
         name: Placement(name, group.poses[name], group.covariances[name], output.noise)
         for name in group.stations
     }
-    joint = joint_covariance(group.adjustment, group.stations, frame)
-    written = write_texts(pose_texts(output.folder, scans, placements, frame, "prior", joint))
+    shared = shared_part(scans, group.adjustment)
+    written = write_texts(pose_texts(output.folder, scans, placements, frame, "prior", shared))
     if output.clouds is None:
         return written + _copied(result, group, output.folder, progress), []
     state = Remembered(output.folder)

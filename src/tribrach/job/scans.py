@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from tribrach.cloud.placement import CalibrationShare
 from tribrach.errors import InputError
 from tribrach.instruments.calibration import CalibrationModel
+from tribrach.instruments.common_errors import CommonErrors
 from tribrach.instruments.correction import Correction, Faces
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.calibration_file import Calibration
@@ -32,9 +32,10 @@ __all__ = [
     "MeasuredScan",
     "StationScan",
     "as_adjusted",
+    "calibration_of",
     "calibration_sentences",
+    "known_correction",
     "open_scans",
-    "share_after",
 ]
 
 # Calibrations of the scanners behind scans: known before the adjustment, adjusted after it.
@@ -52,7 +53,7 @@ def as_adjusted(scans: Sequence[StationScan], adjustment: Adjustment) -> list[St
     """
     out = []
     for scan in scans:
-        calibrated = _of_station(scan.station, adjustment)
+        calibrated = calibration_of(scan.station, adjustment)
         if calibrated is None:
             out.append(scan)
             continue
@@ -62,43 +63,7 @@ def as_adjusted(scans: Sequence[StationScan], adjustment: Adjustment) -> list[St
     return out
 
 
-def share_after(
-    scan: StationScan, adjustment: Adjustment, factor: float
-) -> CalibrationShare | None:
-    """Take the covariance of the parameters of a scan and with its station.
-
-    Parameters
-    ----------
-    scan, adjustment
-        A scan, and the network that has its station.
-    factor
-        On a-priori covariances. Parameters that the network does not have keep the covariance of
-        their file.
-
-    Returns
-    -------
-    CalibrationShare or None
-        None without a correction.
-    """
-    layout = adjustment.layout
-    calibrated = _of_station(scan.station, adjustment)
-    if calibrated is None:
-        known = scan.known
-        if known is None:
-            return None
-        correction = known_correction(known, scan.faces)
-        return CalibrationShare(correction, known.covariance, np.zeros((6, len(known.values))))
-    model, index = calibrated
-    columns = layout.columns("scalar", index)[:, 0]
-    pose = layout.columns("pose", layout.index("pose", scan.station))
-    return CalibrationShare(
-        Correction(model, adjustment.state.scalars[index], scan.faces),
-        factor * adjustment.covariance_columns(columns, columns),
-        factor * adjustment.covariance_columns(pose, columns),
-    )
-
-
-def _of_station(
+def calibration_of(
     station: str, adjustment: Adjustment
 ) -> tuple[CalibrationModel, NDArray[np.int64]] | None:
     """Model and scalars (k,) of a station's observations; None if they have none."""
@@ -118,7 +83,7 @@ def calibration_sentences(scans: Sequence[StationScan], adjustment: Adjustment) 
     """Which scans were corrected, with parameters from where."""
     out = []
     for scan in scans:
-        calibrated = _of_station(scan.station, adjustment)
+        calibrated = calibration_of(scan.station, adjustment)
         if calibrated is None and scan.known is None:
             continue
         names = calibrated[0].parameters if calibrated is not None else ()
@@ -191,12 +156,15 @@ class StationScan(MeasuredScan):
         Calibration of the scanner from a file, by which the points are corrected.
     faces
         Which face measured a point.
+    common
+        What all points of the station have in common besides, None where nothing is said.
     """
 
     levelled: bool
     names: Mapping[str, tuple[float, float, float]]
     known: Calibration | None = None
     faces: Faces = "front"
+    common: CommonErrors | None = None
 
     @property
     def measured(self) -> MeasuredScan:
@@ -322,4 +290,5 @@ def _at_station(job: Job, entry: ScanFile, scan: Scan, station: str, face: Faces
         names=entry.names,
         known=known,
         faces=face,
+        common=job.instruments.common(instrument),
     )

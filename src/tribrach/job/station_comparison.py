@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array, Progress
 from tribrach.cloud.placement import Placement
+from tribrach.cloud.shared_part import SharedPart
 from tribrach.comparison.c2c import C2C, Pitch, Signed, Tally
 from tribrach.comparison.predicted import OffsetTest, Prediction
 from tribrach.comparison.regression import Regression, regress
@@ -29,12 +30,9 @@ from tribrach.errors import InputError
 from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.io.site_table import read_sites
 from tribrach.job.cloud_file import CloudFile
-from tribrach.job.clouds import place
 from tribrach.job.compare import Method, compare_clouds, offset_test
-from tribrach.job.poses import joint_covariance
 from tribrach.job.scans import MeasuredScan, StationScan
 from tribrach.job.state import Remembered
-from tribrach.network.adjustment import Adjustment
 from tribrach.scan.normals import normals
 from tribrach.units import MM
 
@@ -277,24 +275,25 @@ def _regression_values(sites: Sequence[SiteResult]) -> dict[str, Array]:
 
 def compare_stations(
     requests: Sequence[RequestedComparison],
-    adjustment: Adjustment,
+    shared: SharedPart,
     frame: OutputFrame,
-    factor: float,
     state: Remembered,
     progress: Callable[[str, int, int | None], None],
 ) -> list[StationComparison]:
     """Every comparison that is asked for; those of unchanged clouds come from the last run.
 
-    factor : on a-priori covariances (a posteriori variance).
+    shared : where the scans stand in the work frame, and what their points share; frame : of the
+    clouds.
     """
     comparisons = []
+    delivered = shared.delivered(frame)
     for number, request in enumerate(requests, start=1):
         a, b = request.section.a, request.section.b
         task = _Task(
-            _placed(request.a, adjustment, factor),
-            _placed(request.b, adjustment, factor),
+            _placed(request.a, shared),
+            _placed(request.b, shared),
             frame,
-            _pair(request, adjustment, frame, factor),
+            StationPair.of(delivered, request.b[0].name, request.a[0].name),
             request.sites,
             request.section.method,
             request.section.limit_mm * MM,
@@ -353,22 +352,9 @@ class _Task:
     limit: float
 
 
-def _placed(scans: Sequence[StationScan], adjustment: Adjustment, factor: float) -> _PlacedScans:
+def _placed(scans: Sequence[StationScan], shared: SharedPart) -> _PlacedScans:
     """Scans of one station at its adjusted place."""
-    placement = place(scans[0], adjustment, factor)
-    return _PlacedScans(tuple(scan.measured for scan in scans), placement)
-
-
-def _pair(
-    request: RequestedComparison, adjustment: Adjustment, frame: OutputFrame, factor: float
-) -> StationPair:
-    """Both stations, that of the reference first, with their joint covariance."""
-    first, second = (
-        place(scans[0], adjustment, factor).delivered(frame).pose.translation
-        for scans in (request.b, request.a)
-    )
-    names = (request.b[0].station, request.a[0].station)
-    return StationPair(first, second, joint_covariance(adjustment, names, frame, factor))
+    return _PlacedScans(tuple(scan.measured for scan in scans), shared.scans[scans[0].name])
 
 
 def _compared(task: _Task, progress: Progress) -> Found:
@@ -378,8 +364,6 @@ def _compared(task: _Task, progress: Progress) -> Found:
     sites = task.sites
     if sites is None:
         sites, remarks = _chosen(clouds)
-    if any(side.placement.calibration is not None for side in (task.a, task.b)):
-        remarks.append("What the scanner's calibration leaves uncertain is not predicted here.")
     results = compare_clouds(
         *clouds,
         sites,

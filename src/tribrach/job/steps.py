@@ -12,19 +12,21 @@ from typing import TYPE_CHECKING
 
 from tribrach._types import Progress
 from tribrach.cloud.placement import Placement
+from tribrach.cloud.shared_part import SharedPart
 from tribrach.errors import InputError
 from tribrach.geodesy import frames
 from tribrach.geodesy.output_frame import FrameKind, OutputFrame
 from tribrach.io.keeping import refuse_loss
 from tribrach.io.outputs import write_texts
 from tribrach.job.budget import BudgetRow, error_budget, reach_sentences
-from tribrach.job.clouds import Product, place, write_clouds
+from tribrach.job.clouds import Product, write_clouds
 from tribrach.job.find_targets import Findings, extract
 from tribrach.job.grouping import groups, refuse_impossible
 from tribrach.job.name_targets import Named
 from tribrach.job.nothing_found import refuse_unplaced
-from tribrach.job.poses import MOST_STATIONS, joint_covariance, pose_texts, station_order
+from tribrach.job.poses import MOST_STATIONS, pose_texts, station_order
 from tribrach.job.scans import StationScan, as_adjusted, calibration_sentences, open_scans
+from tribrach.job.shared import shared_part
 from tribrach.job.state import Remembered
 from tribrach.job.stated_noise import StatedNoise, stated_noise
 from tribrach.job.station_comparison import (
@@ -138,6 +140,9 @@ class PlacedScans:
         The comparison of a simulated job with its truth.
     loose : bool
         True if there is a truth and nothing ties the stations to its frame.
+    shared : SharedPart or None
+        What the points of the clouds share, in their frame; None with more stations than a joint
+        covariance is kept of.
     """
 
     scans: Sequence[StationScan]
@@ -152,6 +157,7 @@ class PlacedScans:
     noise: Sequence[StatedNoise] = ()
     truth: Sequence[TruthRow] = ()
     loose: bool = False
+    shared: SharedPart | None = None
 
 
 def find(job: Job, folder: Path, progress: Progress) -> FoundInScans:
@@ -228,16 +234,21 @@ def georeference(
     project, frame = job.project, output_frame(job)
     work = work.corrected(adjustment)
     factor = adjustment.variance_factor(posterior=project.adjustment.posterior)
-    placements = {scan.name: place(scan, adjustment, factor) for scan in work.scans}
+    names = station_order(work.scans)
+    shared: SharedPart | None = None
+    if len(names) <= MOST_STATIONS:
+        shared = shared_part(work.scans, adjustment, factor)
+        placements = dict(shared.scans)
+    else:
+        parts = [shared_part(work.scans, adjustment, factor, only=[name]) for name in names]
+        placements = {name: place for part in parts for name, place in part.scans.items()}
     clouds = folder / "clouds"
     if project.cloud.write:
         # before the first of them is written
         for group in groups(work.scans, project.cloud):
             refuse_loss(clouds / group.file)
-    names = station_order(work.scans)
-    few = len(names) <= MOST_STATIONS
-    joint = joint_covariance(adjustment, names, frame, factor) if few else None
-    write_texts(pose_texts(clouds, work.scans, placements, frame, sigma_origin, joint))
+    delivered = None if shared is None else shared.delivered(frame)
+    write_texts(pose_texts(clouds, work.scans, placements, frame, sigma_origin, delivered))
     products: list[Product] = []
     if project.cloud.write:
         products = write_clouds(
@@ -266,6 +277,7 @@ def georeference(
         noise=stated_noise(work.scans, whose, work.state, progress),
         truth=[] if loose else _truth(project, work, adjustment, placements),
         loose=loose and project.truth is not None,
+        shared=delivered,
     )
 
 
@@ -297,8 +309,11 @@ def compare(
     factor = adjustment.variance_factor(posterior=job.project.adjustment.posterior)
     scans = {scan.name: scan for scan in work.corrected(adjustment).scans}
     requests = [request.of(scans) for request in work.comparisons]
-    frame = output_frame(job)
-    return tuple(compare_stations(requests, adjustment, frame, factor, work.state, progress))
+    if not requests:
+        return ()
+    compared = [s.station for request in requests for s in (*request.a, *request.b)]
+    shared = shared_part(list(scans.values()), adjustment, factor, only=compared)
+    return tuple(compare_stations(requests, shared, output_frame(job), work.state, progress))
 
 
 def output_frame(job: Job) -> OutputFrame:

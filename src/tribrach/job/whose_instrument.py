@@ -14,6 +14,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from tribrach.errors import InputError
+from tribrach.instruments.common_errors import CommonErrors
 from tribrach.instruments.precision import Precision
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.project import Instrument, Project
@@ -218,6 +219,21 @@ class Instruments:
             In metres and radians; None if there is no instrument, or if it has no such figures.
         """
         return None if name is None else self.named(name).noise()
+
+    def common(self, name: str | None) -> CommonErrors | None:
+        """Return what all points of a station of a scanner have in common.
+
+        Parameters
+        ----------
+        name : str or None
+            Its name.
+
+        Returns
+        -------
+        CommonErrors or None
+            None if there is no instrument, or if it has no such figures.
+        """
+        return None if name is None else self.named(name).common(name)
 
     def _only(self) -> str | None:
         """The only instrument of the project."""

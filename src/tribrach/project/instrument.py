@@ -18,6 +18,7 @@ from pydantic import (
 )
 
 from tribrach.errors import InputError
+from tribrach.instruments.common_errors import CommonErrors
 from tribrach.instruments.precision import Precision
 from tribrach.instruments.range_law import RangeLaw
 from tribrach.instruments.scan_noise import ScanNoise
@@ -75,6 +76,10 @@ class Instrument(Section):
         range_ppm for points that have one.
     range_law_from, range_law_to
         Intensities, as in the files of the scans, that this law was estimated from.
+    range_scale_common_ppm
+        Of the scale of a scanner's ranges, one for all its points and stations.
+    refraction_sigma
+        Of the coefficient of refraction of a scanner's beams, one for each station.
     scan_angle_accuracy_arcsec
         Of both angles of a scanner, noise and systematic part together, as makers state it; what
         it is beyond the noise is common to neighbouring points and does not average out.
@@ -118,6 +123,8 @@ class Instrument(Section):
     levelling_mm_per_sqrt_km: PositiveFloat | None = None
     range_mm: PositiveFloat | None = None
     range_ppm: NonNegativeFloat = 0.0
+    range_scale_common_ppm: NonNegativeFloat = 0.0
+    refraction_sigma: NonNegativeFloat = 0.0
     scan_angle_arcsec: PositiveFloat | None = None
     scan_angle_accuracy_arcsec: PositiveFloat | None = None
     range_law_a_mm: NonNegativeFloat | None = None
@@ -307,6 +314,18 @@ class Instrument(Section):
             self.shared_share,
             self.shared_angle_mrad * 1e-3,
         )
+
+    def common(self, name: str) -> CommonErrors | None:
+        """What all points of a station have in common, None where nothing is given.
+
+        Parameters
+        ----------
+        name
+            Of the instrument in the project.
+        """
+        if not (self.range_scale_common_ppm or self.refraction_sigma):
+            return None
+        return CommonErrors(name, self.range_scale_common_ppm * 1e-6, self.refraction_sigma)
 
     def _law(self) -> RangeLaw | None:
         """The law of the noise of ranges, None without one."""

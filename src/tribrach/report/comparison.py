@@ -42,12 +42,15 @@ _C2C_NOTE = (
 )
 _M3C2_NOTE = (
     "Distances from B to A along the normals of B, means over cylinders, positive towards the "
-    "scanner of B where it is known. The level of detection holds with 95 %; published: a mean "
-    "difference and the registration added; quadratic: variances added."
+    "scanner of B where it is known. The σ of the mean has all that points of a cloud share "
+    "(poses, calibration, systematic angles); it is empty where the stations are not known. The "
+    "level of detection holds with 95 %; published: a mean difference and the registration added; "
+    "quadratic: variances added."
 )
 _PREDICTED_NOTE = (
     "Along the normal. Predicted: noise of single points of both clouds (range, angles, beam, "
-    "incidence) and the joint covariance of both stations, in which what they share cancels. "
+    "incidence) and the joint covariance of both stations and of what their scanners do to all "
+    "points alike, in which what they share cancels; systematic angles, which no mean reduces. "
     "Observed: scatter of both clouds about their surfaces and the mean distance between them, "
     "free of sampling. C2C debiased says the same from nearest points, less well where the floor "
     "is large. Level of detection: 1.96 times the propagated sigma of single distances."
@@ -187,6 +190,7 @@ def _m3c2(sites: Sequence[SiteResult]) -> ReportTable:
         (ColumnHead("Site", numeric=False), lambda s: text_cell(s.name)),
         (ColumnHead("core points"), lambda s: count_cell(_at("m3c2.count")(s))),
         _mm("mean", _at("m3c2.mean")),
+        _mm("its σ", _at("prediction.offset_sigma")),
         _mm("std", _at("m3c2.std")),
         _mm("LoD", _at("m3c2.lod95")),
         _mm("quadratic", _at("m3c2.lod95_quadratic")),
@@ -216,6 +220,7 @@ def _predicted(sites: Sequence[SiteResult]) -> ReportTable:
         _mm("offset", _at("prediction.offset")),
         _mm("its σ", _at("prediction.offset_sigma")),
         _mm("stations σ", _at("prediction.registration"), wide=True),
+        _mm("angles σ", _at("prediction.angles"), wide=True),
         _mm("predicted", _at("prediction.sigma")),
         _mm("observed", _at("prediction.observed")),
         (ColumnHead("ratio"), lambda s: fixed_cell(s.prediction.ratio, 2)),

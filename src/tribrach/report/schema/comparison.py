@@ -93,6 +93,8 @@ class PredictionPart(DocumentPart):
     noise_ratio_error: Number
     enough: bool
     registration: Number
+    angles: Number
+    """Largest sigma that systematic angles add to the offset."""
     offset: Number
     offset_sigma: Number
     offset_agrees: bool
@@ -312,6 +314,7 @@ def _prediction(p: Prediction) -> dict[str, Any]:
         "noise_ratio_error": p.noise_ratio_error,
         "enough": p.enough,
         "registration": p.registration,
+        "angles": p.angles,
         "offset": p.offset,
         "offset_sigma": p.offset_sigma,
         "offset_agrees": p.offset_agrees,

@@ -1,0 +1,84 @@
+"""What a scanner gets wrong alike at all points of a station, besides its calibration.
+
+A scale of the ranges belongs to the instrument; a coefficient of refraction belongs to the air of
+a station on its day. Each is one number with a standard deviation, and a column like those of a
+calibration: ``true = measured + Delta``, range scale m: ``Delta_R = m R``; coefficient k: the ray
+is bent down, ``Delta_V = k R sin V / (2 E)`` with the radius E of the Earth (method section 5.10).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tribrach.instruments.calibration import MODELS, CalibrationModel, find_model
+
+__all__ = ["COMMON", "RANGE_SCALE", "REFRACTION", "CommonErrors", "effects_model"]
+
+#: names of the effects
+RANGE_SCALE, REFRACTION = "range scale", "refraction"
+#: mean radius of the Earth [m]
+_EARTH = 6371000.0
+#: both as columns of a model, linear in the scale and in the coefficient
+COMMON = CalibrationModel(
+    "common",
+    (RANGE_SCALE, REFRACTION),
+    (
+        lambda r, h, v, k: (r, 0, 0),
+        lambda r, h, v, k: (0, 0, r * np.sin(v) / (2 * _EARTH)),
+    ),
+)
+
+
+@dataclass(frozen=True)
+class CommonErrors:
+    """Standard deviations of effects that no number of points makes smaller.
+
+    Attributes
+    ----------
+    instrument
+        Name of the scanner; all its stations have one range scale.
+    range_scale
+        Of the scale of its ranges.
+    refraction
+        Of the coefficient of refraction, drawn anew at each station.
+    """
+
+    instrument: str
+    range_scale: float = 0.0
+    refraction: float = 0.0
+
+    @property
+    def effects(self) -> dict[str, float]:
+        """Those that are not zero, with their standard deviations."""
+        both = {RANGE_SCALE: self.range_scale, REFRACTION: self.refraction}
+        return {name: sigma for name, sigma in both.items() if sigma > 0}
+
+
+def effects_model(
+    name: str | None, effects: Sequence[str], unit_lengths: Sequence[float] = ()
+) -> CalibrationModel:
+    """The model of a calibration and of common errors together.
+
+    Parameters
+    ----------
+    name
+        Of the calibration model, one of :data:`~tribrach.instruments.calibration.MODELS`; None
+        without a calibration.
+    effects
+        Parameters of the calibration, then common errors.
+    unit_lengths
+        Of the modulation of the range [m].
+
+    Raises
+    ------
+    InputError
+        No such model, or it does not have such a parameter.
+    """
+    own = [effect for effect in effects if effect not in COMMON.parameters]
+    common = COMMON.select([effect for effect in effects if effect in COMMON.parameters])
+    if not own:
+        return common
+    return find_model(name or MODELS[0], own, unit_lengths).joined(common)

@@ -1,0 +1,171 @@
+"""What the points of all scans of a job share: poses, calibration, range scale, refraction.
+
+Adjusted parameters have their covariance with the poses from the network. Those of a calibration
+file keep that of their file. Common errors that are no unknowns have shifted the poses as well:
+they are considered (method section 5.10).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tribrach._types import Array, Index
+from tribrach.cloud.shared_part import SharedPart
+from tribrach.geometry.pose import Pose
+from tribrach.instruments.common_errors import COMMON, RANGE_SCALE
+from tribrach.instruments.correction import Correction
+from tribrach.instruments.scan_noise import ScanNoise
+from tribrach.io.calibration_file import Calibration
+from tribrach.job.scans import StationScan, calibration_of, known_correction
+from tribrach.network.adjustment import Adjustment
+from tribrach.network.considered import Considered, influence_of
+
+__all__ = ["shared_part"]
+
+
+#: an unknown of the network by its column, a parameter of a file, a common error
+_Row = tuple[str, int | str]
+
+
+def shared_part(
+    scans: Sequence[StationScan],
+    adjustment: Adjustment,
+    factor: float = 1.0,
+    *,
+    only: Sequence[str] | None = None,
+) -> SharedPart:
+    """Put together what the points of scans share.
+
+    Parameters
+    ----------
+    scans
+        All scans of the job, so that it is known which stations an instrument stood on.
+    adjustment
+        The network that has their stations.
+    factor
+        On a-priori covariances (a posteriori variance). What is not from the network, of a
+        calibration file or of common errors, keeps its own.
+    only
+        Names of stations whose scans are wanted, those of all if not given.
+
+    Returns
+    -------
+    SharedPart
+        In the work frame.
+    """
+    wanted = [s for s in scans if only is None or s.station in only]
+    rows = _Rows(adjustment, list(dict.fromkeys(scan.station for scan in wanted)))
+    columns: dict[str, list[_Row]] = {}
+    placed: dict[str, tuple[str, Pose, ScanNoise | None, Correction | None]] = {}
+    for scan in wanted:
+        correction, columns[scan.name] = rows.of_scan(scan)
+        number = adjustment.layout.index("pose", scan.station)
+        pose = Pose(adjustment.state.pose_r[number], adjustment.state.pose_t[number])
+        noise = scan.noise if scan.origin_known else None
+        placed[scan.name] = scan.station, pose, noise, correction
+    return SharedPart.assembled(
+        placed,
+        {name: rows.numbered(at) for name, at in columns.items()},
+        rows.covariance(scans, factor),
+        rows.stations,
+        rows.names,
+    )
+
+
+@dataclass
+class _Rows:
+    """Rows of the joint covariance: poses, unknowns, parameters of files, common errors."""
+
+    adjustment: Adjustment
+    stations: list[str]
+    unknowns: dict[int, str] = field(default_factory=dict)
+    files: dict[int, Calibration] = field(default_factory=dict)
+    errors: dict[tuple[str, str], float] = field(default_factory=dict)
+
+    def of_scan(self, scan: StationScan) -> tuple[Correction | None, list[_Row]]:
+        """The model of a scan's effects, and their rows behind those of its pose."""
+        layout = self.adjustment.layout
+        rows: list[_Row] = [("pose", 6 * self.stations.index(scan.station) + k) for k in range(6)]
+        correction = None
+        calibrated = calibration_of(scan.station, self.adjustment)
+        if calibrated is not None:
+            model, index = calibrated
+            correction = Correction(model, self.adjustment.state.scalars[index], scan.faces)
+            for name, column in zip(index, layout.columns("scalar", index)[:, 0], strict=True):
+                self.unknowns[int(column)] = layout.names["scalar"][name]
+                rows.append(("unknown", int(column)))
+        elif scan.known is not None:
+            correction = known_correction(scan.known, scan.faces)
+            self.files[id(scan.known)] = scan.known
+            rows += [(f"file {id(scan.known)}", k) for k in range(len(scan.known.values))]
+        common = scan.common
+        if common is None or not common.effects:
+            return correction, rows
+        for effect, sigma in common.effects.items():
+            owner = common.instrument if effect == RANGE_SCALE else scan.station
+            self.errors[effect, owner] = sigma
+            rows.append((effect, owner))
+        model = COMMON.select(list(common.effects))
+        values = np.zeros(len(model.parameters))
+        if correction is not None:
+            model = correction.model.joined(model)
+            values = np.concatenate([correction.values, values])
+        return Correction(model, values, scan.faces), rows
+
+    @property
+    def order(self) -> dict[_Row, int]:
+        """Number of each row."""
+        rows: list[_Row] = [("pose", k) for k in range(6 * len(self.stations))]
+        rows += [("unknown", column) for column in self.unknowns]
+        rows += [(f"file {key}", k) for key, f in self.files.items() for k in range(len(f.values))]
+        rows += list(self.errors)
+        return {row: k for k, row in enumerate(rows)}
+
+    def numbered(self, rows: list[_Row]) -> Index:
+        """Numbers of rows."""
+        order = self.order
+        return np.array([order[row] for row in rows], dtype=np.int64)
+
+    @property
+    def names(self) -> list[str]:
+        """What the rows behind those of the poses are."""
+        files = [f"{p}({f.instrument})" for f in self.files.values() for p in f.parameters]
+        return [*self.unknowns.values(), *files, *(f"{e}({owner})" for e, owner in self.errors)]
+
+    def covariance(self, scans: Sequence[StationScan], factor: float) -> Array:
+        """The joint covariance of all rows."""
+        adjustment = self.adjustment
+        poses = [adjustment.columns(name) for name in self.stations]
+        columns = np.concatenate([*poses, np.array(list(self.unknowns), dtype=np.int64)])
+        count = len(self.order)
+        out = np.zeros((count, count))
+        n = len(columns)
+        out[:n, :n] = factor * adjustment.covariance_columns(columns, columns)
+        for known in self.files.values():
+            k = len(known.values)
+            out[n : n + k, n : n + k] = known.covariance
+            n += k
+        if not self.errors:
+            return out
+        effects = [
+            Considered(COMMON.select([effect]), _stations_with(effect, owner, scans))
+            for effect, owner in self.errors
+        ]
+        moved = influence_of(adjustment, effects, columns)
+        own = np.diag(np.array(list(self.errors.values())) ** 2)
+        out[n:, n:] = own
+        k = len(columns)
+        out[:k, :k] += moved @ own @ moved.T
+        out[:k, n:] = moved @ own
+        out[n:, :k] = out[:k, n:].T
+        return out
+
+
+def _stations_with(effect: str, owner: str, scans: Sequence[StationScan]) -> set[str]:
+    """Stations whose readings have an effect: those of an instrument, or one alone."""
+    if effect != RANGE_SCALE:
+        return {owner}
+    return {s.station for s in scans if s.common is not None and s.common.instrument == owner}

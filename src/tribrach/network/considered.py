@@ -1,0 +1,100 @@
+"""Errors that a network does not solve for, and what they have done to its unknowns.
+
+An effect c with a standard deviation, such as a scale of the ranges of a scanner, that no unknown
+stands for moves every reading by ``B c``, and the adjusted unknowns by ``G c`` with
+
+    G = Q A^T P B
+
+so that the unknowns have the covariance ``C + G S_c G^T`` and with the effects ``G S_c`` (method
+section 5.10; considered parameters, Tapley, Schutz and Born 2004). Targets near which everything is
+measured take most of such an error in; what lies beyond them sees it doubled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tribrach._types import Array, Index
+from tribrach.geometry.polar import polar_from_xyz, xyz_by_polar
+from tribrach.instruments.calibration import CalibrationModel
+from tribrach.network.adjustment import Adjustment
+from tribrach.observations.base import Observations
+from tribrach.observations.scanner import ScannerPolar, TargetCentres
+
+__all__ = ["Considered", "influence_of"]
+
+
+@dataclass(frozen=True, eq=False)
+class Considered:
+    """An effect on the readings of some stations.
+
+    Attributes
+    ----------
+    model
+        With one parameter, the effect.
+    stations
+        Names of the scanner stations whose readings it is in.
+    """
+
+    model: CalibrationModel
+    stations: Collection[str]
+
+
+def influence_of(adjustment: Adjustment, effects: Sequence[Considered], columns: Index) -> Array:
+    """What effects that are no unknowns do to the unknowns of a network.
+
+    Parameters
+    ----------
+    adjustment
+        The network, solved without them. Readings of targets carry them; planes and relative poses
+        of clouds are taken as free of them.
+    effects
+        The m effects.
+    columns : array (k,)
+        Columns of the full tangent vector.
+
+    Returns
+    -------
+    array (k, m)
+        Derivatives of the unknowns; zero where they are fixed.
+
+    References
+    ----------
+    Method section 5.10.
+    """
+    shift = np.zeros((adjustment.n_observations, len(effects)))
+    start = 0
+    for o, items in zip(adjustment.network.observations, adjustment.assembly.active, strict=True):
+        stop = start + len(items) * o.rows
+        if isinstance(o, ScannerPolar | TargetCentres) and len(items):
+            for k, effect in enumerate(effects):
+                moved = _moved(o, adjustment, effect)[items]
+                shift[start:stop, k] = moved.reshape(-1)
+        start = stop
+    if not shift.any():
+        return np.zeros((len(columns), len(effects)))
+    right = adjustment.design.T @ (adjustment.whitener @ shift)
+    solved = adjustment.cofactor.solve(right)
+    place = adjustment.reduced[columns]
+    out: Array = np.where((place >= 0)[:, None], solved[place], 0.0)
+    return out
+
+
+def _moved(o: Observations, adjustment: Adjustment, effect: Considered) -> Array:
+    """What an effect corrects the readings (n, m) of a table by, zero from other stations."""
+    assert isinstance(o, ScannerPolar | TargetCentres)
+    names = adjustment.layout.names["pose"]
+    wanted = np.array([name in effect.stations for name in names], dtype=bool)[o.station]
+    if isinstance(o, ScannerPolar):
+        # what is true is measured + Delta, what is predicted is true - Delta
+        corrections = -o.parameter_columns(adjustment.state, effect.model)[:, :, 0]
+    else:
+        polar = polar_from_xyz(o.predict(adjustment.state))
+        r, h, v = polar.T
+        by_effect = effect.model.columns(r, h, v, np.ones(len(o)))
+        corrections = (xyz_by_polar(polar) @ by_effect)[:, :, 0]
+    out: Array = np.where(wanted[:, None], corrections, 0.0)
+    return out
