@@ -90,8 +90,15 @@ def _of_scan(scan: MeasuredScan, least_area: float, floor: float) -> tuple[Plane
     """Planes and view of one scan."""
     cloud = load(scan.scan)
     image = organise(cloud.xyz, cloud.row, cloud.column)
+    shared = None if scan.noise is None else scan.noise.estimated_shared
     planes, _ = find_planes(
-        cloud.xyz, image, least_area=least_area, floor=floor, scan=scan.name, **scan.fit_sigmas
+        cloud.xyz,
+        image,
+        least_area=least_area,
+        floor=floor,
+        shared=shared,
+        scan=scan.name,
+        **scan.fit_sigmas,
     )
     return PlaneSet.of(planes), view_of(cloud.xyz, image)
 

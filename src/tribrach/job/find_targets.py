@@ -105,6 +105,7 @@ def find_targets(scan: MeasuredScan, wanted: TargetSection) -> Findings:
             known["footprint"] = scan.noise.beam
             known["sigma_range"] = noise.get("sigma_range")
             known["sigma_angle"] = scan.noise.vertical
+            known["shared"] = scan.noise.estimated_shared
         results.append(find_spheres(cloud.xyz, image, wanted.sphere_radius_m, **known))
     if cloud.intensity is not None and not unseen:
         seen = cloud.xyz, cloud.intensity, image
@@ -113,6 +114,7 @@ def find_targets(scan: MeasuredScan, wanted: TargetSection) -> Findings:
             more["footprint"] = scan.noise.beam
             # light is the mean over the footprint, so only the encoders move it
             more["sigma_angle"] = scan.noise.vertical
+            more["shared"] = scan.noise.estimated_shared
         if wanted.checkerboard_side_m:
             # boards tell the noise of their ranges themselves
             own = {name: value for name, value in more.items() if name != "sigma_range"}

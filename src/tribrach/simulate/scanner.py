@@ -37,6 +37,7 @@ from tribrach.simulate.footprint import (
 )
 from tribrach.simulate.ray_casting import Hits, SceneView
 from tribrach.simulate.scene import Scene
+from tribrach.simulate.texture import SharedTexture
 
 __all__ = ["ScanGrid", "Scanner", "SimulatedPoints", "scan"]
 
@@ -118,8 +119,9 @@ class Scanner:
     Attributes
     ----------
     noise
-        Of single points. A law of the intensity takes the light that is received, speckle and all,
-        on the scale of ``intensity``, and leaves ``incidence`` nothing to do.
+        Of single points; what neighbours share of it only if its ``shared_share`` is given. A law
+        of the intensity takes the light that is received, speckle and all, on the scale of
+        ``intensity``, and leaves ``incidence`` nothing to do.
     incidence
         The noise of ranges is divided by the cosine of the incidence angle.
     intensity
@@ -258,12 +260,16 @@ def scan(
     view = SceneView(scene, pose.translation)
     width = max(1, _BLOCK // grid.rows)
     entropy = (seed,) if isinstance(seed, int) else seed
+    shared = scanner.noise.estimated_shared
+    texture = None
+    if shared is not None and shared.share > 0:
+        texture = SharedTexture(shared, grid.first_v, grid.step, grid.rows, entropy)
     for number, first in enumerate(range(0, grid.columns, width)):
         columns = np.arange(first, min(first + width, grid.columns))
         if mask is not None and not mask[:, columns].any():
             continue
         rng = np.random.default_rng(np.random.SeedSequence(entropy, spawn_key=(number,)))
-        yield _Beams(view, pose, scanner, grid, columns, mask, rng).block()
+        yield _Beams(view, pose, scanner, grid, columns, mask, rng, texture).block()
 
 
 class _Beams:
@@ -278,8 +284,10 @@ class _Beams:
         columns: Index,
         mask: NDArray[np.bool_] | None,
         rng: np.random.Generator,
+        texture: SharedTexture | None,
     ) -> None:
         self._view, self._pose, self._scanner, self._grid = view, pose, scanner, grid
+        self._texture = texture
         self._columns, self._mask, self._rng = columns, mask, rng
         self._halo = int(self._reach(np.array([_CLOSE]), _WIDEST)[0])
 
@@ -305,7 +313,10 @@ class _Beams:
         cosine = np.maximum(echo.cosine, FLATTEST) if s.incidence else 1.0
         length = np.minimum(echo.range, s.farthest)
         sigma = noise.range_sigma(length, cosine, None if noise.law is None else light)
-        measured = self._measured_range(echo.range, reported) + errors[:, 0] * sigma
+        error = errors[:, 0]
+        if self._texture is not None:
+            error = self._texture.mixed(error, pixels.row, pixels.column, length)
+        measured = self._measured_range(echo.range, reported) + error * sigma
         keep = echo.kept & (strength > s.weakest)
         keep &= (measured > s.nearest) & (measured < s.farthest)
         return SimulatedPoints(

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from tribrach._types import Array, Index
+from tribrach.instruments.neighbours import SharedNoise
 from tribrach.scan.range_image import RangeImage
 from tribrach.targets.detection import Detection, Rejected
 from tribrach.targets.range_noise import estimate_range_noise
@@ -664,6 +665,7 @@ def find_planes(
     sigma_angle: float = 2e-5,
     least_area: float = GATES.least_area_m2,
     floor: float = GATES.floor_m,
+    shared: SharedNoise | None = None,
     scan: str = "",
 ) -> tuple[list[Plane], list[Rejected]]:
     """Find the planes of a scan.
@@ -682,6 +684,8 @@ def find_planes(
         Smallest area of a plane [m^2].
     floor : float
         Sigma added to the offset, and over the patch's radius to the tilt [m].
+    shared : SharedNoise or None
+        What neighbouring points share of their range errors, if it is known.
     scan : str
         Name of the scan.
 
@@ -715,7 +719,8 @@ def find_planes(
         if reason:
             rejected.append(Rejected("plane", fits.center[k], reason))
         else:
-            planes.append(_plane(fits, k, points, floor, scan))
+            known = 1.0 if shared is None else _known(fits.center[k], image, shared)
+            planes.append(_plane(fits, k, points, floor, known, scan))
     return planes, rejected
 
 
@@ -805,7 +810,7 @@ def _members(
     return [index[chosen[a:b]] for a, b in pairwise(ends)]
 
 
-def _plane(fits: PlaneFits, k: int, points: Array, floor: float, scan: str) -> Plane:
+def _plane(fits: PlaneFits, k: int, points: Array, floor: float, known: float, scan: str) -> Plane:
     """The patch of one fitted region.
 
     Parameters
@@ -818,6 +823,8 @@ def _plane(fits: PlaneFits, k: int, points: Array, floor: float, scan: str) -> P
         Its points [m].
     floor : float
         Sigma added to the offset [m].
+    known : float
+        Number of neighbouring points that the scanner makes count as one.
     scan : str
         Name of the scan.
 
@@ -832,7 +839,8 @@ def _plane(fits: PlaneFits, k: int, points: Array, floor: float, scan: str) -> P
     # m + dm: the normal tilts by its tangential part, the plane at the centre moves by -dm . c
     rows = np.vstack([tangents, -center]) / size
     flat, away = (points - center) @ tangents.T, (points - center) @ outward
-    shared = max(fits.points[k] * GATES.independent_m**2 / fits.area[k], _correlation(flat, away))
+    surface = fits.points[k] * GATES.independent_m**2 / fits.area[k]
+    shared = max(surface, _correlation(flat, away), known)
     independent = max(fits.points[k] / shared, GATES.fewest_independent)
     enlarged = max(1.0, fits.s0[k] ** 2) * fits.points[k] / independent
     covariance = rows @ np.linalg.inv(fits.normal[k]) @ rows.T * enlarged
@@ -859,6 +867,13 @@ def _plane(fits: PlaneFits, k: int, points: Array, floor: float, scan: str) -> P
         spacing=spacing,
         detection=detection,
     )
+
+
+def _known(center: Array, image: RangeImage, shared: SharedNoise) -> float:
+    """Number of neighbouring points around a place (3,) that count as one by what they share."""
+    away = float(np.linalg.norm(center))
+    sine = max(float(np.hypot(center[0], center[1])) / away, 1e-3)
+    return shared.at(away).factor(image.step_h * sine, image.step_v)
 
 
 def _correlation(flat: Array, away: Array) -> float:

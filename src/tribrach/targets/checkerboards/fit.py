@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array
+from tribrach.instruments.neighbours import SharedNoise
 from tribrach.statistics import robust_sigma
 from tribrach.targets.checkerboards.pattern import GATES as PATTERN
 from tribrach.targets.checkerboards.pattern import (
@@ -457,6 +458,7 @@ def fit_checkerboard(
     footprint: float = 0.006,
     sigma_angle: float = 4e-5,
     floor: float = 3e-4,
+    shared: SharedNoise | None = None,
 ) -> CheckerboardFit | Refused:
     """Fit a checkerboard of a known side near a place, at any turn.
 
@@ -476,6 +478,9 @@ def fit_checkerboard(
         Sigma of the angles of one point, its place in the footprint included [rad].
     floor : float
         Sigma added to the covariance in each direction [m].
+    shared : SharedNoise or None
+        What neighbouring points share of their range errors; where it is not known, points in one
+        footprint count as one.
 
     Returns
     -------
@@ -498,7 +503,7 @@ def fit_checkerboard(
     # the first plane is that of what lies around the start, and some of its points tell enough;
     # the second is that of the board alone
     some = slice(None, None, max(1, len(xyz) // PATTERN.guess_points))
-    first = _round(xyz[some], light[some], use[some], start, None, scale, footprint)
+    first = _round(xyz[some], light[some], use[some], start, None, scale, footprint, shared)
     if isinstance(first, Refused):
         return first
     plane, solved = first
@@ -508,7 +513,7 @@ def fit_checkerboard(
     flat = plane.project(xyz)
     use = inside_board(flat, solved.p, side / 2) & _reach(xyz, plane, side)
     near = plane.at(solved.p[:2])
-    second = _round(xyz, light, use, near, solved.p, scale, footprint)
+    second = _round(xyz, light, use, near, solved.p, scale, footprint, shared)
     if isinstance(second, Refused):
         return second
     plane, solved = second
@@ -524,6 +529,7 @@ def _round(
     before: Array | None,
     scale: tuple[float, float, float],
     footprint: float,
+    shared: SharedNoise | None,
 ) -> tuple[BoardPlane, BoardPattern] | Refused:
     """Fit the plane of some points around a place and the pattern in it.
 
@@ -543,13 +549,15 @@ def _round(
         Half the side, blur, and error of a point's place by its angles [m].
     footprint : float
         Diameter of the beam [m].
+    shared : SharedNoise or None
+        What neighbouring points share.
 
     Returns
     -------
     tuple[BoardPlane, BoardPattern]
         Plane and pattern, or why there is none.
     """
-    plane = _plane(xyz, light, use, near, footprint)
+    plane = _plane(xyz, light, use, near, footprint, shared)
     if isinstance(plane, Refused):
         return plane
     reach = _reach(xyz, plane, 2 * scale[0])
@@ -566,7 +574,12 @@ def _round(
 
 
 def _plane(
-    xyz: Array, light: Array, use: NDArray[np.bool_], near: Array, footprint: float
+    xyz: Array,
+    light: Array,
+    use: NDArray[np.bool_],
+    near: Array,
+    footprint: float,
+    shared: SharedNoise | None,
 ) -> BoardPlane | Refused:
     """The plane of some points, if the beam meets it well enough."""
     if use.sum() < PATTERN.fewest_points // 2:
@@ -574,7 +587,7 @@ def _plane(
             f"only {int(use.sum())} points, {PATTERN.fewest_points // 2} are needed", texture=True
         )
     low, high = np.quantile(light[use], GATES.light_quantiles)
-    plane = fit_board_plane(xyz[use], light[use] > (low + high) / 2, near, footprint)
+    plane = fit_board_plane(xyz[use], light[use] > (low + high) / 2, near, footprint, shared)
     if plane is None:
         return Refused("the points around it lie in no plane", texture=True)
     incidence = _incidence(near, plane)

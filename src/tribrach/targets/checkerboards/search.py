@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from tribrach._types import Array, Single
 from tribrach.errors import InputError
 from tribrach.instruments.beam import Beam
+from tribrach.instruments.neighbours import SharedNoise
 from tribrach.scan.range_image import RangeImage
 from tribrach.targets.checkerboards.fit import CheckerboardFit, fit_checkerboard
 from tribrach.targets.detection import Detection, Rejected, lies_on
@@ -274,6 +275,7 @@ def find_checkerboards(
     sigma_angle: float = 2e-5,
     footprint: Beam = _USUAL,
     floor: float = 3e-4,
+    shared: SharedNoise | None = None,
     scan: str = "",
 ) -> tuple[list[Detection], list[Rejected]]:
     """Find checkerboards of given sides in a scan.
@@ -294,6 +296,8 @@ def find_checkerboards(
         The beam that makes footprints.
     floor : float
         Sigma added to each coordinate of a centre [m].
+    shared : SharedNoise or None
+        What neighbouring points share of their range errors, if it is known.
     scan : str
         Name of the scan.
 
@@ -322,6 +326,7 @@ def find_checkerboards(
             footprint=footprint_at(footprint, start),
             sigma_angle=sigma_angle,
             floor=floor,
+            shared=shared,
         )
 
     search = PrintSearch(

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from tribrach._types import Array, Mask
+from tribrach.instruments.neighbours import RangeCorrelation, SharedNoise
 from tribrach.statistics import robust_sigma
 from tribrach.targets.discs.edge import GATES as EDGE
 from tribrach.targets.discs.edge import DiscShape, EdgeFit, departure, light_of, posterior, solve
@@ -194,6 +195,8 @@ def distance(
     telling: Mask,
     radius: float,
     sigma: float,
+    shared: RangeCorrelation | None = None,
+    xyz: Array | None = None,
 ) -> tuple[float, float]:
     """Distance of the surface at the centre minus that of the plane.
 
@@ -211,6 +214,10 @@ def distance(
         Radius of the disc [m].
     sigma : float
         Sigma of one range, 0 if not known [m].
+    shared : RangeCorrelation or None
+        What neighbouring points share, if it is known.
+    xyz : array (n, 3)
+        The points in the scanner frame, which tell who is a neighbour of whom [m].
 
     Returns
     -------
@@ -223,7 +230,8 @@ def distance(
     -----
     Least squares with the tilt and the range offset of the other colour free. Where neighbours err
     together (filtered ranges, an uneven print), means over cells scatter more than their numbers of
-    points allow, and the sigma is raised accordingly.
+    points allow, and the sigma is raised accordingly; not below what the scanner's neighbours are
+    known to share (method section 5.7).
     """
     x = place / radius
     a = np.column_stack([np.ones(len(x)), x, ~telling]).astype(float)
@@ -240,8 +248,12 @@ def distance(
         left = residual - a @ estimate
         if turn > 1 and (before == use).all():
             break
-    excess = _excess(x[use], (left / own)[use])
-    return float(estimate[0]), float(np.sqrt(cover[0, 0] * excess))
+    variance = cover[0, 0] * _excess(x[use], (left / own)[use])
+    if shared is not None and xyz is not None:
+        unit = xyz[use] / np.linalg.norm(xyz[use], axis=1, keepdims=True)
+        pairs = shared.summed(unit, a[use] / own[use, None])
+        variance = max(variance, (cover + cover @ pairs @ cover)[0, 0])
+    return float(estimate[0]), float(np.sqrt(variance))
 
 
 def _sigmas(left: Array, bright: Mask, use: Mask, sigma: float, *, robust: bool) -> Array:
@@ -351,6 +363,7 @@ def fit_disc(
     sigma_range: float | None = None,
     sigma_angle: float | None = None,
     floor: float = 0.0,
+    shared: SharedNoise | None = None,
 ) -> DiscFit | Refused:
     """Fit a disc of known radius near a place.
 
@@ -372,6 +385,8 @@ def fit_disc(
         Sigma of the angles of one point, estimated from the points if None [rad].
     floor : float
         Sigma added to the covariance in each direction [m].
+    shared : SharedNoise or None
+        What neighbouring points share of their range errors, if it is known.
 
     Returns
     -------
@@ -384,7 +399,7 @@ def fit_disc(
         return Refused(
             f"only {int(close.sum())} points on and around it, {GATES.fewest_points} are needed"
         )
-    patch = _Patch(xyz[close], light[close], radius, footprint, sigma_range, sigma_angle)
+    patch = _Patch(xyz[close], light[close], radius, footprint, sigma_range, sigma_angle, shared)
     first = patch.placed(start)
     # the first plane is that of what lies around the start, the second that of the print alone
     solved = first if isinstance(first, Refused) else patch.placed(patch.plane.at(first.p[:2]))
@@ -409,9 +424,11 @@ class _Patch:
         footprint: float | None,
         sigma_range: float | None,
         sigma_angle: float | None,
+        shared: SharedNoise | None,
     ) -> None:
         self.xyz, self.light, self.radius = xyz, light, radius
         self.footprint, self.sigma_range, self.sigma_angle = footprint, sigma_range, sigma_angle
+        self.shared = shared
 
     def placed(self, near: Array) -> EdgeFit | Refused:
         """The edge in the plane of what lies around a place (3,), its radius free."""
@@ -427,7 +444,7 @@ class _Patch:
             )
         low, high = np.quantile(self.light[use], GATES.light_quantiles)
         self.bright = self.light > (low + high) / 2
-        plane = fit_board_plane(self.xyz[use], self.bright[use], near, 0.0)
+        plane = fit_board_plane(self.xyz[use], self.bright[use], near, 0.0, self.shared)
         if plane is None:
             return Refused("it is not flat: the points around it lie in no plane")
         self.plane = plane
@@ -629,6 +646,8 @@ class _Patch:
             telling[use],
             self.radius,
             self._range_sigma(),
+            None if self.shared is None else self.shared.at(float(np.linalg.norm(plane.origin))),
+            self.xyz[use],
         )
         place = plane.at(centre)
         beam = place / np.linalg.norm(place)

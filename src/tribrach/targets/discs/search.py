@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.instruments.beam import Beam
+from tribrach.instruments.neighbours import SharedNoise
 from tribrach.scan.range_image import RangeImage
 from tribrach.targets.detection import Detection, Rejected, lies_on
 from tribrach.targets.discs.fit import DiscFit, fit_disc
@@ -231,6 +232,7 @@ def find_discs(
     sigma_angle: float | None = None,
     footprint: Beam | None = None,
     floor: float = 0.0,
+    shared: SharedNoise | None = None,
     scan: str = "",
 ) -> tuple[list[Detection], list[Rejected]]:
     """Find printed discs of given radii in a scan.
@@ -253,6 +255,8 @@ def find_discs(
         The beam that makes footprints, estimated if None.
     floor : float
         Sigma added to each coordinate of a centre [m].
+    shared : SharedNoise or None
+        What neighbouring points share of their range errors, if it is known.
     scan : str
         Name of the scan.
 
@@ -287,6 +291,7 @@ def find_discs(
             sigma_range=sigma_range,
             sigma_angle=sigma_angle,
             floor=floor,
+            shared=shared,
         )
 
     search = PrintSearch(

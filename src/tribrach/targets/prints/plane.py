@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array
+from tribrach.instruments.neighbours import SharedNoise
 from tribrach.statistics import robust_sigma
 
 __all__ = ["BoardPlane", "fit_board_plane"]
@@ -157,7 +158,11 @@ class BoardPlane:
 
 
 def fit_board_plane(
-    xyz: Array, bright: NDArray[np.bool_], near: Array, spacing: float
+    xyz: Array,
+    bright: NDArray[np.bool_],
+    near: Array,
+    spacing: float,
+    shared: SharedNoise | None = None,
 ) -> BoardPlane | None:
     """Fit the plane of a print to points around a place.
 
@@ -170,7 +175,9 @@ def fit_board_plane(
     near : array (3,)
         The place [m].
     spacing : float
-        Distance of points that are independent of each other [m].
+        Distance of points that are independent of each other, where nothing else is known [m].
+    shared : SharedNoise or None
+        What neighbouring points share of their range errors (method section 5.7).
 
     Returns
     -------
@@ -194,11 +201,12 @@ def fit_board_plane(
         )
         if use.sum() < GATES.fewest_points:
             return None
-        flat = (xyz - origin) @ axes.T
+        # where the beams meet the plane: places of measured points would follow their noise
+        flat = (unit * (offset / slope)[:, None] - origin) @ axes.T
         step = _step(flat[use], residual[use], slope[use], bright[use], own[use])
         if step is None:
             return None
-        move, cofactor = step
+        move, cofactor, rows = step
         dark += move[3]
         normal = normal - move[1:3] @ axes
         normal = normal / np.linalg.norm(normal)
@@ -206,21 +214,26 @@ def fit_board_plane(
         if turn and (before == use).all() and abs(move[0]) < GATES.settled_m:
             break
     rms = float(np.sqrt(np.mean(residual[use] ** 2)))
-    share = min(1.0, _independent(flat[use], spacing) / use.sum())
+    if shared is None:
+        cofactor = cofactor * max(1.0, use.sum() / _independent(flat[use], spacing))
+    else:
+        pairs = shared.at(float(np.linalg.norm(near))).summed(unit[use], rows)
+        cofactor = cofactor + cofactor @ pairs @ cofactor
     origin = near * (offset / (near @ normal))
-    return BoardPlane(normal, offset, _axes(normal), origin, use, cofactor / share, rms, -dark)
+    return BoardPlane(normal, offset, _axes(normal), origin, use, cofactor[:3, :3], rms, -dark)
 
 
 def _step(
     flat: Array, residual: Array, slope: Array, bright: NDArray[np.bool_], own: Array
-) -> tuple[Array, Array] | None:
+) -> tuple[Array, Array, Array] | None:
     """Correct the plane and the range offset of dark print by residuals along the beams.
 
     Notes
     -----
     The plane is ``shift + slope_x x + slope_y y`` above the present one. Returned are shift, both
-    slopes and the offset of dark print along the beam, with the cofactor (3, 3) of the first three;
-    None if the points do not determine them.
+    slopes and the offset of dark print along the beam, the cofactors of all, or of the first three
+    if there is no dark print, and the rows (n, u) of the equations over their sigmas; None if the
+    points do not determine them.
     """
     least = GATES.colour_points
     both = least <= bright.sum() <= len(bright) - least
@@ -232,7 +245,7 @@ def _step(
         return None
     q = np.asarray(np.linalg.inv(n), dtype=float)
     move = q @ (a.T @ (residual * np.sign(slope) / own))
-    return np.append(move, np.zeros(4 - len(move))), q[:3, :3]
+    return np.append(move, np.zeros(4 - len(move))), q, a
 
 
 def _noise(residual: Array, use: NDArray[np.bool_], bright: NDArray[np.bool_]) -> Array:

@@ -15,6 +15,7 @@ from numba import njit
 
 from tribrach._types import Array, Mask
 from tribrach.errors import InputError
+from tribrach.instruments.neighbours import SharedNoise
 from tribrach.statistics import MAD_TO_SIGMA
 from tribrach.targets.spheres.forms import second_degree
 
@@ -109,6 +110,8 @@ class SphereFit:
         Its covariance without the floor [m^2].
     random : array (3, 3)
         What of it comes from the noise of points, without the tolerance of the radius [m^2].
+    alike : float
+        What is known of neighbours multiplies its variances with; 1 for independent points.
     radius : float
         Radius [m].
     sigma_radius : float
@@ -136,6 +139,7 @@ class SphereFit:
     covariance: Array
     formal: Array
     random: Array
+    alike: float
     radius: float
     sigma_radius: float
     rms: float
@@ -159,6 +163,7 @@ def fit_sphere(
     mask: float = GATES.mask_rad,
     floor: float = GATES.floor_m,
     tolerance: float = 0.0,
+    shared: SharedNoise | None = None,
 ) -> SphereFit:
     """Fit a sphere along the lines of sight (method section 6.3).
 
@@ -183,6 +188,8 @@ def fit_sphere(
         Sigma added to the covariance in each direction [m].
     tolerance : float
         Sigma of a given radius [m]; ellipsoidal departures have half of that as root mean square.
+    shared : SharedNoise or None
+        What neighbouring points share of their range errors, if it is known (method section 5.7).
 
     Returns
     -------
@@ -207,7 +214,14 @@ def fit_sphere(
         noise = _noise_of(residuals[keep], cosine[keep], stated, 4 if free_radius else 3)
         begin, known = unknowns[:3], float(unknowns[3])
     return _conclude(
-        state, floor, free_radius, noise=noise, points=points, stated=stated, tolerance=tolerance
+        state,
+        floor,
+        free_radius,
+        noise=noise,
+        points=points,
+        stated=stated,
+        tolerance=tolerance,
+        shared=shared,
     )
 
 
@@ -312,6 +326,7 @@ def _conclude(
     points: Array,
     stated: tuple[float, float] | None = None,
     tolerance: float = 0.0,
+    shared: SharedNoise | None = None,
 ) -> SphereFit:
     """Numbers of the fit from its last iteration."""
     unknowns, normal, residuals, cosine, masked, keep, settled = state
@@ -336,7 +351,14 @@ def _conclude(
             np.sqrt(np.sum(residuals[keep] ** 2 / (stated[0] ** 2 + stated[1] ** 2 * tangent2)))
             / np.sqrt(count - u)
         )
-    cofactor = np.linalg.inv(normal[:u, :u]) * enlarged
+    cofactor = np.linalg.inv(normal[:u, :u])
+    alike = 1.0
+    if shared is not None:
+        pairs = _of_pairs(points[keep], cosine[keep], unknowns, noise, shared)[:u, :u]
+        added = cofactor @ pairs @ cofactor
+        alike = 1 + float(np.trace(added[:3, :3]) / np.trace(cofactor[:3, :3]))
+        cofactor = cofactor + added
+    cofactor = cofactor * enlarged
     random = np.asarray(cofactor[:3, :3], dtype=float)
     formal = random
     if tolerance and stated is not None and not free:
@@ -351,6 +373,7 @@ def _conclude(
         covariance=formal + floor**2 * np.eye(3),
         formal=formal,
         random=random,
+        alike=alike,
         radius=float(unknowns[3]),
         sigma_radius=sigma_radius,
         rms=rms,
@@ -362,6 +385,25 @@ def _conclude(
         residuals=residuals,
         sentences=sentences,
     )
+
+
+def _of_pairs(
+    points: Array, cosine: Array, unknowns: Array, noise: tuple[float, float], shared: SharedNoise
+) -> Array:
+    """What correlated ranges of neighbours add to the normal matrix (4, 4) of centre and radius.
+
+    Notes
+    -----
+    Neighbours share a part of the noise of the range, not of the places of their echoes across it.
+    """
+    away = float(np.linalg.norm(unknowns[:3]))
+    beams = points / np.linalg.norm(points, axis=1, keepdims=True)
+    b = beams @ unknowns[:3]
+    root = cosine * unknowns[3]
+    design = beams - (b[:, None] * beams - unknowns[:3]) / root[:, None]
+    rows = np.column_stack([design, -unknowns[3] / root])
+    variance = noise[0] ** 2 + noise[1] ** 2 * (1 / cosine**2 - 1)
+    return shared.at(away).summed(beams, rows * (noise[0] / variance)[:, None])
 
 
 def _by_form(

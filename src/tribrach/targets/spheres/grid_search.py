@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from tribrach._types import Array, Index
 from tribrach.errors import InputError
 from tribrach.instruments.beam import Beam
+from tribrach.instruments.neighbours import SharedNoise
 from tribrach.scan.range_image import RangeImage
 from tribrach.targets.detection import Detection, Rejected, lies_on
 from tribrach.targets.range_noise import estimate_range_noise
@@ -379,7 +380,8 @@ class _Noise:
     """What is stated of points and spheres.
 
     range, angle : sigmas of one point [m] and [rad]; beam : None if the angle holds its footprint;
-    tolerance : sigma of radius and form as made [m]; floor : of a centre [m].
+    tolerance : sigma of radius and form as made [m]; floor : of a centre [m]; shared : what
+    neighbouring points share.
     """
 
     range: float
@@ -387,6 +389,7 @@ class _Noise:
     beam: Beam | None
     tolerance: float
     floor: float
+    shared: SharedNoise | None
 
     def spot(self, center: Array) -> float:
         """Diameter of the footprint at a place (3,) [m]."""
@@ -410,6 +413,7 @@ def find_spheres(
     footprint: Beam | None = None,
     tolerance: float = TOLERANCE_M,
     floor: float = FIT.floor_m,
+    shared: SharedNoise | None = None,
     scan: str = "",
 ) -> tuple[list[Detection], list[Rejected]]:
     """Find spheres of given radii in a scan (method section 6.4).
@@ -434,6 +438,8 @@ def find_spheres(
         Sigma of radius and form of the spheres as they were made [m].
     floor : float
         Sigma added to each coordinate of a centre [m].
+    shared : SharedNoise or None
+        What neighbouring points share of their range errors, if it is known.
     scan : str
         Name of the scan.
 
@@ -454,7 +460,7 @@ def find_spheres(
     sigma = estimate_range_noise(image) if sigma_range is None else sigma_range
     if sigma_angle is None:
         sigma_angle, footprint = USUAL_ANGLE, footprint or USUAL_BEAM
-    noise = _Noise(sigma, sigma_angle, footprint, tolerance, floor)
+    noise = _Noise(sigma, sigma_angle, footprint, tolerance, floor, shared)
     spheres: list[Detection] = []
     rejected: list[Rejected] = []
     for radius in radii:
@@ -534,6 +540,7 @@ def _fitted(points: Array, start: Array, radius: float, noise: _Noise) -> Sphere
         sigma_angle=sigma_angle,
         floor=noise.floor,
         tolerance=noise.tolerance,
+        shared=noise.shared,
     )
 
 
@@ -609,7 +616,7 @@ def _tested(
         kind="sphere",
         scan=scan,
         center=fit.center,
-        covariance=fit.covariance + (shape.like - 1) * fit.random,
+        covariance=fit.covariance + (shape.like / fit.alike - 1) * fit.random,
         radius=fit.radius,
         rms=fit.rms,
         points=len(points),

@@ -56,6 +56,9 @@ class ShapeGates:
     fewest_pairs: int = 20
     #: likeness of nearest neighbours that counts, in its standard deviations if there were none
     like_sigmas: float = 3.0
+    #: where the scanner's own neighbours are known to be alike, what the surface adds is told
+    #: beyond this multiple of that
+    surface_likeness: float = 2.0
 
 
 GATES = ShapeGates()
@@ -139,7 +142,8 @@ def shape_of(
         return Shape(fit.radius, 0.0, 0.0, 0.0, 1.0, 1.0, "its points do not tell its radius", "")
     on = free.inliers
     departure = _Departure(points[on], free)
-    like = likeness(departure.rest, pixel[0][on], pixel[1][on])
+    seen = likeness(departure.rest, pixel[0][on], pixel[1][on])
+    like = max(seen, fit.alike)
     sigma = free.sigma_radius * like**0.5
     off = free.radius - fit.radius
     form, sigma_form, probability = departure.tested(tolerance, like)
@@ -161,7 +165,9 @@ def shape_of(
             f"its surface departs from a sphere by {1e3 * form:.1f} mm where noise makes "
             f"{1e3 * sigma_form:.1f} mm"
         )
-    elif like > 1 and fit.s0 > np.exp(GATES.patchy_sigmas * noise_doubt(int(on.sum())) / 2):
+    elif seen > _surface(fit.alike) and fit.s0 > np.exp(
+        GATES.patchy_sigmas * noise_doubt(int(on.sum())) / 2
+    ):
         reason = (
             f"residuals of {1e3 * fit.rms:.1f} mm are {fit.s0:.1f} times the noise and alike among "
             "neighbours: a rough surface or leaves"
@@ -172,6 +178,11 @@ def shape_of(
             f"{1e3 * (limit + unsure):.0f} mm off could pass for it"
         )
     return Shape(free.radius, sigma, form, sigma_form, probability, like, reason, sentence)
+
+
+def _surface(known: float) -> float:
+    """Likeness beyond which neighbours are more alike than the scanner makes them."""
+    return 1.0 if known <= 1 else GATES.surface_likeness * known
 
 
 class _Departure:
