@@ -1,5 +1,6 @@
 """The pages on planning and on the field check, run as they stand."""
 
+import itertools
 import json
 import re
 import shlex
@@ -10,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.cli.test_check_cli import polar_table
-from tests.instruments.field_surveys import readings
+from tests.instruments.field_surveys import TARGETS, readings
 from tribrach.cli import app
 from tribrach.io.survey.csv.planned import PLANNED
 from tribrach.planning.prediction import CRITERIA
@@ -65,11 +66,19 @@ def test_the_checks_of_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert table.startswith(header.group(1))
     (tmp_path / "targets.csv").write_text(table)
     monkeypatch.chdir(tmp_path)
-    first, second = commands("field_check")
-    for call in (first, second):
+    lengths = ["from,to,distance_m,sigma_mm"]
+    for i, j in itertools.combinations(range(4), 2):
+        lengths.append(f"T{i},T{j},{np.linalg.norm(TARGETS[i] - TARGETS[j]):.5f},0.3")
+    (tmp_path / "lengths.csv").write_text("\n".join([*lengths, ""]))
+    outputs = []
+    for call in commands("field_check"):
         result = RUN.invoke(app, call)
         assert result.exit_code == 0, result.output
-    assert "Against targets.csv" in result.output
+        outputs.append(" ".join(result.output.split()))
+    _, again, with_lengths = outputs
+    assert "Against targets.csv" in again
+    assert "full procedure" in again
+    assert "Scale of the range beside a range zero" in with_lengths
 
 
 def words_of(name: str) -> set[str]:

@@ -1,13 +1,14 @@
 """The command check: tables of both sorts, projects, files, sentences for what is wrong."""
 
 import json
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from tests.instruments.field_surveys import readings
+from tests.instruments.field_surveys import TARGETS, readings
 from tribrach.calibration.scanner_readings import ScannerReadings
 from tribrach.cli import app
 from tribrach.geometry.polar import xyz_from_polar
@@ -94,6 +95,50 @@ def test_words_and_page_and_comparison_with_an_earlier_check(tmp_path: Path) -> 
     assert "does not pass" in text
 
 
+def test_known_lengths_show_a_scale(tmp_path: Path) -> None:
+    """The same scale from distances, from coordinates, and from control of a project."""
+    given = readings(np.random.default_rng(3), series=THREE, scale=2e-4)
+    rows = polar_table(given)
+    distances = ["from,to,distance_m,sigma_mm"]
+    for i, j in combinations(range(4), 2):
+        distances.append(f"T{i},T{j},{np.linalg.norm(TARGETS[i] - TARGETS[j]):.6f},0.3")
+    points = ["point,e_m,n_m,u_m,sigma_e_mm,sigma_n_mm,sigma_u_mm,role"]
+    for k, (e, n, u) in enumerate(TARGETS):
+        points.append(f"T{k},{e + 400_000:.6f},{n + 5_000_000:.6f},{u:.6f},0.2,0.2,0.2,control")
+    found = []
+    for name, lines in (("distances.csv", distances), ("points.csv", points)):
+        (tmp_path / name).write_text("\n".join([*lines, ""]))
+        data = checked(tmp_path, rows, *SIGMAS, "--lengths", str(tmp_path / name), "--overwrite")
+        assert "distances against known lengths" in data["failures"]
+        found.append(data["lengths"])
+    (tmp_path / "job.toml").write_text(
+        'title = "Yard"\n[instruments.scanner]\nrange_mm = 1.2\nscan_angle_arcsec = 8.25\n'
+        '[[points]]\nfile = "points.csv"\n[[observations]]\nfile = "targets.csv"\n'
+    )
+    out = tmp_path / "job.json"
+    result = RUN.invoke(app, ["check", str(tmp_path / "job.toml"), "--json", str(out)])
+    assert result.exit_code == 0, result.output
+    found.append(json.loads(out.read_text())["lengths"])
+    for one in found:
+        assert abs(one["scale"] - 2e-4) < 4 * one["sigma_scale"]
+        assert len(one["rows"]) == 12
+    assert found[2]["scale"] == pytest.approx(found[1]["scale"], rel=0.02)
+    assert "Scale of the range beside a range zero" in " ".join(result.output.split())
+
+
+def test_the_statement_says_which_part_of_the_standard_is_missing(tmp_path: Path) -> None:
+    given = readings(np.random.default_rng(3), series=("1", "2"))
+    table = tmp_path / "t.csv"
+    table.write_text(polar_table(given))
+    words = " ".join(RUN.invoke(app, ["check", str(table), *SIGMAS]).output.split())
+    assert "not its procedure (it has one series from either station or three, here are 2)" in words
+    table.write_text(polar_table(readings(np.random.default_rng(3))))
+    words = " ".join(RUN.invoke(app, ["check", str(table), *SIGMAS]).output.split())
+    assert "formulas of ISO 17123-9, simplified procedure" in words
+    assert "a scale of the range cannot be tested" in words
+    assert "u_ISO-TLS" not in words
+
+
 def test_a_project_has_its_own_instruments(tmp_path: Path) -> None:
     (tmp_path / "targets.csv").write_text(polar_table(readings(np.random.default_rng(3))))
     (tmp_path / "job.toml").write_text(
@@ -129,7 +174,10 @@ def test_wrong_calls_end_in_a_sentence(tmp_path: Path) -> None:
     rows = polar_table(readings(np.random.default_rng(3)))
     earlier = tmp_path / "e.json"
     earlier.write_text('{"series": null, "title": "x"}')
+    nowhere = tmp_path / "nowhere.csv"
+    nowhere.write_text("from,to,distance_m,sigma_mm\nA,B,3,1\n")
     for text, options, words in (
+        (rows, [*SIGMAS, "--lengths", str(nowhere)], "no length between two targets"),
         (rows, [], "there is no sigma_range"),
         (rows, ["--range-mm", "1"], "go together"),
         (rows, ["--sheet", "Nobody 5"], "there is no data sheet Nobody 5"),

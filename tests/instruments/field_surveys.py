@@ -24,8 +24,14 @@ def readings(
     series=("",),
     sigma=SIGMA,
     noise=1.0,
+    scale=0.0,
+    swept=False,
 ):
-    """What a scanner reads; every scan of a series is set up anew."""
+    """What a scanner reads; every scan of a series is set up anew.
+
+    scale : of the range; swept : as one half turn of the instrument sees the targets, those on its
+    other side in the back face.
+    """
     parameters = parameters or {}
     model = NIST.select(list(parameters)) if parameters else None
     parts = []
@@ -34,12 +40,13 @@ def readings(
             turn = exp(np.array([0.01, -0.02, rng.uniform(-3, 3)]))
             true = polar_from_xyz((targets - place) @ turn)
             for face in faces:
-                side = np.full(len(true), face)
+                side = np.where(true[:, 1] < 0, -face, face) if swept else np.full(len(true), face)
                 measured = true.copy()
                 if model is not None:
                     c = np.tile(list(parameters.values()), (len(true), 1))
                     for _ in range(4):
                         measured = true - model.delta(measured, side, c)
+                measured[:, 0] *= 1 + scale
                 measured = measured + noise * sigma * rng.normal(size=measured.shape)
                 parts.append((name, one, side, measured))
     n = len(targets)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tests.instruments.field_surveys import STATIONS, TARGETS, readings
+from tests.instruments.test_distance_statistics import known
 from tribrach.calibration.field_check import Earlier, check_readings
 from tribrach.errors import InputError
 
@@ -39,16 +40,22 @@ def test_every_misalignment_is_in_the_words_of_the_verdict():
 
 def test_a_full_check_has_all_tests():
     rng = np.random.default_rng(4)
-    earlier = Earlier(2e-4, 30, "last year")
-    found = check_readings(readings(rng, series=THREE), "check", earlier=earlier)
+    earlier = Earlier(2e-4, 30, "last year", 1e-3, 20)
+    found = check_readings(
+        readings(rng, series=THREE), "check", earlier=earlier, known=known(sigma=1e-3)
+    )
     assert found.two_face is not None
-    assert len(found.distances) == 3
+    assert len(found.distances) == 1
+    assert found.distances[0].scans == (3, 3)
+    assert found.statistics[0].procedure == "full"
+    assert found.lengths is not None
+    assert found.change_of_distances is not None
     assert found.repeated is not None
     assert found.repeated.stations is not None
     # worse than last year
     assert found.failures == ["the precision against the earlier check"]
-    # one of both faces, three of distances, two of series, one against last year
-    assert found.alpha_each == pytest.approx(1 - 0.95 ** (1 / 7))
+    # both faces, differences, u, lengths, two of series, two against last year
+    assert found.alpha_each == pytest.approx(1 - 0.95 ** (1 / 8))
     assert found.notes == ()
 
 
@@ -60,6 +67,7 @@ def test_what_cannot_be_tested_is_said():
     assert "no target was measured in both faces" in words
     assert "there is one series only" in words
     assert "compared with repeated series only" in words
+    assert "a scale of the range cannot be tested" in words
     one = {"inside": STATIONS["inside"]}
     alone = check_readings(readings(rng, stations=one), "check")
     assert alone.distances == ()

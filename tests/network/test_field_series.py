@@ -82,12 +82,12 @@ def test_what_stations_differ_by_shows_a_range_zero():
 
 def test_against_an_earlier_day():
     found = one(np.random.default_rng(1))
-    same = against_earlier(found, found.s, 30)
+    same = against_earlier(found.s, 30, found.s, 30)
     assert same.passed
     assert same.ratio == 1
     assert same.upper == pytest.approx(f.ppf(0.975, 30, 30))
-    assert not against_earlier(found, found.s / 2, 30).passed
-    assert not against_earlier(found, found.s * 2, 30).passed
+    assert not against_earlier(found.s, 30, found.s / 2, 30).passed
+    assert not against_earlier(found.s, 30, found.s * 2, 30).passed
 
 
 def test_too_little_is_refused():

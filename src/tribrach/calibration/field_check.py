@@ -1,4 +1,4 @@
-"""Checks a scanner in the field: faces, distances from two stations, series; one verdict.
+"""Checks a scanner in the field: faces, distances, series, known lengths; one verdict.
 
 The tests share the error probability (Šidák 1967), so that a scanner without errors fails the whole
 with the stated probability or less.
@@ -10,9 +10,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
+from tribrach.calibration.distance_statistics import DistanceStatistics, distance_statistics
 from tribrach.calibration.field_series import FTest, SeriesCheck, against_earlier, check_series
+from tribrach.calibration.known_lengths import KnownLengths, LengthCheck, compare_lengths
 from tribrach.calibration.scanner_readings import ScannerReadings, face_means, face_pairs
-from tribrach.calibration.target_distances import DistanceCheck, compare_distances
+from tribrach.calibration.target_distances import (
+    DistanceCheck,
+    common_targets,
+    compare_distances,
+)
 from tribrach.calibration.two_face import TwoFaceTest, two_face_test
 from tribrach.errors import InputError
 
@@ -28,14 +34,19 @@ class Earlier:
     s
         Experimental standard deviation [m].
     dof
-        Its redundancy.
+        Degrees of freedom of the chi-square that spreads as its square does.
     title
         Of that check.
+    u, dof_u
+        The uncertainty of a target that its repeated distances showed [m], and the degrees of
+        freedom of a chi-square of the same spread; None if they showed none.
     """
 
     s: float
-    dof: int
+    dof: float
     title: str
+    u: float | None = None
+    dof_u: float | None = None
 
 
 @dataclass(frozen=True)
@@ -53,13 +64,17 @@ class FieldCheck:
     two_face
         Test of both faces, None without pairs.
     distances
-        Tests of distances, one for each pair of stations and series.
+        Tests of distances, one for each pair of stations.
+    statistics
+        Distance statistics of the standard, one for each pair of stations.
+    lengths
+        Test against known lengths, None without.
     repeated
         Test of the series, None if there is only one.
     earlier
         An earlier check, None if none was given.
-    change
-        F-test against it.
+    change, change_of_distances
+        F-tests against it, of coordinates and of distances.
     alpha
         Error probability of the whole.
     alpha_each
@@ -75,9 +90,12 @@ class FieldCheck:
     series: tuple[str, ...]
     two_face: TwoFaceTest | None
     distances: tuple[DistanceCheck, ...]
+    statistics: tuple[DistanceStatistics, ...]
+    lengths: LengthCheck | None
     repeated: SeriesCheck | None
     earlier: Earlier | None
     change: FTest | None
+    change_of_distances: FTest | None
     alpha: float
     alpha_each: float
     notes: tuple[str, ...]
@@ -92,10 +110,17 @@ class FieldCheck:
                 out.append("a misalignment seen in both faces")
         out += [
             f"distances from {d.stations[0]} and {d.stations[1]}"
-            + (f" in series {d.series}" if d.series else "")
             for d in self.distances
             if not d.passed
         ]
+        out += [
+            f"repeated distances from {d.stations[0]} and {d.stations[1]} against the stated "
+            "precision"
+            for d in self.statistics
+            if d.repeated is not None and not d.repeated.passed
+        ]
+        if self.lengths is not None and not self.lengths.passed:
+            out.append("distances against known lengths")
         if self.repeated is not None and not self.repeated.passed:
             out.append("the experimental standard deviation against the stated precision")
         stations = None if self.repeated is None else self.repeated.stations
@@ -103,6 +128,8 @@ class FieldCheck:
             out.append("what the stations differ by against their own scatter")
         if self.change is not None and not self.change.passed:
             out.append("the precision against the earlier check")
+        if self.change_of_distances is not None and not self.change_of_distances.passed:
+            out.append("the precision of distances against the earlier check")
         return out
 
     @property
@@ -112,9 +139,13 @@ class FieldCheck:
 
 
 def check_readings(
-    readings: ScannerReadings, title: str, alpha: float = 0.05, earlier: Earlier | None = None
+    readings: ScannerReadings,
+    title: str,
+    alpha: float = 0.05,
+    earlier: Earlier | None = None,
+    known: KnownLengths | None = None,
 ) -> FieldCheck:
-    """Test whatever the readings allow to test (method sections 11.2 and 11.3).
+    """Test whatever the readings allow to test (method sections 11.2, 11.3 and 11.6).
 
     Parameters
     ----------
@@ -126,6 +157,8 @@ def check_readings(
         Error probability of the whole.
     earlier
         An earlier check to compare with.
+    known
+        Known lengths between targets.
 
     Returns
     -------
@@ -141,30 +174,41 @@ def check_readings(
     notes: list[str] = []
     stations = tuple(dict.fromkeys(str(s) for s in readings.station))
     series = tuple(dict.fromkeys(str(s) for s in readings.series))
-    couples = _couples(means, stations, series, notes)
+    couples = _couples(means, stations, notes)
     repeated = len(series) > 1 and (len(stations) > 1 or len(series) > 2)
-    tests = bool(len(pairs)) + len(couples) + repeated * (1 + (len(stations) > 1))
-    tests += earlier is not None and repeated
+    lengths = None if known is None else compare_lengths(means, known, alpha)
+    twice = sum(all(_scans(means, s) > 1 for s in couple) for couple in couples)
+    tests = bool(len(pairs)) + len(couples) + twice + repeated * (1 + (len(stations) > 1))
+    before = earlier if repeated else None
+    with_u = before is not None and before.u is not None and len(couples) == twice == 1
+    tests += (before is not None) + with_u + (lengths is not None)
     if not tests:
         raise InputError(
             "nothing can be tested: " + "; ".join(notes or ["there is one scan in one face"]),
             cure="measure both faces, or the same targets from two stations",
         )
     each = 1 - (1 - alpha) ** (1 / tests)
-    if not len(pairs):
+    _what_is_missing(notes, faces=bool(len(pairs)), repeated=repeated)
+    if lengths is not None and known is not None:
+        # computed once to know whether it can be, with its share now that this is known
+        lengths = compare_lengths(means, known, each)
+    elif known is not None:
+        notes.append("no station saw both ends of a known length in all of its scans")
+    else:
         notes.append(
-            "no target was measured in both faces, so that misalignments that change sign with the "
-            "face cannot be tested"
+            "no lengths are known, so that a scale of the range cannot be tested: both stations "
+            "share it"
         )
     whole = check_series(means, each) if repeated else None
-    if not repeated:
-        notes.append(
-            "there is one series only: the experimental standard deviation takes three series of "
-            "four targets from two stations"
-        )
-    change = None
-    if earlier is not None and whole is not None:
-        change = against_earlier(whole, earlier.s, earlier.dof)
+    statistics = tuple(distance_statistics(means, a, b, each, alpha) for a, b in couples)
+    change = change_of_distances = None
+    if before is not None and whole is not None:
+        change = against_earlier(whole.s, whole.dof_equivalent, before.s, before.dof, each)
+        now = statistics[0].repeated if with_u else None
+        if now is not None and before.u is not None and before.dof_u is not None:
+            change_of_distances = against_earlier(
+                now.u, now.dof_equivalent, before.u, before.dof_u, each
+            )
     elif earlier is not None:
         notes.append("an earlier check is compared with repeated series only")
     return FieldCheck(
@@ -174,32 +218,50 @@ def check_readings(
         targets=tuple(dict.fromkeys(str(t) for t in readings.target)),
         series=series,
         two_face=two_face_test(pairs, each) if len(pairs) else None,
-        distances=tuple(compare_distances(means, a, b, one, each) for a, b, one in couples),
+        distances=tuple(compare_distances(means, a, b, each) for a, b in couples),
+        statistics=statistics,
+        lengths=lengths,
         repeated=whole,
         earlier=earlier,
         change=change,
+        change_of_distances=change_of_distances,
         alpha=alpha,
         alpha_each=each,
         notes=tuple(notes),
     )
 
 
+def _what_is_missing(notes: list[str], *, faces: bool, repeated: bool) -> None:
+    """Say what was not measured and cannot be tested."""
+    if not faces:
+        notes.append(
+            "no target was measured in both faces, so that misalignments that change sign with the "
+            "face cannot be tested"
+        )
+    if not repeated:
+        notes.append(
+            "there is one series only: the experimental standard deviation takes three series of "
+            "four targets from two stations"
+        )
+
+
+def _scans(readings: ScannerReadings, station: str) -> int:
+    """Number of scans of a station."""
+    return len(set(readings.series[readings.station == station]))
+
+
 def _couples(
-    means: ScannerReadings, stations: Sequence[str], series: Sequence[str], notes: list[str]
-) -> list[tuple[str, str, str]]:
-    """Stations and series with at least three targets in common."""
+    means: ScannerReadings, stations: Sequence[str], notes: list[str]
+) -> list[tuple[str, str]]:
+    """Stations with at least three targets in common in all of their scans."""
     if len(stations) < 2:
         notes.append("there is one station only, so that no distances can be compared")
     out = []
     for a, b in combinations(stations, 2):
-        for one in series:
-            seen = [set(means.target[(means.station == s) & (means.series == one)]) for s in (a, b)]
-            common = len(seen[0] & seen[1])
-            if common >= 3:
-                out.append((a, b, one))
-            elif seen[0] and seen[1]:
-                where = f" in series {one}" if one else ""
-                notes.append(
-                    f"{a} and {b} have {common} targets in common{where}, three are needed"
-                )
+        common = len(common_targets(means, a, b))
+        if common >= 3:
+            out.append((a, b))
+        else:
+            of_all = " in all of their scans" if _scans(means, a) + _scans(means, b) > 2 else ""
+            notes.append(f"{a} and {b} have {common} targets in common{of_all}, three are needed")
     return out

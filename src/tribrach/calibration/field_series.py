@@ -19,9 +19,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.calibration.quadratic_forms import equivalent_dof
 from tribrach.calibration.scanner_readings import ScannerReadings
 from tribrach.errors import InputError
 from tribrach.geometry.polar import xyz_by_polar, xyz_from_polar
+from tribrach.geometry.rotation import skew
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.network import Datum
 from tribrach.network.survey import Survey
@@ -46,7 +48,7 @@ class FTest:
     """
 
     ratio: float
-    dof: tuple[int, int]
+    dof: tuple[float, float]
     lower: float
     upper: float
 
@@ -69,6 +71,9 @@ class SeriesCheck:
         weighted equally.
     dof
         Its redundancy.
+    dof_equivalent
+        Degrees of freedom of the chi-square that spreads as s^2 does with the stated precision,
+        since coordinates are neither independent nor equally precise.
     s_station
         Experimental standard deviation within each station's own series [m], by name.
     sigma
@@ -92,6 +97,7 @@ class SeriesCheck:
     series: int
     s: float
     dof: int
+    dof_equivalent: float
     s_station: dict[str, float]
     sigma: float
     statistic: float
@@ -136,6 +142,7 @@ def check_series(readings: ScannerReadings, alpha: float = 0.05) -> SeriesCheck:
     plain = _adjusted(readings, weighted=False)
     dof = plain.dof
     s2 = plain.vtpv / dof
+    spread = _equivalent_dof(readings, plain)
     own = {
         str(name): _adjusted(readings.take(readings.station == name), weighted=False)
         for name in dict.fromkeys(readings.station)
@@ -150,12 +157,13 @@ def check_series(readings: ScannerReadings, alpha: float = 0.05) -> SeriesCheck:
         series=len(set(readings.series)),
         s=float(np.sqrt(s2)),
         dof=dof,
+        dof_equivalent=spread,
         s_station={name: float(np.sqrt(a.vtpv / a.dof)) for name, a in own.items()},
         sigma=_coordinate_sigma(readings),
         statistic=stated.vtpv,
         critical=float(chi2.ppf(1 - alpha, dof)),
         p=float(chi2.sf(stated.vtpv, dof)),
-        s_bound=float(np.sqrt(plain.vtpv / chi2.ppf(alpha, dof))),
+        s_bound=float(np.sqrt(s2 * spread / chi2.ppf(alpha, spread))),
         stations=_between(readings, alpha),
         largest=float(plain.residuals[worst]),
         largest_at=f"{start} -> {end}",
@@ -163,25 +171,27 @@ def check_series(readings: ScannerReadings, alpha: float = 0.05) -> SeriesCheck:
     )
 
 
-def against_earlier(now: SeriesCheck, s: float, dof: int) -> FTest:
-    """Compare the experimental standard deviation with an earlier one, two-sided.
+def against_earlier(
+    now: float, dof_now: float, before: float, dof_before: float, alpha: float = 0.05
+) -> FTest:
+    """Compare an experimental standard deviation with an earlier one, two-sided (section 11.2).
 
     Parameters
     ----------
-    now
-        The series of today.
-    s
-        Experimental standard deviation of another day or instrument [m].
-    dof
-        Its redundancy.
+    now, before
+        Of today, and of another day or instrument, of one unit.
+    dof_now, dof_before
+        Their degrees of freedom.
+    alpha
+        Error probability.
 
     Returns
     -------
     FTest
         Ratio of the variances and its limits.
     """
-    lower, upper = (float(f.ppf(q, now.dof, dof)) for q in (now.alpha / 2, 1 - now.alpha / 2))
-    return FTest((now.s / s) ** 2, (now.dof, dof), lower, upper)
+    lower, upper = (float(f.ppf(q, dof_now, dof_before)) for q in (alpha / 2, 1 - alpha / 2))
+    return FTest((now / before) ** 2, (dof_now, dof_before), lower, upper)
 
 
 def _complete(readings: ScannerReadings) -> tuple[list[str], list[tuple[str, str]]]:
@@ -214,6 +224,35 @@ def _centres(readings: ScannerReadings) -> tuple[Array, Array]:
     turn = xyz_by_polar(readings.polar)
     covariance = turn @ readings.covariance @ turn.transpose(0, 2, 1)
     return xyz_from_polar(readings.polar), (covariance + covariance.transpose(0, 2, 1)) / 2
+
+
+def _equivalent_dof(readings: ScannerReadings, adjusted: Adjustment) -> float:
+    """Degrees of freedom of the chi-square that spreads as the plain sum of squares does.
+
+    A centre in a scanner's frame moves with its point, turned into that frame, and with the
+    translation and the turn of the scanner; what is at right angles to all of these is left as
+    residuals, and the eigenvalues of the covariance in there are the weights of their squares.
+    """
+    centres, covariance = _centres(readings)
+    layout = adjusted.layout
+    names = [_name(s, k) for s, k in zip(readings.station, readings.series, strict=True)]
+    pose = {name: k for k, name in enumerate(dict.fromkeys(names))}
+    point = {str(name): k for k, name in enumerate(dict.fromkeys(readings.target))}
+    design = np.zeros((len(centres), 3, 3 * len(point) + 6 * len(pose)))
+    for row, (name, target) in enumerate(zip(names, readings.target, strict=True)):
+        turn = adjusted.state.pose_r[layout.index("pose", name)]
+        at = 3 * point[str(target)]
+        design[row, :, at : at + 3] = turn.T
+        at = 3 * len(point) + 6 * pose[name]
+        design[row, :, at : at + 3] = np.eye(3)
+        design[row, :, at + 3 : at + 6] = skew(centres[row])
+    size = 3 * len(centres)
+    vectors, values, _ = np.linalg.svd(design.reshape(size, -1), full_matrices=True)
+    rank = int((values > 1e-9 * values[0]).sum())
+    left = vectors[:, rank:].reshape(len(centres), 3, -1)
+    return equivalent_dof(
+        np.linalg.eigvalsh(np.einsum("nia,nij,njb->ab", left, covariance, left, optimize=True))
+    )
 
 
 def _coordinate_sigma(readings: ScannerReadings) -> float:

@@ -4,8 +4,9 @@ The distance between two targets does not depend on where it is measured from, b
 instrument: a range zero ``x10`` shortens it by up to ``2 x10`` where the station stands between the
 targets and cancels where it stands on their line outside (method sections 4.2 and 11.3; the field
 check of four targets and two stations follows what is published about DVW-Merkblatt 7, whose text
-was not at hand). Differences of one station less the other are zero but for noise; their weighted
-sum of squares is a chi-square with as many degrees of freedom as their covariance has directions.
+was not at hand). Means over the series of one station less those of the other are zero but for
+noise; their weighted sum of squares is a chi-square with as many degrees of freedom as their
+covariance has directions.
 """
 
 from __future__ import annotations
@@ -24,7 +25,14 @@ from tribrach.geometry.polar import xyz_by_polar, xyz_from_polar
 from tribrach.instruments.calibration import NIST
 from tribrach.statistics import chi2, norm
 
-__all__ = ["DISTANCE_PARAMETERS", "DistanceCheck", "compare_distances"]
+__all__ = [
+    "DISTANCE_PARAMETERS",
+    "DistanceCheck",
+    "MeasuredDistances",
+    "common_targets",
+    "compare_distances",
+    "measured_distances",
+]
 
 #: targets whose distances are compared, evenly chosen from more
 MOST = 40
@@ -35,6 +43,65 @@ _ONE_FACE = ("x2", "x4", "x6", "x3", "x7", "x9n")
 
 
 @dataclass(frozen=True)
+class MeasuredDistances:
+    """Distances between targets in each of m scans.
+
+    Attributes
+    ----------
+    station : tuple of m str
+        Of each scan.
+    targets : tuple of t str
+        That every scan has, MOST of them at most.
+    index : array of int (p, 2)
+        Targets of each distance.
+    lengths : array (m, p)
+        Distances [m].
+    roots : array (m, p, 3 t)
+        ``F`` with the covariance ``F F^T`` of the distances of a scan [m].
+    columns : array (m, p, k)
+        What parameters of one make of them.
+    parameters : tuple of k str
+        Their names.
+    faces
+        True if every reading is a mean of both faces.
+    in_common
+        Number of targets that all scans have.
+    """
+
+    station: tuple[str, ...]
+    targets: tuple[str, ...]
+    index: NDArray[np.int64]
+    lengths: Array
+    roots: Array
+    columns: Array
+    parameters: tuple[str, ...]
+    faces: bool
+    in_common: int
+
+    @property
+    def pairs(self) -> tuple[tuple[str, str], ...]:
+        """Names of the targets of each distance."""
+        return tuple((self.targets[i], self.targets[j]) for i, j in self.index)
+
+    @property
+    def variances(self) -> Array:
+        """Variances (m, p) of the distances [m^2]."""
+        out: Array = np.einsum("mpt,mpt->mp", self.roots, self.roots)
+        return out
+
+    @property
+    def rank(self) -> int:
+        """Numbers behind the distances: t targets have 3 t - 6."""
+        return min(len(self.index), 3 * len(self.targets) - 6)
+
+    def mean(self, station: str) -> tuple[Array, Array, Array]:
+        """Mean distances (p,) of a station, their covariance (p, p) and columns (p, k)."""
+        scans = [k for k, name in enumerate(self.station) if name == station]
+        covariance = sum(self.roots[k] @ self.roots[k].T for k in scans) / len(scans) ** 2
+        return self.lengths[scans].mean(axis=0), covariance, self.columns[scans].mean(axis=0)
+
+
+@dataclass(frozen=True)
 class DistanceCheck:
     """Differences of distances between targets, first station less second.
 
@@ -42,12 +109,12 @@ class DistanceCheck:
     ----------
     stations
         The two stations.
-    series
-        Its name, empty if there is only one.
+    scans
+        Number of series of either, over which means are taken.
     pairs
         Names of the targets of each of the p distances.
     lengths : array (p, 2)
-        Distance from either station [m].
+        Mean distance from either station [m].
     difference, sigma : array (p,)
         Difference and its standard deviation [m].
     limit : array (p,)
@@ -65,11 +132,11 @@ class DistanceCheck:
     faces
         True if every reading is a mean of both faces.
     in_common
-        Number of targets that both stations saw, of which MOST are compared at most.
+        Number of targets that all scans have, of which MOST are compared at most.
     """
 
     stations: tuple[str, str]
-    series: str
+    scans: tuple[int, int]
     pairs: tuple[tuple[str, str], ...]
     lengths: Array
     difference: Array
@@ -92,19 +159,71 @@ class DistanceCheck:
         return self.statistic <= self.critical
 
 
-def compare_distances(
-    readings: ScannerReadings, first: str, second: str, series: str = "", alpha: float = 0.05
-) -> DistanceCheck:
-    """Compare distances between the targets that two stations have in common, in one series.
+def measured_distances(
+    readings: ScannerReadings, *stations: str, least: int = 3, most: int = MOST
+) -> MeasuredDistances:
+    """Measure the distances between the targets that all scans of some stations have in common.
 
     Parameters
     ----------
     readings
-        Means of faces.
+        Means of faces; every station and series is a scan.
+    stations
+        The stations.
+    least, most
+        Number of common targets that it takes, and of those that are measured.
+
+    Returns
+    -------
+    MeasuredDistances
+        Of every scan.
+
+    Raises
+    ------
+    InputError
+        Fewer common targets than it takes.
+    """
+    scans = _scans(readings, stations)
+    rows = [_of(readings, name, one) for name, one in scans]
+    common = common_targets(readings, *stations)
+    in_common = len(common)
+    if in_common < least:
+        raise InputError(
+            f"stations {' and '.join(stations)} have {in_common} targets in common",
+            cure="a field check takes four, and three at least",
+        )
+    if in_common > most:
+        common = [common[int(k)] for k in np.linspace(0, in_common - 1, most)]
+    parts = [readings.take(np.array([scan[t] for t in common])) for scan in rows]
+    index = np.array(list(combinations(range(len(common)), 2)))
+    faces = bool(all((part.face == 0).all() for part in parts))
+    names = DISTANCE_PARAMETERS if faces else (*DISTANCE_PARAMETERS, *_ONE_FACE)
+    computed = [_distances(part, index, names) for part in parts]
+    lengths, roots, columns = (np.stack([one[k] for one in computed]) for k in range(3))
+    return MeasuredDistances(
+        tuple(name for name, _ in scans),
+        tuple(common),
+        index,
+        lengths,
+        roots,
+        columns,
+        names,
+        faces,
+        in_common,
+    )
+
+
+def compare_distances(
+    readings: ScannerReadings, first: str, second: str, alpha: float = 0.05
+) -> DistanceCheck:
+    """Compare distances between targets, means over the series of two stations (section 11.3).
+
+    Parameters
+    ----------
+    readings
+        Means of faces; every station and series is a scan.
     first, second
         The stations.
-    series
-        Name of the series.
     alpha
         Error probability of the check.
 
@@ -116,39 +235,24 @@ def compare_distances(
     Raises
     ------
     InputError
-        Fewer than three common targets.
+        Fewer than three targets that all scans have.
     """
-    rows_by_target = [_of(readings, station, series) for station in (first, second)]
-    common = [t for t in rows_by_target[0] if t in rows_by_target[1]]
-    in_common = len(common)
-    if len(common) < 3:
-        raise InputError(
-            f"stations {first} and {second} have {len(common)} targets in common",
-            cure="a field check takes four, and three at least",
-        )
-    if in_common > MOST:
-        common = [common[int(k)] for k in np.linspace(0, in_common - 1, MOST)]
-    parts = [readings.take(np.array([rows[t] for t in common])) for rows in rows_by_target]
-    index = np.array(list(combinations(range(len(common)), 2)))
-    faces = bool(all((part.face == 0).all() for part in parts))
-    names = DISTANCE_PARAMETERS if faces else (*DISTANCE_PARAMETERS, *_ONE_FACE)
-    computed = [_distances(part, index, names) for part in parts]
-    lengths = np.stack([m[0] for m in computed], axis=1)
+    measured = measured_distances(readings, first, second)
+    sides = [measured.mean(name) for name in (first, second)]
+    lengths = np.stack([side[0] for side in sides], axis=1)
     difference = lengths[:, 0] - lengths[:, 1]
-    covariance = computed[0][1] + computed[1][1]
-    columns = computed[0][2] - computed[1][2]
-    # distances between t targets are functions of 3 t - 6 numbers
-    rank = min(len(index), 3 * len(common) - 6)
-    white, design = whitened(covariance, rank, difference, columns)
+    covariance = sides[0][1] + sides[1][1]
+    columns = sides[0][2] - sides[1][2]
+    white, design = whitened(covariance, measured.rank, difference, columns)
     dof = len(white)
     statistic, critical = float(white @ white), float(chi2.ppf(1 - alpha, dof))
-    each = 1 - (1 - alpha) ** (1 / len(index))
+    each = 1 - (1 - alpha) ** (1 / len(measured.index))
     sigma = np.sqrt(np.diag(covariance))
     weight = float(design[:, 0] @ design[:, 0])
     return DistanceCheck(
         stations=(first, second),
-        series=series,
-        pairs=tuple((common[i], common[j]) for i, j in index),
+        scans=(measured.station.count(first), measured.station.count(second)),
+        pairs=measured.pairs,
         lengths=lengths,
         difference=difference,
         sigma=sigma,
@@ -159,11 +263,39 @@ def compare_distances(
         p=float(chi2.sf(statistic, dof)),
         zero=float(design[:, 0] @ white) / weight if weight > 0 else float("nan"),
         sigma_zero=1 / np.sqrt(weight) if weight > 0 else float("inf"),
-        explanation=explain(names, design, white),
+        explanation=explain(measured.parameters, design, white),
         alpha=alpha,
-        faces=faces,
-        in_common=in_common,
+        faces=measured.faces,
+        in_common=measured.in_common,
     )
+
+
+def common_targets(readings: ScannerReadings, *stations: str) -> list[str]:
+    """Targets that every scan of some stations has.
+
+    Parameters
+    ----------
+    readings
+        Means of faces; every station and series is a scan.
+    stations
+        The stations.
+
+    Returns
+    -------
+    list of str
+        In the order of the first scan.
+    """
+    rows = [_of(readings, name, one) for name, one in _scans(readings, stations)]
+    return [t for t in rows[0] if all(t in other for other in rows[1:])] if rows else []
+
+
+def _scans(readings: ScannerReadings, stations: tuple[str, ...]) -> list[tuple[str, str]]:
+    """Station and series of the scans of some stations."""
+    return [
+        (name, str(one))
+        for name in stations
+        for one in dict.fromkeys(readings.series[readings.station == name])
+    ]
 
 
 def _of(readings: ScannerReadings, station: str, series: str) -> dict[str, int]:
@@ -175,7 +307,7 @@ def _of(readings: ScannerReadings, station: str, series: str) -> dict[str, int]:
 def _distances(
     part: ScannerReadings, index: NDArray[np.int64], names: tuple[str, ...]
 ) -> tuple[Array, Array, Array]:
-    """Distances (p,), their covariance (p, p), and what parameters of one make of them (p, k)."""
+    """Distances (p,), the root of their covariance (p, 3 t), what parameters of one make (p, k)."""
     xyz = xyz_from_polar(part.polar)
     i, j = index.T
     chord = xyz[j] - xyz[i]
@@ -186,7 +318,7 @@ def _distances(
     rows = np.arange(len(index))
     by_polar[rows, j] = np.einsum("pi,pij->pj", unit, turn[j])
     by_polar[rows, i] = -np.einsum("pi,pij->pj", unit, turn[i])
-    covariance = np.einsum("pti,tij,qtj->pq", by_polar, part.covariance, by_polar, optimize=True)
+    root = np.einsum("pti,tij->ptj", by_polar, np.linalg.cholesky(part.covariance))
     model = NIST.select(names)
     r, h, v = part.polar.T
     # measured = true - Delta; a mean of faces keeps the part that does not change its sign
@@ -194,4 +326,4 @@ def _distances(
     mean = (sides[0] + sides[1]) / 2
     own = np.where((part.face < 0)[:, None, None], sides[1], sides[0])
     b = np.where((part.face == 0)[:, None, None], mean, own)
-    return length, covariance, -np.einsum("pti,tik->pk", by_polar, b)
+    return length, root.reshape(len(index), -1), -np.einsum("pti,tik->pk", by_polar, b)

@@ -1,4 +1,4 @@
-"""The command check: tests a scanner in the field by faces, distances and series."""
+"""The command check: tests a scanner in the field by faces, distances, series and lengths."""
 
 from __future__ import annotations
 
@@ -11,7 +11,13 @@ from tribrach.calibration.field_check import check_readings
 from tribrach.cli.shell import Overwrite, claim, guarded, say, shown
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
-from tribrach.job.check import read_earlier, readings_of, survey_to_check
+from tribrach.job.check import (
+    known_lengths,
+    read_earlier,
+    read_lengths,
+    readings_of,
+    survey_to_check,
+)
 from tribrach.project.instrument import Instrument
 from tribrach.report.field_check import check_document, check_page, check_text
 from tribrach.report.schema.base import document_text
@@ -39,6 +45,10 @@ def check(
     earlier: Annotated[
         Path | None, typer.Option(help="JSON of an earlier check to compare with.")
     ] = None,
+    lengths: Annotated[
+        Path | None,
+        typer.Option(help="Known distances between targets, or their coordinates, with sigmas."),
+    ] = None,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write it as JSON.")] = None,
     html_file: Annotated[
         Path | None, typer.Option("--html", help="Write a page with charts.")
@@ -50,7 +60,7 @@ def check(
 
     def work() -> None:
         claim(
-            [path for path in (source, earlier) if path],
+            [path for path in (source, earlier, lengths) if path],
             (json_file, html_file),
             overwrite=overwrite,
         )
@@ -66,7 +76,12 @@ def check(
         before = None if earlier is None else read_earlier(earlier)
         with shown(quiet) as progress:
             survey, title = survey_to_check(source, instrument.precision(), progress)
-        result = check_readings(readings_of(survey), title, alpha, before)
+        readings = readings_of(survey)
+        targets = [str(name) for name in dict.fromkeys(readings.target)]
+        known = (
+            known_lengths(survey, targets) if lengths is None else read_lengths(lengths, targets)
+        )
+        result = check_readings(readings, title, alpha, before, known)
         texts = {}
         if json_file is not None:
             texts[json_file] = document_text(check_document(result))

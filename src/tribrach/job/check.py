@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +12,7 @@ import numpy as np
 from tribrach._types import Progress
 from tribrach.calibration.calibrated import polar_of_centres
 from tribrach.calibration.field_check import Earlier
+from tribrach.calibration.known_lengths import KnownLengths
 from tribrach.calibration.scanner_readings import ScannerReadings, folded
 from tribrach.errors import InputError
 from tribrach.instruments.precision import Precision
@@ -23,8 +26,14 @@ from tribrach.job.steps import find_and_name
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Use
 from tribrach.observations.scanner import ScannerPolar, TargetCentres
+from tribrach.observations.sights import Distances
 
-__all__ = ["read_earlier", "readings_of", "survey_to_check"]
+__all__ = ["known_lengths", "read_earlier", "read_lengths", "readings_of", "survey_to_check"]
+
+#: roles of points whose coordinates are known
+_KNOWN = frozenset({"control", "fixed", "check"})
+#: points whose distances are known lengths, evenly chosen from more
+_MOST = 40
 
 
 def survey_to_check(path: Path, precision: Precision, progress: Progress) -> tuple[Survey, str]:
@@ -102,6 +111,87 @@ def readings_of(survey: Survey) -> ScannerReadings:
     return ScannerReadings(*(np.concatenate([getattr(p, name) for p in parts]) for name in names))
 
 
+def known_lengths(survey: Survey, targets: Sequence[str]) -> KnownLengths | None:
+    """Lengths between targets that a survey knows: measured distances, and points with coordinates.
+
+    Parameters
+    ----------
+    survey
+        Of a project, or of a table of lengths.
+    targets
+        Names of the targets that a scanner saw.
+
+    Returns
+    -------
+    KnownLengths or None
+        None if it knows none.
+    """
+    wanted = set(targets)
+    pairs, lengths, variances = list[tuple[str, str]](), list[float](), list[float]()
+    if survey.tables():
+        network = survey.network()
+        for o in network.observations:
+            if isinstance(o, Distances):
+                for k, (a, b) in enumerate(o.ends(network.start.layout)):
+                    if o.use[k] == Use.ACTIVE and {a, b} <= wanted:
+                        pairs.append((a, b))
+                        lengths.append(float(o.values[k, 0]))
+                        variances.append(float(o.covariance[k, 0, 0]))
+    given = [
+        name
+        for name in dict.fromkeys(targets)
+        if (point := survey.points.get(name)) is not None
+        and point.role in _KNOWN
+        and np.isfinite(point.xyz).all()
+    ]
+    if len(given) > _MOST:
+        given = [given[int(k)] for k in np.linspace(0, len(given) - 1, _MOST)]
+    index = np.array(list(combinations(range(len(given)), 2)), dtype=np.int64).reshape(-1, 2)
+    count = len(pairs)
+    covariance = np.zeros((count + len(index), count + len(index)))
+    covariance[:count, :count] = np.diag(variances)
+    if len(index):
+        xyz = np.array([survey.points[name].xyz for name in given])
+        own = [survey.points[name].covariance for name in given]
+        chord = xyz[index[:, 1]] - xyz[index[:, 0]]
+        long = np.linalg.norm(chord, axis=1)
+        by = np.zeros((len(index), len(given), 3))
+        rows = np.arange(len(index))
+        by[rows, index[:, 1]] = chord / long[:, None]
+        by[rows, index[:, 0]] = -chord / long[:, None]
+        blocks = np.array([np.zeros((3, 3)) if c is None else c for c in own])
+        covariance[count:, count:] = np.einsum("pti,tij,qtj->pq", by, blocks, by, optimize=True)
+        pairs += [(given[i], given[j]) for i, j in index]
+        lengths += long.tolist()
+    return KnownLengths(tuple(pairs), np.array(lengths), covariance) if pairs else None
+
+
+def read_lengths(path: Path, targets: Sequence[str]) -> KnownLengths:
+    """Known lengths between targets from a table of distances or of coordinates.
+
+    Parameters
+    ----------
+    path
+        Columns ``from,to,distance_m,sigma_mm``, or ``point,e_m,n_m,u_m`` with their sigmas.
+    targets
+        Names of the targets that a scanner saw.
+
+    Raises
+    ------
+    InputError
+        What is wrong in the file, or no length between targets.
+    """
+    found = known_lengths(csv_tables.read(path, Context(role="control")), targets)
+    if found is None:
+        raise InputError(
+            "there is no length between two targets of the check",
+            file=path,
+            cure="give a table from,to,distance_m,sigma_mm, or coordinates of the targets with "
+            "their sigmas",
+        )
+    return found
+
+
 def read_earlier(path: Path) -> Earlier:
     """The series of an earlier check, from the JSON that it wrote.
 
@@ -117,9 +207,11 @@ def read_earlier(path: Path) -> Earlier:
             raise InputError(
                 "the earlier check has no repeated series", file=path, cure="compare full checks"
             )
-        s, dof, title = float(part["s"]), int(part["dof"]), str(data["title"])
+        s, dof, title = float(part["s"]), float(part["dof_equivalent"]), str(data["title"])
+        shown = [one["repeated"] for one in data["statistics"] if one["repeated"] is not None]
+        u = [(float(one["u"]), float(one["dof_equivalent"])) for one in shown]
     except (ValueError, KeyError, TypeError) as error:
         raise InputError("this is no JSON of a check", file=path, cure=cure) from error
-    if not (math.isfinite(s) and s > 0 and 0 < dof < 1_000_000):
+    if not all(math.isfinite(a) and a > 0 and 0 < b < 1_000_000 for a, b in [(s, dof), *u]):
         raise InputError("this is no JSON of a check", file=path, cure=cure)
-    return Earlier(s, dof, title)
+    return Earlier(s, dof, title, *u[0]) if len(u) == 1 else Earlier(s, dof, title)

@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from tribrach.calibration.distance_statistics import DistanceStatistics, DistanceUncertainty
 from tribrach.calibration.field_check import FieldCheck
 from tribrach.calibration.field_series import FTest, SeriesCheck
+from tribrach.calibration.known_lengths import LengthCheck
 from tribrach.calibration.misalignment_search import Cause, Explanation
 from tribrach.calibration.target_distances import DistanceCheck
 from tribrach.calibration.two_face import SIGNATURES, ComponentTest, TwoFaceTest
@@ -28,6 +30,8 @@ __all__ = ["check_document", "check_page", "check_sentences", "check_text"]
 _METRES = ("x1n", "x1z", "x2", "x3", "x10")
 #: shift of a test value that is found with 80 % at 0.1 %
 _FOUND = 4.132
+#: shift beyond its limit with which a test value is found with 80 %
+_SHARE_FOUND = 0.842
 
 
 def check_sentences(check: FieldCheck) -> list[str]:
@@ -47,12 +51,13 @@ def check_sentences(check: FieldCheck) -> list[str]:
         out += _two_face_words(check.two_face)
     for one in check.distances:
         out += _distance_words(one)
+    for of_standard in check.statistics:
+        out += _statistics_words(of_standard)
+    if check.lengths is not None:
+        out += _length_words(check.lengths)
     if check.repeated is not None:
         out += _series_words(check.repeated)
-    if check.change is not None and check.earlier is not None and check.repeated is not None:
-        out.append(
-            _change_words(check.change, check.repeated, check.earlier.s, check.earlier.title)
-        )
+    out += _changes(check)
     return [*out, *(f"{note[:1].upper()}{note[1:]}." for note in check.notes)]
 
 
@@ -67,9 +72,9 @@ def _component_words(test: ComponentTest) -> str:
         size = f"{test.rms / SEC:.1f}″ ({size})"
     verdict = "within" if test.passed else "beyond"
     return (
-        f"Both faces, {test.name}: rms of the half differences {size}; {test.statistic:.1f} is "
-        f"{verdict} the limit {test.limit:.1f} (chi-square, {test.dof} pairs), largest at "
-        f"{test.at}."
+        f"Both faces, {test.name}: root mean square of the half differences {size}; their weighted "
+        f"sum of squares, {test.statistic:.1f}, is {verdict} the limit {test.limit:.1f} "
+        f"(chi-square, {test.dof} pairs), largest at {test.at}."
     )
 
 
@@ -105,14 +110,14 @@ def _cause_words(cause: Cause, what: str) -> str:
 
 def _distance_words(test: DistanceCheck) -> list[str]:
     a, b = test.stations
-    where = f" in series {test.series}" if test.series else ""
     worst = int(np.argmax(np.abs(test.difference) / test.limit))
     verdict = "within" if test.passed else "beyond"
     out = [
-        f"Distances from {a} and {b}{where}: {test.statistic:.1f} is {verdict} the limit "
-        f"{test.critical:.1f} (chi-square, {test.dof} degrees of freedom); the worst is "
-        f"{test.pairs[worst][0]} to {test.pairs[worst][1]}, {test.difference[worst] * 1e3:.2f} mm "
-        f"against ± {test.limit[worst] * 1e3:.2f} mm."
+        f"Distances from {a} and {b}{_of_series(test.scans)}: the weighted sum of squares of the "
+        f"{len(test.pairs)} differences, {test.statistic:.1f}, is {verdict} the limit "
+        f"{test.critical:.1f} (chi-square, {test.dof} degrees of freedom); the largest beside its "
+        f"limit is {test.pairs[worst][0]} to {test.pairs[worst][1]}, "
+        f"{test.difference[worst] * 1e3:.2f} mm against ± {test.limit[worst] * 1e3:.2f} mm."
     ]
     least = _FOUND * test.sigma_zero
     out.append(
@@ -130,20 +135,91 @@ def _distance_words(test: DistanceCheck) -> list[str]:
     return out
 
 
+def _of_series(scans: tuple[int, int]) -> str:
+    """What distances are means of, in words."""
+    if scans == (1, 1):
+        return ""
+    count = f"{scans[0]}" if scans[0] == scans[1] else f"{scans[0]} and {scans[1]}"
+    return f" (means of {count} series)"
+
+
+def _statistics_words(test: DistanceStatistics) -> list[str]:
+    a, b = test.stations
+    formulas = "Distance statistics with the formulas of ISO 17123-9"
+    name = (
+        f"{formulas}, {test.procedure} procedure"
+        if test.procedure
+        else f"{formulas}, not its procedure ({'; '.join(test.departures)})"
+    )
+    largest = int(np.argmax(np.abs(test.difference)))
+    out = [
+        f"{name}: {test.beyond} of {len(test.difference)} differences Δ of {a} less {b} are beyond "
+        f"± {test.difference_limit * 1e3:.2f} mm, the limit of {1 - test.alpha_standard:.0%} for "
+        f"each by itself with u_T = {test.u_stated * 1e3:.2f} mm (root mean square of the stated "
+        f"precision); of a scanner as precise as stated {test.expected_beyond:.2f} are on average. "
+        f"The largest is {test.pairs[largest][0]} to {test.pairs[largest][1]}, "
+        f"{test.difference[largest] * 1e3:.2f} mm."
+    ]
+    if test.repeated is not None:
+        out += _uncertainty_words(test.repeated, test)
+    return out
+
+
+def _uncertainty_words(shown: DistanceUncertainty, test: DistanceStatistics) -> list[str]:
+    a, b = test.stations
+    verdict = "within" if shown.passed else "beyond"
+    agree = "agree" if shown.ratio.passed else "do not agree"
+    scans = sum(test.scans)
+    return [
+        f"u_ISO-TLS = {shown.u * 1e3:.2f} mm: root mean square of the residuals of "
+        f"{scans * len(test.difference)} distances of {scans} scans against their means, over √2 "
+        f"(ν = {shown.dof}); stated are {test.u_stated * 1e3:.2f} mm. It is {verdict} the limit "
+        f"{shown.limit * 1e3:.2f} mm of correlated distances. The limit of the standard, which "
+        f"takes distances for independent, is {shown.standard_limit * 1e3:.2f} mm (chi-square): "
+        f"{'kept' if shown.u <= shown.standard_limit else 'not kept'}; a scanner as precise as "
+        f"stated exceeds it with {shown.standard_rate:.1%}.",
+        f"Root mean square within the series of {a} {shown.within[0] * 1e3:.2f} mm, of {b} "
+        f"{shown.within[1] * 1e3:.2f} mm; beside what is stated for each they {agree} (F "
+        f"{shown.ratio.ratio:.2f}, limits {shown.ratio.lower:.2f} to {shown.ratio.upper:.2f} with "
+        f"{1 - test.alpha_standard:.0%}).",
+    ]
+
+
+def _length_words(test: LengthCheck) -> list[str]:
+    worst = int(np.argmax(np.abs(test.difference) / test.limit))
+    verdict = "within" if test.statistic <= test.critical else "beyond"
+    beside = " beside a range zero" if test.with_zero else ""
+    found = "is not significant" if test.scale_passed else "is significant"
+    a, b = test.pairs[worst]
+    least = (test.t_limit + _SHARE_FOUND) * test.sigma_scale
+    return [
+        f"Known lengths: the weighted sum of squares of {len(test.difference)} measured less known "
+        f"distances, {test.statistic:.1f}, is {verdict} the limit {test.critical:.1f} (chi-square, "
+        f"{test.dof} degrees of freedom); the largest beside its limit is {a} to {b} from "
+        f"{test.stations[worst]}, {test.difference[worst] * 1e3:.2f} mm against ± "
+        f"{test.limit[worst] * 1e3:.2f} mm.",
+        f"Scale of the range{beside}: {test.scale * 1e6:.1f} ± {test.sigma_scale * 1e6:.1f} ppm "
+        f"{found} (limit of |t| {test.t_limit:.2f}); one of {least * 1e6:.0f} "
+        "ppm would be found with 80 %.",
+    ]
+
+
 def _series_words(test: SeriesCheck) -> list[str]:
     verdict = "within" if test.passed else "beyond"
     out = [
-        f"Series: experimental standard deviation of a coordinate {test.s * 1e3:.2f} mm from "
-        f"{test.scans} scans of {test.targets} targets (redundancy {test.dof}); stated are "
-        f"{test.sigma * 1e3:.2f} mm. With the stated precision {test.statistic:.1f} is {verdict} "
-        f"the limit {test.critical:.1f} (chi-square).",
+        f"Series: experimental standard deviation of a coordinate {test.s * 1e3:.2f} mm, root of "
+        f"the sum of squares of all residuals over their redundancy {test.dof}, from {test.scans} "
+        f"scans of {test.targets} targets; stated are {test.sigma * 1e3:.2f} mm (root mean "
+        f"square). With the stated precision the weighted sum of squares, {test.statistic:.1f}, is "
+        f"{verdict} the limit {test.critical:.1f} (chi-square).",
     ]
     if test.stations is not None:
         f = test.stations
         out.append(
-            f"The stations differ {f.ratio:.2f} times as much as their own series do, "
+            f"The stations differ {f.ratio:.2f} times as much as their own series do (ratio of the "
+            "variances), "
             + ("within" if f.passed else "beyond")
-            + f" the limit {f.upper:.2f} (F, {f.dof[0]} and {f.dof[1]})"
+            + f" the limit {f.upper:.2f} (F, {f.dof[0]:.0f} and {f.dof[1]:.0f})"
             + ("." if f.passed else ": errors that depend on where the scanner stands.")
         )
     if test.series < 3 or test.targets < 4:
@@ -151,11 +227,36 @@ def _series_words(test: SeriesCheck) -> list[str]:
     return out
 
 
-def _change_words(test: FTest, now: SeriesCheck, before: float, title: str) -> str:
+def _changes(check: FieldCheck) -> list[str]:
+    """What differs from an earlier check, of coordinates and of distances."""
+    before = check.earlier
+    if before is None:
+        return []
+    out = []
+    if check.change is not None and check.repeated is not None:
+        out.append(
+            _change_words(
+                "standard deviation of a coordinate",
+                check.change,
+                check.repeated.s,
+                before.s,
+                before.title,
+            )
+        )
+    shown = check.statistics[0].repeated if check.statistics else None
+    if check.change_of_distances is not None and shown is not None and before.u is not None:
+        out.append(
+            _change_words("u_ISO-TLS", check.change_of_distances, shown.u, before.u, before.title)
+        )
+    return out
+
+
+def _change_words(what: str, test: FTest, now: float, before: float, title: str) -> str:
     words = "no significant change" if test.passed else "a significant change"
     return (
-        f"Against {title}: {now.s * 1e3:.2f} mm after {before * 1e3:.2f} mm is {words} (F "
-        f"{test.ratio:.2f}, limits {test.lower:.2f} to {test.upper:.2f})."
+        f"Against {title}, {what}: {now * 1e3:.2f} mm after {before * 1e3:.2f} mm is {words} (F "
+        f"{test.ratio:.2f}, limits {test.lower:.2f} to {test.upper:.2f} of {test.dof[0]:.1f} and "
+        f"{test.dof[1]:.1f} degrees of freedom)."
     )
 
 
@@ -163,8 +264,10 @@ def _change_words(test: FTest, now: SeriesCheck, before: float, title: str) -> s
 SOURCES = (
     "Two-face test: half differences of front and back against the signatures of the panoramic "
     "model (Muralikrishnan et al. 2015). Distances from two stations: after what is published "
-    "about DVW-Merkblatt 7. Series: after what is published about ISO 17123-9:2018. The texts of "
-    "both were not at hand; no conformity with them is claimed."
+    "about DVW-Merkblatt 7. Distance statistics: formulas of ISO 17123-9:2018 as a published "
+    "program for it has them; means of both faces where both were measured. The texts of both were "
+    "not at hand, nor what the standard demands of the places of targets and stations; no "
+    "conformity with them is claimed."
 )
 #: distances in a table
 _SHOWN = 40
@@ -191,7 +294,8 @@ def check_page(check: FieldCheck) -> str:
 
 def _tables(check: FieldCheck) -> list[ReportTable]:
     out = [] if check.two_face is None else [_components(check.two_face), _found(check.two_face)]
-    return [*out, *(_distances(one) for one in check.distances)]
+    out += [_distances(*both) for both in zip(check.distances, check.statistics, strict=True)]
+    return [*out, _lengths(check.lengths)] if check.lengths is not None else out
 
 
 def _components(test: TwoFaceTest) -> ReportTable:
@@ -230,20 +334,66 @@ def _found(test: TwoFaceTest) -> ReportTable:
     return build_table("signatures", "What these faces show", note, rows, columns)
 
 
-def _distances(test: DistanceCheck) -> ReportTable:
+def _millimetres(values: Any) -> Any:
+    """Cells of metres as millimetres."""
+    return lambda k: number_cell(float(values[k]), f"{values[k] * 1e3:.2f}")
+
+
+def _distances(test: DistanceCheck, of_standard: DistanceStatistics) -> ReportTable:
     rows = [int(k) for k in largest_first(np.abs(test.difference) / test.limit)]
-    series = f", series {test.series}" if test.series else ""
-
-    def mm(values: Any) -> Any:
-        return lambda k: number_cell(float(values[k]), f"{values[k] * 1e3:.2f}")
-
+    mm, (a, b) = _millimetres, test.stations
+    alone = np.abs(of_standard.difference) > of_standard.difference_limit
     beyond = np.abs(test.difference) > test.limit
     columns = [
         (ColumnHead("From", numeric=False), lambda k: text_cell(test.pairs[k][0])),
         (ColumnHead("to", numeric=False), lambda k: text_cell(test.pairs[k][1])),
+        *(
+            (
+                ColumnHead(f"from {name}", "m"),
+                lambda k, side=side: number_cell(
+                    float(test.lengths[k, side]), f"{test.lengths[k, side]:.4f}"
+                ),
+            )
+            for side, name in enumerate((a, b))
+        ),
+        (ColumnHead("difference Δ", "mm"), mm(test.difference)),
+        (ColumnHead("σ", "mm"), mm(test.sigma)),
+        (ColumnHead("limit", "mm"), mm(test.limit)),
         (
-            ColumnHead("distance", "m"),
-            lambda k: number_cell(float(test.lengths[k, 0]), f"{test.lengths[k, 0]:.4f}"),
+            ColumnHead("", numeric=False),
+            lambda k: text_cell("beyond" if beyond[k] else "", "bad" if beyond[k] else ""),
+        ),
+        (
+            ColumnHead(f"of standard ± {of_standard.difference_limit * 1e3:.2f} mm", numeric=False),
+            lambda k: text_cell("beyond" if alone[k] else "kept"),
+        ),
+    ]
+    note = (
+        f"{a} less {b}, the largest beside its limit first. The limits hold together with "
+        f"{1 - test.alpha:.2%} or more (Šidák); the verdict is that of the chi-square over all. "
+        f"The limit of the standard is for each difference alone, with "
+        f"{1 - of_standard.alpha_standard:.0%}."
+    )
+    name = anchor(f"distances-{a}-{b}")
+    title = f"Distances from {a} and {b}{_of_series(test.scans)}"
+    return build_table(name, title, note, rows, columns, most=_SHOWN)
+
+
+def _lengths(test: LengthCheck) -> ReportTable:
+    rows = [int(k) for k in largest_first(np.abs(test.difference) / test.limit)]
+    mm, beyond = _millimetres, np.abs(test.difference) > test.limit
+    columns = [
+        (ColumnHead("Station", numeric=False), lambda k: text_cell(test.stations[k])),
+        (ColumnHead("From", numeric=False), lambda k: text_cell(test.pairs[k][0])),
+        (ColumnHead("to", numeric=False), lambda k: text_cell(test.pairs[k][1])),
+        *(
+            (
+                ColumnHead(head, "m"),
+                lambda k, side=side: number_cell(
+                    float(test.lengths[k, side]), f"{test.lengths[k, side]:.4f}"
+                ),
+            )
+            for side, head in enumerate(("measured", "known"))
         ),
         (ColumnHead("difference", "mm"), mm(test.difference)),
         (ColumnHead("σ", "mm"), mm(test.sigma)),
@@ -253,15 +403,12 @@ def _distances(test: DistanceCheck) -> ReportTable:
             lambda k: text_cell("beyond" if beyond[k] else "", "bad" if beyond[k] else ""),
         ),
     ]
-    a, b = test.stations
     note = (
-        f"{a} less {b}, the largest first. The limits hold together with {1 - test.alpha:.2%} or "
-        "more (Šidák); the verdict is that of the chi-square over all."
+        "Mean over the series of a station less the known length, the largest beside its limit "
+        f"first. The limits hold together with {1 - test.alpha:.2%} or more (Šidák); the verdict "
+        "is that of the chi-square over all, and of the scale."
     )
-    name = anchor(f"distances-{a}-{b}-{test.series}")
-    return build_table(
-        name, f"Distances from {a} and {b}{series}", note, rows, columns, most=_SHOWN
-    )
+    return build_table("lengths", "Known lengths", note, rows, columns, most=_SHOWN)
 
 
 def _pictures(check: FieldCheck) -> list[Picture]:
@@ -326,6 +473,8 @@ def check_document(check: FieldCheck) -> CheckDocument:
             "detectable": dict(zip(SIGNATURES, (number(x) for x in two.detectable), strict=True)),
         },
         "distances": [_distance_json(one) for one in check.distances],
+        "statistics": [_statistics_json(one) for one in check.statistics],
+        "lengths": _lengths_json(check.lengths),
         "series": None
         if series is None
         else {
@@ -333,6 +482,7 @@ def check_document(check: FieldCheck) -> CheckDocument:
             "targets": series.targets,
             "s": series.s,
             "dof": series.dof,
+            "dof_equivalent": series.dof_equivalent,
             "s_station": series.s_station,
             "stated": series.sigma,
             "statistic": number(series.statistic),
@@ -342,6 +492,7 @@ def check_document(check: FieldCheck) -> CheckDocument:
             "stations": _f_json(series.stations),
         },
         "change": _f_json(check.change),
+        "change_of_distances": _f_json(check.change_of_distances),
         "findings": check_sentences(check),
         "sources": SOURCES,
     }
@@ -369,7 +520,7 @@ def _explanation_json(explanation: Explanation) -> dict[str, Any]:
 def _distance_json(test: DistanceCheck) -> dict[str, Any]:
     return {
         "stations": list(test.stations),
-        "series": test.series,
+        "scans": list(test.scans),
         "passed": test.passed,
         "statistic": number(test.statistic),
         "dof": test.dof,
@@ -388,6 +539,68 @@ def _distance_json(test: DistanceCheck) -> dict[str, Any]:
             for k, (a, b) in enumerate(test.pairs)
         ],
         "explanation": _explanation_json(test.explanation),
+    }
+
+
+def _statistics_json(test: DistanceStatistics) -> dict[str, Any]:
+    shown = test.repeated
+    return {
+        "stations": list(test.stations),
+        "scans": list(test.scans),
+        "targets": test.targets,
+        "procedure": test.procedure,
+        "departures": list(test.departures),
+        "differences": [
+            {"from": a, "to": b, "difference": number(test.difference[k])}
+            for k, (a, b) in enumerate(test.pairs)
+        ],
+        "u_stated": test.u_stated,
+        "difference_limit": test.difference_limit,
+        "beyond": test.beyond,
+        "expected_beyond": test.expected_beyond,
+        "repeated": None
+        if shown is None
+        else {
+            "u": shown.u,
+            "dof": shown.dof,
+            "dof_equivalent": shown.dof_equivalent,
+            "within": [number(x) for x in shown.within],
+            "limit": number(shown.limit),
+            "p": number(shown.p),
+            "passed": shown.passed,
+            "standard_limit": number(shown.standard_limit),
+            "standard_rate": number(shown.standard_rate),
+            "stations": _f_json(shown.ratio),
+        },
+    }
+
+
+def _lengths_json(test: LengthCheck | None) -> dict[str, Any] | None:
+    if test is None:
+        return None
+    return {
+        "passed": test.passed,
+        "statistic": number(test.statistic),
+        "dof": test.dof,
+        "limit": number(test.critical),
+        "p": number(test.p),
+        "scale": number(test.scale),
+        "sigma_scale": number(test.sigma_scale),
+        "beside_zero": test.with_zero,
+        "t_limit": number(test.t_limit),
+        "rows": [
+            {
+                "station": test.stations[k],
+                "from": a,
+                "to": b,
+                "measured": number(test.lengths[k, 0]),
+                "known": number(test.lengths[k, 1]),
+                "difference": number(test.difference[k]),
+                "sigma": number(test.sigma[k]),
+                "limit": number(test.limit[k]),
+            }
+            for k, (a, b) in enumerate(test.pairs)
+        ],
     }
 
 

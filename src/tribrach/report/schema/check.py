@@ -8,7 +8,7 @@ from tribrach.report.schema.base import Document, DocumentPart, Number
 
 __all__ = ["SCHEMA", "CheckDocument"]
 
-SCHEMA = 1
+SCHEMA = 2
 
 
 class ReadingPart(DocumentPart):
@@ -74,7 +74,7 @@ class DistancesPart(DocumentPart):
     """Distances between targets from two stations."""
 
     stations: list[str]
-    series: str
+    scans: list[int]
     passed: bool
     statistic: Number
     dof: int
@@ -89,10 +89,77 @@ class VarianceRatioPart(DocumentPart):
     """An F test."""
 
     ratio: Number
-    dof: list[int]
+    dof: list[float]
     lower: Number
     upper: Number
     passed: bool
+
+
+class RepeatedDistancesPart(DocumentPart):
+    """The uncertainty of a target that repeated distances show [m]."""
+
+    u: float
+    dof: int
+    dof_equivalent: float
+    within: list[Number]
+    limit: Number
+    p: Number
+    passed: bool
+    standard_limit: Number
+    standard_rate: Number
+    stations: VarianceRatioPart
+
+
+class TargetDifferencePart(DocumentPart):
+    """A distance from the first station less that from the second [m]."""
+
+    from_: str = Field(alias="from")
+    to: str
+    difference: Number
+
+
+class StatisticsPart(DocumentPart):
+    """Distance statistics of ISO 17123-9; the procedure is empty where its numbers are others."""
+
+    stations: list[str]
+    scans: list[int]
+    targets: int
+    procedure: str
+    departures: list[str]
+    differences: list[TargetDifferencePart]
+    u_stated: float
+    difference_limit: float
+    beyond: int
+    expected_beyond: float
+    repeated: RepeatedDistancesPart | None
+
+
+class KnownLengthPart(DocumentPart):
+    """A known length and what a station measured [m]."""
+
+    station: str
+    from_: str = Field(alias="from")
+    to: str
+    measured: Number
+    known: Number
+    difference: Number
+    sigma: Number
+    limit: Number
+
+
+class LengthsPart(DocumentPart):
+    """Measured distances against known ones."""
+
+    passed: bool
+    statistic: Number
+    dof: int
+    limit: Number
+    p: Number
+    scale: Number
+    sigma_scale: Number
+    beside_zero: bool
+    t_limit: Number
+    rows: list[KnownLengthPart]
 
 
 class SeriesPart(DocumentPart):
@@ -102,6 +169,7 @@ class SeriesPart(DocumentPart):
     targets: int
     s: float
     dof: int
+    dof_equivalent: float
     s_station: dict[str, float]
     stated: float
     statistic: Number
@@ -124,7 +192,10 @@ class CheckDocument(Document):
     targets: list[str]
     two_face: TwoFacePart | None
     distances: list[DistancesPart]
+    statistics: list[StatisticsPart]
+    lengths: LengthsPart | None
     series: SeriesPart | None
     change: VarianceRatioPart | None
+    change_of_distances: VarianceRatioPart | None
     findings: list[str]
     sources: str

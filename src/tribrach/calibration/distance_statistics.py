@@ -1,0 +1,264 @@
+"""The distance statistics of ISO 17123-9:2018 from scans of targets from two stations.
+
+Simplified procedure: one series from either station; each difference ``Delta_ij`` of a distance
+from the first and from the second station is compared with ``z 2 u_T`` for a stated uncertainty
+``u_T`` of a target. Full procedure: three series; the ``Delta_ij`` of the means are compared with
+``z 2 u_T / sqrt(3)``, and the residuals of all distances against their means give
+``u_ISO-TLS = sqrt(Omega / nu / 2)``, the uncertainty of a target that the distances show, with
+``nu = p (m - 1)`` for p distances in m scans, 30 for six in six. It is tested against a stated one
+by chi-square and against another day or instrument by F (method section 11.6).
+
+The text of the standard was not at hand. These formulas are those of a published computer program
+for both procedures that names its clauses (7.5, 8.3, 8.4.2, 8.4.3, 8.5.1); where targets and
+stations have to stand is not known from there.
+
+The standard takes distances for independent and all targets for equally good. They are neither: six
+distances share four targets, and ranges and angles are not equally precise. So each limit of the
+standard stands beside the rate with which a scanner exceeds it that is as precise as stated, and
+the verdict is that of the distribution that the sum of squares really has.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tribrach._types import Array
+from tribrach.calibration.field_series import FTest
+from tribrach.calibration.quadratic_forms import (
+    equivalent_dof,
+    exceedance,
+    quantile,
+    ratio_quantile,
+)
+from tribrach.calibration.scanner_readings import ScannerReadings
+from tribrach.calibration.target_distances import MeasuredDistances, measured_distances
+from tribrach.statistics import chi2, norm
+
+__all__ = ["DistanceStatistics", "DistanceUncertainty", "distance_statistics"]
+
+#: targets, and series of either station in the simplified and in the full procedure
+TARGETS, SIMPLIFIED, FULL = 4, 1, 3
+
+
+@dataclass(frozen=True)
+class DistanceUncertainty:
+    """The uncertainty of a target that repeated distances show.
+
+    Attributes
+    ----------
+    u
+        ``u_ISO-TLS`` [m]: root of the mean square of the residuals of all distances over sqrt(2).
+    dof
+        ``nu = p (m - 1)``.
+    dof_equivalent
+        Of the chi-square with the same mean and variance, as distances are correlated.
+    within
+        The same of the series of either station by themselves [m].
+    standard_limit
+        Largest u by the chi-square of nu, as the standard has it [m].
+    standard_rate
+        Probability that a scanner as precise as stated exceeds it.
+    limit
+        Largest u by the distribution of correlated distances [m].
+    p
+        Probability of as much by chance, of the same.
+    ratio
+        Variance within the first station over that within the second, each over what is stated,
+        against two-sided limits.
+    """
+
+    u: float
+    dof: int
+    dof_equivalent: float
+    within: tuple[float, float]
+    standard_limit: float
+    standard_rate: float
+    limit: float
+    p: float
+    ratio: FTest
+
+    @property
+    def passed(self) -> bool:
+        """True if the distances are as precise as stated."""
+        return self.u <= self.limit
+
+
+@dataclass(frozen=True)
+class DistanceStatistics:
+    """Distance statistics of two stations.
+
+    Attributes
+    ----------
+    stations
+        The two stations.
+    scans
+        Number of series of either.
+    targets
+        Number of targets.
+    pairs
+        Names of the targets of each of the p distances.
+    difference : array (p,)
+        ``Delta_ij``, mean of the first station less mean of the second [m].
+    u_stated
+        ``u_T`` of the stated precision [m]: root of half of the mean variance of a distance.
+    difference_limit
+        ``z u_T sqrt(2 / n_1 + 2 / n_2)``, for each difference by itself [m].
+    expected_beyond
+        How many differences of a scanner as precise as stated are beyond it on average.
+    repeated
+        What repeated series show, None if a station has only one.
+    alpha, alpha_standard
+        Error probability of the test of u, and of the limits of the standard.
+    departures
+        What the numbers of targets, stations and series of the standard differ in.
+    """
+
+    stations: tuple[str, str]
+    scans: tuple[int, int]
+    targets: int
+    pairs: tuple[tuple[str, str], ...]
+    difference: Array
+    u_stated: float
+    difference_limit: float
+    expected_beyond: float
+    repeated: DistanceUncertainty | None
+    alpha: float
+    alpha_standard: float
+    departures: tuple[str, ...]
+
+    @property
+    def beyond(self) -> int:
+        """Number of differences beyond the limit of the standard."""
+        return int((np.abs(self.difference) > self.difference_limit).sum())
+
+    @property
+    def procedure(self) -> str:
+        """The procedure whose numbers these are: simplified, full, or none of them."""
+        if self.departures:
+            return ""
+        return "simplified" if self.scans[0] == SIMPLIFIED else "full"
+
+
+def distance_statistics(
+    readings: ScannerReadings,
+    first: str,
+    second: str,
+    alpha: float = 0.05,
+    alpha_standard: float = 0.05,
+) -> DistanceStatistics:
+    """State the distance statistics of the standard for two stations (method section 11.6).
+
+    Parameters
+    ----------
+    readings
+        Means of faces; every station and series is a scan.
+    first, second
+        The stations.
+    alpha
+        Error probability of the test of u.
+    alpha_standard
+        Error probability of the limits of the standard.
+
+    Returns
+    -------
+    DistanceStatistics
+        Differences and what repeated series show, with limits.
+
+    Raises
+    ------
+    InputError
+        Fewer than three targets that all scans have.
+    """
+    measured = measured_distances(readings, first, second)
+    sides = [measured.mean(name) for name in (first, second)]
+    scans = (measured.station.count(first), measured.station.count(second))
+    u_stated = float(np.sqrt(measured.variances.mean() / 2))
+    z = float(norm.ppf(1 - alpha_standard / 2))
+    limit = z * u_stated * float(np.sqrt(2 / scans[0] + 2 / scans[1]))
+    sigma = np.sqrt(np.diag(sides[0][1] + sides[1][1]))
+    return DistanceStatistics(
+        stations=(first, second),
+        scans=scans,
+        targets=len(measured.targets),
+        pairs=measured.pairs,
+        difference=sides[0][0] - sides[1][0],
+        u_stated=u_stated,
+        difference_limit=limit,
+        expected_beyond=float(2 * norm.sf(limit / sigma).sum()),
+        repeated=_repeated(measured, first, u_stated, alpha, alpha_standard)
+        if min(scans) > 1
+        else None,
+        alpha=alpha,
+        alpha_standard=alpha_standard,
+        departures=_departures(readings, measured, scans),
+    )
+
+
+def _departures(
+    readings: ScannerReadings, measured: MeasuredDistances, scans: tuple[int, int]
+) -> tuple[str, ...]:
+    """What the numbers differ in from those of the standard, in words."""
+    out = []
+    if measured.in_common != TARGETS:
+        out.append(f"it has four targets, here are {measured.in_common}")
+    stations = len(set(readings.station))
+    if stations != 2:
+        out.append(f"it has two stations, here are {stations}, taken in pairs")
+    if scans not in ((SIMPLIFIED, SIMPLIFIED), (FULL, FULL)):
+        out.append(
+            "it has one series from either station or three, here are "
+            + (f"{scans[0]}" if scans[0] == scans[1] else f"{scans[0]} and {scans[1]}")
+        )
+    return tuple(out)
+
+
+def _repeated(
+    measured: MeasuredDistances, first: str, u_stated: float, alpha: float, alpha_standard: float
+) -> DistanceUncertainty:
+    """What the residuals of repeated distances show."""
+    of_first = np.array([name == first for name in measured.station])
+    every = np.ones(len(of_first), dtype=bool)
+    total, weights = _residuals(measured, every)
+    own = [_residuals(measured, chosen) for chosen in (of_first, ~of_first)]
+    dof = len(measured.index) * (len(every) - 1)
+    dofs = [len(measured.index) * (int(chosen.sum()) - 1) for chosen in (of_first, ~of_first)]
+    standard = u_stated * float(np.sqrt(chi2.ppf(1 - alpha_standard, dof) / dof))
+    ratio = (own[0][0] / own[0][1].sum()) / (own[1][0] / own[1][1].sum())
+    relative = [w / w.sum() for _, w in own]
+    return DistanceUncertainty(
+        u=float(np.sqrt(total / dof / 2)),
+        dof=dof,
+        dof_equivalent=equivalent_dof(weights),
+        within=(
+            float(np.sqrt(own[0][0] / dofs[0] / 2)),
+            float(np.sqrt(own[1][0] / dofs[1] / 2)),
+        ),
+        standard_limit=standard,
+        standard_rate=exceedance(2 * dof * standard**2, weights),
+        limit=float(np.sqrt(quantile(1 - alpha, weights) / dof / 2)),
+        p=exceedance(total, weights),
+        ratio=FTest(
+            float(ratio),
+            (equivalent_dof(relative[0]), equivalent_dof(relative[1])),
+            ratio_quantile(alpha_standard / 2, *relative),
+            ratio_quantile(1 - alpha_standard / 2, *relative),
+        ),
+    )
+
+
+def _residuals(measured: MeasuredDistances, chosen: Array) -> tuple[float, Array]:
+    """Sum of squares [m^2] of distances against their mean over some scans, and its weights.
+
+    The residuals are ``P F z`` with the projector P on differences between scans, so that weights
+    are the eigenvalues of ``F^T P F``, made of blocks ``P_st F_s^T F_t``.
+    """
+    lengths, roots = measured.lengths[chosen], measured.roots[chosen]
+    scans = len(lengths)
+    projector = np.eye(scans) - 1 / scans
+    blocks = np.einsum("st,spi,tpj->sitj", projector, roots, roots, optimize=True)
+    size = scans * roots.shape[2]
+    weights = np.linalg.eigvalsh(blocks.reshape(size, size))
+    good = weights[weights > 1e-10 * weights[-1]]
+    return float(np.square(lengths - lengths.mean(axis=0)).sum()), good

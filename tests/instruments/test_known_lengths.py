@@ -1,0 +1,57 @@
+"""Known lengths: a scale comes back, alone and beside a range zero; what cannot be compared."""
+
+import numpy as np
+import pytest
+
+from tests.instruments.field_surveys import STATIONS, readings
+from tests.instruments.test_distance_statistics import known
+from tribrach.calibration.known_lengths import KnownLengths, compare_lengths
+from tribrach.calibration.scanner_readings import face_means
+
+EXACT = {"noise": 0.0, "series": ("1", "2")}
+
+
+def test_a_scale_without_noise_comes_back():
+    rng = np.random.default_rng(0)
+    found = compare_lengths(face_means(readings(rng, scale=40e-6, **EXACT)), known())
+    assert found.scale == pytest.approx(40e-6, rel=1e-4)
+    assert found.with_zero
+    np.testing.assert_allclose(found.difference, 40e-6 * found.lengths[:, 1], rtol=1e-3)
+    assert len(found.difference) == 12
+    assert found.dof == 12
+
+
+def test_a_range_zero_is_no_scale():
+    rng = np.random.default_rng(0)
+    given = face_means(readings(rng, {"x10": 4e-3}, **EXACT))
+    found = compare_lengths(given, known())
+    assert abs(found.scale) < 1e-7
+    # alone it would be one: from one station between the targets a zero looks like a scale
+    one = known()
+    single = KnownLengths(one.pairs[:1], one.lengths[:1], one.covariance[:1, :1])
+    alone = compare_lengths(given.take(given.station == "inside"), single)
+    assert not alone.with_zero
+    assert alone.scale == pytest.approx(-8e-3 / one.lengths[0], rel=0.02)
+
+
+def test_estimates_spread_as_stated():
+    rng = np.random.default_rng(7)
+    found = [
+        compare_lengths(face_means(readings(rng, scale=30e-6)), known(rng=rng)) for _ in range(150)
+    ]
+    scale = np.array([one.scale for one in found])
+    assert scale.mean() == pytest.approx(30e-6, abs=4 * found[0].sigma_scale / np.sqrt(150))
+    assert scale.std() / found[0].sigma_scale == pytest.approx(1, abs=0.2)
+
+
+def test_lengths_that_nobody_measured():
+    given = face_means(readings(np.random.default_rng(0)))
+    one = known()
+    none = KnownLengths((("T0", "elsewhere"),), one.lengths[:1], one.covariance[:1, :1])
+    assert compare_lengths(given, none) is None
+    # a target that one station did not see is compared from the other
+    fewer = given.take((given.station != "outside") | (given.target != "T0"))
+    found = compare_lengths(fewer, one)
+    assert found.stations.count("inside") == 6
+    assert found.stations.count("outside") == 3
+    assert set(STATIONS) == set(found.stations)
