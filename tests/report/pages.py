@@ -243,7 +243,7 @@ def _fit(edge: CloudEdge) -> Any:
     """What the page asks of a fit."""
     return SimpleNamespace(
         pose=edge.pose,
-        alignment=SimpleNamespace(rms=1e-3, matches=range(90)),
+        alignment=SimpleNamespace(rms=1e-3, gate=15e-3, matches=range(90)),
         precision=SimpleNamespace(
             effective=30.0, local=edge.covariance, covariance=edge.covariance, rank=6
         ),

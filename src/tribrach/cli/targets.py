@@ -127,7 +127,7 @@ def _print(findings: list[Findings]) -> None:
             far = f"  range {d.range:.2f} m" if isfinite(d.range) else ""
             say(
                 f"  {number}  {d.kind}  {x:.5f} {y:.5f} {z:.5f} m  sigma {sigma} mm  "
-                f"rms {1e3 * d.rms:.2f} mm  {d.points} points{far}"
+                f"rms {1e3 * d.rms:.2f} mm within the limit of its fit  {d.points} points{far}"
             )
         for r in finding.rejected:
             x, y, z = r.center

@@ -261,7 +261,7 @@ class _Search:
         self.say(
             f"{unit.name} {verb} placed by {len(matching.pairs)} of {whose} "
             f"{len(unit.sighting.centers)} targets{helped} (residuals {rms:.1f} times the sigmas "
-            "that the search allows for)"
+            "that the search allows for, root mean square of the targets within its limits)"
         )
         return True
 

@@ -114,7 +114,7 @@ def _significance(calibration: SelfCalibration) -> list[str]:
         out.append(f"{_upper(words)} significant" + (f"; not {', '.join(weak)}." if weak else "."))
         out.append(f"All parameters together against zero: {_block(calibration.together)}.")
     if calibration.gain is not None:
-        out.append(f"The residuals against those without parameters: {_block(calibration.gain)}.")
+        out.append(f"The gain over the adjustment without parameters: {_block(calibration.gain)}.")
     if calibration.datums and calibration.suggested and len(calibration.suggested) < count:
         out.append(f"Proposed set: {', '.join(calibration.suggested)}.")
     return out

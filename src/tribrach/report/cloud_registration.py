@@ -242,6 +242,7 @@ def _pairs(registration: CloudRegistration) -> ReportTable:
             ),
         ),
         (ColumnHead("RMS", "mm"), lambda p: _mm(fit(p).alignment.rms)),
+        (ColumnHead("within", "mm"), lambda p: _mm(fit(p).alignment.gate)),
         (
             ColumnHead("Matches", wide=True),
             lambda p: number_cell(
@@ -260,7 +261,11 @@ def _pairs(registration: CloudRegistration) -> ReportTable:
     ]
     tried = len(registration.pairs)
     title = f"Registered pairs ({len(pairs)} of {tried} tried)"
-    note = "Sigmas a priori, of the middle of the overlap, with the floor."
+    note = (
+        "Sigmas a priori, of the middle of the overlap, with the floor. RMS is the root mean "
+        "square of the residuals of the matches within the limit beside it; larger ones are not "
+        "in it."
+    )
     return build_table("cloud_pairs", title, note, pairs, columns)
 
 

@@ -36,7 +36,9 @@ Make = Callable[[SiteResult], Cell]
 _mm = ColumnSet(Style()).mm
 
 _C2C_NOTE = (
-    "Distances from points of A to their nearest points of B within the limit. The floor is what "
+    "Distances from points of A to their nearest points of B within the limit: mean, standard "
+    "deviation, RMS (root mean square) and median are of these alone, and what is beyond the limit "
+    "is counted and not in them. The floor is what "
     "two clouds without any error would show at this pitch; debiased is the RMS after the floor, "
     "empty where nothing is left. Plane: signed distances from the plane through 16 points of B."
 )
@@ -107,9 +109,9 @@ def prediction_sentences(
         good = sum(p.noise_agrees for _, p in enough)
         ratios = [p.noise_ratio for _, p in enough]
         sentences.append(
-            f"The scatter of single points is as predicted within 10 % on {good} of {len(enough)} "
-            f"sites with enough points (observed over predicted {min(ratios):.2f} to "
-            f"{max(ratios):.2f})."
+            f"The scatter of single points (standard deviation) is as predicted within 10 % on "
+            f"{good} of {len(enough)} sites with enough points (observed over predicted "
+            f"{min(ratios):.2f} to {max(ratios):.2f})."
         )
     few = [name for name, p in known if not p.enough]
     if few:

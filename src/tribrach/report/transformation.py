@@ -189,9 +189,12 @@ def _point_table(outcome: Outcome, style: Style, most: int) -> ReportTable:
 
 
 def _model_table(outcome: Outcome, style: Style) -> ReportTable:
+    used = int(outcome.fit.points.used.sum())
     note = (
         "What each model gains over the one above it: a test beyond its limit at 95 % says that "
-        "the further parameters are real. RMS is that of the fit, no accuracy."
+        "the further parameters are real. RMS is the root mean square of the lengths of the "
+        f"differences at the {used} used points, none of them left out by a limit; check points "
+        "and points taken out take no part. It is that of a fit, no accuracy."
     )
     columns: list[tuple[ColumnHead, Any]] = [
         (ColumnHead("parameters"), lambda r: number_cell(r.count, str(r.count))),

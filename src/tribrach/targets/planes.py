@@ -731,7 +731,10 @@ def _reason(fits: PlaneFits, k: int, sigma: float, least_area: float) -> str:
     allowed = GATES.rms_sigmas * float(np.hypot(sigma, GATES.waves_m))
     normal_rms = fits.rms[k] * np.cos(fits.incidence[k])
     if normal_rms > allowed:
-        return f"its residuals of {1e3 * normal_rms:.1f} mm are above {1e3 * allowed:.1f} mm"
+        return (
+            f"its residuals of {1e3 * normal_rms:.1f} mm (root mean square) are above the limit "
+            f"{1e3 * allowed:.1f} mm"
+        )
     return ""
 
 

@@ -118,12 +118,15 @@ class Outcome:
             bad = self.checks.statistic > self.checks.limit(CHECK)
             names = [self.fit.points.names[k] for k in self.checks.place[bad]]
             size = " ".join(f"{1e3 * v:.2f}" for v in self.checks.rmse)
-            end = f"; beyond their 99 % limit: {', '.join(names)}" if names else ""
-            out.append(f"RMSE of check points ({len(bad)}), x y z: {size} mm{end}")
+            end = f"beyond their 99 % limit: {', '.join(names) or 'none'}"
+            out.append(
+                f"root mean square error of check points ({len(bad)}), x y z: {size} mm; {end}"
+            )
         elif self.fit.dof > 0:
             out.append(
-                f"the RMS of the fit, {1e3 * self.fit.rms:.2f} mm, is no accuracy: hold points out "
-                "as check points"
+                f"the root mean square of the differences at all {self.fit.points.used.sum()} used "
+                f"points, {1e3 * self.fit.rms:.2f} mm, is that of a fit and no accuracy: hold "
+                "points out as check points"
             )
         return out
 
@@ -206,7 +209,8 @@ def axis_sentences(a: Array, b: Array, model: Model, titles: tuple[str, ...]) ->
         mirrored = _parity(moved, signs) < 0
         head = "only as a mirror image" if mirrored else "only with other axes"
         return [
-            f"the points fit {head} ({best:.3g} m instead of {plain.rms:.3g} m): "
+            f"the points fit {head} (root mean square {best:.3g} m instead of {plain.rms:.3g} m, "
+            f"more than {_RATIO:g} times as much): "
             f"{_named(moved, signs, titles)} in one of both systems; a turn of "
             f"{np.degrees(turn):.1f} degrees is left then"
         ]

@@ -209,7 +209,11 @@ class _Search:
             if tables[key[0]].group in CONTROL_GROUPS and not self.include_control:
                 continue
             words = self._words(key)
-            if self._without([key], [f"robust estimate: standardised residual {size:.2f}"]):
+            reason = (
+                f"robust estimate: largest standardised residual {size:.2f}, limit "
+                f"{w_critical():.2f}"
+            )
+            if self._without([key], [reason]):
                 limit = w_critical(self.alpha0)
                 self.removed.append(key)
                 self.steps.append(SnoopingStep(words, size, limit, 0.0, "m", "switched off"))

@@ -227,7 +227,10 @@ def _misfit(f: Frame, pose: int, targets: Index) -> str:
         fit = kabsch(shots.u[rows], f.space(shots.target[rows]))
     except InputError:
         return ""
-    return fit.hint or f"residuals of {fit.rms:.3g} m remain; check the names of its targets"
+    return fit.hint or (
+        f"residuals of {fit.rms:.3g} m (root mean square of all, none left out by a limit) remain; "
+        "check the names of its targets"
+    )
 
 
 def _phrase(layout: Layout, name: str, start: Index, end: Index, node: int) -> str:

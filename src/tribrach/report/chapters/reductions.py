@@ -242,7 +242,11 @@ def _day_table(chapter: Reductions, columns: ColumnSet) -> ReportTable:
 
 
 def _round_table(chapter: Reductions, columns: ColumnSet) -> ReportTable:
-    note = "Sigmas are of the mean of the faces in one set, from the residuals of the sets."
+    note = (
+        "Sigmas are of the mean of the faces in one set, from the residuals of all sets and the "
+        "redundancy. The largest residual is that of all directions of the round, none left out by "
+        "a limit."
+    )
     specs: list[Spec] = [
         columns.word("Station", "station"),
         columns.metres("height", lambda r: r.height),

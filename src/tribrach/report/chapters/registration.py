@@ -199,8 +199,9 @@ def _table(pairs: Sequence[_Pair], columns: ColumnSet) -> ReportTable:
         "pose (of the second station, along the directions that the pair holds) and what they "
         "should be from the covariances. The test is the squared difference in that metric against "
         f"chi-square at {100 * (1 - ALPHA):g} %. Overlap: share of the points of both scans on "
-        "surfaces that both see. The residual RMS is that of the adjusted lengths, not an "
-        f"accuracy. Of each kind no more than {MOST} pairs, those with most in common."
+        "surfaces that both see. The residual RMS is the root mean square of all "
+        "adjusted lengths of the pair, none left out by a limit, and not an accuracy. "
+        f"Of each kind no more than {MOST} pairs, those with most in common."
     )
     rows = sorted(pairs, key=lambda p: -(p.edge.ratio or 0.0))
     return build_table("edges", "Pairs of stations", note, rows, specs, _state)

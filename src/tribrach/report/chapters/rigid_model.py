@@ -118,13 +118,14 @@ def _sentences(model: RigidModel, rows: Sequence[_Row], adjustment: Adjustment) 
     out = [
         f"The stations as one rigid body are placed by {n} places with {fit.model.count} "
         f"parameters: {sigma0} with redundancy {fit.dof}, residuals of {residual:.1f} mm a "
-        "coordinate (a fit, no accuracy).",
+        "coordinate (root mean square of all, none left out by a limit; a fit, no accuracy).",
     ]
     rigid, adjusted = _rms(rows, "check", "rigid"), _rms(rows, "check", "adjusted")
     if rigid is not None and adjusted is not None:
         out.append(
             f"Check places differ by {1e3 * rigid:.1f} mm a coordinate from the rigid model and by "
-            f"{1e3 * adjusted:.1f} mm from the adjustment of everything."
+            f"{1e3 * adjusted:.1f} mm from the adjustment of everything (root mean squares of all "
+            "check places, none left out by a limit)."
         )
     names = model.model.layout.names["pose"]
     state, layout = adjustment.state, adjustment.layout

@@ -489,9 +489,11 @@ def _target_table(targets: Sequence[FoundTarget], columns: ColumnSet) -> ReportT
         columns.word("Remark", "remark", wide=True),
     ]
     note = (
-        "Centres in the scanner frame with the sigmas that enter the adjustment. The rms is that "
-        "of the surface points about the fitted shape: a noise of points, not an accuracy of the "
-        "centre. Numbers are those in the pictures."
+        "Centres in the scanner frame with the sigmas that enter the adjustment. The rms is the "
+        "root mean square of the residuals of the surface points about the fitted shape, without "
+        "those that the fit left out as beyond three robust standard deviations (discs: five times "
+        "the rms of their plane): a noise of points, not an accuracy of the centre. Numbers are "
+        "those in the pictures."
     )
     return build_table("targets", "Targets found", note, targets, specs)
 

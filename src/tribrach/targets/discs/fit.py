@@ -460,10 +460,12 @@ class _Patch:
         within = np.hypot(*self.flat.T) < EDGE.patch_radii * self.radius
         if not (self.on & within).sum() > GATES.on_plane_share * within.sum():
             return Refused("it is not flat: most of what lies around it is off its plane")
-        if plane.rms > max(
-            GATES.most_rms_radii * self.radius, GATES.most_rms_sigmas * self._range_sigma()
-        ):
-            return Refused(f"it is not flat: its points scatter by {1e3 * plane.rms:.1f} mm")
+        most = max(GATES.most_rms_radii * self.radius, GATES.most_rms_sigmas * self._range_sigma())
+        if plane.rms > most:
+            return Refused(
+                f"it is not flat: its points scatter by {1e3 * plane.rms:.1f} mm about their plane "
+                f"(root mean square, limit {1e3 * most:.1f} mm)"
+            )
         self.shape = self._shape(near, int((self.on & within).sum()))
         return None
 

@@ -206,8 +206,12 @@ def _cover(directions: Array, count: int) -> float:
 
 def _reason(fit: SphereFit, free: SphereFit, inside: float, cover: float, sigma: float) -> str:
     """Why a fit is no sphere; empty if it is one."""
-    if fit.rms > GATES.fit_ratio * np.hypot(sigma, GATES.form_m):
-        return f"residuals of {1e3 * fit.rms:.1f} mm are above the noise of {1e3 * sigma:.1f} mm"
+    most = GATES.fit_ratio * np.hypot(sigma, GATES.form_m)
+    if fit.rms > most:
+        return (
+            f"residuals of {1e3 * fit.rms:.1f} mm (root mean square) are above the limit "
+            f"{1e3 * most:.1f} mm, with a noise of {1e3 * sigma:.1f} mm"
+        )
     if inside > GATES.inside_share:
         return f"{100 * inside:.0f} % as many points lie inside the sphere as on it"
     if cover < GATES.cover_share:

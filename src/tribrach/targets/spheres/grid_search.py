@@ -664,14 +664,18 @@ class _Seen:
 
 def _first_reason(fit: SphereFit, seen: _Seen, noise: _Noise) -> str:
     """Why the fit itself speaks against a sphere; empty if it does not."""
-    if fit.s0 > np.exp(GATES.noise_sigmas * noise_doubt(int(fit.inliers.sum())) / 2):
+    most = np.exp(GATES.noise_sigmas * noise_doubt(int(fit.inliers.sum())) / 2)
+    if fit.s0 > most:
         return (
-            f"residuals of {1e3 * fit.rms:.1f} mm are {fit.s0:.1f} times the noise of "
-            f"{1e3 * noise.range:.1f} mm"
+            f"residuals of {1e3 * fit.rms:.1f} mm (root mean square) are {fit.s0:.1f} times the "
+            f"noise of {1e3 * noise.range:.1f} mm, limit {most:.1f} times"
         )
     if fit.rms > GATES.most_rms_share * fit.radius:
         share = 100 * fit.rms / fit.radius
-        return f"residuals of {1e3 * fit.rms:.1f} mm are {share:.0f} % of the radius"
+        return (
+            f"residuals of {1e3 * fit.rms:.1f} mm (root mean square) are {share:.0f} % of the "
+            f"radius, limit {100 * GATES.most_rms_share:.0f} %"
+        )
     if seen.inside > GATES.inside_share:
         return (
             f"{100 * seen.inside:.0f} % of its points lie inside the ball, behind its surface: "

@@ -165,12 +165,12 @@ def shape_of(
             f"its surface departs from a sphere by {1e3 * form:.1f} mm where noise makes "
             f"{1e3 * sigma_form:.1f} mm"
         )
-    elif seen > _surface(fit.alike) and fit.s0 > np.exp(
-        GATES.patchy_sigmas * noise_doubt(int(on.sum())) / 2
+    elif seen > _surface(fit.alike) and fit.s0 > (
+        most := np.exp(GATES.patchy_sigmas * noise_doubt(int(on.sum())) / 2)
     ):
         reason = (
-            f"residuals of {1e3 * fit.rms:.1f} mm are {fit.s0:.1f} times the noise and alike among "
-            "neighbours: a rough surface or leaves"
+            f"residuals of {1e3 * fit.rms:.1f} mm (root mean square) are {fit.s0:.1f} times the "
+            f"noise, limit {most:.1f} times, and alike among neighbours: a rough surface or leaves"
         )
     elif limit + unsure > GATES.told_share * fit.radius:
         sentence = (
