@@ -329,7 +329,21 @@ class AdjustmentError(TribrachError):
 
     def __init__(self, headline: str, sentences: Sequence[str] = ()) -> None:
         self.headline, self.sentences = headline, tuple(sentences)
-        super().__init__("\n".join([headline, *(f"  - {sentence}" for sentence in sentences)]))
+        super().__init__(self._text())
+
+    def _text(self) -> str:
+        return "\n".join([self.headline, *(f"  - {sentence}" for sentence in self.sentences)])
+
+    def also(self, sentences: Sequence[str]) -> None:
+        """Append sentences to the reasons.
+
+        Parameters
+        ----------
+        sentences
+            What may have to do with it, one each.
+        """
+        self.sentences += tuple(sentences)
+        self.args = (self._text(),)
 
 
 class NoStartValues(AdjustmentError):

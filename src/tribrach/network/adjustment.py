@@ -19,6 +19,7 @@ from tribrach._types import Array, Index
 from tribrach.errors import AdjustmentError, NotConverged
 from tribrach.geometry import rotation
 from tribrach.network import defects
+from tribrach.network.alike_names import hints_among
 from tribrach.network.assembly import Assembly
 from tribrach.network.datum import Cofactor, OpenMotions, open_motions, point_numbers
 from tribrach.network.linear import PIVOT_LIMIT, SingularMatrix
@@ -237,7 +238,16 @@ def adjust(network: Network, *, options: Options | None = None) -> Adjustment:
     NotConverged
         The iteration did not reach a minimum.
     """
-    options = options or Options()
+    try:
+        return _adjusted(network, options or Options())
+    except AdjustmentError as error:
+        names = network.start.layout.names
+        error.also(hints_among([*names["point"], *names["pose"]], network.warnings))
+        raise
+
+
+def _adjusted(network: Network, options: Options) -> Adjustment:
+    """The solution; what it raises names no alike names yet."""
     network = without_dummies(network)
     network = network.with_start(find_start(network))
     assembly = Assembly(network)

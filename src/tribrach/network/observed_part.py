@@ -6,12 +6,14 @@ trilateration come with all three coordinates of their control, or with fewer.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tribrach.network.alike_names import alike_groups, alike_hint, look_alike
 from tribrach.network.network import axes_in_use, axes_sentence, is_given
 from tribrach.network.placed_part import placed_part
 from tribrach.network.survey import GivenPoint, ObservationTable, Survey
@@ -55,8 +57,9 @@ def _points(survey: Survey) -> Survey:
         if not _given(table) or number in survey.joint_tables():
             observed |= set().union(*(table.names(family) for family in (*FAMILIES, "position")))
     alone = [name for name in survey.points if name not in observed]
+    hints = _hints(observed, survey.points, set(alone))
     if not alone:
-        return survey
+        return replace(survey, warnings=[*survey.warnings, *hints]) if hints else survey
     left_out = set(alone)
     parts = []
     for table in survey.tables():
@@ -67,8 +70,24 @@ def _points(survey: Survey) -> Survey:
         keep = np.array([str(name) not in left_out for name in names], dtype=bool)
         parts.append([table.part(keep)] if keep.any() else [])
     points = {name: given for name, given in survey.points.items() if name not in left_out}
-    out = replace(survey, points=points, warnings=[*survey.warnings, _sentence(alone)])
+    out = replace(survey, points=points, warnings=[*survey.warnings, _sentence(alone), *hints])
     out.replace_tables(parts)
+    return out
+
+
+def _hints(observed: set[str], given: Mapping[str, GivenPoint], alone: set[str]) -> list[str]:
+    """Names that may be one point: given but not observed beside observed but not given.
+
+    Names that look the same are told in any case.
+    """
+    out = []
+    for group in alike_groups(sorted(observed | set(given))):
+        unknown = [name for name in group if name in observed and name not in given]
+        unseen = [name for name in group if name in alone]
+        known = ", and the one is given and not observed, the other observed and not given"
+        out += [alike_hint(a, b, known) for a in unseen for b in unknown]
+        seen = [name for name in group if name in observed]
+        out += [alike_hint(seen[0], b) for b in seen[1:] if look_alike(seen[0], b)]
     return out
 
 
