@@ -85,5 +85,8 @@ def test_wrong_integers_of_mixed_phases_give_way_without_pieces(
 def test_comparison_has_a_line_for_each() -> None:
     lines = comparison([FLOAT, MOVED, replace(ALONE, taken=True)])
     assert [line.endswith("(taken)") for line in lines] == [False, False, True]
-    assert "10 pieces scatter by 100.0 mm, sigma 8.0 mm" in lines[0]
+    assert (
+        "10 pieces scatter by 100.0 mm (standard deviation, none left out), sigma 8.0 mm"
+        in lines[0]
+    )
     assert "5.0 mm from the first" in lines[2]

@@ -75,7 +75,10 @@ class Attempt:
         )
         if self.scatter is None:
             return words
-        return f"{words}, {self.pieces} pieces scatter by {1e3 * self.scatter:.1f} mm"
+        return (
+            f"{words}, {self.pieces} pieces scatter by {1e3 * self.scatter:.1f} mm (standard "
+            "deviation, none left out)"
+        )
 
 
 def choose(attempts: Sequence[Attempt]) -> int:

@@ -139,7 +139,8 @@ def doubts_of_phases(name: str, residual: float | None) -> list[str]:
     if residual is None or residual <= NOISY:
         return []
     return [
-        f"{name}: phases scatter by {1e3 * residual:.1f} mm, more than the {1e3 * NOISY:.1f} mm "
+        f"{name}: phases scatter by {1e3 * residual:.1f} mm (root mean square), more than the "
+        f"{1e3 * NOISY:.1f} mm "
         "that their weights let expect: multipath, the ionosphere, wrong integers or mixed signals"
     ]
 

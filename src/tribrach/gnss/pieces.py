@@ -97,9 +97,9 @@ class PieceScatter:
         if self.pieces < self.cut:
             count = f"{self.pieces} of {self.cut} pieces of the session (the others solve less)"
         return (
-            f"{count} scatter by {1e3 * self.scatter:.1f} mm in space, {self.ratio:.2f} times what "
-            f"they state (chi-square {self.statistic:.1f} with {self.dof} degrees of freedom, "
-            f"limit {self.limit:.1f})"
+            f"{count} scatter by {1e3 * self.scatter:.1f} mm in space (standard deviation), "
+            f"{self.ratio:.2f} times what they state (chi-square {self.statistic:.1f} with "
+            f"{self.dof} degrees of freedom, limit {self.limit:.1f})"
         )
 
     def sentence(self) -> str:

@@ -102,7 +102,11 @@ def baseline_lines(baseline: Baseline) -> list[str]:
     sigma = 1e3 * np.sqrt(np.diag(baseline.covariance))
     x, y, z = baseline.rover
     dx, dy, dz = baseline.vector
-    residual = "" if baseline.residual is None else f", phases {1e3 * baseline.residual:.1f} mm"
+    residual = (
+        ""
+        if baseline.residual is None
+        else f", phases {1e3 * baseline.residual:.1f} mm (root mean square)"
+    )
     words = [
         baseline_headline(baseline),
         f"session: {calendar(baseline.start)} to {calendar(baseline.end)}, "
