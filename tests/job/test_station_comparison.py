@@ -75,7 +75,9 @@ def test_the_report_has_a_chapter_of_the_comparison(job: tuple[Path, Report]) ->
     root = parser.fromstring((folder / "out" / "report.html").read_text())
     ids = {s.get("id") for s in root.iter("section")}
     slug = "S3-S3-sites-S4-S4-sites"
-    assert {f"{t}-{slug}" for t in ("sites", "c2c", "m3c2", "predicted", "fits")} <= ids
+    assert {
+        f"{t}-{slug}" for t in ("sites", "c2c", "m3c2", "predicted", "predicted-classes", "fits")
+    } <= ids
     assert f"predicted-observed-{slug}" in {f.get("id") for f in root.iter("figure")}
 
 

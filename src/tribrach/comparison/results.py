@@ -87,6 +87,8 @@ class SiteResult:
     prediction
         Of the distance along the normal and what was observed of it, None where the stations
         are not known.
+    light_a, light_b
+        Mean intensities of both clouds there, as in the files of their scans, None where unknown.
     """
 
     name: str
@@ -96,6 +98,8 @@ class SiteResult:
     c2c: C2C | None = None
     m3c2: M3C2Figures | None = None
     prediction: Prediction | None = None
+    light_a: float | None = None
+    light_b: float | None = None
 
     @property
     def predicted_sigma(self) -> float | None:

@@ -61,9 +61,9 @@ class CloudFile:
 
     @property
     def columns(self) -> int:
-        """Columns of :meth:`lit`: four where the noise of the points has a law of the intensity."""
-        noise = None if self.placement is None else self.placement.noise
-        return 3 if noise is None or noise.law is None else 4
+        """Columns of :meth:`lit`: four where the noise of the points and intensities are known."""
+        known = self.placement is not None and self.placement.noise is not None
+        return 4 if known and all("intensity" in scan.names for scan in self.scans) else 3
 
     def stream(self) -> Iterator[Array]:
         """Chunks of points (n, 3) [m]."""

@@ -181,7 +181,12 @@ class _Work:
         if self.method == "c2c" or c2c.pitch_a is None or c2c.pitch_b is None:
             return result
         along, prediction = self._along_normals(pair, c2c)
-        return replace(result, m3c2=along, prediction=prediction)
+        result = replace(result, m3c2=along, prediction=prediction)
+        if prediction is None:
+            return result
+        lights = (_mean_light(stream) for stream in (pair.around_lit, pair.reference_lit))
+        light_a, light_b = lights
+        return replace(result, light_a=light_a, light_b=light_b)
 
     def _along_normals(self, pair: _Pair, c2c: C2C) -> tuple[M3C2Figures, Prediction | None]:
         """M3C2 from B to A, and the same with propagated uncertainty where the stations are known.
@@ -236,6 +241,17 @@ class _Work:
             scanner=scanner,
             direction=None if scanner is not None else _facing(c2c.normals),
         )
+
+
+def _mean_light(stream: Stream) -> float | None:
+    """Mean intensity of the points of a stream, None where it has none."""
+    total, count = 0.0, 0
+    for chunk in stream():
+        if chunk.shape[1] == 3:
+            return None
+        known = chunk[np.isfinite(chunk[:, 3]), 3]
+        total, count = total + float(known.sum()), count + len(known)
+    return total / count if count else None
 
 
 def _facing(normals: Array) -> Array:

@@ -9,6 +9,7 @@ import numpy as np
 
 from tribrach.comparison.c2c import C2C
 from tribrach.comparison.predicted import BAND, OffsetTest
+from tribrach.comparison.predicted_classes import PredictedClass, predicted_classes
 from tribrach.comparison.results import SiteResult
 from tribrach.report.columns import ColumnSet
 from tribrach.report.figures import Picture, new_figure, picture
@@ -61,6 +62,13 @@ _SITE_NOTE = (
     "Range and incidence are means over the site as each scanner saw it. Pitch is the spacing of "
     "points on the surface, across by upwards."
 )
+_CLASSES_NOTE = (
+    "All sites together: each cloud at each site is in the class in which its scanner saw it. Own: "
+    "noise of single points and what their scatter shows of it, with the limits of the ratio at "
+    "95 %, by chi-square; points that several cylinders share count once. Shared: sigma of the "
+    "distance between the clouds, which their stations and what neighbours have in common leave "
+    "however many points there are, and the distances observed, root mean squares over the sites."
+)
 #: bins of the histogram
 _BINS = 100
 #: points on the map, all sites together: more of them hide each other and take seconds to draw
@@ -70,7 +78,7 @@ _DRAWN = 40_000
 def comparison_tables(sites: Sequence[SiteResult], angle_unit: str = "deg") -> list[ReportTable]:
     """Sites, distances from point to point and along normals, predictions; those with rows."""
     tables = [_sites(sites, angle_unit), _c2c(sites), _m3c2(sites), _predicted(sites)]
-    return [table for table in tables if table.rows]
+    return [table for table in (*tables, _classes(sites, angle_unit)) if table.rows]
 
 
 def comparison_sentences(
@@ -232,6 +240,37 @@ def _predicted(sites: Sequence[SiteResult]) -> ReportTable:
         (ColumnHead("Verdict", numeric=False), verdict),
     ]
     return build_table("predicted", "Predicted against observed", _PREDICTED_NOTE, rows, columns)
+
+
+def _classes(sites: Sequence[SiteResult], unit: str) -> ReportTable:
+    """Predicted against observed by intensity, range and incidence."""
+    mm = ColumnSet(Style()).mm
+    columns = [
+        (ColumnHead("Clouds seen at", numeric=False), lambda c: text_cell(_seen_at(c, unit))),
+        (ColumnHead("clouds"), lambda c: count_cell(c.clouds)),
+        mm("noise", lambda c: c.noise),
+        mm("scatter", lambda c: c.scatter),
+        (ColumnHead("ratio"), lambda c: fixed_cell(c.ratio, 2)),
+        (ColumnHead("from"), lambda c: fixed_cell(c.limits[0], 2)),
+        (ColumnHead("to"), lambda c: fixed_cell(c.limits[1], 2)),
+        mm("offset σ", lambda c: c.offset_sigma),
+        mm("offset", lambda c: c.offset),
+        (ColumnHead("Verdict", numeric=False), lambda c: text_cell(c.verdict)),
+    ]
+    rows = predicted_classes(sites)
+    title = "Predicted against observed by class"
+    return build_table("predicted-classes", title, _CLASSES_NOTE, rows, columns)
+
+
+def _seen_at(one: PredictedClass, unit: str) -> str:
+    """A class in words."""
+    if one.by == "intensity":
+        return f"intensity {one.low:.4g} to {one.high:.4g}"
+    if one.by == "range":
+        return f"range {one.low:.1f} to {one.high:.1f} m"
+    factor = 200 / np.pi if unit == "gon" else 180 / np.pi
+    sign = " gon" if unit == "gon" else "°"
+    return f"incidence {factor * one.low:.0f} to {factor * one.high:.0f}{sign}"
 
 
 def _pair(name: str, k: int) -> Callable[[SiteResult], float | None]:

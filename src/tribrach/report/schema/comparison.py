@@ -7,6 +7,7 @@ from typing import Any
 
 from tribrach.comparison.c2c import C2C
 from tribrach.comparison.predicted import OffsetTest, Prediction
+from tribrach.comparison.predicted_classes import predicted_classes
 from tribrach.comparison.regression import Regression, RegressionFit
 from tribrach.comparison.results import M3C2Figures, SiteResult
 from tribrach.report.schema.base import Document, DocumentPart, Number, heading
@@ -102,6 +103,28 @@ class PredictionPart(DocumentPart):
     lod95_additive: Number
     lod95_spatial: Number
     changed: Number
+    verdict: str
+
+
+class PredictedClassPart(DocumentPart):
+    """Predicted against observed of clouds at sites that their scanners saw alike [m]."""
+
+    by: str
+    """What the class is of: intensity, range or incidence."""
+    low: float
+    high: float
+    """Its least and largest, as in the files, in metres or radians."""
+    clouds: int
+    dof: int
+    noise: float
+    scatter: float
+    """Predicted noise and observed scatter of single points."""
+    ratio: float
+    limits: tuple[float, float]
+    """Observed over predicted, and where that lies at 95 %."""
+    offset_sigma: float
+    offset: float
+    """Predicted sigma of the distance between the clouds, and the distance."""
     verdict: str
 
 
@@ -221,6 +244,8 @@ class _Compared(DocumentPart):
     limit: float
     """Longest distance that was compared [m]."""
     sites: list[SitePart]
+    classes: list[PredictedClassPart]
+    """All sites together, by intensity, range and incidence."""
     offsets: OffsetPart | None
 
 
@@ -282,6 +307,7 @@ def _compared(
         "b": b,
         "limit": limit,
         "sites": [_site(site) for site in sites],
+        "classes": predicted_classes(sites),
         "offsets": offsets,
     }
 
