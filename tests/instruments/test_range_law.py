@@ -10,12 +10,15 @@ from tribrach.instruments.scan_noise import ScanNoise
 LAW = RangeLaw(0.8, -0.75, 0.0004, 200.0, 40_000.0)
 
 
-def test_the_law_is_its_formula_and_constant_beyond_its_intensities() -> None:
+def test_the_law_is_its_formula_and_constant_far_beyond_its_intensities() -> None:
     light = np.array([256.0, 10_000.0, 1.0, -5.0, 65_535.0, np.nan])
     sigma = LAW.sigma(light)
     # 256^-0.75 = 1/64 and 10000^-0.75 = 1/1000, by hand
     assert sigma[:2] == pytest.approx([0.8 / 64 + 0.0004, 0.0008 + 0.0004], rel=1e-12)
-    assert sigma[2] == sigma[3] == pytest.approx(LAW.limits[1])
+    # weaker light has more noise, down to a tenth of the least intensity: 20^-0.75 = 0.105737
+    assert sigma[2] == sigma[3] == pytest.approx(0.8 * 0.105737 + 0.0004, rel=1e-5)
+    assert LAW.sigma(np.array([81.0]))[0] == pytest.approx(0.8 / 27 + 0.0004, rel=1e-12)
+    assert LAW.limits[1] == pytest.approx(0.8 * 200**-0.75 + 0.0004)
     assert sigma[4] == pytest.approx(LAW.limits[0])
     assert np.isnan(sigma[5])
     assert LAW.outside(light) == 4

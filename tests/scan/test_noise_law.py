@@ -5,13 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.scan.noisy_scenes import simulated
+from tests.scan.noisy_scenes import hall, simulated
 from tribrach.errors import InputError
+from tribrach.geometry.pose import Pose
 from tribrach.instruments.range_law import RangeLaw
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.scan.noise_law import fit_noise, noise_classes
 from tribrach.scan.observed_noise import ObservedNoise, joined
 from tribrach.simulate.instruments import PHASE, PULSED
+from tribrach.simulate.scanner import ScanGrid, scan
 from tribrach.units import SEC
 
 #: one that compares phases, one that measures pulses, one whose noise grows by ten as light fades
@@ -94,6 +96,41 @@ def test_three_laws_come_back_within_five_percent(name):
     print(f"RMS of errors over stated sigmas {np.sqrt(np.mean(np.square(scores))):.2f}")
     assert worst < 0.05
     assert np.abs(np.mean(figures, axis=0) - 1).max() < 0.05
+
+
+def errors_by_class(name, seed, points):
+    """Mean squares of range errors over the law's sigmas in eight classes of intensity.
+
+    The law is from one hall and the points from another, all that are no mixed pixels, weaker than
+    any patch or not; their errors are known.
+    """
+    scanner, _ = lawful(name)
+    law = fit_noise(simulated(scanner, seed, points)).law
+    pose, grid = Pose(np.eye(3), np.zeros(3)), ScanGrid.panorama((0.4, 2.5), points)
+    parts = list(scan(hall(seed + 1000), pose, scanner, grid, seed + 1))
+    xyz, truth, light, mixed = (
+        np.concatenate([getattr(part, key) for part in parts])
+        for key in ("xyz", "truth", "intensity", "mixed")
+    )
+    error = (np.linalg.norm(xyz, axis=1) - np.linalg.norm(truth, axis=1))[~mixed]
+    light = light[~mixed]
+    ends = np.quantile(light, np.linspace(0, 1, 9))[1:-1]
+    number = np.searchsorted(ends, light)
+    square = (error / law.sigma(light)) ** 2
+    return np.bincount(number, square) / np.bincount(number)
+
+
+def test_points_of_another_scan_are_as_noisy_as_the_law_says():
+    assert np.abs(errors_by_class("steep", 41, 120_000) - 1).max() < 0.1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", LAWS)
+def test_points_of_other_scans_are_as_noisy_as_the_laws_say(name):
+    """Three pairs of halls for each law, eight classes of intensity."""
+    found = np.array([errors_by_class(name, seed, 300_000) for seed in (200, 201, 202)])
+    print(f"{name}: chi2/dof by class {found.round(3).tolist()}")
+    assert np.abs(found - 1).max() < 0.1
 
 
 def test_errors_are_as_large_as_their_covariance_says():

@@ -18,6 +18,9 @@ from tribrach.errors import InputError
 
 __all__ = ["RangeLaw"]
 
+#: the law is continued to intensities weaker than those it was estimated from by this factor
+_WEAKER = 10.0
+
 
 @dataclass(frozen=True)
 class RangeLaw:
@@ -32,7 +35,8 @@ class RangeLaw:
     c
         What no light takes away [m].
     low, high
-        Intensities that the law was estimated from, above zero; it is constant beyond them.
+        Intensities that the law was estimated from, above zero. It is continued to weaker ones down
+        to a tenth of ``low``, where a constant would understate, and constant beyond.
 
     Raises
     ------
@@ -58,7 +62,7 @@ class RangeLaw:
             wrong = f"intensities from {self.low:g} to {self.high:g}"
         else:
             with np.errstate(over="ignore"):
-                best, worst = self.limits
+                best, worst = self.sigma(np.array([self.high, self.weakest]))
             if not (best > 0 and worst < np.inf):
                 wrong = f"sigmas from {best:g} to {worst:g} m"
         if wrong:
@@ -81,9 +85,14 @@ class RangeLaw:
         array (n,)
             Standard deviations of ranges [m]; NaN where the intensity is.
         """
-        light = np.clip(np.asarray(intensity, dtype=np.float64), self.low, self.high)
+        light = np.clip(np.asarray(intensity, dtype=np.float64), self.weakest, self.high)
         out: Array = self.a * light**self.b + self.c
         return out
+
+    @property
+    def weakest(self) -> float:
+        """Intensity from which downwards the law is constant."""
+        return self.low / _WEAKER
 
     def outside(self, intensity: ArrayLike) -> int:
         """Count intensities (n,) beyond those that the law was estimated from, or unknown."""
@@ -92,7 +101,7 @@ class RangeLaw:
 
     @property
     def limits(self) -> tuple[float, float]:
-        """Smallest and largest standard deviation that the law gives [m]."""
+        """Smallest and largest standard deviation between its intensities [m]."""
         best, worst = self.sigma(np.array([self.high, self.low]))
         return float(best), float(worst)
 

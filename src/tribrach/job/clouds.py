@@ -379,7 +379,8 @@ class CloudProduct:
                 self.sentences.append(
                     f"{path.name}: {share:.2g} % of the points of scan {scan.name} have "
                     f"intensities outside of those that the law of their noise was estimated from "
-                    f"({law.low:g} to {law.high:g}); their sigmas are those at its ends"
+                    f"({law.low:g} to {law.high:g}); weaker light has what "
+                    f"it gives down to {law.weakest:g}, stronger light what it gives at its end"
                 )
 
     def _say_misfit(self, path: Path) -> None:

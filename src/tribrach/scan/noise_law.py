@@ -205,7 +205,7 @@ class FittedNoise:
         """Standard deviations (n,) [m] of the law's values at intensities (n,)."""
         if self.law is None:
             return np.full(np.shape(intensity), np.nan)
-        light = np.clip(intensity, self.law.low, self.law.high)
+        light = np.clip(intensity, self.law.weakest, self.law.high)
         power = light**self.law.b
         rows = np.stack([power, self.law.a * power * np.log(light), np.ones_like(power)], axis=1)
         known = np.isfinite(np.diag(self.law_covariance))

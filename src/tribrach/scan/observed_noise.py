@@ -446,7 +446,12 @@ def _windows(raster: _Raster, length: Array, width: float) -> tuple[Index, Index
         first += int(full.sum())
     if not orders:
         return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
-    return np.concatenate(orders), np.concatenate(numbers)
+    order, number = np.concatenate(orders), np.concatenate(numbers)
+    if first > GATES.patches:
+        chosen = np.zeros(first, dtype=bool)
+        chosen[np.linspace(0, first - 1, GATES.patches).astype(np.int64)] = True
+        order, number = order[chosen[number]], (np.cumsum(chosen) - 1)[number[chosen[number]]]
+    return order, number
 
 
 class _Fit:
