@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 import shutil
 import warnings
 import zipfile
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 from tribrach.errors import InputError, Refusals
+from tribrach.instruments.reduction import axis_errors
 from tribrach.io.arrays import named_bytes, read_joint_covariance, read_named
 from tribrach.io.calibration_file import read_calibration
 from tribrach.io.comparison_table import read_comparison
@@ -18,7 +20,7 @@ from tribrach.io.lever_arm_file import read_lever_arm
 from tribrach.io.scans.formats import read_scans
 from tribrach.io.survey.formats import read
 from tribrach.io.transformation_file import read_transformation
-from tribrach.project import Project
+from tribrach.project import Project, toml_file
 from tribrach.units import LARGEST, too_large
 
 SEEDS = Path(__file__).parents[2] / "fuzz" / "seeds"
@@ -260,3 +262,37 @@ def test_a_figure_of_a_comparison_beyond_any_measurement(tmp_path: Path) -> None
     path = tmp_path / "a.json"
     path.write_text(json.dumps(data))
     assert "is beyond any measurement" in refused(path, lambda path: read_comparison(path, [name]))
+
+
+def test_a_date_of_a_vector_that_is_none(tmp_path: Path) -> None:
+    text = (SEEDS / "tdef" / "a.asc").read_text()
+    date = re.search(r"\b\d\d \d\d \d{4}\b", text)
+    assert date is not None
+    path = tmp_path / "a.asc"
+    path.write_text(text.replace(date.group(), "51 02 2020"))
+    assert "epoch '51.02.2020' is not a date" in refused(path, read)
+
+
+def test_a_project_with_a_thousand_wrong_keys_looks_for_few_of_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "a.toml"
+    path.write_text("[[points]]\nfile = 'a.csv'\nnothing = 1\n" * 1000)
+    looked = []
+    line_of = toml_file.line_of
+    monkeypatch.setattr(
+        toml_file, "line_of", lambda *given: looked.append(given) or line_of(*given)
+    )
+    assert refused(path, Project.load).startswith("1000 records are refused:")
+    # each of them walks through the whole text
+    assert len(looked) == 20
+
+
+def test_a_sight_along_the_vertical_axis_in_both_faces() -> None:
+    half = np.array([1e-5, 2e-5, 1.5e-5, 1e-5])
+    zenith = np.array([0.0, 1.2, 1.5, 1.6])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        errors = axis_errors(half, half, zenith)
+    assert errors.pairs == 3
+    assert np.isnan(errors.residual_direction[0])

@@ -321,8 +321,9 @@ def axis_errors(half_direction: Array, half_zenith: Array, zenith: Array) -> Axi
     zenith : (n,)
         Zenith angles [rad].
     """
-    with np.errstate(divide="ignore"):  # a sight along the vertical axis tells nothing of it
-        slope = 1 / np.sin(zenith)
+    # a sight along the vertical axis tells nothing of it
+    zenith = np.where(np.sin(zenith) == 0, np.nan, zenith)
+    slope = 1 / np.sin(zenith)
     known = np.isfinite(half_direction) & np.isfinite(slope)
     far_direction = _far(half_direction / slope, known)
     use = known & ~far_direction

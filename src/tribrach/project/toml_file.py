@@ -9,6 +9,7 @@ import difflib
 import re
 import tomllib
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -118,6 +119,9 @@ def refused(error: ValidationError, model: type[BaseModel], path: Path, text: st
         if value in told:
             continue
         told.add(value)
+        if refused.full:
+            refused.count += 1
+            continue
         key = ".".join(str(part) for part in place if not isinstance(part, int))
         what, cure = _words(detail, model, key)
         refused.add(InputError(what, file=path, line=line_of(text, place), cure=cure))
@@ -138,8 +142,7 @@ def _typed(data: Any, place: Sequence[int | str]) -> tuple[int | str, ...]:
 def _words(detail: ErrorDetails, model: type[BaseModel], key: str) -> tuple[str, str | None]:
     """What is wrong with a key, and the cure."""
     if detail["type"] == "extra_forbidden":
-        known = _keys(model.model_json_schema())
-        near = difflib.get_close_matches(key.rpartition(".")[2], known, 1)
+        near = difflib.get_close_matches(key.rpartition(".")[2], _known_keys(model), 1)
         return f"key {key} is unknown", f"did you mean {near[0]}" if near else "remove it"
     if detail["type"] == "missing":
         return f"key {key} is missing", "add it"
@@ -149,6 +152,12 @@ def _words(detail: ErrorDetails, model: type[BaseModel], key: str) -> tuple[str,
     if detail["type"] == "value_error":
         return f"{key}: {message}", None
     return f"{key}{shown} {message}", None
+
+
+@cache
+def _known_keys(model: type[BaseModel]) -> list[str]:
+    """All keys of a model, its parts included."""
+    return _keys(model.model_json_schema())
 
 
 def _keys(schema: Any) -> list[str]:

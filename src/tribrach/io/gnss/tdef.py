@@ -161,7 +161,10 @@ class _Reader:
             self.floating.append(f"{start} {end}")
         date = _cell(cells, _DATE)
         if self.records.epoch is None and re.fullmatch(r"\d\d \d\d \d{4}", date):
-            self.records.epoch = frames.decimal_year(date.replace(" ", "."))
+            try:
+                self.records.epoch = frames.decimal_year(date.replace(" ", "."))
+            except InputError as error:
+                raise self._error(line, error.what, error.cure) from error
 
 
 def _cell(cells: list[str], place: int) -> str:
