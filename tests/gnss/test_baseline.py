@@ -339,6 +339,6 @@ def test_factor_of_sigmas_is_that_of_correlated_epochs() -> None:
     """Against the sum over the covariance matrix of the epochs."""
     for interval, n in ((1.0, 50), (30.0, 120), (300.0, 24), (1.0, 1200)):
         lag = np.abs(np.subtract.outer(np.arange(n), np.arange(n))) * interval
-        direct = np.sqrt(np.exp(-lag / 150).sum() / n)
+        direct = np.sqrt(np.exp(-lag / 300).sum() / n)
         assert sigma_factor(interval, n) == pytest.approx(direct, rel=1e-9)
     assert sigma_factor(0.0, 1) == 1

@@ -131,6 +131,37 @@ def test_ten_minutes_and_the_whole_session_agree(shared_data: Path, tmp_path: Pa
     assert total < chi2.ppf(0.99, 18)
 
 
+@pytest.mark.slow
+def test_all_sessions_of_ten_minutes_agree_with_their_day(
+    shared_data: Path, tmp_path: Path
+) -> None:
+    """Twelve of a day and its four hours, all together: their errors and the error of the day.
+
+    The statistic is that of 36 differences with the covariances of the short sessions and, the same
+    in all, that of the day. Phase centres are those of IGS: one frequency stands against two.
+    """
+    antex = tmp_path / "igs14.atx"
+    packed = shared_data / "gnss" / "products" / "igs14.atx.gz"
+    antex.write_bytes(gzip.decompress(packed.read_bytes()))
+    settings = Processing(antex=antex)
+    total = 0.0
+    for day in DAYS:
+        base, rover, orbits = rgp(shared_data, day)
+        long = compute_baseline(base, rover, orbits, IGNF, settings)
+        apart, joint = [], np.kron(np.ones((12, 12)), long.covariance)
+        for k, start in enumerate(range(0, 240, 20)):
+            cut = [window(p, tmp_path / p.stem, start, 10) for p in (base, rover)]
+            short = compute_baseline(*cut, orbits, IGNF, settings)
+            assert short.ambiguities == "fixed"
+            # one in a thousand: the limit for 24 of them
+            assert disagreement(short, long) < chi2.ppf(1 - 0.001 / 24, 3)
+            apart.append(short.vector - long.vector)
+            joint[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] += short.covariance
+        e = np.concatenate(apart)
+        total += e @ np.linalg.solve(joint, e)
+    assert chi2.ppf(0.01, 72) < total < chi2.ppf(0.99, 72)
+
+
 def test_without_indicators_l1_alone_is_left(shared_data: Path, tmp_path: Path) -> None:
     """The same files, from which nothing tells P(Y) from L2C."""
     base, rover, orbits = rgp(shared_data, "230913")

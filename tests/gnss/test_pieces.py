@@ -181,7 +181,7 @@ def test_pieces_can_be_left_out(shared_data: Path) -> None:
     found = compute_baseline(*geonet(shared_data), BASE_3040, Processing(pieces=False))
     assert found.pieces is None
     assert found.noise is not None
-    # air is taken to stay alike for 150 s at least
+    # air is taken to stay alike for minutes at least
     assert found.factor >= found.noise.scale * sigma_factor(30, 115) - 1e-12
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.gnss.dry_air import UNSURE, delay_differences, displacement
-from tribrach.gnss.phase_noise import PhaseNoise, double_differences, phase_noise
+from tribrach.gnss.phase_noise import FEWEST, PhaseNoise, double_differences, phase_noise
 from tribrach.instruments.final_solution import FinalSolution, final_solution
 from tribrach.instruments.gnss_solutions import SOURCE, sigma_factor
 from tribrach.io.gnss.solution_file import (
@@ -155,8 +155,9 @@ def stated_factor(
     epochs
         Of the session, or of a piece of it.
     air
-        False if the data are free of it: with air phases are alike for 150 s at least, and what the
-        engine assumes has its weight where a short session tells little.
+        False if the data are free of it. With air phases are alike for as long as the exponential
+        says at least, which leaves a short session fewer independent residuals than it seems to
+        have; what the engine assumes has its weight beside them.
     """
     usual = sigma_factor(interval, epochs)
     if noise is None:
@@ -164,6 +165,12 @@ def stated_factor(
     inflation = noise.inflation(epochs)
     if not air:
         return noise.scale * inflation, RESIDUALS
-    total = ASSUMED + noise.independent
-    scale = np.sqrt((ASSUMED + noise.independent * noise.scale**2) / total)
-    return float(scale * max(inflation, usual)), RESIDUALS
+    of_session = noise.inflation(noise.epochs)
+    alike = max(of_session, sigma_factor(interval, noise.epochs))
+    count = noise.independent * (of_session / alike) ** 2
+    if count < FEWEST:
+        scale = max(noise.scale, 1.0)
+    else:
+        power = noise.scale**2 * (1 - 3 / noise.independent) / (1 - 3 / count)
+        scale = float(np.sqrt((ASSUMED + count * power) / (ASSUMED + count)))
+    return scale * max(inflation, usual), RESIDUALS

@@ -29,6 +29,7 @@ from tribrach.geodesy.site import EllipsoidSite
 from tribrach.io.gnss.solution_file import PhaseResiduals, Solution
 
 __all__ = [
+    "FEWEST",
     "DoubleDifferences",
     "PhaseNoise",
     "double_differences",

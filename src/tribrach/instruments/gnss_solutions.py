@@ -7,10 +7,12 @@ minutes. With an exponential correlation ``exp(-t/T)`` (El-Rabbany and Kleusberg
 
     f^2 = (1 + q)/(1 - q) - 2 q (1 - q^n) / (n (1 - q)^2),   q = exp(-dt/T)
 
-(mean of a first-order autoregressive process). T = 150 s is the middle of the 125 to 175 s that
-turbulence theory gives (Kermarrec and Schön 2014, J. Geod. 88:1061). One hour at 30 s gives f =
-3.1, within the 3 to 10 that repeated sessions show. Errors that stay the same for the whole session
-(residual troposphere, phase centres and others) are not included.
+(mean of a first-order autoregressive process). Residual errors of baselines are correlated over
+some twenty minutes (the same paper), after which the exponential of T = 300 s has fallen to 2 %;
+turbulence of the air alone has 125 to 175 s (Kermarrec and Schön 2014, J. Geod. 88:1061), multipath
+more. One hour at 30 s gives f = 4.3, within the 3 to 10 that repeated sessions show. Errors that
+stay the same for the whole session (residual troposphere, phase centres and others) are not
+included.
 """
 
 from __future__ import annotations
@@ -20,12 +22,9 @@ import numpy as np
 __all__ = ["CORRELATION_TIME", "SOURCE", "sigma_factor"]
 
 #: correlation time of phase errors [s]
-CORRELATION_TIME = 150.0
+CORRELATION_TIME = 300.0
 #: what reports cite for the factor
-SOURCE = (
-    "exponential correlation of phase errors over 150 s (El-Rabbany and Kleusberg 2003; "
-    "Kermarrec and Schön 2014)"
-)
+SOURCE = "exponential correlation of phase errors over 300 s (El-Rabbany and Kleusberg 2003)"
 
 
 def sigma_factor(interval: float, epochs: int, correlation: float = CORRELATION_TIME) -> float:

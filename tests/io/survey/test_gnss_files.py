@@ -255,7 +255,7 @@ def test_static_sessions_and_kinematic_epochs(tmp_path: Path) -> None:
     np.testing.assert_allclose(np.diag(still.covariance), 16e-6)
     assert not still.warnings
     moving = read_rtklib(pos(tmp_path / "b.pos", XYZ, rows, "Kinematic"))
-    # the mean of the three fixed epochs, which are correlated over 150 s
+    # the mean of the three fixed epochs, which are correlated over minutes
     np.testing.assert_allclose(moving.xyz[0], KONYA + 0.004 / 3, atol=1e-4)
     expected = 16e-6 / 3 * sigma_factor(1.0, 3) ** 2
     np.testing.assert_allclose(np.diag(moving.covariance), expected, rtol=1e-6)
