@@ -17,6 +17,7 @@ from tribrach.io.arrays import named_bytes, read_joint_covariance, read_named
 from tribrach.io.calibration_file import read_calibration
 from tribrach.io.comparison_table import read_comparison
 from tribrach.io.lever_arm_file import read_lever_arm
+from tribrach.io.scans.e57 import _cartesian
 from tribrach.io.scans.formats import read_scans
 from tribrach.io.survey.formats import read
 from tribrach.io.transformation_file import read_transformation
@@ -296,3 +297,10 @@ def test_a_sight_along_the_vertical_axis_in_both_faces() -> None:
         errors = axis_errors(half, half, zenith)
     assert errors.pairs == 3
     assert np.isnan(errors.residual_direction[0])
+
+
+def test_an_infinite_angle_of_a_scan_is_no_point() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        xyz = _cartesian(np.array([[5.0, 0.0, 0.0], [5.0, np.inf, 0.0], [5.0, 0.0, -np.inf]]))
+    assert np.isfinite(xyz).all(axis=1).tolist() == [True, False, False]

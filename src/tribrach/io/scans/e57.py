@@ -655,11 +655,13 @@ def _kept(xyz, state, zeros):  # type: ignore[no-untyped-def]
 def _cartesian(polar: Array) -> Array:
     """Coordinates of range [m], azimuth and elevation [rad] (n, 3)."""
     r, azimuth, elevation = polar.T
-    flat = r * np.cos(elevation)
     out = np.empty_like(polar)
-    out[:, 0] = flat * np.cos(azimuth)
-    out[:, 1] = flat * np.sin(azimuth)
-    out[:, 2] = r * np.sin(elevation)
+    # an infinite angle makes NaN, which is no point
+    with np.errstate(invalid="ignore"):
+        flat = r * np.cos(elevation)
+        out[:, 0] = flat * np.cos(azimuth)
+        out[:, 1] = flat * np.sin(azimuth)
+        out[:, 2] = r * np.sin(elevation)
     return out
 
 
