@@ -17,9 +17,7 @@ from tribrach.io.gnss.observation_file import RinexObservations
 __all__ = [
     "ANTEX_NAME",
     "AntennaSetup",
-    "antenna_options",
-    "antenna_warnings",
-    "satellite_options",
+    "BaselineAntennas",
 ]
 
 #: name of the ANTEX file in the engine's work folder
@@ -72,63 +70,108 @@ class AntennaSetup:
         return cls(file.antenna, up if height is None else height, east, north)
 
 
-def antenna_options(
-    base: AntennaSetup, rover: AntennaSetup, antex: AntexFile | None, folder: Path
-) -> dict[str, object]:
-    """Options of the engine for both antennas.
+@dataclass(frozen=True, eq=False)
+class BaselineAntennas:
+    """Both antennas of a baseline, and what is known of phase centres.
 
-    Parameters
+    Attributes
     ----------
     base, rover
         The antennas.
     antex
         Phase centres, None to leave them out.
-    folder
-        The engine's work folder, which holds the ANTEX file as :data:`ANTEX_NAME`.
-
-    Raises
-    ------
-    InputError
-        The ANTEX file lacks an antenna.
     """
-    options: dict[str, object] = {}
-    for key, antenna in (("ant1", rover), ("ant2", base)):
-        options[f"{key}-antdele"] = antenna.east
-        options[f"{key}-antdeln"] = antenna.north
-        options[f"{key}-antdelu"] = antenna.height
-        if antex is not None:
-            options[f"{key}-anttype"] = antex.receiver_antenna(antenna.type)
-    if antex is not None:
-        options["file-rcvantfile"] = folder / ANTEX_NAME
-        options["pos1-posopt2"] = 1  # phase centres of receivers
-    return options
 
+    base: AntennaSetup
+    rover: AntennaSetup
+    antex: AntexFile | None = None
 
-def satellite_options(antex: AntexFile | None, folder: Path) -> dict[str, object]:
-    """Options for precise orbits, which refer to centres of mass: phase centres of satellites.
+    def options(self, folder: Path) -> dict[str, object]:
+        """Options of the engine for both antennas.
 
-    Parameters
-    ----------
-    antex
-        Phase centres, None if there are none.
-    folder
-        The engine's work folder, as in :func:`antenna_options`.
+        Parameters
+        ----------
+        folder
+            The engine's work folder, which holds :meth:`file` as :data:`ANTEX_NAME`.
 
-    Returns
-    -------
-    dict
-        Empty if the file has no antennas of satellites.
-    """
-    if antex is None or not antex.has_satellites:
-        return {}
-    return {"file-satantfile": folder / ANTEX_NAME, "pos1-posopt1": 1}
+        Raises
+        ------
+        InputError
+            The ANTEX file lacks an antenna.
+        """
+        options: dict[str, object] = {}
+        for key, antenna in (("ant1", self.rover), ("ant2", self.base)):
+            options[f"{key}-antdele"] = antenna.east
+            options[f"{key}-antdeln"] = antenna.north
+            options[f"{key}-antdelu"] = antenna.height
+            if self.antex is not None:
+                options[f"{key}-anttype"] = self.antex.receiver_antenna(antenna.type).name
+        if self.antex is not None:
+            options["file-rcvantfile"] = folder / ANTEX_NAME
+            options["pos1-posopt2"] = 1  # phase centres of receivers
+        return options
 
+    @property
+    def has_satellites(self) -> bool:
+        """True if phase centres of satellites are known."""
+        return self.antex is not None and self.antex.has_satellites
 
-def antenna_warnings(base: AntennaSetup, rover: AntennaSetup, antex: Path | None) -> list[str]:
-    """A sentence if the antennas differ and their phase centres are not known."""
-    if antex is not None or base.type.split() == rover.type.split():
-        return []
-    return [
-        f"the antennas {base.type or '(no type)'} and {rover.type or '(no type)'} differ and no "
-        "ANTEX file is given: their phase centres may differ by centimetres in height"
-    ]
+    def satellite_options(self, folder: Path) -> dict[str, object]:
+        """Options for precise orbits, which refer to centres of mass: phase centres of satellites.
+
+        Parameters
+        ----------
+        folder
+            The engine's work folder, as in :meth:`options`.
+
+        Returns
+        -------
+        dict
+            Empty if the file has no antennas of satellites.
+        """
+        if not self.has_satellites:
+            return {}
+        return {"file-satantfile": folder / ANTEX_NAME, "pos1-posopt1": 1}
+
+    def file(self) -> dict[str, bytes]:
+        """The ANTEX file of both antennas and of all satellites by its name; empty without one."""
+        if self.antex is None:
+            return {}
+        own = tuple(self.antex.receiver_antenna(a.type) for a in (self.base, self.rover))
+        return {ANTEX_NAME: self.antex.of_baseline(own, satellites=True)}
+
+    def warnings(self, frequencies: int) -> list[str]:
+        """Sentences on phase centres that are not known, or not quite.
+
+        Parameters
+        ----------
+        frequencies
+            How many are used.
+        """
+        if self.antex is not None:
+            return self._inexact(self.antex, frequencies)
+        if self.base.type.split() == self.rover.type.split():
+            return []
+        return [
+            f"the antennas {self.base.type or '(no type)'} and {self.rover.type or '(no type)'} "
+            "differ and no ANTEX file is given: their phase centres may differ by centimetres in "
+            "height"
+        ]
+
+    def _inexact(self, antex: AntexFile, frequencies: int) -> list[str]:
+        """Sentences on antennas that the file has with another dome or with fewer frequencies."""
+        out = []
+        for name in dict.fromkeys((self.base.type, self.rover.type)):
+            found = antex.receiver_antenna(name)
+            if found.other_dome:
+                out.append(
+                    f"{antex.path.name} has no phase centres of {found.name.split()[0]} with the "
+                    f"dome {found.other_dome}: those without a dome (NONE) are taken, which may "
+                    "differ by some millimetres in height"
+                )
+            if len(found.frequencies) < frequencies:
+                out.append(
+                    f"{antex.path.name} has phase centres of {' '.join(found.name.split())} for "
+                    f"{', '.join(found.frequencies)} only: further frequencies are used without"
+                )
+        return out

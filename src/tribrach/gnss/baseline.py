@@ -20,16 +20,10 @@ from numpy.typing import ArrayLike
 
 from tribrach._types import Array, Progress
 from tribrach.errors import InputError
-from tribrach.gnss.antennas import (
-    ANTEX_NAME,
-    AntennaSetup,
-    antenna_options,
-    antenna_warnings,
-    satellite_options,
-)
+from tribrach.gnss.antennas import AntennaSetup, BaselineAntennas
 from tribrach.gnss.attempts import FREQUENCIES, Attempt, choose, reason
 from tribrach.gnss.engine import EngineName, run_engine, staged
-from tribrach.gnss.orbits import check_precise, check_together, usable_systems
+from tribrach.gnss.orbits import check_precise, check_together, idle_systems, usable_systems
 from tribrach.gnss.outcome import RunOutcome, outcome_of, stated_factor
 from tribrach.gnss.phase_noise import PhaseNoise
 from tribrach.gnss.pieces import PieceScatter, piece_scatter, piece_spans
@@ -38,7 +32,6 @@ from tribrach.instruments.final_solution import (
     FinalSolution,
 )
 from tribrach.io.gnss.antex_file import read_antex
-from tribrach.io.gnss.galileo_records import galileo_records
 from tribrach.io.gnss.l2_phases import SHIFT, aligned_l2
 from tribrach.io.gnss.observation_file import RinexObservations, read_observations
 from tribrach.io.gnss.orbit_files import Orbits, read_orbits
@@ -60,6 +53,8 @@ RARELY = 0.5
 NOISY = 0.0104
 #: receivers know their place better than this [m]
 ASTRAY = 100.0
+#: satellites are at least this far away [m]
+NEAREST = 2.0e7
 #: beyond this length the covariance is too small [m]
 LONG = 20_000.0
 #: bits of RTKLIB's satellite systems
@@ -84,6 +79,28 @@ def doubts_of_place(base: RinexObservations, reference: Array) -> list[str]:
         f"the coordinates of the base are {away:.0f} m from the position in the header of "
         f"{base.path.name}: are they right, or are base and rover exchanged? The baseline would be "
         f"off by some {1e6 * away / 6.4e6:.0f} ppm"
+    ]
+
+
+def doubts_of_orbits(orbits: Orbits, used: Sequence[str], length: float) -> list[str]:
+    """A sentence if broadcast orbits of satellites that were used are not known well.
+
+    Parameters
+    ----------
+    orbits
+        With the satellites whose accuracy is beyond what their signal can state.
+    used
+        Names of the satellites that the engine used.
+    length
+        Of the baseline [m].
+    """
+    coarse = sorted(set(orbits.coarse) & set(used))
+    if not coarse or orbits.precise is not None:
+        return []
+    return [
+        f"the broadcast orbits of {len(coarse)} Galileo satellites ({', '.join(coarse)}) state an "
+        f"accuracy of {orbits.accuracy:g} m: errors of this size change {length:.0f} m by "
+        f"{1e3 * orbits.accuracy * length / NEAREST:.1f} mm"
     ]
 
 
@@ -260,6 +277,8 @@ class Baseline:
         Files of precise orbits; empty if broadcast orbits were used.
     heights
         Of the antennas over the marks [m], base first.
+    idle
+        Systems in the observations that took no part, each with the reason.
     noise
         Of the phases, None if the factor does not come from them.
     pieces
@@ -296,6 +315,7 @@ class Baseline:
     files: tuple[str, str] = ("", "")
     orbits: tuple[str, ...] = ()
     heights: tuple[float, float] = (0.0, 0.0)
+    idle: tuple[str, ...] = ()
     noise: PhaseNoise | None = None
     pieces: PieceScatter | None = None
     warnings: tuple[str, ...] = field(default=())
@@ -357,14 +377,15 @@ def compute_baseline(
         )
     progress("reading RINEX", 0, 2 + len(navigation))
     first, second = read_observations(base), read_observations(rover)
-    orbits = read_orbits(navigation)
+    orbits = read_orbits(navigation).for_engine()
     check_together(first, second, orbits.broadcast)
     systems = usable_systems(first, second, orbits.broadcast, settings.systems)
     if orbits.precise is not None:
         check_precise(orbits.precise, first, second)
-    setups = (
+    setups = BaselineAntennas(
         base_antenna or AntennaSetup.of(first),
         rover_antenna or AntennaSetup.of(second),
+        None if settings.antex is None else read_antex(settings.antex),
     )
     progress("computing baseline", 0, 1)
     found = _computed(first, second, orbits, setups, settings, reference, systems, progress)
@@ -437,7 +458,7 @@ def _computed(
     first: RinexObservations,
     second: RinexObservations,
     orbits: Orbits,
-    setups: tuple[AntennaSetup, AntennaSetup],
+    setups: BaselineAntennas,
     settings: Processing,
     reference: Array,
     systems: str,
@@ -463,10 +484,12 @@ def _computed(
             pieces.append((piece, int(((times > start) & (times < end)).sum())))
     if spans:
         progress("pieces of the session", len(spans), len(spans))
+    length = float(np.linalg.norm(whole.place - reference))
     warnings = [
         *doubts_of_place(first, reference),
         *doubts_of_files(first, second),
-        *antenna_warnings(*setups, settings.antex),
+        *setups.warnings(settings.frequencies),
+        *doubts_of_orbits(orbits, whole.satellites_used, length),
     ]
     baseline = _baseline(
         (first, second), reference, whole, settings, (used, systems, engine), len(times), warnings
@@ -478,12 +501,17 @@ def _computed(
             f"{first.path.name} to {second.path.name}",
             baseline.length,
             precise=orbits.precise is not None,
-            satellites="file-satantfile" in options,
+            satellites=setups.has_satellites,
         )
     return replace(
         baseline,
         orbits=orbits.names,
-        heights=(setups[0].height, setups[1].height),
+        idle=tuple(
+            idle_systems(first, second, orbits.broadcast, settings.systems, whole.satellites_used)
+            if whole.satellites_used
+            else ()
+        ),
+        heights=(setups.base.height, setups.rover.height),
         warnings=(*baseline.warnings, *far),
     )
 
@@ -492,7 +520,7 @@ def _solved(
     first: RinexObservations,
     second: RinexObservations,
     orbits: Orbits,
-    setups: tuple[AntennaSetup, AntennaSetup],
+    setups: BaselineAntennas,
     settings: Processing,
     options: dict[str, object],
     span: tuple[float, float] | None = None,
@@ -507,17 +535,12 @@ def _solved(
         First and last time [s] to take, None for all.
     """
     with scratch_folder() as folder:
-        antex = None if settings.antex is None else read_antex(settings.antex)
-        options |= antenna_options(*setups, antex, folder)
-        if antex is not None:
-            staged(folder, {ANTEX_NAME: antex.data})
+        options |= setups.options(folder)
+        staged(folder, setups.file())
         contents = {"rover.obs": second.text, "base.obs": first.text}
-        contents |= {
-            f"orbits{k}.nav": galileo_records(file.text).text
-            for k, file in enumerate(orbits.broadcast)
-        }
+        contents |= {f"orbits{k}.nav": file.text for k, file in enumerate(orbits.broadcast)}
         if orbits.precise is not None:
-            options |= satellite_options(antex, folder)
+            options |= setups.satellite_options(folder)
             common = first.satellites & second.satellites
             contents["precise.sp3"] = sp3_text(orbits.precise, common)
         files = staged(folder, contents)

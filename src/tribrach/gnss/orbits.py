@@ -16,10 +16,20 @@ from tribrach.io.gnss.navigation_file import NavigationFile
 from tribrach.io.gnss.observation_file import RinexObservations
 from tribrach.io.gnss.precise_file import PreciseOrbits
 
-__all__ = ["calendar", "check_precise", "check_together", "usable_systems"]
+__all__ = ["calendar", "check_precise", "check_together", "idle_systems", "usable_systems"]
 
 #: broadcast orbits are used up to this far from their time [s]
 ORBIT_AGE = 14400.0
+#: names of the satellite systems
+_NAMES = {
+    "G": "GPS",
+    "R": "GLONASS",
+    "E": "Galileo",
+    "C": "BeiDou",
+    "J": "QZSS",
+    "I": "NavIC",
+    "S": "SBAS",
+}
 #: phases of fewer satellites give no position
 FEWEST = 4
 #: epochs that the engine's polynomials go through, and their largest step [s]
@@ -115,6 +125,63 @@ def usable_systems(
             cure="name others, such as GREC",
         )
     return systems
+
+
+def idle_systems(
+    base: RinexObservations,
+    rover: RinexObservations,
+    orbits: Sequence[NavigationFile],
+    wanted: str,
+    used: Sequence[str],
+) -> list[str]:
+    """Why satellite systems of the observations took no part in a baseline.
+
+    Parameters
+    ----------
+    base, rover
+        Observations of the two receivers.
+    orbits
+        Broadcast orbits.
+    wanted
+        Letters of the systems that were asked for.
+    used
+        Names of the satellites that the engine used.
+
+    Returns
+    -------
+    list of str
+        Name of the system and reason, for each that observations hold.
+    """
+    start, end = max(base.times[0], rover.times[0]), min(base.times[-1], rover.times[-1])
+    present = sorted(base.systems | rover.systems, key=lambda s: (list(_NAMES).index(s), s))
+    out = []
+    for letter in present:
+        if any(name[0] == letter for name in used):
+            continue
+        common = {name for name in base.satellites & rover.satellites if name[0] == letter}
+        known: set[str] = set()
+        for orbit in orbits:
+            near = (orbit.times > start - ORBIT_AGE) & (orbit.times < end + ORBIT_AGE)
+            known |= set(orbit.satellites[near].tolist()) & common
+        if letter not in wanted.upper():
+            why = f"not among the systems asked for ({wanted.upper()})"
+        elif letter not in rover.systems or letter not in base.systems:
+            only = base if letter in base.systems else rover
+            why = f"only in {only.path.name}"
+        elif not common:
+            why = "the receivers have no satellite of it in common"
+        elif not known:
+            names = ", ".join(sorted(common))
+            why = f"no navigation message for {names} at the time of the session"
+        elif len(known) < 2:
+            why = f"{_count(len(known))} with orbits, and differences need two"
+        else:
+            why = (
+                f"the engine used none of {len(known)} satellites: below the elevation mask, "
+                "unhealthy, without accuracy of their orbits, or without the phases it takes"
+            )
+        out.append(f"{_NAMES[letter]} ({letter}): {why}")
+    return out
 
 
 def _span(file: RinexObservations) -> str:

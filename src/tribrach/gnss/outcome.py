@@ -57,6 +57,8 @@ class RunOutcome:
         Root mean square of the phases' double differences [m], None if the engine gives none.
     unsure : (3, 3)
         Covariance of what was taken out for the air [m^2]; pieces of a session share it.
+    satellites_used
+        Names of the satellites.
     """
 
     place: Array
@@ -69,6 +71,7 @@ class RunOutcome:
     noise: PhaseNoise | None
     residual: float | None
     unsure: Array
+    satellites_used: tuple[str, ...] = ()
 
     def covariance(self, factor: float) -> Array:
         """Covariance (3, 3) [m^2] with a factor on formal sigmas, without what pieces share."""
@@ -131,6 +134,7 @@ def outcome_of(
         noise,
         residual,
         unsure,
+        () if used is None else used.satellites,
     )
 
 

@@ -56,6 +56,7 @@ def baseline_facts(baseline: Baseline) -> dict[str, Any]:
             }
             for a in baseline.attempts
         ],
+        "systems_idle": list(baseline.idle),
         "phase_noise": None
         if baseline.noise is None
         else {
@@ -124,6 +125,8 @@ def baseline_lines(baseline: Baseline) -> list[str]:
         words.append(f"noise: {baseline.noise.sentence()}")
     if baseline.pieces is not None:
         words.append(f"check: {baseline.pieces.sentence()}; {UNSEEN}")
+    if baseline.idle:
+        words.insert(2, f"systems without part: {'; '.join(baseline.idle)}")
     if baseline.orbits:
         words.insert(2, f"orbits: precise ones of {', '.join(baseline.orbits)}")
     if baseline.choice:

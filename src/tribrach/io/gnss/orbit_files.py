@@ -8,10 +8,11 @@ have nothing to add.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tribrach.errors import InputError
+from tribrach.io.gnss.galileo_records import galileo_records
 from tribrach.io.gnss.navigation_file import NavigationFile, read_navigation
 from tribrach.io.gnss.precise_file import PreciseOrbits, is_sp3, joined, read_sp3
 from tribrach.io.unpacking import unpacked_bytes
@@ -31,11 +32,30 @@ class Orbits:
         Precise orbits of all SP3 files together, None without any.
     names
         Names of the SP3 files.
+    coarse
+        Galileo satellites whose accuracy is beyond the scale of the signal.
+    accuracy
+        The largest that they state [m].
     """
 
     broadcast: tuple[NavigationFile, ...]
     precise: PreciseOrbits | None = None
     names: tuple[str, ...] = ()
+    coarse: tuple[str, ...] = ()
+    accuracy: float = 0.0
+
+    def for_engine(self) -> Orbits:
+        """The same with Galileo records as the engine takes them."""
+        records = [galileo_records(file.text) for file in self.broadcast]
+        return replace(
+            self,
+            broadcast=tuple(
+                replace(file, text=own.text)
+                for file, own in zip(self.broadcast, records, strict=True)
+            ),
+            coarse=tuple(sorted({name for own in records for name in own.coarse})),
+            accuracy=max((own.accuracy for own in records), default=0.0),
+        )
 
 
 def read_orbits(paths: Sequence[Path]) -> Orbits:

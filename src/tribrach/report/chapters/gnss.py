@@ -205,6 +205,10 @@ def _session_sentences(sessions: Sequence[SessionResult]) -> list[str]:
         for b in rows
         if b.choice
     ]
+    idle = dict.fromkeys((s.name, text) for s, b in _all(sessions) for text in b.idle)
+    if idle:
+        named = "; ".join(f"{text} in session {name}" for name, text in idle)
+        out.append(f"Satellite systems in the files that took no part: {named}.")
     checked = [b.pieces for b in rows if b.pieces is not None]
     if checked:
         ratios = [p.ratio for p in checked]

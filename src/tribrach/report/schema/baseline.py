@@ -78,6 +78,7 @@ class BaselineFigures(DocumentPart):
     frequencies: int
     choice: str
     attempts: list[AttemptPart]
+    systems_idle: list[str]
     phase_noise: PhaseNoisePart | None
     pieces: PiecesPart | None
     warnings: list[str]
