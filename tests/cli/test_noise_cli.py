@@ -108,6 +108,21 @@ def test_the_instrument_of_a_project_is_compared(hall_file: Path, tmp_path: Path
         assert why in " ".join(result.output.split())
 
 
+def test_smoothed_ranges_are_recognised(hall_file: Path, tmp_path: Path) -> None:
+    """Means of three ranges along the columns, where surfaces allow it."""
+    las = laspy.read(hall_file)
+    xyz = np.asarray(las.xyz)
+    length = np.linalg.norm(xyz, axis=1)
+    near = np.abs(np.diff(length)) < 0.05
+    kept = np.flatnonzero(near[:-1] & near[1:]) + 1
+    smooth = length.copy()
+    smooth[kept] = (length[kept - 1] + length[kept] + length[kept + 1]) / 3
+    las.xyz = xyz * (smooth / length)[:, None]
+    las.write(str(tmp_path / "smooth.laz"))
+    assert "averaged or smoothed the ranges" not in run(hall_file)
+    assert "averaged or smoothed the ranges" in run(tmp_path / "smooth.laz")
+
+
 def test_rounded_coordinates_and_no_intensity_are_said(tmp_path: Path) -> None:
     path = written(tmp_path / "coarse.las", step=0.002, light=False)
     said = run(path)

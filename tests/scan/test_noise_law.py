@@ -184,6 +184,20 @@ def test_intensity_without_effect_is_no_law():
     assert "zero or below" in found.why
 
 
+def test_decibels_stretched_over_16_bits_have_a_law_too():
+    """40 decibels over 65535 steps: a power describes the noise within 3 % of the variance."""
+    law = RangeLaw(2e-5, -1.0, 5e-4, 1e-5, 1.0)
+    observed = made(11, 4000, law)
+    stretched = 65535 * (10 * np.log10(observed.intensity) + 40) / 40
+    found = fit_noise(replace(observed, intensity=stretched))
+    light = np.array([0.03, 0.08, 0.2, 0.6])
+    there = 65535 * (10 * np.log10(light) + 40) / 40
+    assert found.law.sigma(there) == pytest.approx(law.sigma(light), rel=0.04)
+    smooth = found.smooth
+    for one in noise_classes(smooth, smooth.stated(found.noise()), "intensity"):
+        assert 0.93 < one.chi2_dof < 1.07
+
+
 def test_what_range_and_incidence_still_do_is_measured():
     law = RangeLaw(4e-5, -0.7, 5e-4, 1e-5, 1.0)
     observed = made(9, 3000, law)

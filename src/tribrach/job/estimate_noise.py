@@ -27,6 +27,10 @@ _WIDTHS = (0.5, 2.0)
 _OTHER = 1.5
 #: sigmas of another width that speak of surfaces, or of what neighbours share, not of chance
 _BENT, _SHARED = 1.25, 0.8
+#: share of the variance, and width over that of a beam, from which on shared errors are no overlap
+_FILTER, _BEAMS = 0.2, 2.0
+#: a beam where none is stated [m]
+_WIDE = 0.010
 #: variance factor of the patches from which on surfaces and not a scanner scatter
 _SURFACES = 2.0
 #: the noise of angles and the place are known where they are so many times their sigmas
@@ -165,6 +169,21 @@ class NoiseEstimate:
             elif one.factor < _SHARED and not wider:
                 out.append(f"{words} (limit {_SHARED:g}): surfaces bend, or points share errors")
         return out
+
+    @property
+    def filtered(self) -> tuple[float, float] | None:
+        """Angle [rad] that neighbours share errors over where no beam is so wide, over its width.
+
+        None where they share little or no more than overlapping beams do. Without a beam that is
+        stated its width is taken for 10 mm at the typical range, more than survey scanners have.
+        """
+        shared = self.shared
+        if shared is None or not shared.told or shared.share < _FILTER:
+            return None
+        at = self.fitted.typical_range
+        beam = _WIDE if self.beam is None else float(self.beam.diameter(np.array([at]))[0])
+        times = shared.angle * at / beam
+        return (shared.angle, times) if times > _BEAMS else None
 
     @property
     def angles_known(self) -> bool:

@@ -151,6 +151,16 @@ def _left(estimate: NoiseEstimate) -> Iterable[str]:
     if estimate.shared is not None:
         words = estimate.shared.sentence()
         yield f"{words[0].upper()}{words[1:]}."
+        filtered = estimate.filtered
+        if filtered is not None:
+            angle, times = filtered
+            yield (
+                f"Errors are shared over {1e3 * angle:.2g} mrad, {times:.0f} times the width of a "
+                "beam: the scanner or a program has averaged or smoothed the ranges, or the "
+                "surfaces have texture. Single beams have more noise than is seen, and planes take "
+                f"up a part: the points have {max(estimate.shared.lost, 1.0) ** 0.5:.2f} times the "
+                "sigmas of the law."
+            )
     if estimate.stated is None:
         return
     smooth = fitted.smooth
