@@ -11,6 +11,7 @@ import functools
 import gzip
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +22,7 @@ from typer.testing import CliRunner
 from tribrach.cli import app
 from tribrach.gnss.baseline import Baseline, Processing, compute_baseline
 from tribrach.gnss.engine import engines
+from tribrach.report.baseline import baseline_lines
 
 from .test_baseline import BASE_3040, ROVER_0759, geonet
 
@@ -32,6 +34,8 @@ RUN = CliRunner()
 IGNF = np.array([4201694.1440, 177888.8370, 4779371.7670])
 DAYS = {"230910": "253z", "230913": "256z"}
 AS_ASKED = Processing(alternatives=False)
+#: without pieces, which cost as much again for each attempt
+QUICK = Processing(pieces=False)
 
 
 def rgp(folder: Path, day: str) -> tuple[Path, Path, list[Path]]:
@@ -169,7 +173,7 @@ def test_without_indicators_l1_alone_is_left(shared_data: Path, tmp_path: Path) 
     plain = tmp_path / "pana.23o"
     body = ["".join(rows) for _, rows in epochs]
     plain.write_text(head + re.sub(r"(\.\d{3})4(\d)", r"\1 \2", "".join(body)))
-    found = compute_baseline(base, plain, orbits, IGNF)
+    found = compute_baseline(base, plain, orbits, IGNF, QUICK)
     assert [a.what for a in found.attempts] == ["L1 and L2", "L1 alone"]
     assert (found.ambiguities, found.frequencies) == ("fixed", 1)
     assert "mixed" not in found.choice
@@ -201,14 +205,14 @@ def test_a_quarter_of_a_cycle_put_into_good_phases_comes_out_again(
     shared_data: Path, tmp_path: Path
 ) -> None:
     base, rover, orbits = geonet(shared_data)
-    before = compute_baseline(base, rover, orbits, BASE_3040)
+    before = compute_baseline(base, rover, orbits, BASE_3040, QUICK)
     assert not before.attempts
     one, two = tmp_path / "3040.05o", tmp_path / "0759.05o"
     one.write_text(flagged(base.read_text(), lambda name: True, 0.0))
     two.write_text(flagged(rover.read_text(), lambda name: int(name[1:]) % 2 == 0, 0.25))
-    spoiled = compute_baseline(one, two, orbits, BASE_3040, AS_ASKED)
+    spoiled = compute_baseline(one, two, orbits, BASE_3040, replace(QUICK, alternatives=False))
     assert spoiled.ambiguities == "float" or spoiled.residual > 0.0104  # type: ignore[operator]
-    found = compute_baseline(one, two, orbits, BASE_3040)
+    found = compute_baseline(one, two, orbits, BASE_3040, QUICK)
     moved = found.attempts[1]
     assert (moved.ambiguities, moved.frequencies) == ("fixed", 2)
     assert moved.fixed_share == pytest.approx(before.fixed_share, abs=0.02)
@@ -216,7 +220,7 @@ def test_a_quarter_of_a_cycle_put_into_good_phases_comes_out_again(
     assert np.linalg.norm(found.rover - ROVER_0759) < 0.015
     # moved the wrong way they are half a cycle off
     two.write_text(flagged(rover.read_text(), lambda name: int(name[1:]) % 2 == 0, -0.25))
-    wrong = compute_baseline(one, two, orbits, BASE_3040)
+    wrong = compute_baseline(one, two, orbits, BASE_3040, QUICK)
     assert wrong.attempts[1].ambiguities == "float"
     assert (wrong.ambiguities, wrong.frequencies) == ("fixed", 1)
 
@@ -229,7 +233,10 @@ def test_headline_of_the_command(shared_data: Path) -> None:
     assert asked.exit_code == 0, asked.output
     assert "float ambiguities, 4 % of 480 epochs fixed, ratio 1.6, sigma" in asked.output
     assert "choice:" not in asked.output
-    found = RUN.invoke(app, call)
-    assert re.search("fixed ambiguities, 9[89] % of 480 epochs fixed", found.output.splitlines()[0])
-    assert "choice: L1 alone is taken" in found.output
-    assert "(taken)" in found.output
+    words = baseline_lines(whole(shared_data, "230913"))
+    assert re.search("fixed ambiguities, 9[89] % of 480 epochs fixed, ratio", words[0])
+    choice = next(line for line in words if line.startswith("choice: L1 alone is taken"))
+    # how far the pieces of both ways scatter
+    its, others = (float(x) for x in re.findall(r"10 pieces scatter by ([\d.]+) mm", choice))
+    assert others > 3 * its
+    assert sum(line.endswith("(taken)") for line in words) == 1

@@ -235,9 +235,12 @@ def test_a_float_baseline_takes_part_with_its_covariance_and_is_named(
     assert chapter is not None
     words = " ".join(chapter.sentences)
     assert "ambiguities of 1 are fixed" in words
-    assert "Not fixed is A to B" in words
+    assert "Not fixed in session one is A to B" in words
     assert "float ambiguities, 4 % of 100 epochs fixed, ratio 1.5, sigma 58.3 mm" in words
-    assert "A to B was doubtful and computed in other ways too: L1 and L2 is kept" in words
+    assert (
+        "A to B of session one was doubtful and computed in other ways too: L1 and L2 is kept"
+        in words
+    )
     tables = {table.name: table for table in chapter.tables}
     assert [len(tables[f"gnss-{name}"].rows) for name in ("baselines", "attempts")] == [2, 2]
     states = [b.ambiguities for b in chapter.data.baselines]  # type: ignore[union-attr]

@@ -29,6 +29,7 @@ from tribrach.gnss.phase_noise import PhaseNoise
 from tribrach.gnss.pieces import PieceScatter, piece_scatter, piece_spans
 from tribrach.instruments.final_solution import (
     FEWEST_CHECKED,
+    RARELY,
     FinalSolution,
 )
 from tribrach.io.gnss.antex_file import read_antex
@@ -46,8 +47,6 @@ from tribrach.scratch import scratch_folder
 
 __all__ = ["Baseline", "Processing", "compute_baseline", "doubts_of_length"]
 
-#: fewer fixed epochs than this share are worth a sentence
-RARELY = 0.5
 #: double differences of phases at 45 degrees have this standard deviation by the weights of the
 #: engine [m]: twice the root of 3 mm squared and (3 mm / sin 45 degrees) squared
 NOISY = 0.0104

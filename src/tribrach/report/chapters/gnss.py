@@ -196,13 +196,15 @@ def _session_sentences(sessions: Sequence[SessionResult]) -> list[str]:
         f"Formal standard deviations of the engine are multiplied by {spread} ({origin}).",
     ]
     out += [
-        f"Not fixed is {baseline_headline(b)}; it takes part with that covariance."
-        for b in rows
+        f"Not fixed in session {s.name} is {baseline_headline(b)}; it takes part with that "
+        "covariance."
+        for s, b in _all(sessions)
         if b.ambiguities != "fixed"
     ]
     out += [
-        f"{b.names[0]} to {b.names[1]} was doubtful and computed in other ways too: {b.choice}."
-        for b in rows
+        f"{b.names[0]} to {b.names[1]} of session {s.name} was doubtful and computed in other ways "
+        f"too: {b.choice}."
+        for s, b in _all(sessions)
         if b.choice
     ]
     idle = dict.fromkeys((s.name, text) for s, b in _all(sessions) for text in b.idle)
