@@ -11,7 +11,7 @@ from tribrach._types import Progress
 from tribrach.errors import InputError
 from tribrach.instruments.beam import Beam
 from tribrach.instruments.scan_noise import ScanNoise
-from tribrach.scan.neighbour_correlation import NeighbourCorrelation, neighbour_correlation
+from tribrach.scan.neighbour_correlation import NeighbourCorrelation, smooth_correlation
 from tribrach.scan.noise_law import By, FittedNoise, NoiseClass, fit_noise, noise_classes
 from tribrach.scan.observed_noise import GATES, ObservedNoise, joined, observed_noise
 from tribrach.scan.scan import Scan
@@ -284,7 +284,7 @@ def estimate_noise(
     return NoiseEstimate(
         tuple(told),
         fitted,
-        _shared(fitted),
+        smooth_correlation(fitted),
         stated,
         stated_by,
         tuple(one for one in widths if one is not None),
@@ -339,10 +339,3 @@ def _of_width(
     smooth = fitted.smooth
     ratio = smooth.stated(found.noise()).mean() / smooth.stated(fitted.noise()).mean()
     return NoiseOfWidth(width, found.patches, float(np.sqrt(ratio)))
-
-
-def _shared(fitted: FittedNoise) -> NeighbourCorrelation | None:
-    """What neighbours share of the noise, by the smooth patches."""
-    smooth = fitted.smooth
-    scaled = smooth.residual / np.sqrt(smooth.stated(fitted.noise()))
-    return neighbour_correlation(scaled, smooth.row, smooth.column, smooth.patch, smooth.pitch)

@@ -19,11 +19,12 @@ from tribrach.instruments.range_law import RangeLaw
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.job.scans import StationScan
 from tribrach.job.state import Remembered
-from tribrach.scan.noise_law import By, NoiseClass, fit_noise, noise_classes
+from tribrach.scan.neighbour_correlation import smooth_correlation
+from tribrach.scan.noise_law import By, FittedNoise, NoiseClass, fit_noise, noise_classes
 from tribrach.scan.observed_noise import ObservedNoise, joined, observed_noise
 from tribrach.scan.scan import Scan
 
-__all__ = ["CAUSES", "StatedNoise", "Verdict", "stated_noise"]
+__all__ = ["CAUSES", "NeighbourNoise", "StatedNoise", "Verdict", "stated_noise"]
 
 Verdict = Literal["as stated", "more than stated", "less than stated", "undecided"]
 
@@ -38,6 +39,32 @@ _LEVEL = 0.95
 #: patches and records of all scans of an instrument that are looked at, and of one scan at least
 _PATCHES, _RECORDS = 10_000, 2_000_000
 _LEAST_PATCHES, _LEAST_RECORDS, _MOST_RECORDS = 200, 100_000, 500_000
+
+
+@dataclass(frozen=True)
+class NeighbourNoise:
+    """What neighbouring points share of the variance of their ranges, stated and seen.
+
+    Attributes
+    ----------
+    stated
+        The share that is stated, None if nobody says.
+    share, sigma
+        As the scans show it, zero if they show none, and its standard deviation.
+    angle
+        Over which they share it [rad], zero if they show none.
+    factor
+        Points that count as one in a wide mean at the pitch of the scans.
+    words
+        What was seen, in words.
+    """
+
+    stated: float | None
+    share: float
+    sigma: float
+    angle: float
+    factor: float
+    words: str
 
 
 @dataclass(frozen=True)
@@ -60,6 +87,8 @@ class StatedNoise:
         The same by intensity, range and incidence.
     law
         What the scans themselves show of a law of the intensity; None if none.
+    neighbours
+        What neighbouring points share; None with too few patches.
     why
         Why there is nothing, or no law.
     """
@@ -72,6 +101,7 @@ class StatedNoise:
     whole: NoiseClass | None
     classes: Mapping[By, tuple[NoiseClass, ...]]
     law: RangeLaw | None
+    neighbours: NeighbourNoise | None = None
     why: str = ""
 
     @property
@@ -168,7 +198,7 @@ def _facts(scans: Sequence[Scan], noise: ScanNoise) -> dict[str, Any]:
     observed = _observed(scans)
     lawful = noise.law is not None and bool(np.isfinite(observed.intensity).any())
     facts: dict[str, Any] = {"lawful": lawful, "patches": observed.patches, "smooth": 0}
-    facts |= {"whole": None, "law": None, "classes": {}}
+    facts |= {"whole": None, "law": None, "classes": {}, "neighbours": None}
     try:
         fitted = fit_noise(observed)
     except InputError as error:
@@ -184,8 +214,21 @@ def _facts(scans: Sequence[Scan], noise: ScanNoise) -> dict[str, Any]:
             for by in CAUSES
         },
         "law": None if fitted.law is None else asdict(fitted.law),
+        "neighbours": _neighbours(fitted, noise),
         "why": fitted.why,
     }
+
+
+def _neighbours(fitted: FittedNoise, noise: ScanNoise) -> dict[str, Any] | None:
+    """What neighbours share, as plain numbers."""
+    seen = smooth_correlation(fitted)
+    if seen is None:
+        return None
+    return asdict(
+        NeighbourNoise(
+            noise.shared_share, seen.share, seen.sigma, seen.angle, seen.factor, seen.sentence()
+        )
+    )
 
 
 def _observed(scans: Sequence[Scan]) -> ObservedNoise:
@@ -216,5 +259,6 @@ def _from_facts(name: str, scans: tuple[str, ...], facts: Mapping[str, Any]) -> 
             by: tuple(NoiseClass(**one) for one in facts["classes"].get(by, ())) for by in CAUSES
         },
         law=None if facts["law"] is None else RangeLaw(**facts["law"]),
+        neighbours=None if facts["neighbours"] is None else NeighbourNoise(**facts["neighbours"]),
         why=facts["why"],
     )

@@ -21,8 +21,9 @@ from scipy.optimize import nnls
 from tribrach._types import Array, Index, Mask
 from tribrach.errors import InputError
 from tribrach.instruments.neighbours import RangeCorrelation, overlap_share
+from tribrach.scan.noise_law import FittedNoise
 
-__all__ = ["NeighbourCorrelation", "neighbour_correlation"]
+__all__ = ["NeighbourCorrelation", "neighbour_correlation", "smooth_correlation"]
 
 
 @dataclass(frozen=True)
@@ -70,6 +71,8 @@ class NeighbourCorrelation:
         Share of the range variance, and its standard deviation.
     angle
         Diameter of the discs whose overlap it goes with [rad]; zero if nothing was told.
+    widest
+        The widest discs that were tried, as large as the patches [rad].
     pitch : array (2,)
         Median angles from row to row and from column to column [rad].
     lags : array (k, 2)
@@ -87,6 +90,7 @@ class NeighbourCorrelation:
     share: float
     sigma: float
     angle: float
+    widest: float
     pitch: Array
     lags: Index
     correlation: Array
@@ -123,14 +127,15 @@ class NeighbourCorrelation:
     def sentence(self) -> str:
         """The estimate in words."""
         from_row, from_column = self.nearest
+        more = " or more" if self.angle >= self.widest else ""
         seen = f"{self.points} points on {self.patches} patches"
         if not self.told:
             return f"{seen} show nothing that neighbours share"
         return (
             f"neighbours share {self.share:.2f} (sigma {self.sigma:.2f}) of the variance of ranges "
-            f"over {1e3 * self.angle:.2g} mrad, by {seen}: correlation {from_row:.2f} from row to "
-            f"row and {from_column:.2f} from column to column, so that {self.factor:.1f} points "
-            "count as one"
+            f"over {1e3 * self.angle:.2g} mrad{more}, by {seen}: correlation {from_row:.2f} from "
+            f"row to row and {from_column:.2f} from column to column, so that {self.factor:.1f} "
+            "points count as one"
         )
 
 
@@ -141,7 +146,7 @@ def neighbour_correlation(
     patch: Index,
     pitch: Array,
     *,
-    degree: int = 1,
+    degree: int = 2,
 ) -> NeighbourCorrelation | None:
     """Estimate the correlation of neighbouring points from residuals on patches.
 
@@ -157,7 +162,7 @@ def neighbour_correlation(
         Angles from row to row and from column to column [rad].
     degree
         Of the surfaces that are taken out of the residuals, at least that of the fits: 1 for
-        planes, 2 where bows of the surface shall not count as errors that neighbours share.
+        planes, 2 so that bows of the surface do not count as errors that neighbours share.
 
     Returns
     -------
@@ -190,6 +195,25 @@ def neighbour_correlation(
     if len(used) < GATES.fewest_patches:
         return None
     return _fitted([p for p in patches if p is not None], each[chosen[used]])
+
+
+def smooth_correlation(fitted: FittedNoise) -> NeighbourCorrelation | None:
+    """Estimate what neighbours share from the smooth patches of a scanner's scans.
+
+    Parameters
+    ----------
+    fitted
+        Laws of the noise and the patches that they were fitted to; residuals are taken over what
+        the laws give.
+
+    Returns
+    -------
+    NeighbourCorrelation or None
+        None with too few patches.
+    """
+    smooth = fitted.smooth
+    scaled = smooth.residual / np.sqrt(smooth.stated(fitted.noise()))
+    return neighbour_correlation(scaled, smooth.row, smooth.column, smooth.patch, smooth.pitch)
 
 
 @dataclass(frozen=True, eq=False)
@@ -366,6 +390,7 @@ def _fitted(patches: list[_Patch], pitches: Array) -> NeighbourCorrelation:
         share=share if told else 0.0,
         sigma=sigma,
         angle=float(widths[best]) if told else 0.0,
+        widest=float(widths[-1]),
         pitch=pitch,
         lags=np.array(_LAGS)[_LISTED],
         correlation=correlation[_LISTED],

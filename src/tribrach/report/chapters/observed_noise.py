@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from tribrach.job.results import JobResults
-from tribrach.job.stated_noise import StatedNoise, Verdict
+from tribrach.job.stated_noise import NeighbourNoise, StatedNoise, Verdict
 from tribrach.report.chapter import Chapter
 from tribrach.report.content import Head
 from tribrach.report.numbers import count_cell, fixed_cell, mm_cell
@@ -24,8 +24,8 @@ _NOTE = (
     "slanted surface is in both figures. Stated is what the points of clouds have, with the "
     "incidence. The factor is observed over stated; its limits hold for all rows of an instrument "
     "together in 95 of 100 jobs, by chi-square with the degrees of freedom that the scatter from "
-    "patch to patch leaves. Roughness that even these surfaces have counts as noise, and what "
-    "neighbouring points share does not."
+    "patch to patch leaves. Roughness that even these surfaces have counts as noise. What "
+    "neighbouring points share is said above the table: means of many points are worse by it."
 )
 
 
@@ -64,6 +64,20 @@ class NoiseLaw(DocumentPart):
     high: float
 
 
+class NoiseOfNeighbours(DocumentPart):
+    """What neighbouring points share of the variance of their ranges."""
+
+    stated: float | None
+    """Share that is stated, none if nobody says: means then take all of it where beams overlap."""
+    share: float
+    sigma: float
+    """Share that the scans show, zero if none, and its standard deviation."""
+    angle: float
+    """Over which they share it [rad], zero if none is shown."""
+    factor: float
+    """Points that count as one in a wide mean at the pitch of the scans."""
+
+
 class InstrumentNoise(DocumentPart):
     """Noise stated for an instrument and observed on its scans."""
 
@@ -77,6 +91,8 @@ class InstrumentNoise(DocumentPart):
     classes: tuple[NoiseOfClass, ...]
     law: NoiseLaw | None
     """The law that these scans show, if they show one."""
+    neighbours: NoiseOfNeighbours | None
+    """None with too few patches."""
     remark: str
 
 
@@ -117,7 +133,19 @@ def _sentences(found: StatedNoise) -> list[str]:
         out.append(f"{_departs(found, by, one)}.")
     if found.law is not None and not found.lawful and (verdict != "as stated" or worst):
         out.append(f"What these scans show of {found.instrument} is a law: {found.law.words}.")
+    if found.neighbours is not None:
+        out.append(_neighbours(found.instrument, found.neighbours))
     return out
+
+
+def _neighbours(instrument: str, seen: NeighbourNoise) -> str:
+    """What neighbours share in the scans of an instrument, and what is stated of it."""
+    stated = (
+        "nothing is stated of it, so that means take points of overlapping beams for one"
+        if seen.stated is None
+        else f"{seen.stated:.2f} is stated"
+    )
+    return f"Neighbours of {instrument}: {seen.words}; {stated}."
 
 
 def _warnings(found: StatedNoise) -> Iterable[ReportWarning]:
@@ -192,6 +220,9 @@ def _part(found: StatedNoise) -> InstrumentNoise:
         smooth=found.smooth,
         classes=tuple(_classes(found)),
         law=None if found.law is None else NoiseLaw.model_validate(found.law),
+        neighbours=None
+        if found.neighbours is None
+        else NoiseOfNeighbours.model_validate(found.neighbours),
         remark=found.why,
     )
 
