@@ -1,5 +1,6 @@
 """What is remembered, and when it is void."""
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -49,6 +50,25 @@ def test_files_are_known_by_their_contents(tmp_path: Path) -> None:
     assert state.file_digest(one) == state.file_digest(two) == Remembered(tmp_path).file_digest(one)
     two.write_bytes(b"diff" * 1000)
     assert state.file_digest(one) != state.file_digest(two)
+
+
+def test_a_clock_that_is_set_back_hides_no_change(tmp_path: Path) -> None:
+    """A file of the same size is another one with an earlier date, and with the date it had."""
+    state, file = Remembered(tmp_path), tmp_path / "1"
+    file.write_bytes(b"same" * 1000)
+    before, date = state.file_digest(file), file.stat().st_mtime_ns
+    changed = set()
+    for number, back in enumerate((3600 * 10**9, 0), start=1):
+        file.write_bytes(b"edit%d" % number * 800)
+        os.utime(file, ns=(date - back, date - back))
+        assert file.stat().st_size == 4000
+        changed.add(state.file_digest(file))
+    assert len(changed) == 2
+    assert before not in changed
+    # and the file as it was is known by its content again
+    file.write_bytes(b"same" * 1000)
+    os.utime(file, ns=(date, date))
+    assert state.file_digest(file) == before
 
 
 def test_one_bit_changes_the_digest() -> None:

@@ -239,9 +239,21 @@ class Remembered:
         return [(path, record) for path, record in records if record is not None]
 
     def file_digest(self, path: Path) -> str:
-        """Digest of a file's contents."""
+        """Digest of a file's contents.
+
+        It is read again where anything of its size, place and dates is not as it was. Dates are
+        never compared by which is later, so that a clock that was set back changes nothing; the
+        date of its last change (``st_ctime``) is among them since programs that copy or edit a
+        file may give it the date of writing that it had.
+        """
         stamp = path.stat()
-        key = digest(str(path.resolve()), stamp.st_size, stamp.st_mtime_ns)
+        key = digest(
+            str(path.resolve()),
+            stamp.st_size,
+            stamp.st_mtime_ns,
+            stamp.st_ctime_ns,
+            stamp.st_ino,
+        )
         name = f"file-{digest(str(path.resolve()))[:16]}"
         known = self.recall(name, key)
         if known is not None:
