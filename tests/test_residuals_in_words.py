@@ -14,7 +14,9 @@ import pytest
 
 SOURCE = Path(__file__).resolve().parents[1] / "src" / "tribrach"
 #: what is a residual in words
-WORD = re.compile(r"\bresiduals?\b|\brmse?\b|\bscatters? (by|of)\b", re.IGNORECASE)
+WORD = re.compile(
+    r"\bresiduals?\b|\brmse?\b|\bscatters? (by|of)\b|\bdeparts? from\b", re.IGNORECASE
+)
 OPERATOR = re.compile(
     r"root mean square|\brmse?\b|\blargest\b|\bmedian\b|\bmean\b|standard deviation|sum of squares",
     re.IGNORECASE,

@@ -591,8 +591,12 @@ class _Patch:
             return Refused(f"it has the wrong radius: {radii}")
         size, sigma = departure(flat, light, fit, self.shape)
         sigma = float(np.hypot(sigma, np.sqrt(2) * self.shape.step))
-        if size > max(GATES.radius_share * self.radius, GATES.radius_sigmas * sigma):
-            return Refused(f"its edge is no circle: it departs from one by {1e3 * size:.1f} mm")
+        most = max(GATES.radius_share * self.radius, GATES.radius_sigmas * sigma)
+        if size > most:
+            return Refused(
+                f"its edge is no circle: it departs from one by {1e3 * size:.1f} mm (largest "
+                f"amplitude of a wave around it, limit {1e3 * most:.1f} mm)"
+            )
         sag, sigma = self._bend(fit)
         if sag > max(GATES.bend_radii * self.radius, GATES.radius_sigmas * sigma):
             return Refused(f"it is not flat: it bends by {1e3 * sag:.1f} mm over its radius")

@@ -162,8 +162,9 @@ def shape_of(
         )
     elif probability < GATES.false_alarm:
         reason = (
-            f"its surface departs from a sphere by {1e3 * form:.1f} mm where noise makes "
-            f"{1e3 * sigma_form:.1f} mm"
+            f"its surface departs from a sphere by {1e3 * form:.1f} mm (root mean square) where "
+            f"noise makes {1e3 * sigma_form:.1f} mm, beyond a limit of {GATES.false_alarm:.0e} for "
+            "the probability of as much by chance"
         )
     elif seen > _surface(fit.alike) and fit.s0 > (
         most := np.exp(GATES.patchy_sigmas * noise_doubt(int(on.sum())) / 2)
