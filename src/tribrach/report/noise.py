@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -21,6 +22,9 @@ from tribrach.report.tables import (
 )
 from tribrach.scan.noise_law import By, LastingEffect, NoiseClass
 from tribrach.units import SEC
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 __all__ = ["NoiseRow", "noise_page", "noise_rows", "noise_sentences", "noise_text"]
 
@@ -68,7 +72,12 @@ class NoiseRow:
             return f"{low:.1f} to {high:.1f} m"
         if self.by == "incidence":
             return f"{np.degrees(low):.0f} to {np.degrees(high):.0f}°"
-        return f"{low:.4g} to {high:.4g}"
+        return f"{_light(low)} to {_light(high)}"
+
+
+def _light(intensity: float) -> str:
+    """An intensity of any scale."""
+    return f"{intensity:.0f}" if abs(intensity) >= 1000 else f"{intensity:.3g}"
 
 
 def noise_rows(estimate: NoiseEstimate) -> list[NoiseRow]:
@@ -97,7 +106,7 @@ def _law(estimate: NoiseEstimate) -> Iterable[str]:
         light = np.array([law.low, np.sqrt(law.low * law.high), law.high])
         sigma, error = 1e3 * law.sigma(light), 1e3 * fitted.law_sigma(light)
         figures = ", ".join(
-            f"{s:.2f} mm (sigma {e:.2g}) at {i:.3g}"
+            f"{s:.2f} mm (sigma {e:.2g}) at {_light(i)}"
             for s, e, i in zip(sigma, error, light, strict=True)
         )
         yield f"Noise of ranges is a law of the intensity: {law.words}; {figures}."
@@ -251,7 +260,13 @@ def _picture(estimate: NoiseEstimate) -> Picture:
     fitted = estimate.fitted
     observed, law = fitted.observed, fitted.law
     x = observed.mean(observed.range if law is None else observed.intensity)
-    sigma = 1e3 * np.sqrt(observed.variances)
+    # what angles, footprint and rounding add by the law is taken off
+    light = None if law is None else observed.intensity
+    along = fitted.noise().range_sigma(observed.range, observed.cosine, light) ** 2
+    others = observed.mean(observed.stated(fitted.noise()) - along)
+    straight = 1.0 if law is not None else observed.mean(observed.cosine)
+    left = observed.variances - others
+    sigma = 1e3 * np.sqrt(np.where(left > 0, left, np.nan)) * straight
     figure = new_figure(figsize=(7.2, 4.2), dpi=100, layout="constrained")
     panel = figure.subplots()
     aside = ~fitted.kept
@@ -265,16 +280,30 @@ def _picture(estimate: NoiseEstimate) -> Picture:
         grid = np.linspace(x[kept].min(), x[kept].max(), 200)
         curve, what = fitted.range + fitted.range_scale * grid, "law, seen straight"
     panel.plot(grid, 1e3 * curve, "-", color="#c2571a", label=what)
-    panel.set_yscale("log")
+    _logarithmic(panel, "y")
     if law is not None:
-        panel.set_xscale("log")
+        _logarithmic(panel, "x")
     panel.set(
         xlabel="range [m]" if law is None else "intensity, in the unit of the files",
-        ylabel="sigma along the beam [mm]",
+        ylabel="sigma of the range [mm]",
     )
     panel.legend(fontsize=8, frameon=False)
-    caption = "Patches above the law are slanted, where noise of the angles shows, or rough."
+    caption = (
+        "A dot is a patch, less what the noise of angles, the footprint and rounding add to it. "
+        "Slanted patches, where these add most, scatter most."
+    )
     return picture("noise", "Noise of patches and the law", figure, caption)
+
+
+def _logarithmic(panel: Axes, axis: Literal["x", "y"]) -> None:
+    """A logarithmic axis with plain numbers at 1, 2 and 5."""
+    from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+
+    panel.set_xscale("log") if axis == "x" else panel.set_yscale("log")
+    scale = panel.xaxis if axis == "x" else panel.yaxis
+    scale.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    scale.set_major_formatter(StrMethodFormatter("{x:g}"))
+    scale.set_minor_formatter(NullFormatter())
 
 
 def _classes(estimate: NoiseEstimate) -> ReportTable:
