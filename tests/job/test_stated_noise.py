@@ -111,7 +111,7 @@ def test_a_second_run_remembers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
 
 
 def test_intervals_hold_as_often_as_they_say() -> None:
-    """2000 instruments of 200 patches: 95 % intervals hold in 93.5 to 96.5 %."""
+    """Monte Carlo of 2000 instruments of 200 patches: 95 % intervals hold in 93.5 to 96.5 %."""
     rng = np.random.default_rng(10_005)
     held = 0
     for _ in range(2000):
