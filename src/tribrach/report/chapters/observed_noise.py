@@ -132,7 +132,10 @@ def _sentences(found: StatedNoise) -> list[str]:
         by, one = worst
         out.append(f"{_departs(found, by, one)}.")
     if found.law is not None and not found.lawful and (verdict != "as stated" or worst):
-        out.append(f"What these scans show of {found.instrument} is a law: {found.law.words}.")
+        out.append(
+            f"What these scans show of {found.instrument} is a law: {found.law.words}; tribrach "
+            "noise writes it as an instrument file."
+        )
     if found.neighbours is not None:
         out.append(_neighbours(found.instrument, found.neighbours))
     return out
