@@ -65,7 +65,8 @@ def test_a_sheet_that_is_right_is_told_so_in_every_class(tmp_path: Path) -> None
     assert "it is as the data sheet of A states it" in said(tmp_path)
     assert found.neighbours is not None
     assert (found.neighbours.share, found.neighbours.stated) == (0.0, None)
-    assert "show nothing that neighbours share; nothing is stated of it" in said(tmp_path)
+    assert "show nothing that neighbours share: correlation" in said(tmp_path)
+    assert "from column to column; nothing is stated of it" in said(tmp_path)
     assert not any("noise" in warning for warning in report.warnings)
 
 

@@ -130,7 +130,12 @@ class NeighbourCorrelation:
         more = " or more" if self.angle >= self.widest else ""
         seen = f"{self.points} points on {self.patches} patches"
         if not self.told:
-            return f"{seen} show nothing that neighbours share"
+            first, second = self.correlation_sigma[:2]
+            return (
+                f"{seen} show nothing that neighbours share: correlation {from_row:.2f} (sigma "
+                f"{first:.2f}) from row to row and {from_column:.2f} ({second:.2f}) from column to "
+                "column"
+            )
         return (
             f"neighbours share {self.share:.2f} (sigma {self.sigma:.2f}) of the variance of ranges "
             f"over {1e3 * self.angle:.2g} mrad{more}, by {seen}: correlation {from_row:.2f} from "
