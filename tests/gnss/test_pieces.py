@@ -12,6 +12,7 @@ from tribrach.gnss.baseline import Processing, compute_baseline
 from tribrach.gnss.engine import engines
 from tribrach.gnss.phase_noise import DoubleDifferences, phase_noise
 from tribrach.gnss.pieces import piece_scatter, piece_spans
+from tribrach.gnss.sessions import Occupation, Session, run_sessions
 from tribrach.instruments.gnss_solutions import sigma_factor
 
 from .test_baseline import (
@@ -195,3 +196,21 @@ def test_air_that_the_engine_computes_with_is_taken_out(shared_data: Path) -> No
         assert found.systems == systems
         assert found.ambiguities == "fixed"
         assert np.abs(found.rover - SPIRENT_ROVER).max() < worst
+
+
+@needs_engine
+@pytest.mark.data
+def test_pieces_show_how_far_they_are(shared_data: Path) -> None:
+    """A run of a session tells of each piece: hours of fast epochs take their time."""
+    base, rover, orbits = geonet(shared_data)
+    seen: list[tuple[str, int, int | None]] = []
+    session = Session("s", (Occupation("A", base), Occupation("B", rover)), tuple(orbits))
+    run_sessions(
+        [session],
+        {"A": np.array(BASE_3040)},
+        Processing(),
+        lambda what, done, total: seen.append((what, done, total)),
+    )
+    told = [(done, total) for what, done, total in seen if what == "pieces of the session"]
+    assert told == [(k, 4) for k in range(5)]
+    assert ("GNSS baselines", 1, 1) in seen

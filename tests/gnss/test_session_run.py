@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from tribrach._types import Progress
 from tribrach.errors import InputError
 from tribrach.gnss import sessions as session_run
 from tribrach.gnss.antennas import AntennaSetup
@@ -58,6 +59,7 @@ class Engine:
         *,
         base_antenna: AntennaSetup,
         rover_antenna: AntennaSetup,
+        progress: Progress,
     ) -> Baseline:
         (session, a), (_, b) = (path.stem.split("_") for path in (base, rover))
         self.calls.append((a, b, tuple(base_xyz)))

@@ -377,6 +377,7 @@ def compute_baseline(
     progress("reading RINEX", 0, 2 + len(navigation))
     first, second = read_observations(base), read_observations(rover)
     orbits = read_orbits(navigation).for_engine()
+    progress("reading RINEX", 2 + len(navigation), 2 + len(navigation))
     check_together(first, second, orbits.broadcast)
     systems = usable_systems(first, second, orbits.broadcast, settings.systems)
     if orbits.precise is not None:

@@ -191,7 +191,8 @@ def run_sessions(
     done = 0
     progress("GNSS baselines", 0, total)
     for session in sessions:
-        result = _run(session, places, processing, partial(_step, progress, done, total))
+        step = partial(_step, progress, done, total)
+        result = _run(session, places, processing, step, progress)
         for baseline in result.baselines:
             places.setdefault(baseline.names[1], baseline.rover)
         done += len(result.baselines)
@@ -208,6 +209,7 @@ def _run(
     places: Mapping[str, Array],
     processing: Processing,
     step: Callable[[int], None],
+    progress: Progress,
 ) -> SessionResult:
     """Baselines of one session, each from a point that is known or has just been computed."""
     files = [read_observations(o.file) for o in session.occupations]
@@ -231,7 +233,7 @@ def _run(
     pairs = _pairs(session, files, own)
     baselines = []
     for k, (a, b) in enumerate(pairs):
-        result = _baseline(session, files, a, b, own, processing)
+        result = _baseline(session, files, a, b, own, processing, progress)
         own.setdefault(names[b], result.rover)
         baselines.append(result)
         step(k + 1)
@@ -267,6 +269,7 @@ def _baseline(
     b: int,
     own: Mapping[str, Array],
     processing: Processing,
+    progress: Progress,
 ) -> Baseline:
     """The baseline between the receivers ``a`` and ``b`` of a session, with names of points."""
     ends = [session.occupations[k] for k in (a, b)]
@@ -284,5 +287,6 @@ def _baseline(
         processing,
         base_antenna=setups[0],
         rover_antenna=setups[1],
+        progress=progress,
     )
     return replace(baseline, names=(ends[0].point, ends[1].point))
