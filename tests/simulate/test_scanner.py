@@ -11,6 +11,7 @@ from tribrach.errors import InputError
 from tribrach.geometry.polar import polar_from_xyz, xyz_from_polar
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.calibration import NIST
+from tribrach.instruments.range_law import RangeLaw
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.simulate import scene as sc
 from tribrach.simulate.falloff import FallOff
@@ -319,3 +320,28 @@ def test_levelled_stations_lean_by_their_sigma():
     assert chi2.ppf(0.0005, 4000) < total < chi2.ppf(0.9995, 4000)
     heading = levelled((0, 0, 0), 0.4, 0.0, rng).rotation
     assert np.allclose(heading @ [1, 0, 0], [np.cos(0.4), np.sin(0.4), 0])
+
+
+def test_a_law_of_the_noise_scales_the_errors_that_are_drawn_anyway():
+    """Nothing else is drawn: directions, light and places stay, range errors follow the light."""
+    plain = Scanner(replace(NOISY, range_scale=0.0), speckle=0.05)
+    law = RangeLaw(2e-4, -0.5, 3e-4, 1e-6, 1.0)
+    lawful = replace(plain, noise=replace(plain.noise, law=law))
+    grid = ScanGrid.panorama((0.5, 2.3), 20_000)
+    first, second = (all_of(scan(room(), pose(), s, grid, 1)) for s in (plain, lawful))
+    for name in ("intensity", "row", "column", "truth", "mixed"):
+        assert (first[name] == second[name]).all()
+    away = np.linalg.norm(first["truth"] - pose().translation, axis=1)
+    errors = (np.linalg.norm(one["xyz"], axis=1) - away for one in (first, second))
+    straight, changed = (error[~first["mixed"]] for error in errors)
+    # the noise of the detector is in the intensity and not in the light
+    large = np.abs(straight) > 1e-4
+    expected = law.sigma(first["intensity"][~first["mixed"]]) / NOISY.range
+    assert np.median(changed[large] / straight[large] / expected[large]) == pytest.approx(
+        1, rel=0.01
+    )
+    constant = replace(
+        plain, noise=replace(plain.noise, law=RangeLaw(0.0, -1.0, 0.0012, 1e-6, 1.0))
+    )
+    third = all_of(scan(room(), pose(), constant, grid, 1))
+    assert np.abs(third["xyz"] - first["xyz"]).max() < 1e-12
