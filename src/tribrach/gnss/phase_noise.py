@@ -22,7 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import correlate
+from scipy import fft
 
 from tribrach._types import Array
 from tribrach.geodesy.site import EllipsoidSite
@@ -236,8 +236,8 @@ def phase_noise(differences: DoubleDifferences, interval: float) -> PhaseNoise |
         length = int(step[rows].max() - first) + 1
         series, there = np.zeros(length), np.zeros(length)
         series[step[rows] - first], there[step[rows] - first] = u[rows], 1.0
-        products[:length] += correlate(series, series, method="fft")[length - 1 :]
-        counts[:length] += np.rint(correlate(there, there, method="fft")[length - 1 :])
+        products[:length] += _lagged(series)
+        counts[:length] += np.rint(_lagged(there))
     power = products[0] / counts[0]
     if not power > 0:
         return None
@@ -249,6 +249,13 @@ def phase_noise(differences: DoubleDifferences, interval: float) -> PhaseNoise |
         return None
     scale = float(np.sqrt(power / (1 - 3 / independent)))
     return PhaseNoise(scale, noise.correlation, interval, epochs, independent)
+
+
+def _lagged(values: Array) -> Array:
+    """Sums (n,) of the products of values (n,) with those 0, 1, ... places later."""
+    size = fft.next_fast_len(2 * len(values) - 1, real=True)
+    products: Array = fft.irfft(np.abs(fft.rfft(values, size)) ** 2, size)
+    return products[: len(values)]
 
 
 def _initial_monotone(r: Array) -> Array:

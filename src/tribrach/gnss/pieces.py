@@ -22,9 +22,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.stats import chi2
 
 from tribrach._types import Array
+from tribrach.statistics import chi2
 
 __all__ = ["UNSEEN", "PieceScatter", "piece_scatter", "piece_spans"]
 

@@ -13,7 +13,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from scipy.stats import chi2
 
 from tribrach._types import Array
 from tribrach.errors import InputError
@@ -22,6 +21,7 @@ from tribrach.instruments.final_solution import RARELY, final_solution
 from tribrach.instruments.gnss_solutions import sigma_factor
 from tribrach.io.gnss.records import GnssRecords
 from tribrach.io.gnss.solution_file import FIXED, FLOAT, Solution, read_solution
+from tribrach.statistics import chi2
 
 __all__ = ["read_rtklib"]
 
