@@ -9,6 +9,8 @@ import pytest
 
 from tests.job.test_killed import copied, finish_here, of_format, results
 from tests.job.test_killed import job as job
+from tribrach.io.twins import write_twin
+from tribrach.simulate.twins import build
 
 PATIENCE = 300.0
 
@@ -55,10 +57,23 @@ def test_four_faults(job: Path, tmp_path: Path) -> None:
         checked(job, tmp_path / f"{what}{number}", whole, what, number)
 
 
+@pytest.fixture(scope="module")
+def laboratory(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Another survey, placed by resection; the project file."""
+    folder = tmp_path_factory.mktemp("laboratory")
+    return write_twin(build("newcastle-lab", 10_000, 1), folder, truth=0)
+
+
+#: surveys, and the formats of their clouds
+KINDS = [("job", "laz"), ("job", "copc"), ("job", "ply"), ("job", "e57"), ("laboratory", "laz")]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["laz", "copc", "ply", "e57"])
-def test_killed_at_every_file(job: Path, tmp_path: Path, kind: str) -> None:
-    project = of_format(job, tmp_path / "project", kind)
+@pytest.mark.parametrize(("survey", "kind"), KINDS)
+def test_killed_at_every_file(
+    request: pytest.FixtureRequest, tmp_path: Path, survey: str, kind: str
+) -> None:
+    project = of_format(request.getfixturevalue(survey), tmp_path / "project", kind)
     undisturbed = copied(project, tmp_path / "whole")
     finish_here(undisturbed)
     whole = results(undisturbed)
@@ -69,10 +84,12 @@ def test_killed_at_every_file(job: Path, tmp_path: Path, kind: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["laz", "copc", "ply", "e57"])
-def test_disk_full_at_many_writes(job: Path, tmp_path: Path, kind: str) -> None:
+@pytest.mark.parametrize(("survey", "kind"), KINDS)
+def test_disk_full_at_many_writes(
+    request: pytest.FixtureRequest, tmp_path: Path, survey: str, kind: str
+) -> None:
     """At each of the first writes, and at a hundred of the others."""
-    project = of_format(job, tmp_path / "project", kind)
+    project = of_format(request.getfixturevalue(survey), tmp_path / "project", kind)
     undisturbed = copied(project, tmp_path / "whole")
     finish_here(undisturbed)
     whole = results(undisturbed)
