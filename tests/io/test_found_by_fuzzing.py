@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tribrach.cloud.shared_part import checked_covariance
 from tribrach.errors import InputError, Refusals
 from tribrach.instruments.reduction import axis_errors
 from tribrach.io.arrays import named_bytes, read_joint_covariance, read_named
@@ -304,3 +305,11 @@ def test_an_infinite_angle_of_a_scan_is_no_point() -> None:
         warnings.simplefilter("error")
         xyz = _cartesian(np.array([[5.0, 0.0, 0.0], [5.0, np.inf, 0.0], [5.0, 0.0, -np.inf]]))
     assert np.isfinite(xyz).all(axis=1).tolist() == [True, False, False]
+
+
+@pytest.mark.parametrize("number", [1e300, 1e13, -1e-6])
+def test_a_joint_covariance_with_numbers_that_are_none(number: float) -> None:
+    covariance = 1e-6 * np.eye(12)
+    covariance[3, 3] = number
+    with pytest.raises(InputError, match=r"beyond any measurement|negative variance"):
+        checked_covariance(covariance, 12, "the poses")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from itertools import combinations
 from pathlib import Path
 from types import SimpleNamespace
@@ -14,6 +15,7 @@ from tests.comparison.test_completeness import GRID, patches, wall
 from tests.instruments.field_surveys import STATIONS, readings
 from tests.network.lab import lab, measured
 from tests.report.hostile import Naming
+from tests.scan.noisy_scenes import simulated
 from tribrach.calibration.field_check import check_readings
 from tribrach.calibration.self_calibration import CalibrationOptions, calibrate
 from tribrach.comparison.completeness import assess_completeness
@@ -22,6 +24,8 @@ from tribrach.comparison.results import M3C2Figures, SiteResult
 from tribrach.comparison.sites import Geometry
 from tribrach.geometry import rotation
 from tribrach.geometry.pose import Pose
+from tribrach.instruments.scan_noise import ScanNoise
+from tribrach.job.estimate_noise import NoiseEstimate, ScanPatches
 from tribrach.job.plan.steps import DesignResult
 from tribrach.job.register import RegisteredFiles
 from tribrach.job.station_comparison import StationComparison
@@ -49,11 +53,15 @@ from tribrach.report.completeness import completeness_page
 from tribrach.report.content import Report
 from tribrach.report.field_check import check_page
 from tribrach.report.figures import new_figure, picture
+from tribrach.report.noise import noise_page
 from tribrach.report.planning.page import gain_map, plan_page
 from tribrach.report.planning.report import plan_report
 from tribrach.report.regression import regression_page
 from tribrach.report.tables import ColumnHead, build_table, text_cell
 from tribrach.report.warnings import Severity, warned
+from tribrach.scan.noise_law import fit_noise
+from tribrach.scan.observed_noise import ObservedNoise
+from tribrach.simulate.instruments import PULSED
 
 __all__ = ["PAGES", "network_report"]
 
@@ -252,6 +260,22 @@ def _fit(edge: CloudEdge) -> Any:
     )
 
 
+@cache
+def _patches() -> ObservedNoise:
+    return simulated(PULSED, 7, points=60_000, leaves=20)
+
+
+def _noise(name: Naming) -> str:
+    found = _patches()
+    whole = ScanPatches(name(1), 40, 9000, 60, 3, 2, True, 1e-4, "intensities of the file")
+    others = [replace(whole, source=name(2)), replace(whole, source=name(3), remark="it is empty")]
+    stated = ScanNoise(1e-3, 0.0, 4e-5, 4e-5, 3.5e-3, 2e-4)
+    estimate = NoiseEstimate(
+        (whole, *others), fit_noise(found), None, stated, f"the project for {name(4)}", ()
+    )
+    return noise_page(estimate)
+
+
 #: every function that makes a page, by its module below ``tribrach.report`` and its name
 PAGES = {
     "html.render": _report,
@@ -262,4 +286,5 @@ PAGES = {
     "regression.regression_page": _regression,
     "planning.page.plan_page": _plan,
     "cloud_registration.cloud_registration_page": _registration,
+    "noise.noise_page": _noise,
 }

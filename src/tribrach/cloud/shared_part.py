@@ -33,6 +33,7 @@ from tribrach.geometry.rotation import skew
 from tribrach.instruments.correction import Correction
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.network.adjustment import Adjustment
+from tribrach.units import too_large
 
 __all__ = ["CloudPoints", "SharedPart", "angle_slopes", "checked_covariance", "slopes"]
 
@@ -444,12 +445,16 @@ def checked_covariance(covariance: Array, count: int, whose: str) -> None:
     Raises
     ------
     InputError
-        Another size, numbers that are none, a negative variance.
+        Another size, numbers that are none or too large, a negative variance.
     """
     if covariance.shape != (count, count) or not np.isfinite(covariance).all():
         raise InputError(f"the joint covariance of {whose} has {count} rows and columns")
+    if too_large(covariance):
+        raise InputError(f"the joint covariance of {whose} has a number beyond any measurement")
     if not count:
         return
+    if not (np.diag(covariance) >= 0).all():
+        raise InputError(f"the joint covariance of {whose} has a negative variance")
     scale = np.sqrt(np.maximum(np.diag(covariance), np.finfo(float).tiny))
     values = np.linalg.eigvalsh(_symmetric(covariance) / np.outer(scale, scale))
     if values[0] < -_ROUNDING * max(values[-1], 1.0):

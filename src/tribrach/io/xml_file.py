@@ -21,10 +21,10 @@ __all__ = ["MAX_BYTES", "line_of", "load", "read_bytes"]
 MAX_BYTES = 200_000_000
 
 
-def read_bytes(path: Path, most: int = MAX_BYTES) -> bytes:
+def read_bytes(path: Path, most: int | None = None) -> bytes:
     """Bytes of a file that is there, not empty and not too large.
 
-    most : its largest size [bytes].
+    most : its largest size [bytes], 200 MB if not given.
 
     Raises
     ------
@@ -33,9 +33,10 @@ def read_bytes(path: Path, most: int = MAX_BYTES) -> bytes:
     """
     try:
         size = path.stat().st_size
-        if size > most:
+        largest = MAX_BYTES if most is None else most
+        if size > largest:
             raise InputError(
-                f"the file has {size / 1e6:.3g} MB, more than {most / 1e6:.3g} MB",
+                f"the file has {size / 1e6:.3g} MB, more than {largest / 1e6:.3g} MB",
                 file=path,
             )
         data = contents(path)
