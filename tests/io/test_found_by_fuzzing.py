@@ -313,3 +313,14 @@ def test_a_joint_covariance_with_numbers_that_are_none(number: float) -> None:
     covariance[3, 3] = number
     with pytest.raises(InputError, match=r"beyond any measurement|negative variance"):
         checked_covariance(covariance, 12, "the poses")
+
+
+def test_a_horizontal_distance_along_the_vertical_axis(tmp_path: Path) -> None:
+    path = tmp_path / "a.rw5"
+    path.write_text(
+        "MO,AD0,UN1,SF1.00000000,EC0,EO0.0,AU0\nOC,OP104,N 600.0,E 300.0,EL5.0,--TPT.\n"
+        "LS,HI5.330,HR5.690\nBK,OP104,BP103,BS45.3000,BC0.0000\n"
+        "FD,OP104,FP105,AR189.1420,ZE89.2229,SD60.0\nSS,OP104,FP106,AL90.0000,ZE000,HD50.0\n"
+    )
+    said = " ".join(map(str, read(path).warnings))
+    assert "a sight along the vertical axis has a horizontal distance" in said

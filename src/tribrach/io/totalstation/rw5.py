@@ -141,6 +141,8 @@ class _Reader:
         zenith = self._zenith(fields)
         distance = self._length(fields.get("SD", ""))
         if "HD" in fields:
+            if math.sin(zenith) == 0:
+                raise ValueError("a sight along the vertical axis has a horizontal distance")
             distance = self._length(fields["HD"]) / abs(math.sin(zenith))
         self.recorder.setup(
             line, station, height=self.height, backsight=self.backsight, azimuth=self.azimuth,
