@@ -3,6 +3,7 @@
 import json
 from itertools import combinations
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,10 @@ from tests.instruments.field_surveys import TARGETS, readings
 from tribrach.calibration.scanner_readings import ScannerReadings
 from tribrach.cli import app
 from tribrach.geometry.polar import xyz_from_polar
+from tribrach.instruments.precision import Precision
+from tribrach.io.survey.csv import tables as csv_tables
+from tribrach.io.survey.csv.reader import Context
+from tribrach.job import check as job_check
 
 RUN = CliRunner()
 SIGMAS = ("--range-mm", "1.2", "--angle-arcsec", "8.25")
@@ -192,3 +197,100 @@ def test_wrong_calls_end_in_a_sentence(tmp_path: Path) -> None:
         assert result.exit_code == 2, (words, result.output)
         assert words in result.output
         assert "Traceback" not in result.output
+
+
+def coordinate_table(sigma: str, *, role: str = "control", errors=0.0) -> str:
+    """The targets of the yard; sigma in millimetres, or empty."""
+    rows = ["point,e_m,n_m,u_m,sigma_e_mm,sigma_n_mm,sigma_u_mm,role"]
+    for k, (e, n, u) in enumerate(TARGETS + errors):
+        rows.append(f"T{k},{e:.6f},{n:.6f},{u:.6f},{sigma},{sigma},{sigma},{role}")
+    return "\n".join([*rows, ""])
+
+
+def known_of(folder: Path, text: str) -> job_check.KnownLengths:
+    path = folder / "known.csv"
+    path.write_text(text)
+    survey = csv_tables.read(path, Context())
+    return job_check.known_lengths(survey, [f"T{k}" for k in range(4)])
+
+
+@pytest.mark.parametrize("role", ["control", "check"])
+def test_sigmas_of_coordinates_are_those_of_lengths_with_common_ends(tmp_path: Path, role) -> None:
+    """By the law of propagation, written out: 2 s^2, and s^2 cos of the angle at a common end."""
+    known = known_of(tmp_path, coordinate_table("3", role=role))
+    s = 3e-3
+    np.testing.assert_allclose(np.diag(known.covariance), 2 * s**2)
+    row = {pair: k for k, pair in enumerate(known.pairs)}
+    a, b = TARGETS[1] - TARGETS[0], TARGETS[2] - TARGETS[0]
+    cosine = a @ b / np.linalg.norm(a) / np.linalg.norm(b)
+    shared = known.covariance[row["T0", "T1"], row["T0", "T2"]]
+    assert shared == pytest.approx(s**2 * cosine, rel=1e-6)
+    assert known.covariance[row["T0", "T1"], row["T2", "T3"]] == pytest.approx(0, abs=1e-15)
+
+
+def test_a_covariance_between_points_reaches_their_lengths(tmp_path: Path) -> None:
+    """Errors that all points have in common move no length."""
+    path = tmp_path / "known.csv"
+    path.write_text(coordinate_table("3"))
+    survey = csv_tables.read(path, Context())
+    common, own = 9e-6 * 0.75, 9e-6 * 0.25
+    block = np.kron(np.full((4, 4), common) + own * np.eye(4), np.eye(3))
+    item, row = np.repeat(np.arange(4), 3), np.tile(np.arange(3), 4)
+    survey.correlate(np.zeros(12, dtype=int), item, row, block)
+    known = job_check.known_lengths(survey, [f"T{k}" for k in range(4)])
+    np.testing.assert_allclose(np.diag(known.covariance), 2 * own)
+
+
+def test_coordinates_of_a_few_millimetres_do_not_accuse_a_scanner_in_order(tmp_path: Path) -> None:
+    rng = np.random.default_rng(12)
+    rows = polar_table(readings(rng, series=THREE))
+    table = tmp_path / "points.csv"
+    errors = 4e-3 * rng.normal(size=TARGETS.shape)
+    results = {}
+    for sigma in ("4", "0.2"):
+        table.write_text(coordinate_table(sigma, errors=errors))
+        results[sigma] = checked(tmp_path, rows, *SIGMAS, "--lengths", str(table), "--overwrite")[
+            "lengths"
+        ]
+    assert results["4"]["passed"]
+    assert results["0.2"]["statistic"] > 20 * results["4"]["statistic"]
+
+
+def test_coordinates_without_sigmas_make_no_known_lengths(tmp_path: Path) -> None:
+    for role in ("check", "fixed"):
+        known = known_of(tmp_path, coordinate_table("", role=role))
+        assert len(known) == 0
+        assert known.without_sigma == ("T0", "T1", "T2", "T3")
+    (tmp_path / "points.csv").write_text(coordinate_table("", role="check"))
+    (tmp_path / "targets.csv").write_text(polar_table(readings(np.random.default_rng(3))))
+    (tmp_path / "job.toml").write_text(
+        'title = "Yard"\n[instruments.scanner]\nrange_mm = 1.2\nscan_angle_arcsec = 8.25\n'
+        '[[points]]\nfile = "points.csv"\n[[observations]]\nfile = "targets.csv"\n'
+    )
+    words = " ".join(RUN.invoke(app, ["check", str(tmp_path / "job.toml")]).output.split())
+    assert "Coordinates of T0, T1, T2, T3 state no sigmas and make no known lengths" in words
+    files = [str(tmp_path / "targets.csv"), "--lengths", str(tmp_path / "points.csv")]
+    given = RUN.invoke(app, ["check", *files, *SIGMAS])
+    assert given.exit_code == 2
+    assert "T0, T1, T2, T3 stand there without" in " ".join(given.output.split())
+
+
+def test_points_of_a_project_with_scans_are_known_lengths(tmp_path: Path, monkeypatch) -> None:
+    (tmp_path / "points.csv").write_text(coordinate_table("1", role="check"))
+    (tmp_path / "job.toml").write_text(
+        'title = "Yard"\n[instruments.scanner]\nrange_mm = 1.2\nscan_angle_arcsec = 8.25\n'
+        '[[points]]\nfile = "points.csv"\n[targets]\n'
+        '[[scans]]\nfile = "S1.laz"\nstation = "S1"\ninstrument = "scanner"\n'
+    )
+    # what scans show is tested elsewhere; here nothing was found in them
+    named = SimpleNamespace(identification=SimpleNamespace(names={}), targets={})
+    monkeypatch.setattr(
+        job_check, "find_and_name", lambda *a: SimpleNamespace(named=named, scans=(), findings=())
+    )
+    _, given, title = job_check.survey_to_check(
+        tmp_path / "job.toml", Precision(), lambda what, done, total: None
+    )
+    assert title == "Yard"
+    known = job_check.known_lengths(given, ["T0", "T2", "T3", "unknown"])
+    assert len(known) == 3
+    np.testing.assert_allclose(np.diag(known.covariance), 2e-6)

@@ -176,6 +176,8 @@ def check_readings(
     series = tuple(dict.fromkeys(str(s) for s in readings.series))
     couples = _couples(means, stations, notes)
     repeated = len(series) > 1 and (len(stations) > 1 or len(series) > 2)
+    without = () if known is None else known.without_sigma
+    known = known if known is not None and len(known) else None
     lengths = None if known is None else compare_lengths(means, known, alpha)
     twice = sum(all(_scans(means, s) > 1 for s in couple) for couple in couples)
     tests = bool(len(pairs)) + len(couples) + twice + repeated * (1 + (len(stations) > 1))
@@ -198,6 +200,11 @@ def check_readings(
         notes.append(
             "no lengths are known, so that a scale of the range cannot be tested: both stations "
             "share it"
+        )
+    if without:
+        notes.append(
+            f"coordinates of {', '.join(without)} state no sigmas and make no known lengths: taken "
+            "as exact, their own errors would be blamed on the scanner"
         )
     whole = check_series(means, each) if repeated else None
     statistics = tuple(distance_statistics(means, a, b, each, alpha) for a, b in couples)

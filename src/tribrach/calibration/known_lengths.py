@@ -41,12 +41,19 @@ class KnownLengths:
     lengths : array (k,)
         Distances [m].
     covariance : array (k, k)
-        Their covariance [m^2]; zero where they hold exactly.
+        Their covariance [m^2].
+    entries : tuple of (str, tuple of int)
+        What the table states and can state wrongly, in words, with the lengths that it makes: a
+        distance its own, coordinates of a point all those of the point.
+    without_sigma : tuple of str
+        Targets with coordinates that state no sigma and so make no known length.
     """
 
     pairs: tuple[tuple[str, str], ...]
     lengths: Array
     covariance: Array
+    entries: tuple[tuple[str, tuple[int, ...]], ...] = ()
+    without_sigma: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.pairs)

@@ -66,21 +66,19 @@ def check(
         )
         if (range_mm is None) != (angle_arcsec is None):
             raise InputError("the sigma of ranges and that of angles go together", cure="give both")
-        given = {} if range_mm is None else {
+        sigmas = {} if range_mm is None else {
             "range_mm": range_mm,
             "range_ppm": range_ppm,
             "scan_angle_arcsec": angle_arcsec,
             "scan_angle_accuracy_arcsec": angle_arcsec,
         }  # fmt: skip
-        instrument = _instrument(sheet, given)
+        instrument = _instrument(sheet, sigmas)
         before = None if earlier is None else read_earlier(earlier)
         with shown(quiet) as progress:
-            survey, title = survey_to_check(source, instrument.precision(), progress)
+            survey, given, title = survey_to_check(source, instrument.precision(), progress)
         readings = readings_of(survey)
         targets = [str(name) for name in dict.fromkeys(readings.target)]
-        known = (
-            known_lengths(survey, targets) if lengths is None else read_lengths(lengths, targets)
-        )
+        known = known_lengths(given, targets) if lengths is None else read_lengths(lengths, targets)
         result = check_readings(readings, title, alpha, before, known)
         texts = {}
         if json_file is not None:

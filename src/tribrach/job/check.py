@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tribrach._types import Progress
+from tribrach._types import Array, Progress
 from tribrach.calibration.calibrated import polar_of_centres
 from tribrach.calibration.field_check import Earlier
 from tribrach.calibration.known_lengths import KnownLengths
@@ -25,6 +25,7 @@ from tribrach.job.polar_targets import observe_readings
 from tribrach.job.steps import find_and_name
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Use
+from tribrach.observations.control import Coordinates
 from tribrach.observations.scanner import ScannerPolar, TargetCentres
 from tribrach.observations.sights import Distances
 
@@ -36,8 +37,10 @@ _KNOWN = frozenset({"control", "fixed", "check"})
 _MOST = 40
 
 
-def survey_to_check(path: Path, precision: Precision, progress: Progress) -> tuple[Survey, str]:
-    """Observations of scanners from a project or a table, and a title.
+def survey_to_check(
+    path: Path, precision: Precision, progress: Progress
+) -> tuple[Survey, Survey, str]:
+    """Observations of scanners from a project or a table, what is given besides, and a title.
 
     precision : of tables without sigmas; a project has its own instruments.
 
@@ -46,11 +49,12 @@ def survey_to_check(path: Path, precision: Precision, progress: Progress) -> tup
     InputError : what the file says wrong.
     """
     if path.suffix.lower() != ".toml":
-        return csv_tables.read(path, Context(precision=precision)), path.name
+        table = csv_tables.read(path, Context(precision=precision))
+        return table, table, path.name
     job = open_job(path, progress)
     project = job.project
     if not project.scans:
-        return job.surveyed(), project.title
+        return job.survey, job.survey, project.title
     work = find_and_name(job, project.results, progress)
     survey = Survey()
     if work.named is None:
@@ -62,7 +66,7 @@ def survey_to_check(path: Path, precision: Precision, progress: Progress) -> tup
         own = {name: d for name, d in detections if name}
         survey.station(station)
         observe_readings(survey, station, own, work.scans, work.findings)
-    return survey, project.title
+    return survey, job.survey, project.title
 
 
 def readings_of(survey: Survey) -> ScannerReadings:
@@ -111,8 +115,12 @@ def readings_of(survey: Survey) -> ScannerReadings:
     return ScannerReadings(*(np.concatenate([getattr(p, name) for p in parts]) for name in names))
 
 
-def known_lengths(survey: Survey, targets: Sequence[str]) -> KnownLengths | None:
+def known_lengths(survey: Survey, targets: Sequence[str]) -> KnownLengths:
     """Lengths between targets that a survey knows: measured distances, and points with coordinates.
+
+    Coordinates count with the covariances that are stated for them, also those between points, so
+    that lengths with a common end are correlated. Coordinates without sigmas make no known length:
+    taken as exact they would blame their own errors on the scanner.
 
     Parameters
     ----------
@@ -123,47 +131,91 @@ def known_lengths(survey: Survey, targets: Sequence[str]) -> KnownLengths | None
 
     Returns
     -------
-    KnownLengths or None
-        None if it knows none.
+    KnownLengths
+        Without any length if the survey knows none.
     """
     wanted = set(targets)
     pairs, lengths, variances = list[tuple[str, str]](), list[float](), list[float]()
-    if survey.tables():
-        network = survey.network()
-        for o in network.observations:
-            if isinstance(o, Distances):
-                for k, (a, b) in enumerate(o.ends(network.start.layout)):
-                    if o.use[k] == Use.ACTIVE and {a, b} <= wanted:
-                        pairs.append((a, b))
-                        lengths.append(float(o.values[k, 0]))
-                        variances.append(float(o.covariance[k, 0, 0]))
-    given = [
+    for table in survey.tables():
+        if table.kind is not Distances:
+            continue
+        ends = zip(table.columns["start"], table.columns["end"], strict=True)
+        use = np.broadcast_to(table.columns.get("use", Use.ACTIVE), table.n)
+        for k, (a, b) in enumerate(ends):
+            if use[k] == Use.ACTIVE and a != b and {a, b} <= wanted:
+                pairs.append((str(a), str(b)))
+                lengths.append(float(np.ravel(table.columns["values"][k])[0]))
+                variances.append(float(table.columns["covariance"][k, 0, 0]))
+    names, xyz, own = _coordinates(survey, wanted)
+    without = tuple(
         name
         for name in dict.fromkeys(targets)
-        if (point := survey.points.get(name)) is not None
+        if name not in names
+        and (point := survey.points.get(name)) is not None
         and point.role in _KNOWN
         and np.isfinite(point.xyz).all()
-    ]
-    if len(given) > _MOST:
-        given = [given[int(k)] for k in np.linspace(0, len(given) - 1, _MOST)]
-    index = np.array(list(combinations(range(len(given)), 2)), dtype=np.int64).reshape(-1, 2)
+    )
     count = len(pairs)
+    entries: list[tuple[str, tuple[int, ...]]]
+    entries = [(f"{a} to {b}", (k,)) for k, (a, b) in enumerate(pairs)]
+    index = np.array(list(combinations(range(len(names)), 2)), dtype=np.int64).reshape(-1, 2)
+    chord = xyz[index[:, 1]] - xyz[index[:, 0]]
+    long = np.linalg.norm(chord, axis=1)
+    apart = long > 0
+    index, chord, long = index[apart], chord[apart], long[apart]
+    by = np.zeros((len(index), len(names), 3))
+    rows = np.arange(len(index))
+    by[rows, index[:, 1]] = chord / long[:, None]
+    by[rows, index[:, 0]] = -chord / long[:, None]
+    flat = by.reshape(len(index), 3 * len(names))
     covariance = np.zeros((count + len(index), count + len(index)))
     covariance[:count, :count] = np.diag(variances)
-    if len(index):
-        xyz = np.array([survey.points[name].xyz for name in given])
-        own = [survey.points[name].covariance for name in given]
-        chord = xyz[index[:, 1]] - xyz[index[:, 0]]
-        long = np.linalg.norm(chord, axis=1)
-        by = np.zeros((len(index), len(given), 3))
-        rows = np.arange(len(index))
-        by[rows, index[:, 1]] = chord / long[:, None]
-        by[rows, index[:, 0]] = -chord / long[:, None]
-        blocks = np.array([np.zeros((3, 3)) if c is None else c for c in own])
-        covariance[count:, count:] = np.einsum("pti,tij,qtj->pq", by, blocks, by, optimize=True)
-        pairs += [(given[i], given[j]) for i, j in index]
-        lengths += long.tolist()
-    return KnownLengths(tuple(pairs), np.array(lengths), covariance) if pairs else None
+    covariance[count:, count:] = flat @ own @ flat.T
+    for k, name in enumerate(names):
+        touched = count + np.flatnonzero((index == k).any(axis=1))
+        entries.append((f"the coordinates of {name}", tuple(int(row) for row in touched)))
+    pairs += [(names[i], names[j]) for i, j in index]
+    lengths += long.tolist()
+    known = tuple((what, rows) for what, rows in entries if rows)
+    return KnownLengths(tuple(pairs), np.array(lengths), covariance, known, without)
+
+
+def _coordinates(survey: Survey, wanted: set[str]) -> tuple[list[str], Array, Array]:
+    """Points with stated coordinates: names (p), coordinates (p, 3), covariance (3 p, 3 p)."""
+    found: dict[str, tuple[Array, Array, int, int]] = {}
+    for name, point in survey.points.items():
+        if point.covariance is not None and point.role in _KNOWN:
+            found[name] = (point.xyz, point.covariance, -1, -1)
+    for number, table in enumerate(survey.tables()):
+        if table.kind is not Coordinates:
+            continue
+        use = np.broadcast_to(table.columns.get("use", Use.ACTIVE), table.n)
+        for item, name in enumerate(str(n) for n in table.columns["position"]):
+            given = survey.points.get(name)
+            # a coordinate that was rejected or switched off is not known
+            if name in found or use[item] not in (Use.ACTIVE, Use.CHECK):
+                continue
+            if given is None or given.role not in _KNOWN or not given.stated:
+                continue
+            values, covariance = table.columns["values"], table.columns["covariance"]
+            found[name] = (values[item], covariance[item], number, item)
+    names = [name for name in found if name in wanted and np.isfinite(found[name][0]).all()]
+    if len(names) > _MOST:
+        names = [names[int(k)] for k in np.linspace(0, len(names) - 1, _MOST)]
+    own = np.zeros((3 * len(names), 3 * len(names)))
+    place: dict[tuple[int, int], int] = {}
+    for k, name in enumerate(names):
+        own[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = found[name][1]
+        place[found[name][2], found[name][3]] = 3 * k
+    for joint in survey.joint_covariances():
+        at = [
+            place.get((int(t), int(i)), -4) + int(r)
+            for t, i, r in zip(joint.table, joint.item, joint.row, strict=True)
+        ]
+        inside = np.flatnonzero(np.array(at) >= 0)
+        rows = np.array(at)[inside]
+        own[np.ix_(rows, rows)] = joint.covariance[np.ix_(inside, inside)]
+    return names, np.array([found[name][0] for name in names]).reshape(-1, 3), own
 
 
 def read_lengths(path: Path, targets: Sequence[str]) -> KnownLengths:
@@ -182,9 +234,11 @@ def read_lengths(path: Path, targets: Sequence[str]) -> KnownLengths:
         What is wrong in the file, or no length between targets.
     """
     found = known_lengths(csv_tables.read(path, Context(role="control")), targets)
-    if found is None:
+    if not len(found):
+        held = ", ".join(found.without_sigma)
         raise InputError(
-            "there is no length between two targets of the check",
+            "there is no length between two targets of the check"
+            + (f" whose sigma is known: {held} stand there without" if held else ""),
             file=path,
             cure="give a table from,to,distance_m,sigma_mm, or coordinates of the targets with "
             "their sigmas",

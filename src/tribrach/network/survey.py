@@ -451,6 +451,9 @@ class GivenPoint:
         Components that carry inner constraints, where the reader's format marks them.
     source : str
         ``file:line``.
+    stated : bool
+        False for a check point whose coordinates came without sigmas: those that its observations
+        have only make the comparison possible and say nothing of the coordinates.
     """
 
     xyz: Array
@@ -459,6 +462,7 @@ class GivenPoint:
     covariance: Array | None = None
     datum: NDArray[np.bool_] | None = None
     source: str = ""
+    stated: bool = True
 
 
 @dataclass
@@ -552,6 +556,7 @@ class Survey:
         covariance: ArrayLike | None = None,
         datum: ArrayLike | None = None,
         source: str = "",
+        stated: bool = True,
     ) -> None:
         """Add a point; a second definition of the same name is an error.
 
@@ -572,6 +577,8 @@ class Survey:
             Components that carry inner constraints.
         source : str
             ``file:line``.
+        stated : bool
+            False if the coordinates of a check point came without sigmas.
 
         Raises
         ------
@@ -606,7 +613,7 @@ class Survey:
             check_covariance(matrix[None], [source], f"point {name}")
         mask = None if datum is None else np.asarray(datum, dtype=bool)
         self.points[name] = GivenPoint(
-            coordinates, np.asarray(free, dtype=bool), role, matrix, mask, source
+            coordinates, np.asarray(free, dtype=bool), role, matrix, mask, source, stated
         )
 
     def station(
@@ -846,6 +853,10 @@ class Survey:
     def tables(self) -> tuple[ObservationTable, ...]:
         """What was added, call by call."""
         return tuple(self._tables)
+
+    def joint_covariances(self) -> tuple[JointCovariance, ...]:
+        """Covariances across observations; their tables are numbers of :meth:`tables`."""
+        return tuple(self._joint)
 
     def joint_tables(self) -> set[int]:
         """Numbers of the tables that share a covariance with others."""

@@ -269,6 +269,7 @@ class CoordinateReader(_Placed):
         partial = isinstance(self.frame.site, FlatSite) and self.frame.grid is None
         xyz = given if partial else self.to_work(self.complete(given))[0]
         self._check(names, roles, known, sigma)
+        stated = np.asarray((np.isfinite(sigma) | ~known).all(axis=1))
         for row in self.all:
             with located(self.table.path):
                 self.survey.point(
@@ -277,6 +278,7 @@ class CoordinateReader(_Placed):
                     free=~(known[row] & (roles[row] == "fixed")),
                     role=roles[row] if roles[row] != "approximate" else "free",
                     source=self.sources[row],
+                    stated=roles[row] != "check" or bool(stated[row]),
                 )
         for role in ("control", "check"):
             members = roles == role
