@@ -309,3 +309,65 @@ def test_what_is_no_patch_is_refused() -> None:
         mean_of(line).along([0, 0, 0])
     with pytest.raises(InputError, match="confidence"):
         mean_of(line).along([0, 0, 1]).interval(2.0)
+
+
+def same(found, expected) -> None:
+    """Two vectors have one value and one covariance, part by part."""
+    assert found.value == pytest.approx(expected.value, abs=1e-12)
+    for part in ("own", "shared", "systematic"):
+        assert getattr(found, part) == pytest.approx(getattr(expected, part), rel=1e-9, abs=1e-20)
+
+
+@pytest.mark.parametrize("effective", [None, 40.0])
+@pytest.mark.parametrize("share", [None, 0.3])
+def test_a_point_in_two_sets_is_one_observation(
+    effective: float | None, share: float | None
+) -> None:
+    shared = two_stations(replace(BIASED, shared_share=share))
+    a = replace(wall(shared, "A", 200), effective=effective)
+    b = replace(wall(shared, "A", 100, 7), effective=effective)
+    again = replace(a, xyz=a.xyz[::-1].copy(), shared=two_stations(a.placement.noise))
+    twice = replace(a, xyz=np.concatenate([a.xyz, again.xyz]))
+    for sets in ([a, a], [a, again], twice, [a, a, a]):
+        same(mean_of(sets), mean_of(a))
+    nothing = relative(a, a)
+    assert not nothing.value.any()
+    assert not nothing.covariance.any()
+    assert np.abs(relative(a, [again, a]).covariance).max() < 1e-30
+    surface = volume_between(a, a, 1.0, (0.0, 1.0, 0.0))
+    assert (surface.value, surface.sigma, surface.cells > 4) == (0.0, 0.0, True)
+    # what is not the same is not joined: other points, the same place seen from elsewhere
+    other = replace(a, scan="B")
+    for pair in ([a, b], [a, other]):
+        apart = [mean_of(one).own * len(one) ** 2 for one in pair]
+        assert mean_of(pair).own == pytest.approx(sum(apart) / sum(map(len, pair)) ** 2)
+
+
+def test_of_a_patch_inside_of_another_each_point_counts_once() -> None:
+    """Against the weights that are summed by hand: 1/m - 1/n inside, -1/n outside."""
+    shared = two_stations(BIASED)
+    a = wall(shared, "A", 60)
+    inside = replace(a, xyz=a.xyz[:20])
+    weights = np.where(np.arange(60) < 20, 1 / 20 - 1 / 60, -1 / 60)
+    found = relative(a, inside)
+    own = np.einsum("n,nij->ij", weights**2, a.own())
+    assert found.own == pytest.approx(own, rel=1e-9)
+    assert found.own[1, 1] < 0.7 * (mean_of(a).own + mean_of(inside).own)[1, 1]
+    for direction in np.eye(3):
+        by_hand = propagate(a, weights[:, None] * direction, 0.0)
+        along = found.along(direction)
+        assert (along.own, along.shared) == pytest.approx((by_hand.own, by_hand.shared))
+        assert along.systematic >= by_hand.systematic * (1 - 1e-9)
+
+
+@pytest.mark.parametrize("wrong", [np.zeros((4, 3)), "S1.laz", [np.zeros((4, 3))] * 3, 5.0, None])
+def test_what_are_no_points_of_a_scan_is_said(wrong: object) -> None:
+    some = two_stations().points([7.0, 20.0, 1.0], "A")
+    with pytest.raises(InputError, match="does not say of which scan"):
+        mean_of(wrong)
+    with pytest.raises(InputError, match="does not say of which scan"):
+        relative(some, wrong)
+    with pytest.raises(InputError, match="does not say of which scan"):
+        area_of(wrong)
+    with pytest.raises(InputError, match="does not say of which scan"):
+        propagate(wrong, np.zeros((4, 3)), 0.0)

@@ -1,6 +1,7 @@
 """Calibrating, then applying: scans of a misaligned scanner come out true, with honest sigmas."""
 
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -234,7 +235,24 @@ def test_what_points_share_stands_beside_the_clouds(folder: Path) -> None:
     with pytest.raises(InputError, match="one of them"):
         tb.cloud_points(clouds / "S1.las", box=([0, 0, 0], [1, 1, 1]), ball=([0, 0, 0], 1))
     with pytest.raises(InputError, match="not one scan"):
-        tb.cloud_points(folder / "S9.xyz", poses=clouds / "poses.json")
+        tb.cloud_points(shutil.copy(folder / "S1.xyz", folder / "S9.xyz"), poses=clouds)
+    with pytest.raises(InputError, match=r"S8\.las: there is no such file"):
+        tb.cloud_points(clouds / "S8.las")
+    with pytest.raises(InputError, match=r"nowhere.poses\.json: there is no such file of poses"):
+        tb.cloud_points(clouds / "S1.las", poses=folder / "nowhere" / "poses.json")
+    with pytest.raises(InputError, match=r"radius of -1 m"):
+        tb.cloud_points(clouds / "S1.las", ball=([0, 0, 0], -1.0))
+    assert len(tb.cloud_points(clouds / "S1.las", poses=clouds)) == len(whole[0])
+    # a cloud under the name of another is not taken for it
+    alone = folder / "alone"
+    alone.mkdir()
+    with pytest.raises(InputError, match="not placed by the pose of scan S1"):
+        tb.cloud_points(shutil.copy(clouds / "S2.las", alone / "S1.las"), poses=clouds)
+    # other programs leave no word of the pose in it
+    las = laspy.read(clouds / "S1.las")
+    las.vlrs = [v for v in las.vlrs if v.description != "facts as JSON"]
+    las.write(alone / "S1.las")
+    assert len(tb.cloud_points(alone / "S1.las", poses=clouds)) == len(whole[0])
     with pytest.raises(InputError, match=r"no poses\.json"):
         tb.cloud_points(folder / "S1.xyz")
 

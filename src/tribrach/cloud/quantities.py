@@ -7,18 +7,20 @@ Of a quantity with the gradients ``g_i`` by its points the variance is
 (method section 5.10): the first part falls with the number of points, the second never does.
 Means, distances, areas and volumes bring their gradients with them; ``propagate`` takes those of
 any other quantity. Points may be of one scan, of several, or of several results, which share
-nothing. Metres.
+nothing; a point that comes in several times is one observation. Metres.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from tribrach._types import Array
+from tribrach.cloud.distinct_points import distinct_points
 from tribrach.cloud.shared_part import CloudPoints, SharedPart, angle_slopes
 from tribrach.errors import InputError
 from tribrach.statistics import norm
@@ -245,7 +247,8 @@ def propagate(
     >>> pose = Pose(np.eye(3), np.zeros(3))
     >>> where = Placement("S1", pose, np.diag([1e-6] * 3 + [0.0] * 3), ScanNoise(0.002, 0, 0, 0))
     >>> shared = SharedPart({"S1": where}, {"S1": np.arange(6)}, where.covariance, ("S1",))
-    >>> wall = shared.points(np.tile([10.0, 0.0, 0.0], (400, 1)), "S1")
+    >>> height = np.linspace(-0.01, 0.01, 400)
+    >>> wall = shared.points(np.stack([0 * height + 10, 0 * height, height], axis=1), "S1")
     >>> propagate(wall, np.tile([1 / 400, 0, 0], (400, 1)), 10.0)
     <10 m, sigma 0.001 (own 0.0001, shared 0.001)>
     """
@@ -256,6 +259,7 @@ def propagate(
         raise InputError(
             "the gradients are not one for each point", cure="give an array (n, 3) for each set"
         )
+    sets, slopes = distinct_points(sets, slopes)
     own, shared = _variances(sets, [g[:, None, :] for g in slopes])
     return PointQuantity(
         float(value), float(own[0, 0]), float(shared[0, 0]), _angle_bound(sets, slopes), unit
@@ -458,9 +462,18 @@ def volume_between(
 
 def _sets(points: Patch) -> list[CloudPoints]:
     """One set or several, at least one."""
-    sets = [points] if isinstance(points, CloudPoints) else list(points)
+    single = isinstance(points, CloudPoints) or not isinstance(points, Iterable)
+    sets: list[CloudPoints] = [points] if single else list(points)  # type: ignore[list-item,arg-type]
     if not sets:
         raise InputError("there are no points", cure="give one set of points or more")
+    for one in sets:
+        if not isinstance(one, CloudPoints):
+            raise InputError(
+                f"a {type(one).__name__} does not say of which scan its points are, so that they "
+                "have no sigma",
+                cure="give what cloud_points(file) or SharedPart.points(xyz, scan) returns, or a "
+                "list of such sets",
+            )
     return sets
 
 
@@ -484,6 +497,7 @@ def _weighted(sets: Sequence[CloudPoints], weights: Sequence[Array]) -> PointVec
     origin = sets[0].xyz[0]
     total = sum(float(w.sum()) for w in weights)
     value = sum(w @ (one.xyz - origin) for w, one in zip(weights, sets, strict=True))
+    sets, weights = distinct_points(sets, weights)
     gradients = [w[:, None, None] * np.eye(3) for w in weights]
     own, shared = _variances(sets, gradients)
     return PointVector(
@@ -519,16 +533,16 @@ def _angle_covariance(sets: Sequence[CloudPoints], weights: Sequence[Array]) -> 
     sums: dict[tuple[bytes, str, bool, int], tuple[float, Array]] = {}
     for whose, one, w in zip(_stations(sets), sets, weights, strict=True):
         moved = w[:, None, None] * angle_slopes(one.xyz, one.placement)
-        for angle in range(2):
+        for angle, positive in product(range(2), (False, True)):
             a = moved[:, :, angle]
             size = np.linalg.norm(a, axis=1)
-            some = size > 0
+            some = (size > 0) & ((w > 0) == positive)
             if not some.any():
                 continue
-            key = (*whose, bool(w[0] > 0), angle)
+            key = (*whose, positive, angle)
             length, square = sums.get(key, (0.0, np.zeros((3, 3))))
             square = square + (a[some] / size[some, None]).T @ a[some]
-            sums[key] = length + float(size.sum()), square
+            sums[key] = length + float(size[some].sum()), square
     total = np.zeros((3, 3))
     for length, square in sums.values():
         total += length * square

@@ -164,7 +164,7 @@ def cloud_points(
     box : (array_like (3,), array_like (3,)), optional
         Only points between two corners [m].
     poses : path, optional
-        The ``poses.json`` of the run; the one beside the cloud if not given.
+        The ``poses.json`` of the run or its folder; the one beside the cloud if not given.
     effective : float, optional
         How many of the points count as independent; what the noise says that neighbours share if
         not given.
@@ -177,20 +177,18 @@ def cloud_points(
     Raises
     ------
     InputError
-        No file of poses, or none with the joint covariance; a cloud of several scans; no points.
+        No cloud, no file of poses, or none with the joint covariance; a cloud of several scans; a
+        cloud that was placed by other poses; no points.
 
     References
     ----------
     Method section 5.10.
     """
     path = Path(path)
-    beside = path.parent / POSES if poses is None else Path(poses)
-    if not beside.is_file():
-        raise InputError(
-            "there is no poses.json beside the cloud",
-            file=path,
-            cure="give the poses.json that the run left beside its clouds",
-        )
+    if not path.is_file():
+        raise InputError("there is no such file", file=path, cure="check its name and folder")
+    region = _region(ball, box)
+    beside = _poses_of(path, None if poses is None else Path(poses))
     known = read_poses(beside)
     at = known.of_cloud(path)
     if known.shared is None or (at is not None and at.scan not in known.shared.scans):
@@ -205,9 +203,15 @@ def cloud_points(
             file=path,
             cure="take a cloud of one scan (merged = false), and the poses.json of its run",
         )
-    region = _region(ball, box)
     noise = at.placement.noise
     cloud = CloudFile(path, tuple(screened(scan) for scan in read_scans(path)), None, at.placement)
+    if any(at.placed(scan.facts) is False for scan in cloud.scans):
+        raise InputError(
+            f"this cloud was not placed by the pose of scan {at.scan} in {beside.name}: it is one "
+            "of another scan or of another run",
+            file=path,
+            cure="give each cloud the name and the poses.json that it was written with",
+        )
     kept = [np.empty((0, cloud.columns))]
     kept += [chunk[region.inside(chunk[:, :3])] if region else chunk for chunk in cloud.lit()]
     points = np.concatenate(kept)
@@ -215,6 +219,27 @@ def cloud_points(
         raise InputError("no point of the cloud is in the region", file=path)
     light = points[:, 3] if noise is not None and noise.law is not None else None
     return known.shared.points(points[:, :3], at.scan, intensity=light, effective=effective)
+
+
+def _poses_of(cloud: Path, given: Path | None) -> Path:
+    """The file of poses of a cloud: the one that is given, or in a folder that is, or beside it."""
+    if given is None:
+        beside = cloud.parent / POSES
+        if not beside.is_file():
+            raise InputError(
+                "there is no poses.json beside the cloud",
+                file=cloud,
+                cure="give the poses.json that the run left beside its clouds",
+            )
+        return beside
+    at = given / POSES if given.is_dir() else given
+    if not at.is_file():
+        raise InputError(
+            "there is no such file of poses",
+            file=at,
+            cure="give the poses.json that the run left beside its clouds, or its folder",
+        )
+    return at
 
 
 def _region(
@@ -226,7 +251,12 @@ def _region(
     try:
         if ball is not None:
             x, y, z = (float(v) for v in np.asarray(ball[0], dtype=float))
-            return ComparisonSite.ball("region", (x, y, z), float(ball[1]))
+            radius = float(ball[1])
+            if not 0 < radius < np.inf:
+                raise InputError(
+                    f"the ball has a radius of {radius:g} m", cure="give a radius above zero"
+                )
+            return ComparisonSite.ball("region", (x, y, z), radius)
         if box is not None:
             low, high = (np.asarray(corner, dtype=float) for corner in box)
             corners = np.sort(np.stack([low, high]), axis=0).reshape(2, 3).tolist()

@@ -24,7 +24,7 @@ from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader, CloudWriter, step_for
 from tribrach.io.keeping import is_read
 from tribrach.job.grouping import groups, whole_source
-from tribrach.job.poses import station_order
+from tribrach.job.poses import PLACED, pose_words, station_order
 from tribrach.job.scans import MeasuredScan, StationScan
 from tribrach.job.state import Remembered, digest
 from tribrach.scan.normals import incidence_cosines
@@ -517,11 +517,7 @@ class CloudProduct:
             facts["stations"] = "; ".join(f"{k} {s.name}" for k, s in enumerate(self.scans))
         else:
             facts["station"] = self.placements[0].station
-            matrix = self.placements[0].delivered(self.frame).pose.matrix
-            facts["world from scanner"] = "; ".join(
-                " ".join(f"{v:.9g}" if k < 3 else f"{v:.4f}" for k, v in enumerate(row))
-                for row in matrix[:3]
-            )
+            facts[PLACED] = pose_words(self.placements[0].delivered(self.frame).pose)
         if self.as_las:
             named = dict(zip(self.sources, (w.station for w in self.placements), strict=True))
             facts["point_source_id"] = "; ".join(f"{k} {name}" for k, name in named.items())

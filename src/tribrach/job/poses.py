@@ -41,9 +41,11 @@ from tribrach.units import LARGEST
 __all__ = [
     "JOINT",
     "MOST_STATIONS",
+    "PLACED",
     "POSES",
     "PoseFile",
     "pose_texts",
+    "pose_words",
     "read_poses",
     "station_order",
 ]
@@ -51,6 +53,14 @@ __all__ = [
 
 #: file of the joint covariance, beside the poses
 JOINT = "poses_covariance.npy"
+
+
+#: the fact of a cloud of one scan that says by which pose it was placed
+PLACED = "world from scanner"
+
+
+#: poses are one where they differ by no more than the digits of that fact
+_TURNED, _APART = 1e-7, 1e-4
 
 
 #: with more stations the joint covariance is left out: it would have more than 46 MB
@@ -65,6 +75,14 @@ _ELEMENTS = [f"m{i}{j}" for i in range(4) for j in range(4)]
 
 
 _UNKNOWNS = ("tx", "ty", "tz", "rx", "ry", "rz")
+
+
+def pose_words(pose: Pose) -> str:
+    """Three rows of a matrix, as a cloud carries them among its facts."""
+    return "; ".join(
+        " ".join(f"{v:.9g}" if k < 3 else f"{v:.4f}" for k, v in enumerate(row))
+        for row in pose.matrix[:3]
+    )
 
 
 def station_order(scans: Sequence[StationScan]) -> list[str]:
@@ -192,6 +210,18 @@ class ScanPose:
     file: str
     placement: Placement
     certain: bool
+
+    def placed(self, facts: Mapping[str, str]) -> bool | None:
+        """Whether the facts of a cloud say that it was placed by this pose; None if they do not."""
+        try:
+            rows = [[float(v) for v in row.split()] for row in facts[PLACED].split(";")]
+            told = np.array(rows, dtype=np.float64)
+        except (KeyError, ValueError):
+            return None
+        if told.shape != (3, 4) or not (np.abs(told) < LARGEST).all():
+            return None
+        off = np.abs(told - self.placement.pose.matrix[:3])
+        return bool((off[:, :3] <= _TURNED).all() and (off[:, 3] <= _APART).all())
 
 
 @dataclass(frozen=True)
