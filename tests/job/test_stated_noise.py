@@ -62,11 +62,13 @@ def test_a_sheet_that_is_right_is_told_so_in_every_class(tmp_path: Path) -> None
     everything = [found.whole, *(one for some in found.classes.values() for one in some)]
     assert {found.verdict(one) for one in everything} == {"as stated"}
     assert found.farthest is None
-    assert "it is as the data sheet of A states it" in said(tmp_path)
+    assert "it is as the project's section of A states it" in said(tmp_path)
     assert found.neighbours is not None
     assert (found.neighbours.share, found.neighbours.stated) == (0.0, None)
     assert "show nothing that neighbours share: correlation" in said(tmp_path)
-    assert "from column to column; nothing is stated of it" in said(tmp_path)
+    assert "from column to column. No shared_share is stated: a mean counts points" in said(
+        tmp_path
+    )
     assert not any("noise" in warning for warning in report.warnings)
 
 
@@ -86,6 +88,9 @@ def test_a_sheet_that_is_wrong_is_contradicted_with_its_factor(
     assert any(f"too {word}istic" in warning for warning in report.warnings)
     data = json.loads((tmp_path / "out" / "result.json").read_text())["observed_noise"]
     assert data[0]["classes"][0]["factor"] == pytest.approx(found.whole.factor)
+    for row in data[0]["classes"]:
+        assert row["observed"] / row["stated"] == pytest.approx(row["factor"])
+    assert "A factor of 0.90 to 1.10 is as stated" in said(tmp_path)
 
 
 def test_a_sheet_that_a_law_contradicts_is_shown_where_it_is_worst(tmp_path: Path) -> None:
@@ -119,7 +124,7 @@ def test_intervals_hold_as_often_as_they_say() -> None:
         free = rng.integers(20, 60, 200).astype(float)
         squares = rng.chisquare(free)
         mean = squares.sum() / free.sum()
-        one = NoiseClass(0, 1, 200, 8000, 1.0, 1.0, float(mean), effective_of(squares, free))
+        one = NoiseClass(0, 1, 200, 8000, 1.0, 1.0, 1.0, float(mean), effective_of(squares, free))
         ends = one.interval()
         assert ends is not None
         held += ends[0] <= 1 <= ends[1]

@@ -85,7 +85,14 @@ def test_the_file_is_among_those_that_are_read(tmp_path: Path) -> None:
     [
         ("[instrument]\nrange_mm = -1\n", 2, "range_mm"),
         ("[instrument]\nrange_millimetre = 1\n", 2, "is unknown"),
-        ("[instruments.A]\nrange_mm = 1\n", None, "instrument"),
+        (
+            "[instruments.A]\nrange_mm = 1\n",
+            1,
+            "has a table \\[instrument\\], and this one has none",
+        ),
+        ("range_mm = 1\nrange_ppm = 0\n", 1, "has a table \\[instrument\\], and this one has none"),
+        ("range_ppm = 1\n[instrument]\nrange_mm = 1\n", 1, "range_ppm has no place in the top"),
+        ("[instrument]\nrange_mm = true\n", 2, "range_mm: true and false are no value"),
         ("[instrument]\nrange_law_a_mm = 1\n", 1, "has range_law_b"),
         (LAW.replace("-0.75", "0.75"), 2, "has a = 0.8, b = 0.75"),
         ('[instrument]\nfile = "other.toml"\n', 2, "file names another file"),
@@ -115,3 +122,24 @@ def test_without_a_file_that_is_there_nothing_is_opened(tmp_path: Path) -> None:
     (tmp_path / "job.toml").write_text(PROJECT.format(more=""))
     with pytest.raises(InputError, match="cannot be read"):
         Project.load(tmp_path / "job.toml")
+
+
+def test_figures_of_a_file_that_do_not_count_are_named(tmp_path: Path) -> None:
+    (tmp_path / "obs.csv").write_text("from,to,distance_m,sigma_mm\nA,B,10.0,1.0\n")
+    told = project(tmp_path, more="range_mm = 1.5\nrange_law_c_mm = 0.5")
+    assert told.instruments["GTL"].shadowed == ("range_law_c_mm",)
+    said = "instrument GTL: range_law_c_mm of gtl.toml without effect"
+    assert any(said in warning for warning in open_job(told).surveyed().warnings)
+    assert project(tmp_path).instruments["GTL"].shadowed == ()
+
+
+@pytest.mark.parametrize(
+    ("more", "origin"), [("range_mm = 2.0", "project"), ("", "file"), ("", "sheet")]
+)
+def test_it_is_known_who_states_a_figure(tmp_path: Path, more: str, origin: str) -> None:
+    file = LAW if origin == "file" else LAW.replace("range_mm = 1.5\n", "")
+    assert project(tmp_path, file, more).instruments["GTL"].stated_by("range_mm") == origin
+
+
+def test_figures_typed_without_a_sheet_are_those_of_the_project() -> None:
+    assert Instrument(range_mm=2.0, scan_angle_arcsec=8.0).stated_by("range_mm") == "project"

@@ -228,6 +228,20 @@ def test_classes_hold_what_is_stated():
     assert noise_classes(nothing, nothing.stated(noise), "intensity") == []
 
 
+def test_the_factor_is_observed_over_stated_in_the_same_weights():
+    """Every other patch is stated three times as noisy: plain means would have another ratio."""
+    observed = made(10, 2000, RangeLaw(4e-5, -0.7, 5e-4, 1e-5, 1.0))
+    stated = observed.stated(ScanNoise(0.002, 0, 0, 0)) * np.where(observed.patch % 2, 9.0, 1.0)
+    (one,) = noise_classes(observed, stated, "range", 1)
+    weights = observed.redundancy / stated
+    assert one.weighted == pytest.approx(np.sqrt(observed.redundancy.sum() / weights.sum()))
+    squares = (observed.residual**2 / stated).sum() / weights.sum()
+    assert one.weighted_observed == pytest.approx(np.sqrt(squares))
+    assert one.weighted_observed / one.weighted == pytest.approx(one.factor, rel=1e-12)
+    # plain means of squares have another ratio: they follow the points of large sigmas
+    assert abs(one.observed / one.stated / one.factor - 1) > 0.1
+
+
 def test_a_footprint_of_the_sheet_is_no_noise_of_angles():
     scanner, _ = lawful("pulsed")
     found = fit_noise(simulated(scanner, 22, points=100_000, leaves=50))

@@ -61,12 +61,16 @@ def quoted(text: str) -> str:
 
 
 def _check_numbers(path: Path, value: Any, keys: tuple[str, ...]) -> None:
-    """Refuse numbers of a document that are beyond any measurement."""
+    """Refuse numbers of a document that are beyond any measurement, or none: true and false."""
     if isinstance(value, dict):
         for key, one in value.items():
             _check_numbers(path, one, (*keys, key))
     elif isinstance(value, list):
         for one in value:
             _check_numbers(path, one, keys)
+    elif isinstance(value, bool):
+        raise InputError(
+            f"{'.'.join(keys)} is true or false, and no key of such a file is", file=path
+        )
     elif isinstance(value, int | float) and not abs(value) < LARGEST:
         raise InputError(f"{'.'.join(keys)} is beyond any measurement", file=path)

@@ -87,7 +87,11 @@ class BudgetRow:
 
     @property
     def shared(self) -> float:
-        """What all points of the station have in common [m^2]; no mean of them falls below it."""
+        """What all points of the station have in common [m^2], the mean over those of the class.
+
+        Points side by side have no less in any mean of them; the mean of points far apart may, as
+        what turns the station moves them in different directions.
+        """
         return self.variance - _sum(self.parts, (*POINT_PARTS, SYSTEMATIC))
 
     @property

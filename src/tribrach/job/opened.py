@@ -7,7 +7,7 @@ anything again: alone, or with what scans add to it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -45,7 +45,7 @@ from tribrach.network.survey import Survey
 from tribrach.observations.scanner import Inclinations
 from tribrach.observations.sights import Distances
 from tribrach.project import Project
-from tribrach.units import MM
+from tribrach.units import MM, SEC
 
 __all__ = ["Job", "open_job"]
 
@@ -235,7 +235,7 @@ class Job:
         add_mounted_points(survey, project.stations, project.lever_arms)
         survey.title = project.title
         survey.reference = self._reference.completed(survey.reference)
-        survey.warnings += self._site_warnings(survey)
+        survey.warnings += [*self._site_warnings(survey), *self._shadowed()]
         if project.datum.kind != "control":
             survey.datum = Datum(project.datum.kind, project.datum.points)
         return survey
@@ -328,6 +328,15 @@ class Job:
         xyz = np.array([point.xyz for point in survey.points.values()]).reshape(-1, 3)
         return flat_warnings(xyz, site.crs, curved=site.curvature_radius_m is not None)
 
+    def _shadowed(self) -> Iterator[str]:
+        """Instrument files whose figures the project types again, differently."""
+        for name, instrument in self.project.instruments.items():
+            if instrument.shadowed:
+                yield (
+                    f"instrument {name}: {', '.join(instrument.shadowed)} of {instrument.file} "
+                    f"without effect, as [instruments.{name}] of the project has figures of its own"
+                )
+
     def _add_scale_bars(self, survey: Survey) -> None:
         """Known lengths, exact ones as constraints."""
         for k, bar in enumerate(self.project.scale_bars):
@@ -341,6 +350,32 @@ class Job:
                 source=[f"scale bar {k + 1}"],
                 group="scale bar",
             )
+
+    def refuse_unstated(self) -> None:
+        """Refuse levelled stations of no stated compensator, before anything long begins.
+
+        Raises
+        ------
+        InputError
+            A levelled station without ``levelling_arcsec``, its own or that of its instrument.
+        """
+        for name, station in self.project.stations.items():
+            if station.levelled:
+                self._compensator(name)
+
+    def _compensator(self, name: str) -> float:
+        """Sigma of the compensator of a levelled station [rad]."""
+        station = self.project.stations[name]
+        tilt = self.instruments.precision(self.instruments.of_station(name)).tilt
+        if station.levelling_arcsec is not None:
+            tilt = station.levelling_arcsec * SEC
+        if tilt is None:
+            raise self.error(
+                ("stations", name),
+                f"the sigma of the compensator of {name} is not given",
+                "add levelling_arcsec to the station or its instrument",
+            )
+        return tilt
 
     def _add_levelling(self, survey: Survey, *, whole: bool) -> None:
         """Levelled stations: inclination zero with the compensator's sigma.
@@ -358,19 +393,10 @@ class Job:
                 )
             if not station.levelled:
                 continue
-            tilt = self.instruments.precision(self.instruments.of_station(name)).tilt
-            if station.levelling_arcsec is not None:
-                tilt = np.radians(station.levelling_arcsec / 3600)
-            if tilt is None:
-                raise self.error(
-                    ("stations", name),
-                    f"the sigma of the compensator of {name} is not given",
-                    "add levelling_arcsec to the station or its instrument",
-                )
             survey.add(
                 Inclinations,
                 values=[[0.0, 0.0]],
-                sigma=tilt,
+                sigma=self._compensator(name),
                 station=[name],
                 source=[f"station {name}"],
             )

@@ -19,12 +19,13 @@ from tribrach.instruments.range_law import RangeLaw
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.job.scans import StationScan
 from tribrach.job.state import Remembered
+from tribrach.project.instrument import Instrument, Origin
 from tribrach.scan.neighbour_correlation import smooth_correlation
 from tribrach.scan.noise_law import By, FittedNoise, NoiseClass, fit_noise, noise_classes
 from tribrach.scan.observed_noise import ObservedNoise, joined, observed_noise
 from tribrach.scan.scan import Scan
 
-__all__ = ["CAUSES", "NeighbourNoise", "StatedNoise", "Verdict", "stated_noise"]
+__all__ = ["BAND", "CAUSES", "NeighbourNoise", "StatedNoise", "Verdict", "stated_noise"]
 
 Verdict = Literal["as stated", "more than stated", "less than stated", "undecided"]
 
@@ -33,12 +34,20 @@ CAUSES: tuple[By, ...] = ("intensity", "range", "incidence")
 #: classes of intensity and of range
 _CLASSES = 6
 #: factors between observed and stated that no surveyor would call a contradiction
-_BAND = (0.9, 1.1)
+BAND = (0.9, 1.1)
 #: of all intervals of an instrument together
 _LEVEL = 0.95
 #: patches and records of all scans of an instrument that are looked at, and of one scan at least
 _PATCHES, _RECORDS = 10_000, 2_000_000
 _LEAST_PATCHES, _LEAST_RECORDS, _MOST_RECORDS = 200, 100_000, 500_000
+
+
+#: who states the noise of an instrument
+_BASIS: Mapping[Origin, str] = {
+    "project": "the project's section of {}",
+    "file": "the instrument file of {}",
+    "sheet": "the data sheet of {}",
+}
 
 
 @dataclass(frozen=True)
@@ -75,6 +84,8 @@ class StatedNoise:
     ----------
     instrument
         Its name in the project.
+    basis
+        What states the noise of its ranges where no law does, in words.
     scans
         Names of the scans that were looked at.
     lawful
@@ -94,6 +105,7 @@ class StatedNoise:
     """
 
     instrument: str
+    basis: str
     scans: tuple[str, ...]
     lawful: bool
     patches: int
@@ -119,11 +131,11 @@ class StatedNoise:
         ends = self.interval(one)
         if ends is None:
             return "undecided"
-        if ends[0] > _BAND[1]:
+        if ends[0] > BAND[1]:
             return "more than stated"
-        if ends[1] < _BAND[0]:
+        if ends[1] < BAND[0]:
             return "less than stated"
-        return "as stated" if _BAND[0] <= one.factor <= _BAND[1] else "undecided"
+        return "as stated" if BAND[0] <= one.factor <= BAND[1] else "undecided"
 
     @property
     def farthest(self) -> tuple[By, NoiseClass] | None:
@@ -140,13 +152,14 @@ class StatedNoise:
         by, worst = max(off, key=lambda found: abs(np.log(found[1].factor)))
         if whole == self.verdict(worst) and self.whole is not None:
             apart = abs(np.log(worst.factor / self.whole.factor))
-            return (by, worst) if apart > np.log(_BAND[1]) else None
+            return (by, worst) if apart > np.log(BAND[1]) else None
         return by, worst
 
 
 def stated_noise(
     scans: Sequence[StationScan],
-    instruments: Mapping[str, str | None],
+    whose: Mapping[str, str | None],
+    instruments: Mapping[str, Instrument],
     state: Remembered,
     progress: Progress,
 ) -> list[StatedNoise]:
@@ -156,8 +169,10 @@ def stated_noise(
     ----------
     scans
         All scans; those whose scanner is at an unknown place show nothing.
-    instruments
+    whose
         Names of the instruments by station.
+    instruments
+        The instruments by name.
     state
         Where it is remembered what unchanged scans showed.
     progress
@@ -175,7 +190,7 @@ def stated_noise(
     """
     by_instrument: dict[str, list[StationScan]] = {}
     for scan in scans:
-        name = instruments.get(scan.station)
+        name = whose.get(scan.station)
         if name is not None and scan.noise is not None and scan.origin_known:
             by_instrument.setdefault(name, []).append(scan)
     out = []
@@ -189,7 +204,8 @@ def stated_noise(
             progress(f"noise of {name}", 0, None)
             facts = _facts(sources, noise)
             state.remember(product, key, facts)
-        out.append(_from_facts(name, tuple(scan.name for scan in members), facts))
+        basis = _BASIS[instruments[name].stated_by("range_mm")].format(name)
+        out.append(_from_facts(name, basis, tuple(scan.name for scan in members), facts))
     return out
 
 
@@ -246,10 +262,13 @@ def _observed(scans: Sequence[Scan]) -> ObservedNoise:
     return joined(parts)
 
 
-def _from_facts(name: str, scans: tuple[str, ...], facts: Mapping[str, Any]) -> StatedNoise:
+def _from_facts(
+    name: str, basis: str, scans: tuple[str, ...], facts: Mapping[str, Any]
+) -> StatedNoise:
     """The same from what was remembered."""
     return StatedNoise(
         instrument=name,
+        basis=basis,
         scans=scans,
         lawful=facts["lawful"],
         patches=facts["patches"],

@@ -165,8 +165,10 @@ def find(job: Job, folder: Path, progress: Progress) -> FoundInScans:
 
     Raises
     ------
-    InputError : scans that cannot be read, clouds that are asked for and impossible.
+    InputError : scans that cannot be read, clouds that are asked for and impossible, levelled
+        stations whose compensator has no sigma.
     """
+    job.refuse_unstated()
     project, state = job.project, Remembered(folder)
     scans = open_scans(job, state)
     refuse_impossible(project, scans)
@@ -274,7 +276,7 @@ def georeference(
         budget,
         corrected=calibration_sentences(work.scans, adjustment),
         reach=reach_sentences(work.scans, placements, adjustment, work.state),
-        noise=stated_noise(work.scans, whose, work.state, progress),
+        noise=stated_noise(work.scans, whose, project.instruments, work.state, progress),
         truth=[] if loose else _truth(project, work, adjustment, placements),
         loose=loose and project.truth is not None,
         shared=delivered,

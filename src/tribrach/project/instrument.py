@@ -26,7 +26,11 @@ from tribrach.io.instrument_sheets import Figure, find_sheet
 from tribrach.project.sections import Section
 from tribrach.units import MM, SEC
 
-__all__ = ["Instrument", "noise_of"]
+__all__ = ["Instrument", "Origin", "noise_of"]
+
+#: where a figure of an instrument stands
+Origin = Literal["project", "file", "sheet"]
+
 
 #: keys of an angle: one reading in one face, and the mean of both faces
 _FACES = {
@@ -152,6 +156,8 @@ class Instrument(Section):
     _typed: frozenset[str] = PrivateAttr(default=frozenset())
     #: figures of the instrument file, None before it is read
     _borrowed: dict[str, Figure] | None = PrivateAttr(default=None)
+    #: keys of the instrument file that other figures of the section go before
+    _shadowed: tuple[str, ...] = PrivateAttr(default=())
 
     @field_validator("sheet")
     @classmethod
@@ -229,12 +235,28 @@ class Instrument(Section):
         whole = {key: value for key, value in (borrowed | typed).items() if key != "file"}
         filled = type(self).model_validate(whole).model_copy(update={"file": self.file})
         filled._typed = self._typed
+        filled._shadowed = tuple(
+            key
+            for key, value in given.items()
+            if key not in borrowed and key != "source" and typed.get(key) != value
+        )
         filled._borrowed = {
             key: Figure(key, float(value), source)
             for key, value in borrowed.items()
             if isinstance(value, int | float)
         }
         return filled
+
+    def stated_by(self, key: str) -> Origin:
+        """Where the figure of a key stands: in the project itself, its file or the sheet."""
+        if key in (self._borrowed or {}):
+            return "file"
+        return "project" if key in self._typed or self.sheet is None else "sheet"
+
+    @property
+    def shadowed(self) -> tuple[str, ...]:
+        """Keys of the instrument file that do not count, as other figures are typed here."""
+        return self._shadowed
 
     def figures(self) -> list[Figure]:
         """Every figure that is given, with its source: file, sheet or the project's own words."""

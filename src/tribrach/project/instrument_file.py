@@ -55,6 +55,13 @@ def read_instrument_file(path: Path) -> tuple[dict[str, Any], str]:
         wrong or leads to another file; with the line.
     """
     data, text = toml_file.load(path, _LARGEST)
+    if not isinstance(data.get("instrument"), dict):
+        raise InputError(
+            "an instrument file has a table [instrument], and this one has none",
+            file=path,
+            line=1,
+            cure="put the line [instrument] above its keys",
+        )
     try:
         InstrumentFile.model_validate(data)
     except ValidationError as error:

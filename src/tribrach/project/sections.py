@@ -5,8 +5,9 @@ Sections with a subject of their own have a file each beside this one.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Annotated, Any, Literal, Self
+from collections.abc import Iterator, Mapping
+from functools import cache
+from typing import Annotated, Any, Literal, Self, get_args
 
 import numpy as np
 from pydantic import (
@@ -15,6 +16,7 @@ from pydantic import (
     Field,
     NonNegativeFloat,
     PositiveFloat,
+    ValidationInfo,
     field_validator,
     model_validator,
 )
@@ -56,8 +58,10 @@ class Section(BaseModel):
 
     @field_validator("*", mode="before")
     @classmethod
-    def _measurable(cls, value: object) -> object:
-        """No number of a project is larger than any measurement, and none is infinite."""
+    def _measurable(cls, value: object, info: ValidationInfo) -> object:
+        """No number is true or false, none is larger than any measurement, and none is infinite."""
+        if _holds_boolean(value) and not _asks_for_boolean(cls, str(info.field_name)):
+            raise ValueError("true and false are no value of this key")
         for number in _numbers_in(value):
             if not abs(number) <= LARGEST:
                 shown = (
@@ -74,6 +78,29 @@ def _numbers_in(value: object) -> Iterator[int | float]:
     elif isinstance(value, list | tuple):
         for item in value:
             yield from _numbers_in(item)
+
+
+def _holds_boolean(value: object) -> bool:
+    """True for true and false, and for lists and tables that hold one."""
+    if isinstance(value, Mapping):
+        value = list(value.values())
+    if isinstance(value, list | tuple):
+        return any(_holds_boolean(item) for item in value)
+    return isinstance(value, bool)
+
+
+@cache
+def _asks_for_boolean(model: type[BaseModel], name: str) -> bool:
+    """True if a field takes true and false, or tables, which check their own."""
+    pending: list[Any] = [model.model_fields[name].annotation]
+    while pending:
+        kind = pending.pop()
+        if kind is bool or kind is Any or isinstance(kind, bool):
+            return True
+        if isinstance(kind, type) and issubclass(kind, BaseModel):
+            return True
+        pending += get_args(kind)
+    return False
 
 
 class EpochKeys(BaseModel):

@@ -142,7 +142,11 @@ def _typed(data: Any, place: Sequence[int | str]) -> tuple[int | str, ...]:
 def _words(detail: ErrorDetails, model: type[BaseModel], key: str) -> tuple[str, str | None]:
     """What is wrong with a key, and the cure."""
     if detail["type"] == "extra_forbidden":
-        near = difflib.get_close_matches(key.rpartition(".")[2], _known_keys(model), 1)
+        table, _, own = key.rpartition(".")
+        near = difflib.get_close_matches(own, _known_keys(model), 1)
+        if near == [own]:
+            where = f"table [{table}]" if table else "top of the file, before any table,"
+            return f"key {own} has no place in the {where}", "put it into the table that it is of"
         return f"key {key} is unknown", f"did you mean {near[0]}" if near else "remove it"
     if detail["type"] == "missing":
         return f"key {key} is missing", "add it"

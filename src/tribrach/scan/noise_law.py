@@ -81,7 +81,9 @@ class NoiseClass:
     patches, points
         In it.
     observed, stated
-        Standard deviations along the beam [m].
+        Standard deviations along the beam [m]: roots of the mean squares.
+    weighted
+        The same of what is stated, each variance weighted with its own inverse [m].
     chi2_dof
         Squared residuals over stated variances, by the degrees of freedom: 1 where both agree.
     effective
@@ -96,13 +98,22 @@ class NoiseClass:
     points: int
     observed: float
     stated: float
+    weighted: float
     chi2_dof: float
     effective: float = 0.0
 
     @property
     def factor(self) -> float:
-        """Standard deviations observed over those stated."""
+        """Standard deviations observed over those stated, in means of the same weights."""
         return float(np.sqrt(self.chi2_dof))
+
+    @property
+    def weighted_observed(self) -> float:
+        """Root of the mean square of the residuals in the weights of ``weighted`` [m].
+
+        Over ``weighted`` it is the factor (method section 5.9).
+        """
+        return self.factor * self.weighted
 
     def interval(self, level: float = 0.95) -> tuple[float, float] | None:
         """Where the factor lies with this probability, by chi-square; None if nobody knows."""
@@ -302,6 +313,7 @@ def noise_classes(
     free, sums = observed.redundancies, np.bincount(observed.patch, observed.residual**2)
     reduced = np.bincount(observed.patch, observed.residual**2 / stated)
     expected = np.bincount(observed.patch, stated * observed.redundancy)
+    weights = np.bincount(observed.patch, observed.redundancy / stated)
     sizes = np.bincount(observed.patch)
     for k in np.unique(number):
         mine = number == k
@@ -314,6 +326,7 @@ def noise_classes(
                 points=int(sizes[mine].sum()),
                 observed=float(np.sqrt(sums[mine].sum() / dof)),
                 stated=float(np.sqrt(expected[mine].sum() / dof)),
+                weighted=float(np.sqrt(dof / weights[mine].sum())),
                 chi2_dof=float(reduced[mine].sum() / dof),
                 effective=_effective(reduced[mine], free[mine]),
             )

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from tribrach.job.results import JobResults
-from tribrach.job.stated_noise import NeighbourNoise, StatedNoise, Verdict
+from tribrach.job.stated_noise import BAND, NeighbourNoise, StatedNoise, Verdict
 from tribrach.report.chapter import Chapter
 from tribrach.report.content import Head
 from tribrach.report.numbers import count_cell, fixed_cell, mm_cell
@@ -22,10 +22,13 @@ __all__ = ["SUBJECT", "InstrumentNoise", "NoiseLaw", "NoiseOfClass"]
 _NOTE = (
     "Along the beam, on small planar patches of smooth surfaces; what the beam sweeps over a "
     "slanted surface is in both figures. Stated is what the points of clouds have, with the "
-    "incidence. The factor is observed over stated; its limits hold for all rows of an instrument "
-    "together in 95 of 100 jobs, by chi-square with the degrees of freedom that the scatter from "
-    "patch to patch leaves. Roughness that even these surfaces have counts as noise. What "
-    "neighbouring points share is said above the table: means of many points are worse by it."
+    "incidence. Both figures are roots of mean squares, with the points weighted alike by the "
+    "inverse of the variance that is stated for each; the factor is observed over stated. Its "
+    "limits hold for all rows of an instrument together in 95 of 100 jobs, by chi-square with the "
+    "degrees of freedom that the scatter from patch to patch leaves. A factor of "
+    f"{BAND[0]:.2f} to {BAND[1]:.2f} is as stated, where its limits do not lie beyond that "
+    "altogether; only limits that do contradict what is stated. Roughness that even these "
+    "surfaces have counts as noise."
 )
 
 
@@ -41,13 +44,14 @@ class NoiseOfClass(DocumentPart):
     points: int
     observed: float
     stated: float
-    """Standard deviations along the beam [m]."""
+    """Standard deviations along the beam [m], in the same weights: the inverse of the variance
+    that is stated for a point."""
     chi2_dof: float
     """Squared residuals over stated variances, by their degrees of freedom."""
     effective: float
     """Degrees of freedom that this is worth by the scatter from patch to patch."""
     factor: float
-    """Standard deviation observed over stated: the root of the mean of the squares."""
+    """Observed over stated."""
     factor_low: float | None
     factor_high: float | None
     """Its limits at 95 % for all classes together; none where there are too few patches."""
@@ -144,11 +148,11 @@ def _sentences(found: StatedNoise) -> list[str]:
 def _neighbours(instrument: str, seen: NeighbourNoise) -> str:
     """What neighbours share in the scans of an instrument, and what is stated of it."""
     stated = (
-        "nothing is stated of it, so that means take points of overlapping beams for one"
+        "No shared_share is stated: a mean counts points whose beams overlap as one."
         if seen.stated is None
-        else f"{seen.stated:.2f} is stated"
+        else f"A shared_share of {seen.stated:.2f} is stated."
     )
-    return f"Neighbours of {instrument}: {seen.words}; {stated}."
+    return f"Neighbours of {instrument}: {seen.words}. {stated}"
 
 
 def _warnings(found: StatedNoise) -> Iterable[ReportWarning]:
@@ -177,7 +181,7 @@ def _departs(found: StatedNoise, by: By, one: NoiseClass) -> str:
 
 def _basis(found: StatedNoise) -> str:
     """What states the noise of an instrument."""
-    return f"the {'law' if found.lawful else 'data sheet'} of {found.instrument}"
+    return f"the law of {found.instrument}" if found.lawful else found.basis
 
 
 def _figures(found: StatedNoise, one: NoiseClass) -> str:
@@ -185,8 +189,8 @@ def _figures(found: StatedNoise, one: NoiseClass) -> str:
     ends = found.interval(one)
     limits = "" if ends is None else f", {ends[0]:.2f} to {ends[1]:.2f} at 95 %"
     return (
-        f"{1e3 * one.observed:.2f} mm observed, {1e3 * one.stated:.2f} mm stated (factor "
-        f"{one.factor:.2f}{limits})"
+        f"{1e3 * one.weighted_observed:.2f} mm observed, {1e3 * one.weighted:.2f} mm stated "
+        f"(factor {one.factor:.2f}{limits})"
     )
 
 
@@ -244,8 +248,8 @@ def _classes(found: StatedNoise) -> Iterable[NoiseOfClass]:
             high=None if by == "all" else one.high,
             patches=one.patches,
             points=one.points,
-            observed=one.observed,
-            stated=one.stated,
+            observed=one.weighted_observed,
+            stated=one.weighted,
             chi2_dof=one.chi2_dof,
             effective=one.effective,
             factor=one.factor,
@@ -267,8 +271,8 @@ def _table(noises: Sequence[StatedNoise]) -> ReportTable:
         (ColumnHead("Instrument", numeric=False), lambda r: text_cell(r[0].instrument)),
         (ColumnHead("Points", numeric=False), lambda r: text_cell(r[1])),
         (ColumnHead("patches"), lambda r: count_cell(r[2].patches)),
-        (ColumnHead("observed", "mm"), lambda r: mm_cell(r[2].observed)),
-        (ColumnHead("stated", "mm"), lambda r: mm_cell(r[2].stated)),
+        (ColumnHead("observed", "mm"), lambda r: mm_cell(r[2].weighted_observed)),
+        (ColumnHead("stated", "mm"), lambda r: mm_cell(r[2].weighted)),
         (ColumnHead("factor"), lambda r: fixed_cell(r[2].factor, 2)),
         (ColumnHead("from"), lambda r: _end(r, 0)),
         (ColumnHead("to"), lambda r: _end(r, 1)),
