@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 from tests.demo_twin import few_boards
 from tests.io.survey.test_totalstation import POINTS, TRUTH, gsi
 from tests.job.lit_rooms import project
+from tribrach import pipeline
 from tribrach.cli import app
 from tribrach.errors import InputError
 from tribrach.gnss.engine import engines
@@ -20,7 +21,6 @@ from tribrach.io.calibration_file import Calibration, calibration_text
 from tribrach.io.lever_arm_file import LeverArmResult, lever_arm_text
 from tribrach.io.twins import write_twin
 from tribrach.job.opened import open_job
-from tribrach.pipeline import run
 from tribrach.project import Project
 
 #: names of the files that were opened, while somebody listens
@@ -204,6 +204,6 @@ def test_a_compensator_without_sigma_is_said_before_a_scan_is_opened(tmp_path: P
     path.write_text(path.read_text().replace("levelling_arcsec = 0.1\n", ""))
     (tmp_path / "S1.las").write_bytes(b"no scan at all")
     with pytest.raises(InputError, match="sigma of the compensator of S1 is not given") as refused:
-        run(Project.load(path))
+        pipeline.run(Project.load(path))
     assert "levelling_arcsec" in str(refused.value)
     assert (refused.value.file, refused.value.line) == (path, 4)
