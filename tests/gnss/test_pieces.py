@@ -54,7 +54,14 @@ def test_pieces_that_agree_narrow_nothing_and_others_widen() -> None:
     assert small is not None
     assert small.ratio < 0.05
     assert small.factor == 1
-    assert "sigmas hold" in small.sentence()
+    assert "sigmas hold" not in small.sentence()
+    factor = float(small.sentence().split("by a factor of ")[1].split(";")[0])
+    assert factor == pytest.approx(1 / small.ratio, rel=0.01)
+    assert "float" not in small.sentence()
+    right = piece_scatter(list(1e-3 * rng.normal(size=(8, 3))), blocks, floating=8)
+    assert right is not None
+    assert "sigmas hold" in right.sentence()
+    assert "8 of these pieces have float ambiguities and state 1.7 mm" in right.sentence()
     large = piece_scatter(list(3e-3 * rng.normal(size=(8, 3))), blocks, cut=9)
     assert large is not None
     assert large.factor == large.ratio == pytest.approx(3, rel=0.35)
@@ -70,6 +77,8 @@ def test_pieces_with_right_sigmas_are_accused_in_five_of_a_hundred() -> None:
     trials = [piece_scatter(list(rng.normal(size=(6, 3)) @ root.T), blocks) for _ in range(1000)]
     accused = sum(not t.agree for t in trials if t is not None)
     assert 30 <= accused <= 72  # 50 with a standard deviation of 7
+    generous = sum(t.generous for t in trials if t is not None)
+    assert 10 <= generous <= 40  # 25 with a standard deviation of 5
 
 
 @pytest.mark.parametrize(

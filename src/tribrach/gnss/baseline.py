@@ -694,7 +694,8 @@ def checked_by_pieces(
                 whole.noise, baseline.interval, piece.epochs, air=settings.atmosphere
             )
         blocks.append(piece.covariance(factor))
-    scatter = piece_scatter([piece.place for piece in alike], blocks, cut)
+    floating = sum(not piece.final.fixed for piece in alike)
+    scatter = piece_scatter([piece.place for piece in alike], blocks, cut, floating)
     if scatter is None:
         return baseline
     if scatter.agree:

@@ -7,7 +7,8 @@ their coordinates is compared with what their covariances state: the sum
 
 is chi-square distributed with 3 (k - 1) degrees of freedom where the covariances hold, and
 ``sqrt(q/(3 (k - 1)))`` is the scatter over what is stated. Beyond the 95 % limit all sigmas of the
-baseline are widened by this ratio; a small scatter narrows nothing, because pieces do not see all.
+baseline are widened by this ratio; a small scatter narrows nothing, because pieces do not see all,
+but below the 2.5 % limit sigmas are said to be larger than the pieces need.
 
 They see what differs between them: noise, multipath and air that change in minutes, wrong
 integers. They do not see what stays for the whole session or returns in each of them: offsets and
@@ -36,6 +37,8 @@ FEWEST, MOST = 4, 10
 SHORTEST, EPOCHS = 120.0, 10
 #: pieces that agree are within this limit
 LEVEL = 0.95
+#: sigmas are larger than pieces need where q is below this quantile of what right sigmas give
+TOO_SMALL = 0.025
 #: what the scatter of pieces does not show
 UNSEEN = (
     "heights and phase centres of antennas, the coordinates of the base, orbits and frame stay the "
@@ -61,6 +64,8 @@ class PieceScatter:
         The sum q and its degrees of freedom.
     limit
         95 % limit of q.
+    floating
+        How many of the pieces have float ambiguities.
     """
 
     pieces: int
@@ -70,6 +75,7 @@ class PieceScatter:
     statistic: float
     dof: int
     limit: float
+    floating: int = 0
 
     @property
     def ratio(self) -> float:
@@ -80,6 +86,11 @@ class PieceScatter:
     def agree(self) -> bool:
         """True if the pieces scatter no more than their covariances let expect."""
         return self.statistic <= self.limit
+
+    @property
+    def generous(self) -> bool:
+        """True if the pieces scatter less than right sigmas would let them (2.5 %)."""
+        return self.statistic < float(chi2.ppf(TOO_SMALL, self.dof))
 
     @property
     def factor(self) -> float:
@@ -103,7 +114,28 @@ class PieceScatter:
         )
 
     def sentence(self) -> str:
-        """The same, with what follows from it."""
+        """The same, with what follows from it, and why pieces without integers state much."""
+        return f"{self._verdict()}{self._float()}"
+
+    def _float(self) -> str:
+        """What pieces with float ambiguities state, and why; nothing where there are none."""
+        if not self.floating:
+            return ""
+        stated = 1e3 * float(np.linalg.norm(self.stated))
+        return (
+            f"; {self.floating} of these pieces have float ambiguities and state {stated:.1f} mm in "
+            "space each: without integers only the motion of the satellites separates ambiguities "
+            "from coordinates, so that a piece is much less certain than its share of the session"
+        )
+
+    def _verdict(self) -> str:
+        """The figures and what they say of the sigmas."""
+        if self.generous:
+            factor = 1 / max(self.ratio, 1e-3)
+            return (
+                f"{self.figures()}: sigmas are larger than the pieces need, by a factor of "
+                f"{factor:.3g}; they stay so, since pieces do not see all"
+            )
         if self.agree:
             return f"{self.figures()}: sigmas hold"
         return (
@@ -139,7 +171,10 @@ def piece_spans(times: Array) -> list[tuple[float, float]]:
 
 
 def piece_scatter(
-    values: Sequence[Array], covariance: Sequence[Array], cut: int | None = None
+    values: Sequence[Array],
+    covariance: Sequence[Array],
+    cut: int | None = None,
+    floating: int = 0,
 ) -> PieceScatter | None:
     """The scatter of pieces against their covariances.
 
@@ -151,6 +186,8 @@ def piece_scatter(
         That they state [m^2].
     cut
         How many pieces there were, k if not given.
+    floating
+        How many of them have float ambiguities.
 
     Returns
     -------
@@ -176,4 +213,5 @@ def piece_scatter(
         statistic,
         dof,
         float(chi2.ppf(LEVEL, dof)),
+        floating,
     )
