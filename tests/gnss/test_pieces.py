@@ -1,19 +1,29 @@
 """Sigmas of baselines against their pieces: closed forms, simulated phases, real sessions."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
 from scipy.linalg import toeplitz
 from scipy.stats import chi2
 
-from tribrach.gnss.baseline import Processing, compute_baseline
+from tribrach.gnss.baseline import (
+    Baseline,
+    Processing,
+    compute_baseline,
+    doubts_of_orbits,
+    effect_of_orbits,
+)
 from tribrach.gnss.engine import engines
 from tribrach.gnss.phase_noise import DoubleDifferences, phase_noise
 from tribrach.gnss.pieces import piece_scatter, piece_spans
 from tribrach.gnss.sessions import Occupation, Session, run_sessions
 from tribrach.instruments.gnss_solutions import sigma_factor
+from tribrach.io.gnss.orbit_files import Orbits
+from tribrach.report.baseline import baseline_headline
 
 from .test_baseline import (
     BASE_3040,
@@ -68,6 +78,31 @@ def test_pieces_that_agree_narrow_nothing_and_others_widen() -> None:
     assert "8 of 9 pieces" in large.sentence()
     assert f"widened by {large.factor:.2f}" in large.sentence()
     assert piece_scatter([np.zeros(3)] * 2, blocks[:2]) is None
+
+
+def test_a_headline_names_orbits_that_do_more_than_the_sigma() -> None:
+    base = np.array(SPIRENT_BASE)
+    known = Baseline(
+        base=base, rover=base + np.array([2004.0, 0, 0]), covariance=np.eye(3) * 1e-8,
+        formal=np.eye(3), factor=1.0, factor_source="given", ambiguities="fixed",
+        fixed_share=1.0, epochs=600,
+        epochs_common=600, ratio=99.0, satellites=9.0, start=1.3e9, end=1.3e9 + 600, interval=1.0,
+        systems="GE", engine="test",
+    )  # fmt: skip
+    # 25 m at 20 000 km, over the length of the baseline
+    orbits = cast("Orbits", SimpleNamespace(coarse=("E01", "E02"), precise=None, accuracy=25.0))
+    effect = effect_of_orbits(orbits, ["E02", "G01"], known.length)
+    assert effect == pytest.approx(2.5e-3, rel=0.15)
+    (said,) = doubts_of_orbits(orbits, ["E02", "G01"], known.length)
+    assert f"by {1e3 * effect:.1f} mm" in said
+    assert effect_of_orbits(orbits, ["G01"], known.length) == 0.0
+    assert baseline_headline(known).endswith("sigma 0.2 mm")
+    doubtful = baseline_headline(replace(known, orbit_effect=effect))
+    assert doubtful.endswith(
+        f"sigma 0.2 mm without the orbits ({1e3 * effect:.1f} mm by the accuracy that they state)"
+    )
+    wide = replace(known, covariance=np.eye(3) * 1e-4, orbit_effect=effect)
+    assert "orbits" not in baseline_headline(wide)
 
 
 def test_pieces_with_right_sigmas_are_accused_in_five_of_a_hundred() -> None:

@@ -81,6 +81,23 @@ def doubts_of_place(base: RinexObservations, reference: Array) -> list[str]:
     ]
 
 
+def effect_of_orbits(orbits: Orbits, used: Sequence[str], length: float) -> float:
+    """What the accuracy that coarse broadcast orbits state changes a baseline by [m], 0 without.
+
+    Parameters
+    ----------
+    orbits
+        With the satellites whose accuracy is beyond what their signal can state.
+    used
+        Names of the satellites that the engine used.
+    length
+        Of the baseline [m].
+    """
+    if not set(orbits.coarse) & set(used) or orbits.precise is not None:
+        return 0.0
+    return orbits.accuracy * length / NEAREST
+
+
 def doubts_of_orbits(orbits: Orbits, used: Sequence[str], length: float) -> list[str]:
     """A sentence if broadcast orbits of satellites that were used are not known well.
 
@@ -94,12 +111,13 @@ def doubts_of_orbits(orbits: Orbits, used: Sequence[str], length: float) -> list
         Of the baseline [m].
     """
     coarse = sorted(set(orbits.coarse) & set(used))
-    if not coarse or orbits.precise is not None:
+    effect = effect_of_orbits(orbits, used, length)
+    if effect == 0.0:
         return []
     return [
         f"the broadcast orbits of {len(coarse)} Galileo satellites ({', '.join(coarse)}) state an "
         f"accuracy of {orbits.accuracy:g} m: errors of this size change {length:.0f} m by "
-        f"{1e3 * orbits.accuracy * length / NEAREST:.1f} mm"
+        f"{1e3 * effect:.1f} mm"
     ]
 
 
@@ -290,6 +308,9 @@ class Baseline:
         The ways that were tried, where the first one was doubtful; else none.
     choice
         Why one of them was taken.
+    orbit_effect
+        What the accuracy that coarse broadcast orbits state changes the baseline by [m]; it is not
+        in the covariance.
     """
 
     base: Array
@@ -321,6 +342,7 @@ class Baseline:
     frequencies: int = 2
     attempts: tuple[Attempt, ...] = ()
     choice: str = ""
+    orbit_effect: float = 0.0
 
     @property
     def vector(self) -> Array:
@@ -506,6 +528,7 @@ def _computed(
     return replace(
         baseline,
         orbits=orbits.names,
+        orbit_effect=effect_of_orbits(orbits, whole.satellites_used, length),
         idle=tuple(
             idle_systems(first, second, orbits.broadcast, settings.systems, whole.satellites_used)
             if whole.satellites_used

@@ -123,9 +123,10 @@ class PieceScatter:
             return ""
         stated = 1e3 * float(np.linalg.norm(self.stated))
         return (
-            f"; {self.floating} of these pieces have float ambiguities and state {stated:.1f} mm in "
-            "space each: without integers only the motion of the satellites separates ambiguities "
-            "from coordinates, so that a piece is much less certain than its share of the session"
+            f"; {self.floating} of these pieces have float ambiguities and state {stated:.1f} mm "
+            "in space each: without integers only the motion of the satellites separates "
+            "ambiguities from coordinates, so that a piece is much less certain than its share of "
+            "the session"
         )
 
     def _verdict(self) -> str:

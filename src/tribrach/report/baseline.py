@@ -88,13 +88,19 @@ def baseline_headline(baseline: Baseline) -> str:
     Parameters
     ----------
     baseline
-        Its sigma is the root of the sum of the three variances.
+        Its sigma is the root of the sum of the three variances; where coarse orbits do more to the
+        baseline than that, they are named beside it.
     """
     sigma = float(np.sqrt(np.trace(baseline.covariance)))
+    orbits = ""
+    if baseline.orbit_effect > sigma:
+        effect = 1e3 * baseline.orbit_effect
+        orbits = f" without the orbits ({effect:.1f} mm by the accuracy that they state)"
     return (
         f"{baseline.names[0]} to {baseline.names[1]}: {baseline.length:.4f} m, "
         f"{baseline.ambiguities} ambiguities, {100 * baseline.fixed_share:.0f} % of "
-        f"{baseline.epochs} epochs fixed, ratio {baseline.ratio:.1f}, sigma {1e3 * sigma:.1f} mm"
+        f"{baseline.epochs} epochs fixed, ratio {baseline.ratio:.1f}, "
+        f"sigma {1e3 * sigma:.1f} mm{orbits}"
     )
 
 
