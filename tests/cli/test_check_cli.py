@@ -294,3 +294,17 @@ def test_points_of_a_project_with_scans_are_known_lengths(tmp_path: Path, monkey
     known = job_check.known_lengths(given, ["T0", "T2", "T3", "unknown"])
     assert len(known) == 3
     np.testing.assert_allclose(np.diag(known.covariance), 2e-6)
+
+
+def test_long_tables_say_where_they_end_and_the_standard_is_explained_once(tmp_path: Path) -> None:
+    rng = np.random.default_rng(5)
+    targets = rng.uniform(-20, 20, size=(10, 3))
+    places = {"A": np.zeros(3), "B": np.array([30.0, 2, 0]), "C": np.array([-3.0, 30, 1])}
+    table = tmp_path / "t.csv"
+    table.write_text(polar_table(readings(rng, targets=targets, stations=places)))
+    words = " ".join(RUN.invoke(app, ["check", str(table), *SIGMAS]).output.split())
+    assert words.count("The first 40 of 45 are shown; all are in the JSON.") == 3
+    assert words.count("Distance statistics with the formulas of ISO 17123-9") == 1
+    assert words.count("The same from") == 2
+    assert "all stations share it" in words
+    assert words.count("significant at 0.1 %") == 3

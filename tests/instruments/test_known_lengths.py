@@ -1,11 +1,13 @@
 """Known lengths: a scale comes back, alone and beside a range zero; what cannot be compared."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tests.instruments.field_surveys import STATIONS, readings
 from tests.instruments.test_distance_statistics import known
-from tribrach.calibration.known_lengths import KnownLengths, compare_lengths
+from tribrach.calibration.known_lengths import KnownLengths, compare_lengths, without_blunders
 from tribrach.calibration.scanner_readings import face_means
 
 EXACT = {"noise": 0.0, "series": ("1", "2")}
@@ -55,3 +57,47 @@ def test_lengths_that_nobody_measured():
     assert found.stations.count("inside") == 6
     assert found.stations.count("outside") == 3
     assert set(STATIONS) == set(found.stations)
+
+
+def entries_of(one: KnownLengths) -> KnownLengths:
+    """A table of distances, each of which can be wrong by itself."""
+    entries = tuple((f"{a} to {b}", (k,)) for k, (a, b) in enumerate(one.pairs))
+    return replace(one, entries=entries)
+
+
+@pytest.mark.parametrize("error", [8e-3, 0.05, 44.0])
+def test_a_length_that_contradicts_the_others_is_named_and_taken_out(error):
+    rng = np.random.default_rng(11)
+    means = face_means(readings(rng, series=("1", "2", "3")))
+    one = entries_of(known(rng=rng))
+    one.lengths[2] += error
+    left, words = without_blunders(means, one)
+    assert len(words) == 1
+    assert words[0].startswith(f"{one.pairs[2][0]} to {one.pairs[2][1]}")
+    assert left.pairs == (*one.pairs[:2], *one.pairs[3:])
+    assert compare_lengths(means, left).passed
+    assert not compare_lengths(means, one).passed
+    # nothing is left of a table of this length alone, but where it is a range that may be wrong
+    alone = one.without({0, 1, 3, 4, 5})
+    assert len(without_blunders(means, alone)[0]) == (error < 1)
+
+
+def test_errors_of_the_scanner_are_no_blunders_of_the_table():
+    """Nothing is named for a scale, a range zero or noise, which the test of the lengths shows."""
+    rng = np.random.default_rng(12)
+    for parameters, scale in (({}, 0.0), ({}, 3e-4), ({"x10": 4e-3}, 0.0)):
+        for _ in range(10):
+            means = face_means(readings(rng, parameters, scale=scale, series=("1", "2", "3")))
+            one = entries_of(known(rng=rng))
+            left, words = without_blunders(means, one)
+            assert (left.pairs, words) == (one.pairs, ())
+
+
+def test_a_range_zero_is_stated_beside_the_scale():
+    rng = np.random.default_rng(13)
+    means = face_means(readings(rng, {"x10": 4e-3}, series=("1", "2", "3")))
+    found = compare_lengths(means, known(rng=rng))
+    assert found.statistic > found.critical
+    assert found.after <= found.after_limit
+    assert found.zero == pytest.approx(4e-3, abs=4 * found.sigma_zero)
+    assert abs(found.zero) > found.t_limit * found.sigma_zero

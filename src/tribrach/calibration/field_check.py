@@ -12,7 +12,12 @@ from itertools import combinations
 
 from tribrach.calibration.distance_statistics import DistanceStatistics, distance_statistics
 from tribrach.calibration.field_series import FTest, SeriesCheck, against_earlier, check_series
-from tribrach.calibration.known_lengths import KnownLengths, LengthCheck, compare_lengths
+from tribrach.calibration.known_lengths import (
+    KnownLengths,
+    LengthCheck,
+    compare_lengths,
+    without_blunders,
+)
 from tribrach.calibration.scanner_readings import ScannerReadings, face_means, face_pairs
 from tribrach.calibration.target_distances import (
     DistanceCheck,
@@ -177,7 +182,12 @@ def check_readings(
     couples = _couples(means, stations, notes)
     repeated = len(series) > 1 and (len(stations) > 1 or len(series) > 2)
     without = () if known is None else known.without_sigma
-    known = known if known is not None and len(known) else None
+    blunders: tuple[str, ...] = ()
+    if known is not None and len(known):
+        known, blunders = without_blunders(means, known)
+        known = known if len(known) else None
+    elif known is not None:
+        known = None
     lengths = None if known is None else compare_lengths(means, known, alpha)
     twice = sum(all(_scans(means, s) > 1 for s in couple) for couple in couples)
     tests = bool(len(pairs)) + len(couples) + twice + repeated * (1 + (len(stations) > 1))
@@ -198,9 +208,10 @@ def check_readings(
         notes.append("no station saw both ends of a known length in all of its scans")
     else:
         notes.append(
-            "no lengths are known, so that a scale of the range cannot be tested: both stations "
-            "share it"
+            f"no lengths are {'left' if blunders else 'known'}, so that a scale of the range "
+            f"cannot be tested: {'all' if len(stations) > 2 else 'both'} stations share it"
         )
+    notes += blunders
     if without:
         notes.append(
             f"coordinates of {', '.join(without)} state no sigmas and make no known lengths: taken "

@@ -12,8 +12,8 @@ gives the scale s beside the range zero, whose columns c are those of the compar
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,11 +23,17 @@ from tribrach.calibration.scanner_readings import ScannerReadings
 from tribrach.calibration.target_distances import measured_distances
 from tribrach.statistics import chi2, norm
 
-__all__ = ["KnownLengths", "LengthCheck", "compare_lengths"]
+__all__ = ["KnownLengths", "LengthCheck", "compare_lengths", "without_blunders"]
 
 #: directions of a covariance with a smaller share of its largest variance have no own information:
 #: what is left there is of second order in the errors
 _DIRECTION = 1e-6
+#: a difference beyond this share of a length and this many metres is no error of a range
+_GROSS, _GROSS_METRES = 0.01, 0.1
+#: error probability of naming an entry of a table that is in order, of all entries together
+_ALPHA_BLUNDER = 0.001
+#: the other lengths fit if they are less probable than this
+_ALPHA_REST = 0.01
 
 
 @dataclass(frozen=True)
@@ -58,6 +64,19 @@ class KnownLengths:
     def __len__(self) -> int:
         return len(self.pairs)
 
+    def without(self, rows: Collection[int]) -> KnownLengths:
+        """The others, without some of the lengths."""
+        keep = [k for k in range(len(self)) if k not in rows]
+        new = {old: k for k, old in enumerate(keep)}
+        entries = ((what, tuple(new[k] for k in own if k in new)) for what, own in self.entries)
+        return replace(
+            self,
+            pairs=tuple(self.pairs[k] for k in keep),
+            lengths=self.lengths[keep],
+            covariance=self.covariance[np.ix_(keep, keep)],
+            entries=tuple((what, own) for what, own in entries if own),
+        )
+
 
 @dataclass(frozen=True)
 class LengthCheck:
@@ -83,6 +102,10 @@ class LengthCheck:
         Scale of the range.
     with_zero
         True if it was estimated beside a range zero.
+    zero, sigma_zero
+        That range zero [m]; NaN if there is none.
+    after, after_limit
+        Weighted sum of squares that scale and range zero leave, and its chi-square limit.
     t_limit
         Largest ratio of scale and its sigma.
     alpha
@@ -102,6 +125,10 @@ class LengthCheck:
     scale: float
     sigma_scale: float
     with_zero: bool
+    zero: float
+    sigma_zero: float
+    after: float
+    after_limit: float
     t_limit: float
     alpha: float
 
@@ -135,6 +162,144 @@ def compare_lengths(
     LengthCheck or None
         None if no station saw both ends of a known length in all of its scans.
     """
+    joined = _joined(readings, known)
+    if joined is None:
+        return None
+    row, stations, measured, covariance, (white, design, _) = joined
+    difference = measured - known.lengths[row]
+    half = 1 - np.sqrt(1 - alpha)
+    each = 1 - (1 - alpha) ** (1 / len(row))
+    sigma = np.sqrt(np.diag(covariance))
+    statistic, dof = float(white @ white), len(white)
+    value, sigmas, after = _scale(white, design)
+    left = dof - len(value)
+    return LengthCheck(
+        stations=stations,
+        pairs=tuple(known.pairs[k] for k in row),
+        lengths=np.stack([measured, known.lengths[row]], axis=1),
+        difference=difference,
+        sigma=sigma,
+        limit=sigma * norm.ppf(1 - each / 2),
+        statistic=statistic,
+        dof=dof,
+        critical=float(chi2.ppf(1 - half, dof)),
+        p=float(chi2.sf(statistic, dof)),
+        scale=float(value[0]),
+        sigma_scale=float(sigmas[0]),
+        with_zero=len(value) > 1,
+        zero=float(value[1]) if len(value) > 1 else float("nan"),
+        sigma_zero=float(sigmas[1]) if len(value) > 1 else float("nan"),
+        after=after,
+        after_limit=float(chi2.ppf(1 - half, left)) if left else 0.0,
+        t_limit=float(norm.ppf(1 - half / 2)),
+        alpha=alpha,
+    )
+
+
+def without_blunders(
+    readings: ScannerReadings, known: KnownLengths
+) -> tuple[KnownLengths, tuple[str, ...]]:
+    """Take out what a table states wrongly, and say so (method section 11.3).
+
+    A difference of more than a hundredth of a length and a tenth of a metre is no error of a range.
+    A smaller one is named if its entry alone explains why the lengths do not fit, beside a scale
+    and a range zero, and no other entry does: with Bonferroni's share of 0.1 %, and if the rest
+    fits.
+
+    Parameters
+    ----------
+    readings
+        Means of faces; every station and series is a scan.
+    known
+        The lengths.
+
+    Returns
+    -------
+    tuple of KnownLengths and tuple of str
+        The lengths that stay, and a sentence for each that does not or may be wrong.
+    """
+    known, words = _without_gross(readings, known)
+    joined = _joined(readings, known)
+    if joined is None:
+        return known, words
+    row, _, _, _, (white, design, root) = joined
+    before, taken = _rest(white, design)
+    dof = len(white) - taken
+    tested = [(what, own) for what, own in known.entries if np.isin(row, own).any()]
+    if dof < 1 or len(tested) < 2 or chi2.sf(before, dof) > _ALPHA_BLUNDER:
+        return known, words
+    found = list[tuple[str, tuple[int, ...], float]]()
+    for what, own in tested:
+        errors = (row[:, None] == np.array(own)).astype(float)
+        after, rank = _rest(white, np.hstack([design, root @ errors[:, errors.any(axis=0)]]))
+        left = len(white) - rank
+        if rank == taken or left < 1 or chi2.sf(after, left) < _ALPHA_REST:
+            continue
+        p = float(chi2.sf(before - after, rank - taken))
+        if p < _ALPHA_BLUNDER / len(tested):
+            found.append((what, own, p))
+    if len(found) == 1:
+        what, own, p = found[0]
+        words += (
+            f"{what}: the table contradicts the other known lengths there (p = {p:.1g} beside a "
+            "scale and a range zero), which fit without; a blunder of the table or of the names of "
+            "targets, and no part of the verdict",
+        )
+        return known.without(set(own)), words
+    if found:
+        words += (
+            "a blunder of the table alone would explain as well why known lengths do not fit, at "
+            + " or ".join(what for what, _, _ in found),
+        )
+    return known, words
+
+
+def _without_gross(
+    readings: ScannerReadings, known: KnownLengths
+) -> tuple[KnownLengths, tuple[str, ...]]:
+    """Without lengths that differ by more than any range can, from all stations that saw them."""
+    joined = _joined(readings, known)
+    if joined is None:
+        return known, ()
+    row, stations, measured, covariance, _ = joined
+    difference = np.abs(measured - known.lengths[row])
+    least = np.maximum(
+        _GROSS_METRES + _GROSS * np.maximum(measured, known.lengths[row]),
+        norm.ppf(1 - _ALPHA_BLUNDER / len(row) / 2) * np.sqrt(np.diag(covariance)),
+    )
+    gross = [int(k) for k in np.unique(row) if (difference > least)[row == k].all()]
+    words = []
+    if not gross:
+        return known, ()
+    for k in gross:
+        seen = ", ".join(stations[int(i)] for i in np.flatnonzero(row == k))
+        words.append(
+            f"{known.pairs[k][0]} to {known.pairs[k][1]} is {known.lengths[k]:.3f} m in the table "
+            f"and {measured[row == k].mean():.3f} m from {seen}: no range is wrong by as much; a "
+            "blunder of the table or of the names of targets, and no part of the verdict"
+        )
+    return known.without(set(gross)), tuple(words)
+
+
+def _rest(white: Array, columns: Array) -> tuple[float, int]:
+    """Sum of squares that columns leave of whitened differences, and how many directions they have.
+
+    Columns are scaled to one first, for scale and range zero have different units.
+    """
+    size = np.linalg.norm(columns, axis=0)
+    left, value, _ = np.linalg.svd(columns / np.where(size > 0, size, 1.0), full_matrices=False)
+    basis = left[:, value > 1e-3 * value[0]] if value[0] > 0 else left[:, :0]
+    rest = white - basis @ (basis.T @ white)
+    return float(rest @ rest), basis.shape[1]
+
+
+def _joined(
+    readings: ScannerReadings, known: KnownLengths
+) -> tuple[Index, tuple[str, ...], Array, Array, tuple[Array, ...]] | None:
+    """Known length, station and measured mean of each row, covariance of the differences.
+
+    And whitened: the differences, the columns of scale and range zero, and what whitens.
+    """
     parts = [
         part
         for name in dict.fromkeys(str(s) for s in readings.station)
@@ -155,29 +320,9 @@ def compare_lengths(
     value = np.linalg.eigvalsh(covariance)
     rank = int((value > _DIRECTION * value[-1]).sum())
     columns = np.stack([known.lengths[row], zero], axis=1)
-    white, design = whitened(covariance, rank, difference, columns)
-    half = 1 - np.sqrt(1 - alpha)
-    each = 1 - (1 - alpha) ** (1 / len(row))
-    sigma = np.sqrt(np.diag(covariance))
-    statistic, dof = float(white @ white), len(white)
-    scale, sigma_scale, with_zero = _scale(white, design)
-    return LengthCheck(
-        stations=tuple(name for part in parts for name in [part[4]] * len(part[0])),
-        pairs=tuple(known.pairs[k] for k in row),
-        lengths=np.stack([measured, known.lengths[row]], axis=1),
-        difference=difference,
-        sigma=sigma,
-        limit=sigma * norm.ppf(1 - each / 2),
-        statistic=statistic,
-        dof=dof,
-        critical=float(chi2.ppf(1 - half, dof)),
-        p=float(chi2.sf(statistic, dof)),
-        scale=scale,
-        sigma_scale=sigma_scale,
-        with_zero=with_zero,
-        t_limit=float(norm.ppf(1 - half / 2)),
-        alpha=alpha,
-    )
+    white = whitened(covariance, rank, difference, columns, np.eye(len(row)))
+    stations = tuple(name for part in parts for name in [part[4]] * len(part[0]))
+    return row, stations, measured, covariance, white
 
 
 def _of_station(
@@ -206,8 +351,11 @@ def _of_station(
     return row, mean[take], covariance[np.ix_(take, take)], columns[take, at], station
 
 
-def _scale(white: Array, design: Array) -> tuple[float, float, bool]:
-    """Scale by least squares beside a range zero, or alone where that cannot be told from it."""
+def _scale(white: Array, design: Array) -> tuple[Array, Array, float]:
+    """Scale by least squares beside a range zero, or alone where that cannot be told from it.
+
+    Values, their sigmas, and the sum of squares that they leave.
+    """
     size = np.linalg.norm(design, axis=0)
     unit = design / np.where(size > 0, size, 1.0)
     # both at once only where the columns differ by a tenth of a radian or more
@@ -215,4 +363,5 @@ def _scale(white: Array, design: Array) -> tuple[float, float, bool]:
     part = design if with_zero else design[:, :1]
     cofactor = np.linalg.inv(part.T @ part)
     value = cofactor @ (part.T @ white)
-    return float(value[0]), float(np.sqrt(cofactor[0, 0])), bool(with_zero)
+    rest = white - part @ value
+    return value, np.sqrt(np.diag(cofactor)), float(rest @ rest)

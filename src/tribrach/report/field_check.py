@@ -51,8 +51,8 @@ def check_sentences(check: FieldCheck) -> list[str]:
         out += _two_face_words(check.two_face)
     for one in check.distances:
         out += _distance_words(one)
-    for of_standard in check.statistics:
-        out += _statistics_words(of_standard)
+    for k, of_standard in enumerate(check.statistics):
+        out += _statistics_words(of_standard, again=k > 0)
     if check.lengths is not None:
         out += _length_words(check.lengths)
     if check.repeated is not None:
@@ -121,7 +121,8 @@ def _distance_words(test: DistanceCheck) -> list[str]:
     ]
     least = _FOUND * test.sigma_zero
     out.append(
-        f"Range zero from these distances: {test.zero * 1e3:.2f} ± {test.sigma_zero * 1e3:.2f} mm; "
+        f"Range zero from these distances: {test.zero * 1e3:.2f} ± {test.sigma_zero * 1e3:.2f} mm "
+        f"(t = {test.zero / test.sigma_zero:.1f}, {_zero_words(test)}); "
         f"one of {least * 1e3:.1f} mm would be found with 80 %."
         if math.isfinite(least)
         else "These stations do not show a range zero: set up one between the targets and one "
@@ -135,6 +136,12 @@ def _distance_words(test: DistanceCheck) -> list[str]:
     return out
 
 
+def _zero_words(test: DistanceCheck) -> str:
+    """Whether a range zero is more than noise; the verdict is that of all differences."""
+    significant = abs(test.zero) > (_FOUND - _SHARE_FOUND) * test.sigma_zero
+    return "significant at 0.1 %" if significant else "not significant at 0.1 %"
+
+
 def _of_series(scans: tuple[int, int]) -> str:
     """What distances are means of, in words."""
     if scans == (1, 1):
@@ -143,7 +150,7 @@ def _of_series(scans: tuple[int, int]) -> str:
     return f" (means of {count} series)"
 
 
-def _statistics_words(test: DistanceStatistics) -> list[str]:
+def _statistics_words(test: DistanceStatistics, *, again: bool) -> list[str]:
     a, b = test.stations
     formulas = "Distance statistics with the formulas of ISO 17123-9"
     name = (
@@ -152,6 +159,16 @@ def _statistics_words(test: DistanceStatistics) -> list[str]:
         else f"{formulas}, not its procedure ({'; '.join(test.departures)})"
     )
     largest = int(np.argmax(np.abs(test.difference)))
+    if again:
+        # what the numbers mean and how they depart from the standard is said with the first pair
+        out = [
+            f"The same from {a} and {b}, {test.targets} targets: {test.beyond} of "
+            f"{len(test.difference)} differences beyond ± {test.difference_limit * 1e3:.2f} mm "
+            f"(u_T = {test.u_stated * 1e3:.2f} mm), {test.expected_beyond:.2f} on average; the "
+            f"largest is {test.pairs[largest][0]} to {test.pairs[largest][1]}, "
+            f"{test.difference[largest] * 1e3:.2f} mm."
+        ]
+        return out if test.repeated is None else out + _uncertainty_words(test.repeated, test)
     out = [
         f"{name}: {test.beyond} of {len(test.difference)} differences Δ of {a} less {b} are beyond "
         f"± {test.difference_limit * 1e3:.2f} mm, the limit of {1 - test.alpha_standard:.0%} for "
@@ -192,7 +209,7 @@ def _length_words(test: LengthCheck) -> list[str]:
     found = "is not significant" if test.scale_passed else "is significant"
     a, b = test.pairs[worst]
     least = (test.t_limit + _SHARE_FOUND) * test.sigma_scale
-    return [
+    out = [
         f"Known lengths: the weighted sum of squares of {len(test.difference)} measured less known "
         f"distances, {test.statistic:.1f}, is {verdict} the limit {test.critical:.1f} (chi-square, "
         f"{test.dof} degrees of freedom); the largest beside its limit is {a} to {b} from "
@@ -202,6 +219,24 @@ def _length_words(test: LengthCheck) -> list[str]:
         f"{found} (limit of |t| {test.t_limit:.2f}); one of {least * 1e6:.0f} "
         "ppm would be found with 80 %.",
     ]
+    if test.with_zero:
+        t = test.zero / test.sigma_zero
+        out.append(
+            f"Range zero beside this scale: {test.zero * 1e3:.2f} ± {test.sigma_zero * 1e3:.2f} mm "
+            f"(t = {t:.1f}) {'is' if abs(t) > test.t_limit else 'is not'} significant."
+        )
+    if test.statistic > test.critical:
+        both = "Scale and range zero" if test.with_zero else "A scale"
+        out.append(
+            f"{both} leave {test.after:.1f} of the sum of squares, "
+            + (
+                f"within {test.after_limit:.1f}: they explain it."
+                if test.after <= test.after_limit
+                else f"beyond {test.after_limit:.1f}: another error, of the scanner or of the "
+                "known lengths."
+            )
+        )
+    return out
 
 
 def _series_words(test: SeriesCheck) -> list[str]:
@@ -372,11 +407,16 @@ def _distances(test: DistanceCheck, of_standard: DistanceStatistics) -> ReportTa
         f"{a} less {b}, the largest beside its limit first. The limits hold together with "
         f"{1 - test.alpha:.2%} or more (Šidák); the verdict is that of the chi-square over all. "
         f"The limit of the standard is for each difference alone, with "
-        f"{1 - of_standard.alpha_standard:.0%}."
+        f"{1 - of_standard.alpha_standard:.0%}.{_cut(len(rows))}"
     )
     name = anchor(f"distances-{a}-{b}")
     title = f"Distances from {a} and {b}{_of_series(test.scans)}"
     return build_table(name, title, note, rows, columns, most=_SHOWN)
+
+
+def _cut(count: int) -> str:
+    """Says that a table ends before its rows do."""
+    return f" The first {_SHOWN} of {count} are shown; all are in the JSON." * (count > _SHOWN)
 
 
 def _lengths(test: LengthCheck) -> ReportTable:
@@ -406,7 +446,7 @@ def _lengths(test: LengthCheck) -> ReportTable:
     note = (
         "Mean over the series of a station less the known length, the largest beside its limit "
         f"first. The limits hold together with {1 - test.alpha:.2%} or more (Šidák); the verdict "
-        "is that of the chi-square over all, and of the scale."
+        f"is that of the chi-square over all, and of the scale.{_cut(len(rows))}"
     )
     return build_table("lengths", "Known lengths", note, rows, columns, most=_SHOWN)
 
