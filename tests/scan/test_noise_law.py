@@ -10,7 +10,7 @@ from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.range_law import RangeLaw
 from tribrach.instruments.scan_noise import ScanNoise
-from tribrach.scan.noise_law import fit_noise, noise_classes
+from tribrach.scan.noise_law import fit_noise, held_noise, noise_classes
 from tribrach.scan.observed_noise import ObservedNoise, joined
 from tribrach.simulate.instruments import PHASE, PULSED
 from tribrach.simulate.scanner import ScanGrid, scan
@@ -245,10 +245,13 @@ def test_the_factor_is_observed_over_stated_in_the_same_weights():
 def test_a_footprint_of_the_sheet_is_no_noise_of_angles():
     scanner, _ = lawful("pulsed")
     found = fit_noise(simulated(scanner, 22, points=100_000, leaves=50))
-    noise = found.noise(scanner.noise.beam)
+    held = held_noise(found, scanner.noise.beam)
+    assert held.cost - found.cost < 5  # the footprint is not contradicted
+    noise = held.noise()
     assert noise.beam == scanner.noise.beam
     assert noise.horizontal == pytest.approx(8 * SEC, abs=5 * SEC)
-    assert noise.law == found.law
+    light = np.geomspace(0.01, 0.5, 5)
+    assert noise.law.sigma(light) == pytest.approx(found.law.sigma(light), rel=0.02)
 
 
 def test_too_few_patches_tell_nothing():

@@ -113,5 +113,9 @@ def _instrument(estimate: NoiseEstimate, sheet: str | None, quiet: bool) -> str:
             "these scans do not tell the noise of the scanner: " + "; ".join(estimate.doubts),
             cure="take scans with smooth walls or floors at several ranges, or leave --out away",
         )
-    model = None if sheet is None else find_sheet(sheet).name
-    return instrument_file_text(estimate.figures(), estimate.source, model)
+    if sheet is not None:  # it gives what the scans do not
+        return instrument_file_text(estimate.figures(), estimate.source, find_sheet(sheet).name)
+    source, carried = estimate.source, estimate.carried()
+    if carried:
+        source += f"; {', '.join(carried)} as {estimate.stated_by} states them"
+    return instrument_file_text(estimate.figures() | carried, source)

@@ -7,14 +7,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tribrach._types import Progress
+from tribrach._types import Array, Progress
 from tribrach.errors import InputError
 from tribrach.instruments.beam import Beam
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.scan.neighbour_correlation import NeighbourCorrelation, smooth_correlation
-from tribrach.scan.noise_law import By, FittedNoise, NoiseClass, fit_noise, noise_classes
+from tribrach.scan.noise_law import (
+    By,
+    FittedNoise,
+    NoiseClass,
+    fit_noise,
+    held_noise,
+    noise_classes,
+)
 from tribrach.scan.observed_noise import GATES, ObservedNoise, joined, observed_noise
 from tribrach.scan.scan import Scan
+from tribrach.statistics import chi2
 from tribrach.units import MM, SEC
 
 __all__ = ["NoiseEstimate", "NoiseOfWidth", "ScanPatches", "estimate_noise"]
@@ -29,14 +37,21 @@ _OTHER = 1.5
 _BENT, _SHARED = 1.25, 0.8
 #: share of the variance, and width over that of a beam, from which on shared errors are no overlap
 _FILTER, _BEAMS = 0.2, 2.0
+#: why a scan without its station gives nothing
+_NO_ORIGIN = "it is not known where the scanner stood"
 #: a beam where none is stated [m]
 _WIDE = 0.010
 #: variance factor of the patches from which on surfaces and not a scanner scatter
 _SURFACES = 2.0
-#: the noise of angles and the place are known where they are so many times their sigmas
+#: the noise of angles beside a footprint is known where it is so many times its sigma
 _KNOWN = 2.0
-#: the least sigma that an instrument file states [m]
-_LEAST = 1e-5
+#: the noise across the beam is known where its relative sigma is below this at all these quantiles
+#: of the ranges seen
+_ACROSS, _RANGES = 0.15, (0.05, 0.5, 0.95)
+#: a footprint is contradicted beyond this probability
+_CONTRADICTED = 0.999
+#: the least sigmas that an instrument file states [m], [rad]
+_LEAST, _LEAST_ANGLE = 1e-5, 0.01 * SEC
 
 
 @dataclass(frozen=True)
@@ -93,6 +108,32 @@ class NoiseOfWidth:
 
 
 @dataclass(frozen=True, eq=False)
+class StatedAcross:
+    """A stated footprint against the scans.
+
+    Attributes
+    ----------
+    chi2, limit
+        What the likelihood loses by it, as chi-square of one degree of freedom, and its limit.
+    fitted
+        Laws beside the stated footprint, and beside the stated angles where the scans do not tell
+        these; None where the footprint is contradicted.
+    angle_known
+        True if the scans tell the noise of the angles beside the footprint.
+    """
+
+    chi2: float
+    limit: float
+    fitted: FittedNoise | None
+    angle_known: bool
+
+    @property
+    def contradicted(self) -> bool:
+        """True if the scans contradict the footprint."""
+        return self.chi2 > self.limit
+
+
+@dataclass(frozen=True, eq=False)
 class NoiseEstimate:
     """The noise of a scanner by its scans.
 
@@ -108,6 +149,8 @@ class NoiseEstimate:
         Noise that a data sheet or a project states, and which; None and "" without.
     widths
         Sigmas of narrower and wider patches, where there are such.
+    across
+        What is stated across the beam against the scans, None where nothing is stated.
     """
 
     scans: tuple[ScanPatches, ...]
@@ -116,6 +159,7 @@ class NoiseEstimate:
     stated: ScanNoise | None
     stated_by: str
     widths: tuple[NoiseOfWidth, ...]
+    across: StatedAcross | None = None
 
     @property
     def beam(self) -> Beam | None:
@@ -124,9 +168,40 @@ class NoiseEstimate:
         return stated.beam if stated and (stated.beam_exit or stated.beam_divergence) else None
 
     @property
-    def noise(self) -> ScanNoise:
-        """Noise of single points, with the footprint that is stated."""
-        return self.fitted.noise(self.beam)
+    def taken(self) -> FittedNoise:
+        """The laws that an instrument file has: beside what is stated across the beam, if it is."""
+        if self.across is None or self.across.fitted is None or self._seen_instead:
+            return self.fitted
+        return self.across.fitted
+
+    @property
+    def _seen_instead(self) -> bool:
+        """True if the scans tell the noise across the beam and no stated footprint goes with it."""
+        across = self.across
+        if across is None or self.beam is None or across.contradicted:
+            return self.across_known
+        return False
+
+    @property
+    def across_errors(self) -> Array:
+        """Relative sigmas (3,) of the noise across the beam over the ranges seen."""
+        return self.fitted.across_error(self.ranges)
+
+    @property
+    def ranges(self) -> Array:
+        """The least, middle and largest range (3,) [m] that this is looked at."""
+        found: Array = np.quantile(self.fitted.smooth.range, _RANGES)
+        return found
+
+    @property
+    def across_known(self) -> bool:
+        """True if the scans tell the noise across the beam at all ranges, with nothing stated."""
+        return bool((self.across_errors < _ACROSS).all())
+
+    @property
+    def across_limit(self) -> float:
+        """Relative sigma from which on the noise across the beam is not known."""
+        return _ACROSS
 
     @property
     def step(self) -> float:
@@ -185,42 +260,54 @@ class NoiseEstimate:
         times = shared.angle * at / beam
         return (shared.angle, times) if times > _BEAMS else None
 
-    @property
-    def angles_known(self) -> bool:
-        """True if slanted surfaces told the noise of both angles."""
-        fitted = self.fitted
-        angles = np.array([fitted.horizontal, fitted.vertical])
-        return bool((angles > _KNOWN * fitted.angle_sigmas).any())
-
     def figures(self) -> dict[str, float]:
-        """Keys and values of an instrument file, in the units of their names.
+        """Keys and values of an instrument file that the scans tell, in the units of their names.
 
-        The footprint is that of the sheet; where none is stated the size seen takes its place, and
-        there is no divergence, which the angles hold.
+        Noise across the beam is among them where the scans determine it: the noise of the angles
+        beside a stated footprint, else both together, with a footprint of the size seen and without
+        a divergence, which the angles hold.
         """
-        noise, fitted = self.noise, self.fitted
-        out = {
-            "range_mm": max(noise.range, _LEAST) / MM,
-            "range_ppm": 1e6 * noise.range_scale,
-        }
-        if noise.law is not None:
+        taken = self.taken
+        out = {"range_mm": max(taken.range, _LEAST) / MM, "range_ppm": 1e6 * taken.range_scale}
+        law = taken.law
+        if law is not None:
             out |= {
-                "range_law_a_mm": noise.law.a / MM,
-                "range_law_b": noise.law.b,
-                "range_law_c_mm": noise.law.c / MM,
-                "range_law_from": noise.law.low,
-                "range_law_to": noise.law.high,
+                "range_law_a_mm": law.a / MM,
+                "range_law_b": law.b,
+                "range_law_c_mm": law.c / MM,
+                "range_law_from": law.low,
+                "range_law_to": law.high,
             }
         if self.shared is not None and self.shared.told:
             out |= self.shared.keys
-        angle = float(np.hypot(noise.horizontal, noise.vertical) / np.sqrt(2))
-        if self.angles_known and angle > 0:
-            out["scan_angle_arcsec"] = angle / SEC
-            if self.beam is None:
-                known = fitted.place > _KNOWN * fitted.place_sigma
-                out["beam_exit_mm"] = noise.beam_exit / MM if known else 0.0
-                out["beam_divergence_mrad"] = 0.0
+        if self._seen_instead:
+            out["scan_angle_arcsec"] = max(self.fitted.angle[0], _LEAST_ANGLE) / SEC
+            out["beam_exit_mm"] = 4 * self.fitted.place / MM
+            out["beam_divergence_mrad"] = 0.0
+        elif self.across is not None and self.across.fitted is not None and self.across.angle_known:
+            out["scan_angle_arcsec"] = taken.angle[0] / SEC
         return out
+
+    def carried(self) -> dict[str, float | str]:
+        """Keys and values across the beam that are not told by the scans, as they are stated.
+
+        With :meth:`figures` they make a whole instrument; empty where nothing is stated.
+        """
+        stated = self.stated
+        if stated is None:
+            return {}
+        angle = float(np.hypot(stated.horizontal, stated.vertical) / np.sqrt(2))
+        out: dict[str, float | str] = {
+            "scan_angle_arcsec": max(angle, _LEAST_ANGLE) / SEC,
+            "beam_exit_mm": stated.beam_exit / MM,
+            "beam_divergence_mrad": 1e3 * stated.beam_divergence,
+        }
+        if stated.systematic:
+            whole = float(np.hypot(angle, stated.systematic))
+            out["scan_angle_accuracy_arcsec"] = whole / SEC
+        if stated.beam_cone:
+            out["beam_shape"] = "cone"
+        return {key: value for key, value in out.items() if key not in self.figures()}
 
     def classes(self, by: By, *, stated: bool = False) -> list[NoiseClass]:
         """Observed noise of the smooth patches by class, beside the laws or what is stated.
@@ -278,8 +365,8 @@ def estimate_noise(
     try:
         fitted = fit_noise(both)
     except InputError as error:
-        remarks = [f"{one.source}: {one.remark}" for one in told if one.remark]
-        raise InputError("; ".join([error.what, *remarks[:3]]), cure=error.cure) from error
+        raise _too_few(scans, told, error) from error
+    across = None if stated is None else _stated_across(fitted, stated)
     widths = [_of_width(scans, fitted, records // 3, factor) for factor in _WIDTHS]
     return NoiseEstimate(
         tuple(told),
@@ -288,14 +375,50 @@ def estimate_noise(
         stated,
         stated_by,
         tuple(one for one in widths if one is not None),
+        across,
     )
+
+
+def _stated_across(fitted: FittedNoise, stated: ScanNoise) -> StatedAcross:
+    """Test a stated footprint, and estimate the rest beside it."""
+    held = held_noise(fitted, stated.beam)
+    limit = float(chi2.ppf(_CONTRADICTED, 1))
+    excess = max(2 * (held.cost - fitted.cost) / fitted.spread, 0.0)
+    if np.isfinite(fitted.angle_sigmas).all():
+        if excess > limit:
+            return StatedAcross(excess, limit, None, False)
+        size, sigma = held.angle
+        if size > _KNOWN * sigma:
+            return StatedAcross(excess, limit, held, True)
+    else:
+        excess = 0.0  # nothing parts footprint and range there, so nothing contradicts it
+    angle = float(np.hypot(stated.horizontal, stated.vertical) / np.sqrt(2))
+    return StatedAcross(excess, limit, held_noise(fitted, stated.beam, angle), False)
+
+
+def _too_few(scans: Sequence[Scan], told: Sequence[ScanPatches], error: InputError) -> InputError:
+    """Why the scans have too few patches, the cause before the number."""
+    lost = [one.source for one in told if one.remark == _NO_ORIGIN]
+    if len(lost) == len(told) > 0:
+        more = f" and {len(lost) - 3} more" if len(lost) > 3 else ""
+        return InputError(
+            f"{_NO_ORIGIN} for {', '.join(lost[:3])}{more}, and without ranges and angles there "
+            "are no patches",
+            cure="give its place in the coordinates of the file with --origin X Y Z",
+        )
+    remarks = [f"{one.source}: {one.remark}" for one in told if one.remark]
+    cure = error.cure
+    stated = [scan.origin == "stated" for scan in scans]
+    if any(by and not one.windows for by, one in zip(stated, told, strict=True)):
+        cure = f"look whether --origin is where the scanner stood; {cure}"
+    return InputError("; ".join([*remarks[:3], error.what]), cure=cure)
 
 
 def _told(scan: Scan, found: ObservedNoise) -> ScanPatches:
     """What one scan gave, and why not more."""
     remark = ""
     if scan.origin == "unknown":
-        remark = "it is not known where the scanner stood"
+        remark = _NO_ORIGIN
     elif not found.patches:
         remark = "no planar patches" if found.windows else "no windows that are filled by points"
     return ScanPatches(

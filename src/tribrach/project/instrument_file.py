@@ -79,7 +79,7 @@ def read_instrument_file(path: Path) -> tuple[dict[str, Any], str]:
 
 
 def instrument_file_text(
-    figures: Mapping[str, float], source: str, sheet: str | None = None
+    figures: Mapping[str, float | str], source: str, sheet: str | None = None
 ) -> str:
     """Write the figures of an instrument as such a file.
 
@@ -103,7 +103,8 @@ def instrument_file_text(
         Figures that no instrument has.
     """
     table: dict[str, Any] = {"source": source} | ({"sheet": sheet} if sheet else {})
-    table |= {key: float(f"{value:.6g}") for key, value in figures.items()}
+    for key, value in figures.items():
+        table[key] = value if isinstance(value, str) else float(f"{value:.6g}")
     InstrumentFile.model_validate({"instrument": table})
     lines = [
         f"{key} = {quoted(value) if isinstance(value, str) else repr(value)}"

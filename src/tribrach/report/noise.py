@@ -26,7 +26,15 @@ from tribrach.units import SEC
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["NoiseRow", "noise_page", "noise_rows", "noise_sentences", "noise_text"]
+__all__ = [
+    "Finding",
+    "NoiseRow",
+    "noise_findings",
+    "noise_page",
+    "noise_rows",
+    "noise_sentences",
+    "noise_text",
+]
 
 _BY: tuple[By, ...] = ("intensity", "range", "incidence")
 #: t from which on range or incidence are said to matter after the law, where they change sigma by
@@ -75,6 +83,22 @@ class NoiseRow:
         return f"{_light(low)} to {_light(high)}"
 
 
+@dataclass(frozen=True)
+class Finding:
+    """A sentence with its figures.
+
+    Attributes
+    ----------
+    words
+        The sentence.
+    warns
+        True if something is to be done, or doubted.
+    """
+
+    words: str
+    warns: bool = False
+
+
 def _light(intensity: float) -> str:
     """An intensity of any scale."""
     return f"{intensity:.0f}" if abs(intensity) >= 1000 else f"{intensity:.3g}"
@@ -94,9 +118,19 @@ def noise_rows(estimate: NoiseEstimate) -> list[NoiseRow]:
     return rows
 
 
+def noise_findings(estimate: NoiseEstimate) -> list[Finding]:
+    """The findings in words, each with its figures, and which of them warn."""
+    return [
+        *(Finding(words) for words in _law(estimate)),
+        *_across(estimate),
+        *_left(estimate),
+        *_limits(estimate),
+    ]
+
+
 def noise_sentences(estimate: NoiseEstimate) -> list[str]:
     """The findings in words, each with its figures."""
-    return [*_law(estimate), *_across(estimate), *_left(estimate), *_limits(estimate)]
+    return [finding.words for finding in noise_findings(estimate)]
 
 
 def _law(estimate: NoiseEstimate) -> Iterable[str]:
@@ -122,36 +156,96 @@ def _law(estimate: NoiseEstimate) -> Iterable[str]:
     )
 
 
-def _across(estimate: NoiseEstimate) -> Iterable[str]:
-    """Noise across the beam, and what is stated of it."""
+def _across(estimate: NoiseEstimate) -> Iterable[Finding]:
+    """Noise across the beam, what is stated of it, and what an instrument file has."""
     fitted = estimate.fitted
     if not np.isfinite(fitted.angle_sigmas).all():
-        yield (
+        yield Finding(
             "Surfaces are not seen both straight and slantwise, so that noise of the angles cannot "
-            "be told from that of the range: all of it is taken for noise of the range, and an "
-            "instrument file leaves the angles to its sheet or to scan_angle_arcsec in the project."
+            "be told from that of the range: all of it is taken for noise of the range"
+            + (" here." if estimate.across is None else ", beside what is stated across the beam.")
         )
-        return
-    h, v = fitted.horizontal / SEC, fitted.vertical / SEC
-    dh, dv = fitted.angle_sigmas / SEC
-    yield (
-        f'Across the beam: {h:.1f}" (sigma {dh:.1f}) horizontally, {v:.1f}" ({dv:.1f}) vertically, '
-        f"and {1e3 * fitted.place:.2f} mm (sigma {1e3 * fitted.place_sigma:.2f}) at any range, all "
-        "with the footprint of the beam."
-    )
-    beam = estimate.beam
-    if beam is not None:
-        at = fitted.typical_range
-        spot = float(beam.diameter(np.array([at]))[0]) / 4
-        if spot > _APART * fitted.across * at:
-            yield (
-                f"A quarter of the footprint of {estimate.stated_by}, {1e3 * spot:.2f} mm at "
-                f"{at:.1f} m, is more than everything seen across the beam, "
-                f"{1e3 * fitted.across * at:.2f} mm: it overstates what single points do there."
+    else:
+        h, v = fitted.horizontal / SEC, fitted.vertical / SEC
+        dh, dv = fitted.angle_sigmas / SEC
+        yield Finding(
+            f'Across the beam: {h:.1f}" (sigma {dh:.1f}) horizontally, {v:.1f}" ({dv:.1f}) '
+            f"vertically, and {1e3 * fitted.place:.2f} mm (sigma {1e3 * fitted.place_sigma:.2f}) "
+            "at any range, all with the footprint of the beam."
+        )
+        if not estimate.across_known:
+            worst = int(np.argmax(estimate.across_errors))
+            error = 100 * estimate.across_errors[worst]
+            share = "more than 100 %" if error > 100 else f"{error:.0f} %"
+            yield Finding(
+                "These scans alone do not determine it, nor what of it is range: together these "
+                f"figures have a sigma of {share} at {estimate.ranges[worst]:.1f} m "
+                f"(limit {100 * estimate.across_limit:.0f} %)."
             )
+        yield from _footprint(estimate)
+    yield from _carried(estimate)
 
 
-def _left(estimate: NoiseEstimate) -> Iterable[str]:
+def _footprint(estimate: NoiseEstimate) -> Iterable[Finding]:
+    """Whether the scans contradict the footprint that is stated."""
+    across, beam = estimate.across, estimate.beam
+    if across is None or beam is None:
+        return
+    at = estimate.fitted.typical_range
+    spot = float(beam.diameter(np.array([at]))[0]) / 4
+    seen = estimate.fitted.across * at
+    begin = f"A quarter of the footprint of {estimate.stated_by} is {1e3 * spot:.2f} mm at {at:.1f}"
+    tested = f"chi-square {across.chi2:.1f}, limit {across.limit:.1f}"
+    if across.contradicted:
+        yield Finding(
+            f"{begin} m, where {1e3 * seen:.2f} mm are seen across the beam: the scans contradict "
+            f"it ({tested})."
+            + (
+                ""
+                if "beam_exit_mm" in estimate.figures()
+                else " It stays in an instrument file, as they do not tell what to put in its "
+                "place; scans with surfaces seen straight and slantwise would."
+            ),
+            True,
+        )
+    else:
+        yield Finding(f"{begin} m, which the scans do not contradict ({tested}).")
+
+
+def _carried(estimate: NoiseEstimate) -> Iterable[Finding]:
+    """What of an instrument file is as stated, or missing."""
+    carried = estimate.carried()
+    across = estimate.across
+    if across is None:
+        if "scan_angle_arcsec" not in estimate.figures():
+            yield Finding(
+                "Angles and footprint are left out of an instrument file: clouds have no sigmas "
+                "before scan_angle_arcsec, beam_exit_mm and beam_divergence_mrad stand beside it "
+                "in the section of the instrument. --sheet or --project takes them from a data "
+                "sheet or a project.",
+                True,
+            )
+        return
+    if not carried:
+        return
+    words = f"An instrument file has {', '.join(carried)} as {estimate.stated_by} states them"
+    if across.fitted is not None and across.angle_known:
+        size, sigma = across.fitted.angle
+        if "scan_angle_arcsec" not in carried and "beam_exit_mm" in carried:
+            words += (
+                f', and beside this footprint {size / SEC:.1f}" (sigma {sigma / SEC:.1f}) of noise '
+                "of the angles"
+            )
+    if across.fitted is not None and estimate.taken.law is None:
+        taken = estimate.taken
+        words += (
+            f"; beside these, ranges have {1e3 * taken.range:.2f} mm + "
+            f"{1e6 * taken.range_scale:.0f} ppm"
+        )
+    yield Finding(words + ".")
+
+
+def _left(estimate: NoiseEstimate) -> Iterable[Finding]:
     """What range, incidence and neighbours still do, and what was stated."""
     fitted = estimate.fitted
     law = "the intensity" if fitted.law is not None else "the law"
@@ -159,16 +253,17 @@ def _left(estimate: NoiseEstimate) -> Iterable[str]:
     yield _lasting(fitted.by_incidence, law, "incidence", "at 60° rather than straight on")
     if estimate.shared is not None:
         words = estimate.shared.sentence()
-        yield f"{words[0].upper()}{words[1:]}."
+        yield Finding(f"{words[0].upper()}{words[1:]}.")
         filtered = estimate.filtered
         if filtered is not None:
             angle, times = filtered
-            yield (
+            yield Finding(
                 f"Errors are shared over {1e3 * angle:.2g} mrad, {times:.0f} times the width of a "
                 "beam: the scanner or a program has averaged or smoothed the ranges, or the "
                 "surfaces have texture. Single beams have more noise than is seen, and planes take "
                 f"up a part: the points have {max(estimate.shared.lost, 1.0) ** 0.5:.2f} times the "
-                "sigmas of the law."
+                "sigmas of the law.",
+                True,
             )
     if estimate.stated is None:
         return
@@ -184,26 +279,29 @@ def _left(estimate: NoiseEstimate) -> Iterable[str]:
     )
     if factor > _APART and estimate.doubts:
         verdict += ", for which surfaces may be the reason"
-    yield f"Noise seen is {factor:.2f} times that of {estimate.stated_by}: {verdict}."
+    apart = not 1 / _APART <= factor <= _APART
+    yield Finding(
+        f"Noise seen is {factor:.2f} times that of {estimate.stated_by}: {verdict}.", apart
+    )
 
 
-def _lasting(effect: LastingEffect, law: str, cause: str, where: str) -> str:
+def _lasting(effect: LastingEffect, law: str, cause: str, where: str) -> Finding:
     """Whether a cause matters after the law."""
     figures = (
         f"sigma changes by {100 * effect.change:+.1f} % (sigma {100 * effect.sigma:.1f}) {where}"
     )
     if abs(effect.t) > _T and abs(effect.change) > _CHANGE:
-        return f"After {law} the {cause} still matters: {figures}."
+        return Finding(f"After {law} the {cause} still matters: {figures}.", True)
     if abs(effect.change) + 2 * effect.sigma < _LITTLE:
-        return f"After {law} the {cause} does not matter to speak of: {figures}."
-    return f"Whether the {cause} matters after {law} is not told: {figures}."
+        return Finding(f"After {law} the {cause} does not matter to speak of: {figures}.")
+    return Finding(f"Whether the {cause} matters after {law} is not told: {figures}.")
 
 
-def _limits(estimate: NoiseEstimate) -> Iterable[str]:
+def _limits(estimate: NoiseEstimate) -> Iterable[Finding]:
     """What these figures rest on, and what they are not."""
     fitted, step = estimate.fitted, estimate.step
     aside = fitted.observed.patches - fitted.patches
-    yield (
+    yield Finding(
         f"{fitted.patches} of {fitted.observed.patches} planar patches are smooth and of one "
         f"material, {aside} were set aside as rough, bent or patterned. Roughness that the smooth "
         "ones have is in the figures: planes do not tell it from noise."
@@ -215,19 +313,23 @@ def _limits(estimate: NoiseEstimate) -> Iterable[str]:
             f"{1e3 * rounding:.2f} mm is taken off"
         )
         least = fitted.range if fitted.law is None else fitted.law.limits[0]
-        if least < _UNSEEN * step:
+        unseen = least < _UNSEEN * step
+        if unseen:
             words += f"; noise below {1e3 * _UNSEEN * step:g} mm cannot be seen in them"
-        yield words + "."
+        yield Finding(words + ".", unseen)
     doubts = estimate.doubts
     if doubts:
-        yield "This is an upper bound and not the noise of the scanner: " + "; ".join(doubts) + "."
+        yield Finding(
+            "This is an upper bound and not the noise of the scanner: " + "; ".join(doubts) + ".",
+            True,
+        )
     for scan in estimate.scans:
         if scan.remark:
-            yield f"{scan.source} told nothing: {scan.remark}."
+            yield Finding(f"{scan.source} told nothing: {scan.remark}.", True)
 
 
 def noise_text(estimate: NoiseEstimate) -> str:
-    """What a terminal shows: the scans, one line for each class, the findings."""
+    """What a terminal shows: the scans, one line for each class, the findings, "!" if they warn."""
     lines = [
         f"{scan.source}: {scan.patches} planar patches with {scan.points} points"
         for scan in estimate.scans
@@ -239,7 +341,8 @@ def noise_text(estimate: NoiseEstimate) -> str:
             f"  {row.by} {row.limits}: {seen.patches} patches, {1e3 * seen.observed:.2f} mm seen, "
             f"{1e3 * seen.stated:.2f} mm by the law (chi²/dof {seen.chi2_dof:.2f}){stated}"
         )
-    return "\n".join([*lines, *(f"! {sentence}" for sentence in noise_sentences(estimate))])
+    lines += [("! " if one.warns else "") + one.words for one in noise_findings(estimate)]
+    return "\n".join(lines)
 
 
 def noise_page(estimate: NoiseEstimate) -> str:

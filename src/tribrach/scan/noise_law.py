@@ -29,6 +29,7 @@ __all__ = [
     "LastingEffect",
     "NoiseClass",
     "fit_noise",
+    "held_noise",
     "noise_classes",
 ]
 
@@ -171,6 +172,11 @@ class FittedNoise:
         all noise is taken for that of the range.
     place, place_sigma : float
         What the beam's place is uncertain by at any range [m], as a footprint is, and its sigma.
+    across_covariance : array (3, 3)
+        Of the variances of place [m^2], horizontal and vertical angle [rad^2], with what the noise
+        of ranges may take of them; infinite where nothing parts these.
+    cost : float
+        Negative logarithm of the likelihood, for comparison with other laws of these patches.
     spread : float
         How much wider than chance the variances of the patches kept scatter about the law: the
         variance factor of their logarithms, 1 where there is nothing but noise.
@@ -178,6 +184,8 @@ class FittedNoise:
         What is left of both after the law.
     why : str
         Why there is no law of the intensity, "" with one.
+    held : Beam or None
+        Whose footprint was held; place and angles are then what is left beside it.
     """
 
     observed: ObservedNoise
@@ -192,10 +200,13 @@ class FittedNoise:
     angle_sigmas: Array
     place: float
     place_sigma: float
+    across_covariance: Array
+    cost: float
     spread: float
     by_range: LastingEffect
     by_incidence: LastingEffect
     why: str = ""
+    held: Beam | None = None
 
     @property
     def patches(self) -> int:
@@ -225,33 +236,18 @@ class FittedNoise:
         variance: Array = np.einsum("ni,ij,nj->n", part, inner, part)
         return np.sqrt(np.maximum(variance, 0.0))
 
-    def noise(self, beam: Beam | None = None) -> ScanNoise:
+    def noise(self) -> ScanNoise:
         """The noise of single points that the scans show.
 
-        Parameters
-        ----------
-        beam
-            Of the scanner, whose footprint is a part of what surfaces show across the beam; the
-            rest is that of the angles. Without it a footprint of the size seen takes its place.
+        With the footprint that was held, else with one of the size seen, which stays the same at
+        any range: the divergence is in the angles then.
         """
-        if beam is None:
-            return ScanNoise(
-                self.range,
-                self.range_scale,
-                self.horizontal,
-                self.vertical,
-                4 * self.place,
-                0.0,
-                law=self.law,
-            )
-        at = self.typical_range
-        spot = float(beam.diameter(np.array([at]))[0]) / 4
-        rest = (self.place**2 - spot**2) / at**2
+        beam = Beam(4 * self.place) if self.held is None else self.held
         return ScanNoise(
             self.range,
             self.range_scale,
-            float(np.sqrt(max(self.horizontal**2 + rest, 0.0))),
-            float(np.sqrt(max(self.vertical**2 + rest, 0.0))),
+            self.horizontal,
+            self.vertical,
             beam.exit,
             beam.divergence,
             beam_cone=beam.cone,
@@ -266,6 +262,31 @@ class FittedNoise:
         if not weight.sum() > 0:
             return float(np.median(seen.range))
         return float(np.average(seen.range, weights=weight))
+
+    def across_error(self, length: Array) -> Array:
+        """Relative standard deviations (n,) of the noise across the beam at ranges (n,) [m].
+
+        Of ``s_p^2 + (s_H^2 + s_V^2)/2 rho^2``, halved, since that is a variance.
+        """
+        rho = np.asarray(length, dtype=float)
+        if not np.isfinite(self.across_covariance).all():
+            return np.full(rho.shape, np.inf)
+        rows = np.stack([np.ones_like(rho), rho**2 / 2, rho**2 / 2], axis=1)
+        size = rows @ np.array([self.place, self.horizontal, self.vertical]) ** 2
+        variance = np.einsum("ni,ij,nj->n", rows, self.across_covariance, rows)
+        error: Array = np.sqrt(np.maximum(variance, 0.0)) / (2 * np.maximum(size, 1e-18))
+        return error
+
+    @property
+    def angle(self) -> tuple[float, float]:
+        """Noise of an angle [rad], the root mean square of both, and its sigma [rad]."""
+        square = (self.horizontal**2 + self.vertical**2) / 2
+        half = np.array([0.0, 0.5, 0.5])
+        if not np.isfinite(self.across_covariance).all():
+            return float(np.sqrt(square)), np.inf
+        error = float(np.sqrt(max(half @ self.across_covariance @ half, 0.0)))
+        size = float(np.sqrt(square))
+        return size, error / (2 * size) if size > 0 else float(np.sqrt(error))
 
     @property
     def across(self) -> float:
@@ -471,6 +492,46 @@ def fit_noise(observed: ObservedNoise) -> FittedNoise:
     return _fitted(observed, patches, fit, fit, None, why)
 
 
+def held_noise(fitted: FittedNoise, beam: Beam, angle: float | None = None) -> FittedNoise:
+    """Estimate the laws again with the footprint of a beam, from the patches kept before.
+
+    Parameters
+    ----------
+    fitted
+        Laws without it.
+    beam
+        Whose footprint, ``d(rho)/4`` across the beam, is held.
+    angle
+        Noise of both angles [rad] that is held as well, estimated if None.
+
+    Returns
+    -------
+    FittedNoise
+        The same form of law, with ``held``.
+    """
+    observed, model = fitted.observed, fitted.law
+    plain = _Patches.of(observed)
+    scale, middle = plain.scale, plain.middle
+    spot = (beam.diameter(observed.range) / 4) ** 2 * (observed.slope**2).sum(axis=1)
+    angles = 0.0 if angle is None else angle**2 * plain.across[:, 1:].sum(axis=1)
+    patches = replace(plain, known=plain.known + observed.mean(spot) + angles)
+    estimated = (False, angle is None, angle is None)
+    of_range = _solve(patches, _of_range(scale, middle), fitted.kept, scale, estimated)
+    if model is None:
+        found = _fitted(observed, patches, of_range, of_range, None, fitted.why)
+    else:
+        light = float(np.exp(np.median(np.log(patches.light[fitted.kept]))))
+        starts = [_of_intensity(scale, light, start) for start in (model.b, *_STARTS)]
+        fit = min(
+            (_solve(patches, start, fitted.kept, scale, estimated) for start in starts),
+            key=lambda one: one.cost,
+        )
+        found = _fitted(observed, patches, fit, of_range, _law(observed, patches, fit, light))
+    if angle is not None:
+        found = replace(found, horizontal=angle, vertical=angle)
+    return replace(found, held=beam)
+
+
 def _no_law(observed: ObservedNoise, patches: _Patches) -> str:
     """Why there can be no law of the intensity, "" if there can."""
     if not np.isfinite(observed.intensity).all():
@@ -520,6 +581,8 @@ class _Solved:
         Of the parameters, NaN where one is at its bound.
     least : array (3,)
         Variances of place and angles that would not be noticed, one sigma each.
+    across : array (3, 3)
+        Covariance of these variances with nothing at its bound.
     variance, cost, spread, kept
         Of the patches by the law, the negative logarithm of the likelihood, the variance factor,
         and the patches that were used.
@@ -529,6 +592,7 @@ class _Solved:
     parameters: Array
     covariance: Array
     least: Array
+    across: Array
     variance: Array
     cost: float
     spread: float
@@ -609,17 +673,24 @@ def _best(
     return min((_solve(patches, m, kept, scale) for m in models), key=lambda fit: fit.cost)
 
 
-def _solve(patches: _Patches, model: _Model, kept: NDArray[np.bool_], scale: float) -> _Solved:
+def _solve(
+    patches: _Patches,
+    model: _Model,
+    kept: NDArray[np.bool_],
+    scale: float,
+    estimated: tuple[bool, bool, bool] = (True, True, True),
+) -> _Solved:
     """Maximum likelihood of variances with chi-square distribution, trimmed above.
 
     By Fisher's scoring within the bounds: the likelihood is a valley along which a, b and c go
-    together, and searches by gradients stop on its slopes.
+    together, and searches by gradients stop on its slopes. Of place and angles only those that are
+    ``estimated`` may be other than zero.
     """
     mine, u = patches.part(kept), len(model.bounds)
     seen, weight = mine.variance / mine.below, mine.free / 2
     unit = scale**2 / np.maximum(np.mean(mine.across, axis=0), 1e-12)
     most = 1e4 if mine.slanted else 0.0
-    low, high = np.array([*model.bounds, *[(0.0, most)] * 3]).T
+    low, high = np.array([*model.bounds, *[(0.0, most * one) for one in estimated]]).T
     across = (mine.across * unit).T
 
     def split(some: _Patches, slanted: Array, x: Array) -> tuple[Array, Array]:
@@ -655,12 +726,17 @@ def _solve(patches: _Patches, model: _Model, kept: NDArray[np.bool_], scale: flo
     covariance = np.full((len(x), len(x)), np.nan)
     covariance[np.ix_(inside, inside)] = spread * _inverse(relative[inside], weight)
     back = np.append(np.ones(u), unit)
+    some = np.append(np.ones(u, dtype=bool), estimated)
+    whole_inverse = np.zeros((len(x), len(x)))
+    whole_inverse[np.ix_(some, some)] = spread * _inverse(relative[some], weight)
+    sizes = np.outer(unit, unit)
     told = relative[u:] ** 2 @ weight
     return _Solved(
         model=replace(model, start=x),
         parameters=x * back,
         covariance=covariance * np.outer(back, back),
         least=np.sqrt(spread / np.maximum(told, 1e-12)) * unit if mine.slanted else unit * np.inf,
+        across=whole_inverse[u:, u:] * sizes if mine.slanted else np.full((3, 3), np.inf),
         variance=split(patches, (patches.across * unit).T, x)[0],
         cost=value,
         spread=spread,
@@ -726,6 +802,8 @@ def _fitted(
         angle_sigmas=np.array(sigmas[1:]),
         place=place,
         place_sigma=sigmas[0],
+        across_covariance=fit.across,
+        cost=fit.cost,
         spread=fit.spread,
         by_range=away,
         by_incidence=flat,
