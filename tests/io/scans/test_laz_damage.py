@@ -111,6 +111,16 @@ def test_sizes_of_layers(layer: int, tmp_path: Path) -> None:
         read_all(path)
 
 
+@pytest.mark.parametrize("compressor", [0, 1, 2, 4])
+def test_layers_that_the_file_denies(compressor: int, tmp_path: Path) -> None:
+    path = cloud(tmp_path / "a.laz", 7)
+    data = bytearray(path.read_bytes())
+    struct.pack_into("<H", data, _of_record(data), compressor)
+    path.write_bytes(data)
+    with pytest.raises(InputError, match="compressed in layers, and the file denies it"):
+        read_all(path)
+
+
 def test_a_width_that_is_another(tmp_path: Path) -> None:
     path = cloud(tmp_path / "a.laz", 7)
     data = bytearray(path.read_bytes())

@@ -152,6 +152,9 @@ class _LasZip:
             )
         if self.layered and any(k not in _LAYERS and k != _BYTES for k, _ in self.items):
             raise _refused("the points are compressed in layers of a kind that is none", path)
+        if not self.layered and any(k in _LAYERS or k == _BYTES for k, _ in self.items):
+            # the decoder goes by the items, and would reserve what layers claim
+            raise _refused("the points are compressed in layers, and the file denies it", path)
         most = max(_CHUNK_BYTES, _CHUNK_GROWTH * size)
         if self.chunk == 0 or (self.chunk != _VARIABLE and self.chunk * width > most):
             raise _refused(
