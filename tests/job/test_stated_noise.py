@@ -18,7 +18,7 @@ from tribrach.pipeline import run
 from tribrach.project import Project
 from tribrach.report.content import Report
 from tribrach.scan import noise_law
-from tribrach.scan.noise_law import NoiseClass, fit_noise
+from tribrach.scan.noise_law import NoiseClass, fit_noise, held_noise
 from tribrach.scan.observed_noise import observed_noise
 from tribrach.units import SEC
 
@@ -153,7 +153,7 @@ def test_sigmas_of_clouds_from_learned_laws_hold(
         truth = scanned(tmp_path / "S1.las", replace(SHEET, law=LAW), seed, step)
         (scan,) = read_scans(tmp_path / "S1.las")
         fitted = fit_noise(observed_noise(replace(scan, origin="stated")))
-        learned = fitted.noise(SHEET.beam)
+        learned = held_noise(fitted, SHEET.beam).noise()
         assert learned.law is not None
         (tmp_path / "a.toml").write_text(instrument_file(learned))
         figures = 'file = "a.toml"'
