@@ -70,12 +70,13 @@ def test_the_checks_of_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     for i, j in itertools.combinations(range(4), 2):
         lengths.append(f"T{i},T{j},{np.linalg.norm(TARGETS[i] - TARGETS[j]):.5f},0.3")
     (tmp_path / "lengths.csv").write_text("\n".join([*lengths, ""]))
-    outputs = []
+    outputs = {}
     for call in commands("field_check"):
         result = RUN.invoke(app, call)
         assert result.exit_code == 0, result.output
-        outputs.append(" ".join(result.output.split()))
-    _, again, with_lengths = outputs
+        outputs[" ".join(call)] = " ".join(result.output.split())
+    (again,) = (said for call, said in outputs.items() if "--earlier" in call)
+    (with_lengths,) = (said for call, said in outputs.items() if "lengths.csv" in call)
     assert "Against targets.csv" in again
     assert "full procedure" in again
     assert "Scale of the range beside a range zero" in with_lengths
