@@ -1,0 +1,80 @@
+"""Writes large simulated networks to files that ``tribrach adjust`` and other programs read.
+
+    python benchmarks/network_files.py grid SIDE FILE      (.gkf, .dat for STAR*NET, .xml for DynaML)
+    python benchmarks/network_files.py scanner STATIONS TARGETS FOLDER
+
+The grid is that of ``grid_network.py``: SIDE x SIDE set-ups that sight their neighbours, some of
+them with GNSS. The hall has scanner stations that see the 60 nearest of its targets each, as polar
+readings without any approximate values: ``polar.csv``, and ``control.csv`` with the coordinates of
+some targets.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from grid_network import grid
+from tribrach.io.survey.exported import export
+
+#: formats of a grid by the suffix of its file
+FORMATS = {".gkf": "gkf", ".dat": "starnet", ".xml": "dynaml"}
+#: targets that a scanner station sees
+SEEN = 60
+
+
+def write_grid(side: int, file: Path) -> int:
+    """Write a grid; its observed values."""
+    network = grid(side)
+    for path, text in export(network, FORMATS[file.suffix]).files(file).items():
+        path.write_text(text, encoding="utf-8")
+    return network.count()
+
+
+def write_scanner(stations: int, targets: int, folder: Path, seed: int = 0) -> int:
+    """Write the readings of a hall of scanner stations; their number of values."""
+    rng = np.random.default_rng(seed)
+    size = 10.0 * np.sqrt(targets)
+    place = rng.uniform(0, 1, (targets, 3)) * [size, size, 12]
+    stand = rng.uniform(0, 1, (stations, 3)) * [size, size, 2]
+    turn = rng.uniform(0, 2 * np.pi, stations)
+    _, near = cKDTree(place).query(stand, k=min(SEEN, targets))
+    station, target = np.repeat(np.arange(stations), near.shape[1]), near.ravel()
+    e, n, u = (place[target] - stand[station]).T
+    flat = np.hypot(e, n)
+    noise = rng.normal(0, 1, (3, len(station)))
+    distance = np.hypot(flat, u) + 0.002 * noise[0]
+    circle = np.rad2deg(np.arctan2(n, e) - turn[station]) + 8 / 3600 * noise[1]
+    zenith = np.rad2deg(np.arctan2(flat, u)) + 8 / 3600 * noise[2]
+    folder.mkdir(parents=True, exist_ok=True)
+    readings = zip(station, target, distance, circle % 360, zenith, strict=True)
+    head = "station,target,range_m,horizontal_deg,zenith_deg,sigma_range_mm,"
+    lines = [head + "sigma_horizontal_arcsec,sigma_zenith_arcsec"]
+    lines += [f"S{s},T{t},{r:.5f},{a:.7f},{z:.7f},2,8,8" for s, t, r, a, z in readings]
+    (folder / "polar.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    control = np.unique(near[:: max(1, stations // 10), :3])
+    lines = ["point,e_m,n_m,u_m,sigma_e_mm,sigma_n_mm,sigma_u_mm,role"]
+    given = place[control] + rng.normal(0, 0.002, (len(control), 3))
+    for name, (x, y, z) in zip(control, given, strict=True):
+        lines.append(f"T{name},{x:.4f},{y:.4f},{z:.4f},2,2,2,control")
+    (folder / "control.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return 3 * (len(station) + len(control))
+
+
+def main() -> None:
+    """Write what is asked for."""
+    match sys.argv[1:]:
+        case ["grid", side, file] if Path(file).suffix in FORMATS:
+            count = write_grid(int(side), Path(file))
+        case ["scanner", stations, targets, folder]:
+            count = write_scanner(int(stations), int(targets), Path(folder))
+        case _:
+            sys.exit(__doc__)
+    print(f"{sys.argv[-1]}: {count} observed values")
+
+
+if __name__ == "__main__":
+    main()
