@@ -5,12 +5,14 @@ Two scans of one station share its frame; what both saw is one detection, the mo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from tribrach._types import Progress
+from tribrach.job.each import Item, each
 from tribrach.job.panorama import Panorama, panorama
 from tribrach.job.scans import MeasuredScan, StationScan
 from tribrach.job.state import Remembered
@@ -62,24 +64,26 @@ class Findings:
 
 
 def extract(
-    scans: Sequence[StationScan],
-    wanted: TargetSection,
-    state: Remembered,
-    progress: Callable[[str], None],
+    scans: Sequence[StationScan], wanted: TargetSection, state: Remembered, progress: Progress
 ) -> list[Findings]:
     """Targets of every scan; those of unchanged scans come from the last run."""
-    findings = []
-    for scan in scans:
-        key = state.key(find_targets, scan.measured, wanted)
-        known = state.recall(f"targets-{scan.name}", key)
-        if known is None:
-            progress(f"targets of {scan.name}")
-            fresh = find_targets(scan.measured, wanted)
-            state.remember(f"targets-{scan.name}", key, _to_facts(fresh))
-            findings.append(fresh)
-        else:
-            findings.append(_from_facts(scan, known))
-    return findings
+    items = [
+        Item(
+            f"targets-{scan.name}",
+            f"targets of {scan.name}",
+            (scan.measured, wanted),
+            scan.scan.path,
+            scan.scan.records or 0,
+        )
+        for scan in scans
+    ]
+    found = each(_facts, items, state=state, progress=progress)
+    return [_from_facts(scan, facts) for scan, facts in zip(scans, found, strict=True)]
+
+
+def _facts(scan: MeasuredScan, wanted: TargetSection, *, progress: Progress) -> dict[str, Any]:
+    """What a scan holds, as plain numbers."""
+    return _to_facts(find_targets(scan, wanted))
 
 
 def find_targets(scan: MeasuredScan, wanted: TargetSection) -> Findings:

@@ -38,6 +38,7 @@ from tribrach.io.json_text import json_text, restored
 from tribrach.io.keeping import STATE_FOLDER, hold
 from tribrach.io.outputs import write_text
 from tribrach.job.code_version import code_version
+from tribrach.tasks.engine import HERE, Engine
 
 __all__ = ["NOT_IN_DIGEST", "Remembered", "digest"]
 
@@ -181,10 +182,18 @@ def _left_out(item: Field[Any]) -> bool:
 
 
 class Remembered:
-    """The remembered products in a folder of results."""
+    """The remembered products in a folder of results.
 
-    def __init__(self, results: Path) -> None:
-        self.folder = results / STATE_FOLDER
+    Parameters
+    ----------
+    results
+        The folder of results.
+    engine
+        Who makes products that are not remembered, or hold no longer (:mod:`tribrach.job.each`).
+    """
+
+    def __init__(self, results: Path, engine: Engine = HERE) -> None:
+        self.folder, self.engine = results / STATE_FOLDER, engine
 
     def key(self, maker: Callable[..., Any], *arguments: Any) -> str:
         """Take the digest of everything that a product depends on.

@@ -175,7 +175,7 @@ def find(job: Job, folder: Path, progress: Progress) -> FoundInScans:
     requests = requested_comparisons(project, scans)
     findings: Sequence[Findings] = ()
     if project.targets.wanted:
-        findings = extract(scans, project.targets, state, lambda what: progress(what, 0, None))
+        findings = extract(scans, project.targets, state, progress)
     return FoundInScans(scans, findings, project.targets, state, requests)
 
 
