@@ -1,10 +1,14 @@
+import tracemalloc
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import laspy
 import numpy as np
 import pytest
 
 from tribrach.errors import InputError
+from tribrach.io.scans.formats import read_scans
+from tribrach.scan import loading
 from tribrach.scan.loading import load
 from tribrach.scan.scan import Chunk, Scan
 
@@ -44,3 +48,38 @@ def test_too_many_points_and_none_are_refused():
         load(Listed("S", Path("s.xyz"), parts=[part(2), part(2)]), limit=2)
     with pytest.raises(InputError, match="no valid points"):
         load(Listed("S", Path("s.xyz")))
+
+
+def test_arrays_grow_with_the_scan_and_end_with_it(monkeypatch):
+    monkeypatch.setattr(loading, "_FIRST", 2)
+    for records in (None, 3, 9, 20):
+        parts = [part(n, intensity=np.full(n, n), row=np.arange(n)) for n in (1, 4, 4, 0)]
+        parts[2].values["column"] = np.arange(4)
+        loaded = load(Listed("S", Path("s.xyz"), records=records, parts=parts))
+        np.testing.assert_array_equal(loaded.xyz, np.concatenate([p.xyz for p in parts]))
+        assert loaded.intensity.tolist() == [1, 4, 4, 4, 4, 4, 4, 4, 4]
+        assert loaded.row.tolist() == [0, 0, 1, 2, 3, 0, 1, 2, 3]
+        assert loaded.column is None
+
+
+def test_points_of_a_scan_take_no_second_copy():
+    count, size = 40, 100_000
+    parts = [part(size, intensity=np.ones(size, np.float32)) for _ in range(count)]
+    whole = count * size * (24 + 4)
+    tracemalloc.start()
+    load(Listed("S", Path("s.xyz"), records=count * size, parts=parts))
+    assert tracemalloc.get_traced_memory()[1] < 1.2 * whole
+    tracemalloc.stop()
+
+
+def test_a_header_of_too_many_points_is_enough(tmp_path):
+    header = laspy.LasHeader(point_format=0)
+    file = laspy.LasData(header)
+    file.x = file.y = file.z = np.arange(5.0)
+    file.write(tmp_path / "five.las")
+    (scan,) = read_scans(tmp_path / "five.las")
+    assert scan.certain_points == 5
+    # its points are never looked for
+    (tmp_path / "five.las").unlink()
+    with pytest.raises(InputError, match="more than 4 points"):
+        load(scan, limit=4)

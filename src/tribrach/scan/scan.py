@@ -276,6 +276,14 @@ class Scan(ABC):
         return stored if plain else map(self._prepared, stored)
 
     @property
+    def certain_points(self) -> int:
+        """Points that there are for certain, before the first is read; 0 where none can be told.
+
+        Formats whose records may hold no point cannot tell.
+        """
+        return 0
+
+    @property
     def as_stored(self) -> bool:
         """True if the points are those of the file, none moved, no face left out."""
         return not any(self.scanner) and self.face is None and self.correction is None

@@ -273,6 +273,12 @@ def _refused(what: str, path: Path) -> InputError:
 class LasScan(Scan):
     """The points of a LAS, LAZ or COPC file."""
 
+    @property
+    def certain_points(self) -> int:
+        """Every record is a point, but for other faces and beams without return."""
+        left_out = 0 if self.no_return is None else self.no_return.points
+        return 0 if self.face is not None else (self.records or 0) - left_out
+
     def stored(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
         """Read the points in the file's order.
 
