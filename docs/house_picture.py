@@ -52,7 +52,7 @@ def picture() -> str:
             f'<text x="10" y="{top + 20}" style="{FONT}; font-weight: 600">'
             f"{escape(', '.join(names) if len(names) > 1 else names[0])}</text>",
         ]
-        indent = NAMES if len(names) == 1 else 330
+        indent = NAMES if len(names) == 1 else 540
         parts.append(f'<text x="{indent}" y="{top + 20}" style="{FONT}">{escape(text)}</text>')
     return "\n".join([*parts, "</svg>", ""])
 

@@ -60,7 +60,7 @@ TOUCH_FILES = {
     "gnss/engine.py": "writes what the engine reads into a temporary folder of the run",
     "comparison/streams.py": "keeps points in temporary files that nobody else reads",
     "job/state.py": "keeps what is remembered between runs beside the results",
-    "job/code_version.py": "reads the sources of the program itself",
+    "code_version.py": "reads the sources of the program itself",
 }
 METHODS = {"open", "read_text", "read_bytes", "write_text", "write_bytes", "tofile"}
 FUNCTIONS = {

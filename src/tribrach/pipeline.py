@@ -49,6 +49,7 @@ from tribrach.report.content import Report
 from tribrach.report.found_targets import FOLDER, LIST, write_found
 from tribrach.report.summary import sigma_origin
 from tribrach.report.warnings import ReportWarning, Severity, warned
+from tribrach.tasks.engine import HERE, Engine
 
 __all__ = [
     "AdjustmentSettings",
@@ -320,6 +321,7 @@ def run(
     progress: Progress = lambda what, done, total: None,
     *,
     overwrite: bool = False,
+    engine: Engine = HERE,
 ) -> Report:
     """Run a project and leave its results in a folder.
 
@@ -336,6 +338,8 @@ def run(
         Told of every step that takes long.
     overwrite : bool
         Files of other programs that have the name of a result are replaced.
+    engine : Engine
+        Who works on the scans, this process if not given; see :mod:`tribrach.tasks.cluster`.
 
     Returns
     -------
@@ -353,16 +357,16 @@ def run(
     project = project if isinstance(project, Project) else Project.load(project)
     folder = project.results if folder is None else Path(folder)
     with keeping(project.inputs(), folder, overwrite=overwrite):
-        return _run(project, folder, progress)
+        return _run(project, folder, progress, engine)
 
 
-def _run(project: Project, folder: Path, progress: Progress) -> Report:
+def _run(project: Project, folder: Path, progress: Progress, engine: Engine) -> Report:
     """Run a project while what it reads is kept."""
     for name in _REPORTS:
         refuse_loss(folder / name)
     settings = AdjustmentSettings.of(project)
     job = open_job(project, progress)
-    found = find(job, folder, progress) if project.scans else None
+    found = find(job, folder, progress, engine) if project.scans else None
     with _leaving(found, folder):
         ties = None if found is None else name_and_tie(job, found, progress)
         further = None if ties is None else ties.registered.survey

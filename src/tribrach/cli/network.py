@@ -10,7 +10,17 @@ from typing import Annotated, Any, Literal
 import typer
 
 from tribrach import pipeline
-from tribrach.cli.shell import Overwrite, claim, fail, guarded, say, shown
+from tribrach.cli.shell import (
+    Overwrite,
+    Scheduler,
+    Workers,
+    claim,
+    fail,
+    guarded,
+    say,
+    shown,
+    working,
+)
 from tribrach.io.outputs import write_texts
 from tribrach.io.survey.formats import read_files
 from tribrach.job.opened import open_job
@@ -115,16 +125,18 @@ def project_of(files: list[Path]) -> Project | None:
 def run(
     project: Annotated[Path, typer.Argument(help="The project file (TOML).")],
     out: Annotated[Path | None, typer.Option(help="Folder of the results.")] = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
     overwrite: Overwrite = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
     """Run a project: adjust, check, report."""
 
     def work() -> None:
-        job = Project.load(project)
-        folder = job.results if out is None else out
-        with shown(quiet) as progress:
-            content = pipeline.run(job, folder, progress, overwrite=overwrite)
+        with shown(quiet) as progress, working(workers, scheduler) as engine:
+            job = Project.load(project)
+            folder = job.results if out is None else out
+            content = pipeline.run(job, folder, progress, overwrite=overwrite, engine=engine)
         finish(content, quiet, folder)
 
     guarded(work)

@@ -28,13 +28,34 @@ from tribrach.io.keeping import keep, keeping, refuse_loss
 from tribrach.io.outputs import special
 from tribrach.project import Project
 from tribrach.report.characters import visible
+from tribrach.tasks.engine import HERE, Engine
 
-__all__ = ["Overwrite", "claim", "fail", "guarded", "say", "shown"]
+__all__ = [
+    "Overwrite",
+    "Scheduler",
+    "Workers",
+    "claim",
+    "fail",
+    "guarded",
+    "say",
+    "shown",
+    "working",
+]
 
 #: the option of every command that writes files
 Overwrite = Annotated[
     bool,
     typer.Option("--overwrite", help="Replace files that this program did not write."),
+]
+
+#: the options of every command whose work is done in tasks
+Workers = Annotated[
+    int | None,
+    typer.Option(min=1, max=1024, help="Work in so many processes (extra cluster)."),
+]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(metavar="ADDRESS", help="Work on the workers of this scheduler of Dask."),
 ]
 
 
@@ -105,6 +126,43 @@ def claim(
         taken.add(result.resolve())
         if not special(result):
             refuse_loss(result)
+
+
+@contextmanager
+def working(workers: int | None, scheduler: str | None) -> Iterator[Engine]:
+    """Who does the tasks of a command: this process, others of this machine, or a cluster.
+
+    Parameters
+    ----------
+    workers
+        Number of processes on this machine.
+    scheduler
+        Address of the scheduler of a cluster.
+
+    Yields
+    ------
+    Engine
+
+    Raises
+    ------
+    InputError
+        Both are given, or the extra ``cluster`` is not installed.
+    """
+    if workers is None and scheduler is None:
+        yield HERE
+        return
+    if workers is not None and scheduler is not None:
+        raise InputError(
+            "workers of this machine and those of a scheduler are not taken together",
+            cure="give --workers or --scheduler",
+        )
+    # Dask takes its time, which only who asks for it should spend
+    from tribrach.tasks.cluster import local_workers, remote_workers
+
+    with (
+        local_workers(workers) if workers is not None else remote_workers(scheduler or "") as engine
+    ):
+        yield engine
 
 
 def fail(sentence: str) -> NoReturn:

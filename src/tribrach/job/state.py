@@ -34,10 +34,10 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel
 
+from tribrach.code_version import code_version
 from tribrach.io.json_text import json_text, restored
 from tribrach.io.keeping import STATE_FOLDER, hold
 from tribrach.io.outputs import write_text
-from tribrach.job.code_version import code_version
 from tribrach.tasks.engine import HERE, Engine
 
 __all__ = ["NOT_IN_DIGEST", "Remembered", "digest"]
@@ -209,7 +209,7 @@ class Remembered:
         -------
         str
             A digest of the code of the maker and of the classes of its arguments, with all that
-            they use (see :mod:`tribrach.job.code_version`), and of every field of the arguments;
+            they use (see :mod:`tribrach.code_version`), and of every field of the arguments;
             of files the names and contents.
 
         Raises

@@ -39,6 +39,7 @@ from tribrach.job.tie import Registered, register
 from tribrach.job.truth import TruthRow, against_truth, read_truth
 from tribrach.network.adjustment import Adjustment
 from tribrach.project.sections import TargetSection
+from tribrach.tasks.engine import HERE, Engine
 
 if TYPE_CHECKING:
     from tribrach.job.opened import Job
@@ -160,8 +161,8 @@ class PlacedScans:
     shared: SharedPart | None = None
 
 
-def find(job: Job, folder: Path, progress: Progress) -> FoundInScans:
-    """Open the scans and find their targets.
+def find(job: Job, folder: Path, progress: Progress, engine: Engine = HERE) -> FoundInScans:
+    """Open the scans and find their targets; the engine does this and all later work on scans.
 
     Raises
     ------
@@ -169,7 +170,7 @@ def find(job: Job, folder: Path, progress: Progress) -> FoundInScans:
         stations whose compensator has no sigma.
     """
     job.refuse_unstated()
-    project, state = job.project, Remembered(folder)
+    project, state = job.project, Remembered(folder, engine)
     scans = open_scans(job, state)
     refuse_impossible(project, scans)
     requests = requested_comparisons(project, scans)

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 import tribrach
-from tribrach.job import code_version as versions
-from tribrach.job.code_version import code_version, reachable
+from tribrach import code_version as versions
+from tribrach.code_version import code_version, reachable
 
 ROOT = Path(tribrach.__file__).parent
 FINDING = "tribrach.job.find_targets"
