@@ -122,7 +122,7 @@ def test_figures_page_json_and_file(tmp_path: Path, cartesian: bool) -> None:
     assert data["sigma_origin"].startswith("a priori")
     assert all(len(d["points"]) == 64 for d in data["datums"])
     page = names[1].read_text()
-    assert page.count("data:image/png;base64,") == 4
+    assert page.count("data:image/webp;base64,") == 4
     for words in ("Correlations of the parameters with orientations", "Parameters in other datums"):
         assert words in page
     saved = read_calibration(names[2])

@@ -96,7 +96,7 @@ def test_words_and_page_and_comparison_with_an_earlier_check(tmp_path: Path) -> 
     assert "point to x10, range zero" in words
     assert "a significant change" in words
     text = page.read_text()
-    assert "data:image/png;base64," in text
+    assert "data:image/webp;base64," in text
     assert "does not pass" in text
 
 

@@ -35,7 +35,7 @@ def test_plan_of_the_laboratory(tmp_path: Path) -> None:
     assert data["parameters"].keys() == {f"x{k}(scanner)" for k in ("10", "2", "3", "4", "6")}
     page = files["html"].read_text()
     assert "<svg" in page
-    assert "data:image/png;base64," in page
+    assert "data:image/webp;base64," in page
     assert "Where targets and points are" in page
     assert "http" not in page.split("</head>")[0]
     text = files["txt"].read_text()

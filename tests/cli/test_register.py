@@ -187,7 +187,7 @@ def test_clouds_with_sigmas_and_a_page(folder: Path, tmp_path: Path) -> None:
     text = page.read_text()
     for words in ("3 of 3 pairs that were tried", "1 of 1 loops close", "Verdicts", "Stations"):
         assert words in text
-    assert text.count("data:image/png") == 1
+    assert text.count("data:image/webp") == 1
     # a second run leaves its own clouds as they are, and replaces nobody else's
     before = (out / "S2.laz").stat().st_mtime_ns
     assert RUN.invoke(app, [*call, "--instrument", "Leica RTC360"]).exit_code == 0

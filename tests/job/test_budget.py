@@ -110,7 +110,7 @@ def test_table_and_chart(adjustment: Adjustment, scan: StationScan, tmp_path: Pa
     assert both == pytest.approx(first["3D σ"] ** 2)
     charts = budget_charts(rows)
     assert [chart.name for chart in charts] == ["budget-S1"]
-    assert len(charts[0].png) > 5000
+    assert len(charts[0].webp) > 5000
     assert "Largest parts along the normal" in charts[0].caption
 
 

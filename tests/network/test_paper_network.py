@@ -154,7 +154,7 @@ def test_commands_as_documented(tmp_path: Path) -> None:
     assert result.exit_code == 0, result.output
     assert "nothing estimable changed" in result.output
     assert "minimum norm over metres and radians" in result.output
-    assert files[1].read_text().count("data:image/png;base64,") == 4
+    assert files[1].read_text().count("data:image/webp;base64,") == 4
 
 
 def test_a_minimum_norm_says_what_it_is_and_is_not_saved() -> None:

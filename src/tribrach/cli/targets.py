@@ -16,8 +16,8 @@ from tribrach.job.find_targets import Findings, blind, find_targets
 from tribrach.job.nothing_found import density_sentences, unit_sentences
 from tribrach.job.scans import StationScan
 from tribrach.project.sections import TargetSection
-from tribrach.report.chapters.scans import panorama_png
 from tribrach.report.found_targets import targets_document
+from tribrach.report.panoramas import panorama_file
 from tribrach.scan.no_return import screened
 from tribrach.scan.prepared import seen_from
 
@@ -108,7 +108,7 @@ def _write(findings: list[Findings], json_file: Path | None, png_file: Path | No
             one = len(findings) == 1
             path = png_file if one else png_file.with_stem(f"{png_file.stem}-{number}")
             assert finding.panorama is not None
-            files[path] = panorama_png(finding.panorama)
+            files[path] = panorama_file(finding.panorama, "PNG")
     write_texts(files)
 
 

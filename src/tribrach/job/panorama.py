@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import base64
-import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tribrach._types import Array
+from tribrach._types import Array, Single
 from tribrach.geometry.polar import polar_from_xyz
+from tribrach.io.grey_pictures import grey_file, grey_picture
 from tribrach.scan.range_image import RangeImage
 from tribrach.targets.detection import Detection
 
@@ -22,6 +23,8 @@ __all__ = ["HEIGHT", "WIDTH", "Panorama", "panorama"]
 WIDTH, HEIGHT = 900, 360
 #: a packed panorama with more pixels than this is damaged
 _MOST = 20_000_000
+#: pixels of which less is seen stay dark
+_SEEN = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +34,8 @@ class Panorama:
     Parameters
     ----------
     grey : (rows, columns) uint8
-        Intensity, or range where there is none, stretched between its 2 and 98 % quantiles.
+        Intensity, or range where there is none, the mean of what is seen in a pixel, stretched
+        between its 2 and 98 % quantiles; no larger than it is shown.
     marks : (n, 2)
         Column and row of each target in ``grey``, in the order of the detections.
     kinds : tuple of str
@@ -47,9 +51,8 @@ class Panorama:
 
     def to_facts(self) -> dict[str, Any]:
         """As plain numbers and text, to be remembered."""
-        packed = zlib.compress(np.ascontiguousarray(self.grey).tobytes(), 1)
         return {
-            "grey": base64.b64encode(packed).decode("ascii"),
+            "grey": base64.b64encode(grey_file(self.grey)).decode("ascii"),
             "pixels": list(self.grey.shape),
             "marks": self.marks.tolist(),
             "kinds": list(self.kinds),
@@ -68,13 +71,7 @@ class Panorama:
         rows, columns = (int(n) for n in facts["pixels"])
         if not 0 <= rows * columns <= _MOST:
             raise ValueError("this is no panorama")
-        try:
-            raw = zlib.decompressobj().decompress(
-                base64.b64decode(facts["grey"]), rows * columns + 1
-            )
-        except zlib.error as error:
-            raise ValueError("the packed panorama is damaged") from error
-        grey = np.frombuffer(raw, dtype=np.uint8).reshape(rows, columns)
+        grey = grey_picture(base64.b64decode(facts["grey"]), (rows, columns))
         width, height = (float(x) for x in facts["shape"])
         marks = np.array(facts["marks"], dtype=float).reshape(-1, 2)
         return cls(grey, marks, tuple(str(kind) for kind in facts["kinds"]), (width, height))
@@ -99,29 +96,49 @@ def panorama(
     width : int
         Pixels across.
     """
-    grey = _reduced(image, intensity, width)
     height = min(HEIGHT * width / WIDTH, max(90.0, width * image.shape[0] / image.shape[1]))
+    grey = _reduced(image, intensity, width, round(height))
     scale = np.array(grey.shape) / np.array(image.shape)
     marks = np.zeros((len(detections), 2))
     if detections:
         polar = polar_from_xyz(np.array([d.center for d in detections]))
         for k, (_, h, v) in enumerate(polar):
             row, column = image.pixel(h, v)
-            marks[k] = grey.shape[1] - 1 - column * scale[1], row * scale[0]
+            # from centres of pixels to centres of larger ones, mirrored
+            marks[k] = grey.shape[1] - 0.5 - (column + 0.5) * scale[1], (row + 0.5) * scale[0] - 0.5
     return Panorama(grey, marks, tuple(d.kind for d in detections), (width, height))
 
 
+def _image() -> Any:
+    """Pillow's images, loaded with the first panorama."""
+    return import_module("PIL.Image")
+
+
 def _reduced(
-    image: RangeImage, intensity: NDArray[np.float32] | None, width: int
+    image: RangeImage, intensity: NDArray[np.float32] | None, width: int, height: int
 ) -> NDArray[np.uint8]:
-    """Grey values 0 to 255 of every k-th pixel, stretched between the 2 and 98 % quantiles."""
+    """Grey values 0 to 255: means over pixels, stretched between the 2 and 98 % quantiles."""
     rows, columns = image.shape
-    step = max(1, columns // (2 * width)), max(1, rows // (2 * HEIGHT))
-    index = image.index[:: step[1], :: step[0]][:, ::-1]
-    source = image.range[:: step[1], :: step[0]][:, ::-1].astype(float)
+    # two by two pixels of the scan tell enough of a mean
+    step = max(1, columns // (2 * width)), max(1, rows // (2 * height))
+    source = np.ascontiguousarray(image.range[:: step[1], :: step[0]][:, ::-1])
     if intensity is not None:
-        source = np.where(index >= 0, intensity[np.maximum(index, 0)], np.nan).astype(float)
-    known = source[np.isfinite(source)]
+        index = image.index[:: step[1], :: step[0]][:, ::-1]
+        source = np.where(index >= 0, intensity[np.maximum(index, 0)], np.float32(np.nan))
+    seen = np.isfinite(source)
+    size = min(source.shape[1], width), min(source.shape[0], height)
+    share = _smaller(seen.astype(np.float32), size)
+    total = _smaller(np.where(seen, source, np.float32(0)), size)
+    mean = np.full(share.shape, np.nan, dtype=np.float32)
+    np.divide(total, share, out=mean, where=share > _SEEN)
+    known = mean[np.isfinite(mean)]
     low, high = np.quantile(known, [0.02, 0.98]) if len(known) else (0.0, 1.0)
-    grey = np.nan_to_num(np.clip((source - low) / max(high - low, 1e-12), 0, 1), nan=0.0)
+    grey = np.nan_to_num(np.clip((mean - low) / max(high - low, 1e-12), 0, 1), nan=0.0)
     return np.asarray(np.round(255 * grey), dtype=np.uint8)
+
+
+def _smaller(values: Single, size: tuple[int, int]) -> Single:
+    """Means of an image over the pixels of a smaller one (columns, rows)."""
+    images = _image()
+    made = images.fromarray(values).resize(size, images.Resampling.BOX)
+    return np.asarray(made, dtype=np.float32)

@@ -1,6 +1,7 @@
 """Charts are drawn with matplotlib; that takes half a second to load, and is for the first chart.
 
-Most commands draw none unless a page is asked for.
+Most commands draw none unless a page is asked for. Pages hold pictures as WebP, charts without any
+loss: a third of what they take as PNG.
 """
 
 from __future__ import annotations
@@ -19,7 +20,11 @@ if TYPE_CHECKING:
     from matplotlib.colors import Colormap
     from matplotlib.figure import Figure
 
-__all__ = ["Picture", "colour_scale", "colours", "new_figure", "picture", "png"]
+__all__ = ["Picture", "colour_scale", "colours", "new_figure", "picture"]
+
+
+#: no pixel differs from what was drawn; more effort takes twice the time for a tenth of the size
+_EXACT = {"lossless": True, "quality": 50, "method": 2}
 
 
 @dataclass(frozen=True)
@@ -30,13 +35,13 @@ class Picture:
     ----------
     name, title, caption : str
         Anchor in the page, heading, and what the figure shows.
-    png : str
-        The PNG file in base64.
+    webp : str
+        The WebP file in base64.
     """
 
     name: str
     title: str
-    png: str
+    webp: str
     caption: str
 
 
@@ -59,15 +64,15 @@ def colour_scale(low: float, high: float, name: str) -> ScalarMappable:
     return scale
 
 
-def png(figure: Figure) -> bytes:
-    """The figure as a PNG file without date and version: the same chart gives the same bytes."""
+def _webp(figure: Figure) -> bytes:
+    """The figure as a WebP file, its pixels as they are: the same chart gives the same bytes."""
     out = io.BytesIO()
     import_module("matplotlib.backends.backend_agg").FigureCanvasAgg(figure)
     _as_it_stands(figure)
     with warnings.catch_warnings():
         # names in writings that the font lacks are boxes; the tables have them
         warnings.filterwarnings("ignore", "Glyph .* missing from", UserWarning)
-        figure.savefig(out, format="png", metadata={"Software": None})
+        figure.savefig(out, format="webp", pil_kwargs=_EXACT)
     return out.getvalue()
 
 
@@ -87,4 +92,4 @@ def _as_it_stands(figure: Figure) -> None:
 
 def picture(name: str, title: str, figure: Figure, caption: str) -> Picture:
     """A figure as a picture of a report."""
-    return Picture(name, title, base64.b64encode(png(figure)).decode("ascii"), caption)
+    return Picture(name, title, base64.b64encode(_webp(figure)).decode("ascii"), caption)

@@ -8,7 +8,7 @@ from pathlib import Path
 from tribrach.io.outputs import write_texts
 from tribrach.job.find_targets import Findings
 from tribrach.job.grouping import file_name
-from tribrach.report.chapters.scans import panorama_png
+from tribrach.report.panoramas import panorama_file
 from tribrach.report.schema.base import document_text, heading
 from tribrach.report.schema.scans import SCHEMA, TargetsDocument
 
@@ -52,5 +52,5 @@ def write_found(findings: Sequence[Findings], folder: Path) -> list[Path]:
     for number, finding in enumerate(findings, start=1):
         if finding.panorama is not None:
             name = f"{number}-{file_name(finding.scan)}.png"
-            files[place / name] = panorama_png(finding.panorama)
+            files[place / name] = panorama_file(finding.panorama, "PNG")
     return write_texts(files)

@@ -1,6 +1,6 @@
 """The chapter on scans: targets found, clouds written, their uncertainty, and their truth if known.
 
-Metres and radians; pictures are PNG files in base64.
+Metres and radians; pictures are WebP files in base64.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ from tribrach.geodesy.projection import grid_scale
 from tribrach.job.clouds import Product
 from tribrach.job.find_targets import Findings
 from tribrach.job.name_targets import Named
-from tribrach.job.panorama import Panorama
 from tribrach.job.results import JobResults
 from tribrach.job.scans import StationScan
 from tribrach.job.steps import PlacedScans
@@ -27,7 +26,8 @@ from tribrach.report.chapter import Chapter
 from tribrach.report.chapters.error_budget import budget_charts, budget_table
 from tribrach.report.columns import ColumnSet, component
 from tribrach.report.content import Head
-from tribrach.report.figures import Picture, new_figure, picture, png
+from tribrach.report.figures import Picture, new_figure, picture
+from tribrach.report.panoramas import panorama_file
 from tribrach.report.schema.base import DocumentPart, Finite
 from tribrach.report.subject import Subject
 from tribrach.report.tables import (
@@ -42,7 +42,7 @@ from tribrach.report.tables import (
 from tribrach.report.warnings import ReportWarning, Severity, warned
 from tribrach.targets.detection import Detection
 
-__all__ = ["SUBJECT", "FoundTarget", "Rejection", "WrittenCloud", "panorama_png"]
+__all__ = ["SUBJECT", "FoundTarget", "Rejection", "WrittenCloud"]
 
 Triple = tuple[float, float, float]
 
@@ -51,10 +51,6 @@ _CONVERTED = "; every point was converted by itself, so that nothing of it is lo
 
 #: radius of the Earth for the size of its curvature [m]
 _EARTH = 6371000.0
-
-
-#: colours of targets in panoramas
-_COLOURS = {"sphere": "#d62728", "checkerboard": "#1f77b4", "disc": "#2ca02c", "plane": "#9467bd"}
 
 
 class FoundTarget(DocumentPart):
@@ -332,26 +328,12 @@ def _weakest(summary: CloudSummary, where: Placement, frame: OutputFrame) -> Wea
     return weakest_direction(around, where.covariance)
 
 
-def panorama_png(view: Panorama) -> bytes:
-    """A panorama with its targets numbered, as a PNG file."""
-    width, height = view.shape
-    figure = new_figure(figsize=(width / 100, height / 100), dpi=100)
-    axes = figure.add_axes((0, 0, 1, 1))
-    axes.imshow(view.grey, cmap="gray", vmin=0, vmax=255, aspect="auto", interpolation="nearest")
-    axes.set_axis_off()
-    for number, ((x, y), kind) in enumerate(zip(view.marks, view.kinds, strict=True), start=1):
-        colour = _COLOURS.get(kind, "#ff7f0e")
-        axes.plot(x, y, "o", mfc="none", mec=colour, ms=10, mew=1.5)
-        axes.annotate(str(number), (x, y), (6, 6), textcoords="offset points", color=colour, size=8)
-    return png(figure)
-
-
 def _panoramas(findings: Sequence[Findings]) -> list[Picture]:
     return [
         Picture(
             f"panorama-{f.scan}",
             f"Scan {f.scan}",
-            base64.b64encode(panorama_png(f.panorama)).decode("ascii"),
+            base64.b64encode(panorama_file(f.panorama, "WEBP")).decode("ascii"),
             f"{f.points:,} points; {len(f.detections)} targets found, "
             f"{len(f.rejected)} candidates rejected.",
         )
