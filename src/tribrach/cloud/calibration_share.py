@@ -8,10 +8,10 @@ and poses of one network are correlated, so the sum may be smaller than either p
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
 
 from tribrach._types import Array
 from tribrach.cloud.placement import Placement
+from tribrach.kernels import njit, prange
 
 __all__ = ["share_of"]
 

@@ -9,11 +9,11 @@ tens of millions of points per second.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
 
 from tribrach._types import Array, Single
 from tribrach.cloud.calibration_share import share_of
 from tribrach.cloud.placement import Placement
+from tribrach.kernels import njit, prange
 
 __all__ = ["covariances", "place_with_sigmas", "rounded", "sigmas"]
 

@@ -12,10 +12,10 @@ from dataclasses import dataclass, field
 from typing import Any, Self
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from tribrach._types import Array
+from tribrach.kernels import njit
 
 __all__ = ["CLASSES", "EDGES", "CloudSummary"]
 

@@ -18,13 +18,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 
 from tribrach._types import Array
 from tribrach.comparison.nearest import Neighbours
 from tribrach.comparison.sampling_floor import Floor, SamplingPattern, pattern
 from tribrach.comparison.streams import SIZE, Part, Stream, in_memory, parts
+from tribrach.kernels import njit, prange
 
 __all__ = ["C2C", "Pitch", "Sample", "Signed", "Tally", "cloud_to_cloud", "plane_distances"]
 

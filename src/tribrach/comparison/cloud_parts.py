@@ -10,10 +10,10 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from tribrach._types import Array
 from tribrach.errors import InputError
+from tribrach.kernels import njit
 
 __all__ = ["CloudChunk", "Source", "centred", "plain", "whole"]
 

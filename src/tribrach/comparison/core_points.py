@@ -12,12 +12,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit, prange
 
 from tribrach._types import Array, Index
 from tribrach.comparison.cloud_parts import Source, centred
 from tribrach.comparison.point_cells import PointCells, ball_ranges
 from tribrach.errors import InputError
+from tribrach.kernels import njit, prange
 
 __all__ = ["Normals", "core_normals", "core_points"]
 

@@ -23,7 +23,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numba import njit, prange
 
 from tribrach._types import Array, Index, Mask
 from tribrach.comparison.cloud_parts import Source, centred
@@ -34,6 +33,7 @@ from tribrach.comparison.projection_cylinders import Cylinders
 from tribrach.comparison.station_pair import StationPair
 from tribrach.errors import InputError
 from tribrach.instruments.neighbours import effective_number
+from tribrach.kernels import njit, prange
 from tribrach.statistics import chi2
 
 __all__ = ["M3C2EP", "m3c2_ep"]

@@ -8,11 +8,11 @@ as they come, scattered ones along a curve that fills space (Morton order) first
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 from pykdtree.kdtree import KDTree
 
 from tribrach._types import Array
+from tribrach.kernels import njit, prange
 
 __all__ = ["Neighbours", "nearest"]
 

@@ -10,10 +10,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
+from tribrach.kernels import njit
 
 __all__ = ["PointCells", "ball_ranges", "cylinder_ranges"]
 

@@ -11,11 +11,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit, prange
 
 from tribrach._types import Array, Index
 from tribrach.comparison.cloud_parts import Source, centred
 from tribrach.comparison.point_cells import PointCells, cylinder_ranges
+from tribrach.kernels import njit, prange
 
 __all__ = ["Cylinders", "Positions", "means", "medians"]
 

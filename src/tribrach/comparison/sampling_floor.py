@@ -16,10 +16,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from tribrach._types import Array, Mask
 from tribrach.comparison.nearest import Neighbours
+from tribrach.kernels import njit
 
 __all__ = [
     "Floor",

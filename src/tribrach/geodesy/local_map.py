@@ -11,9 +11,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numba import njit, prange
 
 from tribrach._types import Array
+from tribrach.kernels import njit, prange
 
 __all__ = ["LocalMap"]
 

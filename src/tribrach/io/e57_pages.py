@@ -15,11 +15,11 @@ from typing import BinaryIO
 
 import numpy as np
 from lxml import etree
-from numba import njit, prange
 from numpy.typing import NDArray
 
 from tribrach.errors import InputError
 from tribrach.io.xml_file import MAX_BYTES, line_of
+from tribrach.kernels import njit, prange
 
 __all__ = [
     "CURE",

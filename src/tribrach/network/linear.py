@@ -17,7 +17,6 @@ from __future__ import annotations
 from functools import cached_property
 from typing import Protocol
 
-import numba
 import numpy as np
 import qdldl
 import scipy.linalg
@@ -25,6 +24,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
+from tribrach.kernels import njit
 from tribrach.network.selected_inverse import look_up, selected_inverse
 
 __all__ = ["DenseFactor", "Factor", "SchurFactor", "SingularMatrix", "SparseFactor", "factorise"]
@@ -238,7 +238,7 @@ def _block_inverse(blocks: sp.csr_array, point_of: Index) -> tuple[sp.csr_array,
     return sp.csr_array(triple, shape=blocks.shape), pivot
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def _row_times(indptr, indices, data, dense, i, j):  # type: ignore[no-untyped-def]
     """``(Y dense)[i, j]`` for pairs."""
     out = np.zeros(len(i))
@@ -248,7 +248,7 @@ def _row_times(indptr, indices, data, dense, i, j):  # type: ignore[no-untyped-d
     return out
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def _row_form(indptr, indices, data, dense, i, j):  # type: ignore[no-untyped-def]
     """``(Y dense Y^T)[i, j]`` for pairs."""
     out = np.zeros(len(i))

@@ -13,11 +13,11 @@ is dense at a time.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array
+from tribrach.kernels import njit
 
 __all__ = ["look_up", "selected_inverse"]
 
@@ -61,7 +61,7 @@ def look_up(
     return entries
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def _panels(indptr, indices, widest):  # type: ignore[no-untyped-def]
     """First columns of the panels, and the number of columns at the end."""
     n = len(indptr) - 1
@@ -83,7 +83,7 @@ def _panels(indptr, indices, widest):  # type: ignore[no-untyped-def]
     return first[: count + 1].copy()
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def _selected(indptr, indices, data, d, first, widest):  # type: ignore[no-untyped-def]
     """Values and diagonal, panel by panel from the last."""
     n = len(d)
@@ -110,7 +110,7 @@ def _selected(indptr, indices, data, d, first, widest):  # type: ignore[no-untyp
     return value, diagonal
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def _panel(indptr, data, s, e, m):  # type: ignore[no-untyped-def]
     """``L_S^-1`` (w, w) and ``B = L_R L_S^-1`` (m, w) of columns s to e."""
     w = e - s
@@ -130,7 +130,7 @@ def _panel(indptr, data, s, e, m):  # type: ignore[no-untyped-def]
     return inverse, np.dot(rest, inverse)
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def _times_gathered(  # type: ignore[no-untyped-def]
     indptr, indices, value, diagonal, where, rows, b, widest
 ):
@@ -160,7 +160,7 @@ def _times_gathered(  # type: ignore[no-untyped-def]
     return out
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def _look_up(indptr, indices, value, diagonal, row, column):  # type: ignore[no-untyped-def]
     """Entries by bisection of the columns."""
     out = np.empty(len(row))

@@ -13,10 +13,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from tribrach._types import Array, Mask, Single
 from tribrach.geometry.pose import Pose
+from tribrach.kernels import njit
 from tribrach.registration.planes.plane_set import PlaneSet
 from tribrach.scan.range_image import RangeImage
 

@@ -8,11 +8,11 @@ window tells the mean spacing of a cloud that has none (merged, thinned).
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from tribrach._types import Array
 from tribrach.errors import InputError
+from tribrach.kernels import njit
 
 __all__ = ["angular_step"]
 

@@ -19,10 +19,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from tribrach._types import Array, Mask
+from tribrach.kernels import njit
 from tribrach.scan.scan import NoReturn, Scan
 
 __all__ = ["find_no_return", "point_hashes", "screened"]

@@ -7,11 +7,11 @@ incidence angle is that between beam and normal (method section 5.2). Scanner fr
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 from pykdtree.kdtree import KDTree
 
 from tribrach._types import Array
+from tribrach.kernels import njit, prange
 
 __all__ = ["incidence_cosines", "normals"]
 

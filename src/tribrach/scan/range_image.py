@@ -17,11 +17,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from tribrach._types import Array, Index, Single
 from tribrach.errors import InputError
+from tribrach.kernels import njit
 from tribrach.scan.angular_step import angular_step
 from tribrach.statistics import robust_sigma
 

@@ -6,10 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 
 from tribrach._types import Array
+from tribrach.kernels import njit, prange
 from tribrach.simulate.ray_casting import SceneView
 
 __all__ = [

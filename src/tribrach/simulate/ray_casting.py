@@ -11,10 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 
 from tribrach._types import Array
+from tribrach.kernels import njit, prange
 from tribrach.simulate.scene import (
     BOX,
     CHECKERBOARD,

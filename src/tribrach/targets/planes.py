@@ -11,12 +11,12 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from tribrach._types import Array, Index
 from tribrach.instruments.neighbours import SharedNoise
+from tribrach.kernels import njit
 from tribrach.scan.range_image import RangeImage
 from tribrach.targets.detection import Detection, Rejected
 from tribrach.targets.range_noise import estimate_range_noise

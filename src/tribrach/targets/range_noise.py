@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from tribrach.kernels import njit
 from tribrach.scan.range_image import RangeImage
 
 __all__ = ["GATES", "RangeNoiseGates", "estimate_range_noise"]

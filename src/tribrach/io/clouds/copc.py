@@ -31,13 +31,13 @@ import lazrs
 import numpy as np
 from laspy.vlrs.known import LasZipVlr
 from laspy.vlrs.vlr import VLR
-from numba import njit
 from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
 from tribrach.io.clouds.header import CloudHeader
 from tribrach.io.clouds.las import LasRecords, forget_date
 from tribrach.io.clouds.staged import Staged
+from tribrach.kernels import njit
 
 __all__ = ["Cube", "paged_hierarchy", "subtree"]
 

@@ -16,7 +16,6 @@ import numpy as np
 from laspy.vlrs.known import WktCoordinateSystemVlr
 from laspy.vlrs.vlr import VLR
 from lazrs import LazrsError
-from numba import njit, prange
 from numpy.typing import NDArray
 from pyproj import CRS
 from pyproj.exceptions import CRSError
@@ -27,6 +26,7 @@ from tribrach.io.clouds.header import CloudHeader
 from tribrach.io.clouds.staged import Staged
 from tribrach.io.json_text import json_text
 from tribrach.io.scans.las import FACTS
+from tribrach.kernels import njit, prange
 from tribrach.scan.scan import Field
 
 __all__ = ["LasRecords", "LasWriter", "forget_date", "las_header"]

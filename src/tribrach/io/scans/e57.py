@@ -20,7 +20,6 @@ from typing import Any
 
 import numpy as np
 from lxml import etree
-from numba import njit
 from numpy.typing import NDArray
 from pye57 import libe57
 from pyproj import CRS
@@ -32,6 +31,7 @@ from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.io.e57_pages import CURE, child, damaged, number, parse, read_header, read_xml
 from tribrach.io.scans.facts import told_facts
+from tribrach.kernels import njit
 from tribrach.scan.scan import CHUNK, Chunk, Field, Origin, Scan
 
 __all__ = ["OURS", "E57Scan", "pose_of", "read"]

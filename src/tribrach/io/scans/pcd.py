@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
@@ -30,6 +29,7 @@ from tribrach.io.scans.records import RecordScan, native, sampled
 from tribrach.io.scans.text import LineBlock, Lines, Mark
 from tribrach.io.scans.text_scan import TextScan, rows, short, table
 from tribrach.io.unpacking import unpacked
+from tribrach.kernels import njit
 from tribrach.scan.scan import CHUNK, Chunk, Field, Scan
 
 __all__ = ["PcdCompressedScan", "PcdScan", "PcdTextScan", "read"]

@@ -13,11 +13,11 @@ from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from tribrach.errors import InputError
 from tribrach.io.unpacking import unpacked
+from tribrach.kernels import njit
 
 __all__ = [
     "BLANKS",

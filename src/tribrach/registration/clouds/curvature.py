@@ -14,9 +14,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit, prange
 from pykdtree.kdtree import KDTree
 
+from tribrach.kernels import njit, prange
 from tribrach.registration.clouds.surfels import ROUND, UNKNOWN, Surfels
 from tribrach.statistics import f as fisher
 

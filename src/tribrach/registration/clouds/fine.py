@@ -16,7 +16,6 @@ from enum import Enum, auto
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from pykdtree.kdtree import KDTree
 from scipy.linalg import eigh
@@ -24,6 +23,7 @@ from scipy.linalg import eigh
 from tribrach._types import Array, Index
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import exp
+from tribrach.kernels import njit
 from tribrach.registration.clouds.surfels import FLAT, ROUND, Surfels
 from tribrach.statistics import robust_sigma
 

@@ -9,13 +9,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import exp
+from tribrach.kernels import njit
 from tribrach.registration.clouds.curvature import formed
 from tribrach.registration.clouds.fine import Indexed
 from tribrach.registration.clouds.surfels import CellSum, CubeSums, Surfels, coarser, surfels_of

@@ -25,12 +25,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from scipy.linalg import eigh
 
 from tribrach._types import Array, Index
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import skew
+from tribrach.kernels import njit
 from tribrach.registration.clouds.fine import FINE, FineAlignment, Indexed, Matches
 from tribrach.registration.clouds.sweep import SweepTest, sweep_test
 from tribrach.units import SEC

@@ -12,11 +12,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
 from tribrach.geometry.pose import Pose
+from tribrach.kernels import njit, prange
 
 __all__ = [
     "FLAT",

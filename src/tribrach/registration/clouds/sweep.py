@@ -13,10 +13,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
+from tribrach.kernels import njit
 
 __all__ = ["SweepTest", "sweep_test"]
 

@@ -12,11 +12,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.special import erf
 
 from tribrach._types import Array
+from tribrach.kernels import njit
 from tribrach.targets.prints.edges import noise_of_colours
 
 __all__ = [

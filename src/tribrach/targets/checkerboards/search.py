@@ -12,13 +12,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 
 from tribrach._types import Array, Single
 from tribrach.errors import InputError
 from tribrach.instruments.beam import Beam
 from tribrach.instruments.neighbours import SharedNoise
+from tribrach.kernels import njit, prange
 from tribrach.scan.range_image import RangeImage
 from tribrach.targets.checkerboards.fit import CheckerboardFit, fit_checkerboard
 from tribrach.targets.detection import Detection, Rejected, lies_on

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from tribrach._types import Array
+from tribrach.kernels import njit, prange
 from tribrach.targets.prints.edges import BLURS, LightOfDistance, at_distance, noise_of_colours
 from tribrach.targets.prints.edges import GATES as LIGHT
 

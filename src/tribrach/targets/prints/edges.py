@@ -14,11 +14,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 from scipy.special import erf, ndtr
 
 from tribrach._types import Array
+from tribrach.kernels import njit, prange
 from tribrach.statistics import robust_sigma
 
 __all__ = [

@@ -6,10 +6,10 @@ A circle in metres on a surface is an ellipse of pixels that follows the slope o
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from tribrach._types import Array
+from tribrach.kernels import njit
 from tribrach.scan.range_image import RangeImage
 
 __all__ = ["on_circle", "points_around", "shortening", "slope"]

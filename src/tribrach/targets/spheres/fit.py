@@ -11,11 +11,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from tribrach._types import Array, Mask
 from tribrach.errors import InputError
 from tribrach.instruments.neighbours import SharedNoise
+from tribrach.kernels import njit
 from tribrach.statistics import MAD_TO_SIGMA
 from tribrach.targets.spheres.forms import second_degree
 

@@ -11,13 +11,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
 from tribrach.errors import InputError
 from tribrach.instruments.beam import Beam
 from tribrach.instruments.neighbours import SharedNoise
+from tribrach.kernels import njit
 from tribrach.scan.range_image import RangeImage
 from tribrach.targets.detection import Detection, Rejected, lies_on
 from tribrach.targets.range_noise import estimate_range_noise

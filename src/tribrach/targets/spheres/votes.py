@@ -10,10 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from tribrach._types import Array
+from tribrach.kernels import njit
 from tribrach.scan.range_image import RangeImage
 
 __all__ = ["apart", "gather", "vote_for_centers"]

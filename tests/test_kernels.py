@@ -1,0 +1,70 @@
+"""Compiled loops are numba's from their first call on, and no moment earlier."""
+
+import subprocess
+import sys
+from threading import Thread
+
+import numpy as np
+
+from tribrach import kernels
+from tribrach.kernels import Kernel, njit, prange
+
+
+@njit(cache=True)
+def _square(x):
+    return x * x
+
+
+@njit(nogil=True)
+def _sum_of_squares(values):
+    """A kernel that calls another, and itself for the first half."""
+    total = 0.0
+    for n in prange(len(values)):
+        total += _square(values[n])
+    return total
+
+
+@njit()
+def _factorial(n):
+    return 1 if n <= 1 else n * _factorial(n - 1)
+
+
+def test_kernels_call_each_other_and_themselves() -> None:
+    assert isinstance(_sum_of_squares, Kernel)
+    assert _sum_of_squares(np.arange(5.0)) == 30.0
+    # the names in its code are those of numba now
+    assert not isinstance(_square, Kernel)
+    assert _square(3.0) == 9.0
+    assert _factorial(5) == 120
+
+
+def test_a_kernel_says_what_it_is() -> None:
+    kernel = njit(cache=True)(lambda x: x)
+    assert kernel.options == {"cache": True}
+    assert _factorial.__module__ == __name__
+    assert kernel.py_func(3) == 3
+    assert list(kernels.prange(1, 7, 3)) == [1, 4]
+
+
+def test_threads_that_call_first_at_the_same_time_get_the_same() -> None:
+    @njit(nogil=True)
+    def twice(x):
+        return 2 * x
+
+    found = []
+    threads = [Thread(target=lambda n=n: found.append(twice(n))) for n in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert sorted(found) == [0, 2, 4, 6, 8, 10, 12, 14]
+    assert len(twice.declared().signatures) == 1
+
+
+def test_modules_with_kernels_load_without_numba() -> None:
+    code = (
+        "import sys, tribrach.targets.planes, tribrach.comparison.c2c, tribrach.network.linear\n"
+        "print('numba' in sys.modules)"
+    )
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert out.stdout.strip() == "False"
