@@ -15,7 +15,7 @@ from typing import Literal
 from tribrach._types import Progress
 from tribrach.errors import InputError, NothingFound, TribrachError
 from tribrach.io.keeping import keeping, refuse_loss
-from tribrach.io.outputs import write_texts
+from tribrach.io.outputs import Content, write_texts
 from tribrach.io.survey.formats import read
 from tribrach.job.antenna_lever_arms import lever_arm_files
 from tribrach.job.antennas import CarriedAntennas, carried_antennas
@@ -66,10 +66,10 @@ __all__ = [
 
 
 #: what every run leaves, by name
-_REPORTS: dict[str, Callable[[Report], str]] = {
+_REPORTS: dict[str, Callable[[Report], Content]] = {
     "report.html": html.render,
     "report.txt": text.render,
-    "result.json": json_result.dumps,
+    "result.json": json_result.pieces,
 }
 
 
@@ -217,7 +217,7 @@ def adjust_network(
 def write(content: Report, folder: Path, further: Mapping[Path, str] | None = None) -> list[Path]:
     """Write report.html, report.txt and result.json into a folder, and further files by path."""
     texts = {folder / name: render(content) for name, render in _REPORTS.items()}
-    return write_texts(dict(further or {}) | texts)
+    return write_texts({**(further or {}), **texts})
 
 
 def adjust(

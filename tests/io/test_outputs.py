@@ -2,6 +2,7 @@
 
 import os
 import stat
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -62,3 +63,18 @@ def test_devices_and_pipes_take_what_is_written(tmp_path: Path) -> None:
     assert stat.S_ISFIFO(pipe.stat().st_mode)
     with pytest.raises(InputError, match="no ordinary file"):
         Staged(pipe)
+
+
+def test_pieces_are_written_one_by_one_and_a_failure_leaves_what_was(tmp_path: Path) -> None:
+    path = tmp_path / "result.json"
+    write_texts({path: iter(["[1,", "2]\n"])})
+    assert path.read_text() == "[1,2]\n"
+
+    def broken() -> Iterator[str]:
+        yield "[3,"
+        raise ValueError("no number")
+
+    with pytest.raises(ValueError, match="no number"):
+        write_texts({path: broken()})
+    assert path.read_text() == "[1,2]\n"
+    assert [p.name for p in tmp_path.iterdir()] == ["result.json"]

@@ -2,9 +2,12 @@
 
 import importlib.util
 import json
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
+import numpy as np
 import pytest
 from jsonschema import Draft202012Validator, ValidationError
 
@@ -13,6 +16,9 @@ from tribrach.job.opened import open_job
 from tribrach.pipeline import AdjustmentSettings, report, solve
 from tribrach.project import Project
 from tribrach.report import json_result
+from tribrach.report.chapters.observations import observations
+from tribrach.report.content import Report
+from tribrach.report.schema.base import document_text
 from tribrach.simulate.twins import build
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
@@ -47,6 +53,27 @@ def test_no_schema_is_left_over() -> None:
 @pytest.mark.parametrize("make", [levelling, mean_of_two, scanner_content])
 def test_results_follow_the_schema(make) -> None:
     RESULT.validate(json.loads(json_result.dumps(make())))
+
+
+@pytest.mark.parametrize("part", [1, 2, 5000])
+@pytest.mark.parametrize("make", [levelling, mean_of_two, scanner_content])
+def test_pieces_are_the_text_of_the_whole_document(
+    make: Callable[[], Report], part: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What is streamed from columns is, byte for byte, what the models write."""
+    monkeypatch.setattr(json_result, "_PART", part)
+    content = make()
+    pieces = list(json_result.pieces(content))
+    assert "".join(pieces) == document_text(json_result.result(content))
+    assert max(map(len, pieces)) < len("".join(pieces)) or part > 2
+
+
+def test_a_value_that_is_no_number_is_not_written() -> None:
+    content = levelling()
+    content.adjustment.network.observations[0].values[1] = np.nan
+    spoilt = replace(content, observations=observations(content.adjustment, content.quality))
+    with pytest.raises(ValueError, match="value of an observation is not a number"):
+        json_result.dumps(spoilt)
 
 
 def test_the_schema_refuses_other_keys_and_states() -> None:

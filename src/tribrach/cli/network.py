@@ -21,7 +21,7 @@ from tribrach.cli.shell import (
     shown,
     working,
 )
-from tribrach.io.outputs import write_texts
+from tribrach.io.outputs import Content, write_texts
 from tribrach.io.survey.formats import read_files
 from tribrach.job.opened import open_job
 from tribrach.network.observed_part import observed_part
@@ -96,8 +96,8 @@ def adjust(
             network = observed_part(read_files(files)).network()
             network = network if other is None else network.with_datum(other)
             content = pipeline.adjust_network(network, pipeline.AdjustmentSettings(**given))
-        outputs: list[tuple[Path | None, Callable[[Report], str]]] = [
-            (json_file, json_result.dumps),
+        outputs: list[tuple[Path | None, Callable[[Report], Content]]] = [
+            (json_file, json_result.pieces),
             (html_file, html.render),
             (text_file, text.render),
         ]

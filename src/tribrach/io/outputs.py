@@ -3,14 +3,26 @@
 from __future__ import annotations
 
 import os
+import shutil
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from tribrach.errors import InputError
 from tribrach.io.keeping import hold, note_written, refuse_changes, refuse_loss
 
-__all__ = ["destination", "reason", "special", "write_bytes", "write_text", "write_texts"]
+__all__ = [
+    "Content",
+    "destination",
+    "reason",
+    "special",
+    "write_bytes",
+    "write_text",
+    "write_texts",
+]
+
+#: of a file: text, bytes, or pieces of text
+Content = str | bytes | Iterator[str]
 
 
 def write_text(path: Path, text: str) -> Path:
@@ -35,13 +47,14 @@ def write_bytes(path: Path, data: bytes) -> Path:
     return write_texts({path: data})[0]
 
 
-def write_texts(texts: Mapping[Path, str | bytes]) -> list[Path]:
+def write_texts(texts: Mapping[Path, Content]) -> list[Path]:
     """Write several files of UTF-8 text or bytes; all get temporary names first, then their own.
 
     Parameters
     ----------
     texts
-        Contents by path.
+        Contents by path: text, bytes, or pieces of text that are written one by one, so that a
+        long file is never in memory whole.
 
     Returns
     -------
@@ -108,13 +121,14 @@ def special(path: Path) -> bool:
 def _put(name: str, path: Path) -> None:
     """Rename a temporary file; a device or pipe gets its content."""
     if special(path):
-        path.write_bytes(Path(name).read_bytes())
+        with open(name, "rb") as source, path.open("wb") as target:
+            shutil.copyfileobj(source, target)
     else:
         note_written(path, Path(name))
         os.replace(name, path.resolve())
 
 
-def _stage(path: Path, text: str | bytes) -> str:
+def _stage(path: Path, text: Content) -> str:
     """Write the content beside its destination.
 
     Returns
@@ -128,7 +142,11 @@ def _stage(path: Path, text: str | bytes) -> str:
     handle, name = tempfile.mkstemp(prefix=f".{place.name}.", suffix=".part", dir=folder)
     try:
         with os.fdopen(handle, "wb") as file:
-            file.write(text.encode("utf-8") if isinstance(text, str) else text)
+            if isinstance(text, bytes):
+                file.write(text)
+            else:
+                pieces = [text] if isinstance(text, str) else text
+                file.writelines(piece.encode("utf-8") for piece in pieces)
         # temporary files are private; results have the rights of any other new file
         mask = os.umask(0)
         os.umask(mask)

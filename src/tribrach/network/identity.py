@@ -32,10 +32,11 @@ __all__ = ["escaped", "file_and_line", "names_apart", "observation_ids"]
 
 AnyPath = TypeVar("AnyPath", bound=PurePath)
 
-#: ``file:line``, or ``scan: what was found in it``
-_WITH_LINE = re.compile(r"(.+?):(\d+)$")
+#: ``scan: what was found in it``
 _WITH_WORDS = re.compile(r"(.+?): ")
 _SPECIAL = re.compile(r"([\\:])")
+#: numbers of lines with more digits are none
+_DIGITS = 18
 
 
 def escaped(part: str) -> str:
@@ -61,9 +62,9 @@ def file_and_line(source: str) -> tuple[str, int]:
     >>> file_and_line("scale bar 1")
     ('scale bar 1', 0)
     """
-    line = _WITH_LINE.match(source)
-    if line:
-        return line[1], int(line[2])
+    file, _, line = source.rpartition(":")
+    if file and len(line) <= _DIGITS and line.isascii() and line.isdigit() and "\n" not in file:
+        return file, int(line)
     words = _WITH_WORDS.match(source)
     return (words[1] if words else source), 0
 
@@ -114,26 +115,30 @@ def observation_ids(
     -------
     Per table an array (n,) of strings; no two are equal.
     """
-    places = {str(s): file_and_line(str(s)) for o in tables for s in o.source}
-    files = dict.fromkeys(file for file, _ in places.values())
+    sources = [str(source) for o in tables for source in o.source]
+    places = [file_and_line(source) for source in sources]
+    files = dict.fromkeys(file for file, _ in places)
     paths = {file: PurePath(file.replace("\\", "/")) for file in files if file}
     apart = names_apart(paths.values())
     written = {file: escaped(apart[path]) for file, path in paths.items()} | {"": ""}
-    stems: list[str] = []
-    lines: list[int] = []
-    groups: list[str] = []
+    starts: list[str] = []
+    ends: list[str] = []
     for o in tables:
-        kind = escaped(o.kind)
-        for (start, end), source in zip(o.ends(layout), o.source, strict=True):
-            name, line = places[str(source)]
-            file = written[name]
-            stems.append(f"{kind}:{escaped(str(start))}:{escaped(str(end))}:{file}")
-            lines.append(line)
-        groups += [o.group] * len(o)
+        for names, column in zip((starts, ends), o.end_names(layout), strict=True):
+            names += [escaped(str(name)) for name in column.tolist()]
+    kinds = [kind for o in tables for kind in [escaped(o.kind)] * len(o)]
+    stems = [
+        f"{kind}:{start}:{end}:{written[file]}"
+        for kind, start, end, (file, _) in zip(kinds, starts, ends, places, strict=True)
+    ]
+    rank = {group: k for k, group in enumerate(sorted({o.group for o in tables}))}
+    groups = np.array([rank[o.group] for o in tables for _ in range(len(o))], dtype=np.int64)
+    lines = np.array([line for _, line in places], dtype=np.int64)
     ids = np.empty(len(stems), dtype=object)
     count: dict[str, int] = {}
-    for k in sorted(range(len(stems)), key=lambda k: (lines[k], groups[k])):
-        number = count[stems[k]] = count.get(stems[k], 0) + 1
-        ids[k] = f"{stems[k]}:{number}"
-    ends = np.cumsum([len(o) for o in tables])
-    return tuple(np.split(ids, ends[:-1])) if len(tables) else ()
+    for k in np.lexsort((groups, lines)).tolist():
+        stem = stems[k]
+        number = count[stem] = count.get(stem, 0) + 1
+        ids[k] = f"{stem}:{number}"
+    last = np.cumsum([len(o) for o in tables])
+    return tuple(np.split(ids, last[:-1])) if len(tables) else ()

@@ -22,7 +22,8 @@ from tribrach.statistics import largest_first
 
 __all__ = ["ObservationRow", "ObservationRows", "observation_rows"]
 
-_STATES = {Use.ACTIVE: "active", Use.CHECK: "check", Use.OFF: "off"}
+#: words by :class:`Use`
+_STATES = np.array(["active", "check", "off"], dtype=object)
 _FIGURES = ("redundancy", "w", "tau", "mdb", "external")
 
 
@@ -322,28 +323,26 @@ def _columns(
     judged = figures["tau" if quality.posterior else "w"][checks]
     suspicious[checks] = np.abs(np.nan_to_num(judged)) > quality.check_critical
     where = figures.pop("where").ravel().astype(int)
-    places = {k: layout.position_name(int(k)) if k >= 0 else "" for k in np.unique(where)}
-    ends = o.ends(layout)
-    states = _objects([_STATES[Use(int(use))] for use in o.use])
+    start, end = o.end_names(layout)
     each = {
         "id": ids,
-        "start": _objects([start for start, _ in ends]),
-        "end": _objects([end for _, end in ends]),
+        "start": start,
+        "end": end,
         "block_test": statistic,
         "block_limit": limit,
-        "state": states,
-        "reason": _objects([str(reason) for reason in o.reason]),
-        "source": _objects([str(source) for source in o.source]),
+        "state": _STATES[o.use],
+        "reason": _objects(list(map(str, o.reason))),
+        "source": _objects(list(map(str, o.source))),
     }
     n = len(o)
     return {
         "kind": _objects([o.kind] * (n * rows)),
         "component": _objects(list(o.components) * n),
-        "unit": _objects([unit for units in _units(adjustment, o) for unit in units]),
+        "unit": _units(adjustment, o),
         "value": o.values.ravel(),
         "sigma": o.sigma.ravel(),
         "residual": residual.ravel(),
-        "external_at": _objects([places[k] for k in where]),
+        "external_at": np.append(layout.name_array("position"), "")[where],
         "group": _objects([o.group] * (n * rows)),
         "suspicious": suspicious.ravel(),
         **{name: figure.ravel() for name, figure in figures.items()},
@@ -351,13 +350,15 @@ def _columns(
     }
 
 
-def _units(adjustment: SolvedSystem, o: Observations) -> list[tuple[str, ...]]:
-    """Units of the values of each observation; a prior of a scalar has that of its scalar."""
+def _units(adjustment: SolvedSystem, o: Observations) -> NDArray[np.object_]:
+    """Units (n * rows,) of all values; a prior of a scalar has that of its scalar."""
     reference = o.end_field(End.AT)
     if not o.facts.of_unknown or reference is None:
-        return [o.units] * len(o)
+        return _objects(list(o.units) * len(o))
     roles = scalar_roles(adjustment)
-    return [(roles[i][0],) if i in roles else o.units for i in getattr(o, reference.name).tolist()]
+    index = getattr(o, reference.name).tolist()
+    units = [(roles[i][0],) if i in roles else o.units for i in index]
+    return _objects([unit for own in units for unit in own])
 
 
 def _objects(values: Sequence[Any]) -> NDArray[np.object_]:

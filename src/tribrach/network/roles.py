@@ -20,6 +20,7 @@ __all__ = [
     "datum_sentence",
     "given_coordinates",
     "held_names",
+    "joined_positions",
     "point_roles",
     "scalar_roles",
     "unknown_references",
@@ -60,6 +61,20 @@ def given_coordinates(adjustment: SolvedSystem) -> list[Observations]:
     """Tables of given coordinates: control and check points with a covariance."""
     tables = adjustment.network.observations
     return [o for o in tables if o.group == "control" or o.facts.listed_as_control]
+
+
+def joined_positions(adjustment: SolvedSystem) -> tuple[tuple[str, str], ...]:
+    """Pairs of positions joined by an observation that takes part, each pair once."""
+    layout = adjustment.layout
+    known = {*layout.names["point"], *layout.names["pose"]}
+    pairs: dict[tuple[str, str], None] = {}
+    for o in adjustment.network.observations:
+        active = o.use == Use.ACTIVE
+        start, end = o.end_names(layout)
+        for a, b in dict.fromkeys(zip(start[active], end[active], strict=True)):
+            if a in known and b in known:
+                pairs[(a, b) if a <= b else (b, a)] = None
+    return tuple(pairs)
 
 
 def weighted_names(adjustment: SolvedSystem) -> tuple[str, ...]:

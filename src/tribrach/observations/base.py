@@ -220,25 +220,26 @@ class Observations(ABC):
 
     def ends(self, layout: Layout) -> list[tuple[str, str]]:
         """Names of what each observation goes from and to; "" where there is no such end."""
-        start = self._names(layout, End.FROM, End.AT)
-        end = self._names(layout, End.TO)
-        if not end:
-            return [(" to ".join(one), "") for one in zip(*start, strict=True)]
-        pairs = zip(zip(*start, strict=True), zip(*end, strict=True), strict=True)
-        return [(" to ".join(one), " to ".join(two)) for one, two in pairs]
+        start, end = self.end_names(layout)
+        return list(zip(start.tolist(), end.tolist(), strict=True))
 
-    def _names(self, layout: Layout, *ends: End) -> list[list[str]]:
-        """Names (n,) of each field that names one of these ends."""
-        out = []
+    def end_names(self, layout: Layout) -> tuple[NDArray[np.object_], NDArray[np.object_]]:
+        """Names (n,) of what the observations go from, and to; "" where there is no such end."""
+        return self._names(layout, End.FROM, End.AT), self._names(layout, End.TO)
+
+    def _names(self, layout: Layout, *ends: End) -> NDArray[np.object_]:
+        """Names (n,) of one of these ends, several joined by "to"."""
+        out: list[NDArray[np.object_]] = []
         for reference in self.references():
             if reference.end in ends:
-                index = getattr(self, reference.name).tolist()
-                if reference.family == "position":
-                    out.append([layout.position_name(i) for i in index])
-                else:
-                    names = layout.names[reference.family]
-                    out.append([names[i] for i in index])
-        return out
+                index = getattr(self, reference.name)
+                out.append(layout.name_array(reference.family)[index])
+        if len(out) == 1:
+            return out[0]
+        joined = np.full(len(self), "", dtype=object)
+        if out:
+            joined[:] = [" to ".join(names) for names in zip(*out, strict=True)]
+        return joined
 
     @classmethod
     def observed_axes(cls, columns: Mapping[str, Any]) -> ObservedAxes:

@@ -25,6 +25,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
 from tribrach.geometry import rotation
@@ -73,6 +74,7 @@ class Layout:
         for family, names in self.names.items():
             if len(self._index[family]) != len(names):
                 raise ValueError(f"names of family {family} are not unique")
+        self._name_arrays: dict[str, NDArray[np.object_]] = {}
         self.offset: dict[str, int] = {}
         self.size = 0
         for family, names in self.names.items():
@@ -115,6 +117,16 @@ class Layout:
         """Name of a position."""
         points = self.names["point"]
         return points[index] if index < len(points) else self.names["pose"][index - len(points)]
+
+    def name_array(self, family: str) -> NDArray[np.object_]:
+        """Names (n,) of a family, or of all positions, points first."""
+        if family not in self._name_arrays:
+            positions = (*self.names["point"], *self.names["pose"])
+            names = positions if family == "position" else self.names[family]
+            column = np.empty(len(names), dtype=object)
+            column[:] = names
+            self._name_arrays[family] = column
+        return self._name_arrays[family]
 
     def position_columns(self, index: Index) -> Index:
         """Columns (..., 3) of positions."""

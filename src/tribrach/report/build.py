@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 from collections.abc import Iterable, Mapping
+from dataclasses import fields
 from importlib.metadata import version
 from typing import Literal
 
@@ -17,7 +18,7 @@ from tribrach.network.variance_components import VarianceComponents
 from tribrach.report.chapters import SUBJECTS
 from tribrach.report.chapters.adjustment import adjustment_warnings
 from tribrach.report.chapters.control import control
-from tribrach.report.chapters.observations import observations, sights
+from tribrach.report.chapters.observations import observations
 from tribrach.report.chapters.points import points, position_uncertainty
 from tribrach.report.chapters.stations import stations
 from tribrach.report.chapters.unknowns import correlations, other_unknowns
@@ -82,7 +83,7 @@ def build(
         title=title or network.title or "Network adjustment",
         version=version("tribrach"),
         date=date or datetime.date.today().isoformat(),
-        facts=_facts(adjustment, [row.source for row in rows], facts or {}),
+        facts=_facts(adjustment, rows.column("source").tolist(), facts or {}),
         settings=settings,
         datum=datum_statement(adjustment),
         sigma_origin=sigma_origin(adjustment, posterior, components),
@@ -96,7 +97,6 @@ def build(
         snooping=_snooping(snooping),
         correlations=correlations(adjustment),
         reference=tuple(_reference_system(network.reference).items()),
-        sights=sights(adjustment),
         adjustment=adjustment,
         quality=quality,
         apart=adjustment if apart is None else apart,
@@ -104,7 +104,8 @@ def build(
     chapters = tuple(chapter for subject in SUBJECTS for chapter in subject.chapters(head, job))
     graded = [*adjustment_warnings(head), *warnings]
     graded += [warning for chapter in chapters for warning in chapter.warnings]
-    return Report(**vars(head), warnings=in_order(graded), chapters=chapters, job=job)
+    given = {item.name: getattr(head, item.name) for item in fields(Head)}
+    return Report(**given, warnings=in_order(graded), chapters=chapters, job=job)
 
 
 def _facts(

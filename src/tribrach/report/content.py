@@ -7,19 +7,25 @@ written in the unit of ``ReportSettings.angle`` by the renderings only. Method s
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from html import escape
-from typing import Literal
+from typing import Any, Literal, overload
 
+import numpy as np
+from numpy.typing import NDArray
+
+from tribrach._types import Index
 from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
+from tribrach.network.observation_rows import ObservationRows
 from tribrach.network.quality import Quality
 from tribrach.network.results import Results
-from tribrach.network.roles import Role
+from tribrach.network.roles import Role, joined_positions
 from tribrach.report.chapter import Chapter
 from tribrach.report.columns import ColumnSet
-from tribrach.report.numbers import Style
+from tribrach.report.numbers import Style, number
 from tribrach.report.tables import ReportTable
 
 __all__ = [
@@ -34,6 +40,7 @@ __all__ = [
     "Head",
     "KindCount",
     "Observation",
+    "ObservedValues",
     "Point",
     "Report",
     "ReportSettings",
@@ -337,6 +344,64 @@ class Observation:
     suspicious: bool = False
 
 
+#: figures of which an observation may have none
+_FIGURES = ("residual", "redundancy", "w", "tau", "mdb", "external", "block_test", "block_limit")
+
+
+class ObservedValues(Sequence[Observation]):
+    """Observed values in the order of the network, kept in columns: a large network has many.
+
+    Parameters
+    ----------
+    rows : ObservationRows
+        Of the adjusted network; NaN and infinities are no numbers here.
+    order : array of int (k,), optional
+        Which of the rows, in which order; all if not given.
+    """
+
+    def __init__(self, rows: ObservationRows, order: Index | None = None) -> None:
+        self._rows = rows
+        self._order = np.arange(len(rows)) if order is None else order
+
+    def column(self, name: str) -> NDArray[Any]:
+        """Array (k,) of an attribute of all rows; NaN where a figure does not exist."""
+        if name == "number":
+            return self._order + 1
+        column = self._rows.column(name)[self._order]
+        # minus zero loses its sign
+        return np.where(np.isfinite(column), column + 0.0, np.nan) if name in _FIGURES else column
+
+    def chosen(self, which: NDArray[Any]) -> ObservedValues:
+        """Some of the rows, by numbers from 0 in their order, or by a mask (k,)."""
+        return ObservedValues(self._rows, self._order[which])
+
+    def __len__(self) -> int:
+        return len(self._order)
+
+    @overload
+    def __getitem__(self, key: int) -> Observation: ...
+
+    @overload
+    def __getitem__(self, key: slice) -> ObservedValues: ...
+
+    def __getitem__(self, key: int | slice) -> Observation | ObservedValues:
+        if isinstance(key, slice):
+            return self.chosen(np.arange(len(self))[key])
+        k = int(self._order[key])
+        row = self._rows[k]
+        return Observation(
+            number=k + 1, **vars(row) | {name: number(getattr(row, name)) for name in _FIGURES}
+        )
+
+    def __iter__(self) -> Iterator[Observation]:
+        return (self[k] for k in range(len(self)))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Sequence) and tuple(self) == tuple(other)
+
+    __hash__ = None  # type: ignore[assignment]
+
+
 @dataclass(frozen=True)
 class ComponentRow:
     """Variance component of a group: factor on its sigmas, its own sigma, its redundancy."""
@@ -403,15 +468,19 @@ class Head:
     points: tuple[Point, ...]
     stations: tuple[StationRow, ...]
     unknowns: tuple[Unknown, ...]
-    observations: tuple[Observation, ...]
+    observations: ObservedValues
     components: tuple[ComponentRow, ...] = ()
     snooping: tuple[SnoopingRow, ...] = ()
     correlations: tuple[CorrelationRow, ...] = ()
     reference: tuple[tuple[str, str | float | None], ...] = ()
-    sights: tuple[tuple[str, str], ...] = field(default=(), repr=False)
     adjustment: Adjustment = field(repr=False, compare=False)
     quality: Quality = field(repr=False, compare=False)
     apart: Adjustment = field(repr=False, compare=False)
+
+    @cached_property
+    def sights(self) -> tuple[tuple[str, str], ...]:
+        """Pairs of positions joined by an observation that takes part, each pair once."""
+        return joined_positions(self.adjustment)
 
     @property
     def scaled(self) -> bool:

@@ -9,7 +9,9 @@ from __future__ import annotations
 import base64
 import io
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -35,14 +37,19 @@ class Picture:
     ----------
     name, title, caption : str
         Anchor in the page, heading, and what the figure shows.
-    webp : str
-        The WebP file in base64.
+    image : str or callable
+        The WebP file in base64, or what makes it when the picture is first looked at.
     """
 
     name: str
     title: str
-    webp: str
+    image: str | Callable[[], str]
     caption: str
+
+    @cached_property
+    def webp(self) -> str:
+        """The WebP file in base64."""
+        return self.image if isinstance(self.image, str) else self.image()
 
 
 def new_figure(**options: Any) -> Figure:
@@ -90,6 +97,13 @@ def _as_it_stands(figure: Figure) -> None:
             text.set_text(visible(text.get_text()))
 
 
-def picture(name: str, title: str, figure: Figure, caption: str) -> Picture:
-    """A figure as a picture of a report."""
-    return Picture(name, title, base64.b64encode(_webp(figure)).decode("ascii"), caption)
+def picture(name: str, title: str, figure: Figure | Callable[[], Figure], caption: str) -> Picture:
+    """A figure as a picture of a report; a function draws it when a page first shows it."""
+    if callable(figure):
+        return Picture(name, title, lambda: _text(figure()), caption)
+    return Picture(name, title, _text(figure), caption)
+
+
+def _text(figure: Figure) -> str:
+    """The WebP file of a figure in base64."""
+    return base64.b64encode(_webp(figure)).decode("ascii")

@@ -49,7 +49,8 @@ class Histogram:
 
 def histogram(content: Head, critical: float = 3.29) -> Histogram | None:
     """Histogram of w of the values that take part; None with fewer than five."""
-    w = np.array([o.w for o in content.observations if o.state == "active" and o.w is not None])
+    w = content.observations.column("w")[content.observations.column("state") == "active"]
+    w = w[np.isfinite(w)]
     if len(w) < 5:
         return None
     step = 0.5 if len(w) >= 40 else 1.0

@@ -7,24 +7,64 @@ as ``sigma0.covariances`` says (``prior`` or ``posterior``).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import asdict
 from functools import cache
+from itertools import islice
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, create_model
 
 from tribrach.report.chapters import SUBJECTS
-from tribrach.report.content import Observation, Point, Report, StationRow, Unknown
-from tribrach.report.schema.base import document_text, heading
+from tribrach.report.content import ObservedValues, Point, Report, StationRow, Unknown
+from tribrach.report.schema.base import Items, document_pieces, heading
 from tribrach.report.schema.result import SCHEMA, ResultHead
 
-__all__ = ["SCHEMA", "dumps", "result", "result_model"]
+__all__ = ["SCHEMA", "dumps", "pieces", "result", "result_model"]
+
+#: objects of a part that is written at once
+_PART = 5000
+#: keys of an observation in their order; figures that need it to take part are null for others
+_KEYS = (
+    "id", "kind", "component", "from", "to", "unit", "value", "sigma", "residual", "redundancy",
+    "w", "tau", "mdb", "external", "external_at", "block_test", "suspicious", "group", "state",
+    "source",
+)  # fmt: skip
+#: attributes of what the keys name otherwise
+_ATTRIBUTES = {"from": "start", "to": "end"}
 
 _DOCUMENT = "What ``tribrach run`` and ``tribrach adjust --json`` write."
 
 
 def result(content: Report) -> ResultHead:
     """The result as a document."""
+    whole: dict[str, Any] = {"points": {}, "calibrations": {}, "stations": {}, "observations": []}
+    for key, parts in _long(content).items():
+        for part in parts:
+            whole[key] = whole[key] | part if isinstance(part, dict) else whole[key] + part
+    return result_model().model_validate(_short(content) | whole)
+
+
+def pieces(content: Report) -> Iterator[str]:
+    """The result as strict JSON text, piece by piece; a large network is never in memory whole.
+
+    NaN or infinity in it would be an error of this program.
+    """
+    long = _long(content)
+    empty: dict[str, Any] = {key: [] if key == "observations" else {} for key in long}
+    document = result_model().model_validate(_short(content) | empty)
+    yield from document_pieces(document, long)
+
+
+def dumps(content: Report) -> str:
+    """The text of :func:`pieces`."""
+    return "".join(pieces(content))
+
+
+def _short(content: Report) -> dict[str, Any]:
+    """The keys that do not grow with the network, and what the chapters add."""
     data = heading(SCHEMA) | {
         "tribrach": content.version,
         "title": content.title,
@@ -35,16 +75,29 @@ def result(content: Report) -> ResultHead:
         },
         "reference": dict(content.reference),
         "sigma0": _sigma0(content),
-        "points": {point.name: _point(point) for point in content.points},
-        "stations": _stations(content),
-        "calibrations": {u.name: _scalar(u) for u in _calibrations(content)},
         "lever_arms": {u.name: _block(u) for u in content.unknowns if u.family == "vector"},
         "planes": {u.name: _plane(u) for u in content.unknowns if u.family == "plane"},
-        "observations": [_observation(o) for o in content.observations],
         "edits": [asdict(edit) for edit in content.adjustment.network.edits],
         "warnings": list(content.warnings),
     }
-    return result_model().model_validate(data | _chapters(content))
+    return data | _chapters(content)
+
+
+def _long(content: Report) -> dict[str, Iterator[Items]]:
+    """The keys that grow with the network, part by part."""
+    return {
+        "points": _parts({point.name: _point(point) for point in content.points}),
+        "stations": _parts(_stations(content)),
+        "calibrations": _parts({u.name: _scalar(u) for u in _calibrations(content)}),
+        "observations": _observation_parts(content.observations),
+    }
+
+
+def _parts(whole: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """A mapping in parts."""
+    items = iter(whole.items())
+    while part := dict(islice(items, _PART)):
+        yield part
 
 
 def _chapters(content: Report) -> dict[str, Any]:
@@ -71,11 +124,6 @@ def result_model() -> type[ResultHead]:
         if subject.model is not None
     }
     return create_model("Result", __base__=ResultHead, __doc__=_DOCUMENT, **keys)
-
-
-def dumps(content: Report) -> str:
-    """The result as strict JSON text; NaN or infinity in it would be an error of this program."""
-    return document_text(result(content))
 
 
 def _sigma0(content: Report) -> dict[str, Any]:
@@ -154,28 +202,34 @@ def _plane(unknown: Unknown) -> dict[str, Any]:
     }
 
 
-def _observation(o: Observation) -> dict[str, Any]:
-    """One value; figures that need it to take part are null for the others."""
-    out = {
-        "id": o.id,
-        "kind": o.kind,
-        "component": o.component,
-        "from": o.start,
-        "to": o.end,
-        "unit": o.unit,
-        "value": o.value,
-        "sigma": o.sigma,
-        "residual": o.residual,
-        "redundancy": o.redundancy,
-        "w": o.w,
-        "tau": o.tau,
-        "mdb": o.mdb,
-        "external": o.external,
-        "external_at": o.external_at or None,
-        "block_test": o.block_test,
-        "suspicious": o.suspicious,
-        "group": o.group,
-        "state": o.state,
-        "source": o.source,
-    }
-    return out | ({"reason": o.reason} if o.reason else {})
+def _observation_parts(observations: ObservedValues) -> Iterator[list[dict[str, Any]]]:
+    """All values, part by part; figures that need a value to take part are None for the others.
+
+    Raises
+    ------
+    ValueError
+        A value or a sigma is no number, which is an error of this program.
+    """
+    for name in ("value", "sigma"):
+        if not np.isfinite(observations.column(name)).all():
+            raise ValueError(f"the {name} of an observation is not a number")
+    for begin in range(0, len(observations), _PART):
+        part = observations[begin : begin + _PART]
+        columns = [_plain(part.column(_ATTRIBUTES.get(key, key))) for key in _KEYS]
+        rows = [dict(zip(_KEYS, values, strict=True)) for values in zip(*columns, strict=True)]
+        reasons = part.column("reason").tolist()
+        for row, reason in zip(rows, reasons, strict=True):
+            row["external_at"] = row["external_at"] or None
+            if reason:
+                row["reason"] = reason
+        yield rows
+
+
+def _plain(column: NDArray[Any]) -> list[Any]:
+    """Values of a column, None for NaN."""
+    missing = np.isnan(column) if column.dtype.kind == "f" else np.zeros(len(column), dtype=bool)
+    if missing.any():
+        column = column.astype(object)
+        column[missing] = None
+    values: list[Any] = column.tolist()
+    return values

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from tribrach.job.results import JobResults
 from tribrach.network.quality import Quality, assess
 from tribrach.network.reactions import constraint_reactions
@@ -12,8 +14,8 @@ from tribrach.network.significance import sidak
 from tribrach.observations.registry import kind_named
 from tribrach.report.chapter import Chapter
 from tribrach.report.chapters.control import control
-from tribrach.report.chapters.observations import observations
-from tribrach.report.content import Control, Head, KindCount, Observation
+from tribrach.report.chapters.observations import observations, printed_size
+from tribrach.report.content import Control, Head, KindCount, ObservedValues
 from tribrach.report.subject import Subject
 from tribrach.report.tables import (
     ColumnHead,
@@ -108,7 +110,7 @@ def _snooping(head: Head) -> ReportTable:
 class _Seen:
     """Values, control and quality as they are without what a warning has explained already."""
 
-    observations: Sequence[Observation]
+    observations: ObservedValues
     control: Sequence[Control]
     quality: Quality
 
@@ -153,26 +155,28 @@ def _remarks(head: Head) -> tuple[str, ...]:
     return tuple(warning.text for warning in warned(Severity.NOTE, found))
 
 
-def _words(o: Observation) -> str:
+def _words(kind: str, start: str, end: str, source: str) -> str:
     """An observation in words."""
-    arrow = f"{o.start} -> {o.end}" if o.end else o.start
-    return f"{o.kind.replace('_', ' ')} {arrow}" + (f" ({o.source})" if o.source else "")
+    arrow = f"{start} -> {end}" if end else start
+    return f"{kind.replace('_', ' ')} {arrow}" + (f" ({source})" if source else "")
 
 
-def _named(observations: Iterable[Observation], most: int = 3) -> str:
+def _named(observations: ObservedValues, most: int = 3) -> str:
     """The first observations by name, each once, and how many more there are."""
-    names = list(dict.fromkeys(_words(o) for o in observations))
+    parts = (observations.column(name).tolist() for name in ("kind", "start", "end", "source"))
+    names = list(dict.fromkeys(zip(*parts, strict=True)))
     more = f"; and {len(names) - most} more" if len(names) > most else ""
-    return "; ".join(names[:most]) + more
+    return "; ".join(_words(*name) for name in names[:most]) + more
 
 
-def _rejected(observations: Sequence[Observation], state: str) -> list[Observation]:
+def _rejected(observations: ObservedValues, state: str) -> ObservedValues:
     """Suspicious values of a state, the worst first; given coordinates are told of apart."""
-    return [
-        o
-        for o in sorted(observations, key=lambda o: -round(abs(o.w or 0.0), 2))
-        if o.suspicious and o.state == state and not kind_named(o.kind).facts.listed_as_control
-    ]
+    column = observations.column
+    control = [kind_named(kind).facts.listed_as_control for kind in column("kind").tolist()]
+    chosen = observations.chosen(
+        column("suspicious").astype(bool) & (column("state") == state) & ~np.array(control, bool)
+    )
+    return chosen.chosen(np.argsort(-np.nan_to_num(printed_size(chosen)), kind="stable"))
 
 
 def _suspects(seen: _Seen, snooped: bool) -> list[str]:
@@ -254,10 +258,11 @@ def _disagreement(seen: _Seen, head: Head) -> list[_Disagreement]:
 
 def _uncontrolled(head: Head) -> list[str]:
     """Values that no other value controls, or hardly, by name."""
-    active = [o for o in head.observations if o.state == "active"]
-    none = [o for o in active if o.w is None]
-    poor = [o for o in active if o.w is not None and (o.redundancy or 0.0) < POOR]
-    poor.sort(key=lambda o: o.redundancy or 0.0)
+    active = head.observations.chosen(head.observations.column("state") == "active")
+    without = np.isnan(active.column("w"))
+    none, tested = active.chosen(without), active.chosen(~without)
+    redundancy = np.nan_to_num(tested.column("redundancy"))
+    poor = tested.chosen(np.argsort(redundancy, kind="stable")[: int((redundancy < POOR).sum())])
     out = []
     total = len(active)
     if none:
@@ -275,9 +280,9 @@ def _uncontrolled(head: Head) -> list[str]:
     return out
 
 
-def _off(observations: Sequence[Observation]) -> list[str]:
+def _off(observations: ObservedValues) -> list[str]:
     """How many values are switched off."""
-    n = sum(o.state == "off" for o in observations)
+    n = int((observations.column("state") == "off").sum())
     if not n:
         return []
     if n == 1:

@@ -81,7 +81,8 @@ class _Row:
 def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
     """The chapter, where the network of a project in space has three places or more."""
     adjustment = head.adjustment
-    accuracy = site_accuracy(adjustment, head.variance_factor)
+    # in a large network the joint covariance takes long, and without a project nobody reads it
+    accuracy = None if job.project is None else site_accuracy(adjustment, head.variance_factor)
     if job.project is None or accuracy is None:
         return
     common = sessions(adjustment)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -42,6 +43,9 @@ from tribrach.report.tables import (
     text_cell,
 )
 from tribrach.report.warnings import Severity, warned
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["SUBJECT", "gnss_chapter"]
 
@@ -94,6 +98,15 @@ class MapLine:
 
 def baseline_map(plan: Array, names: Sequence[str], lines: Sequence[MapLine]) -> Picture:
     """Baselines between points with plan coordinates (n, 2) [m], E and N."""
+    caption = (
+        "Baselines in the plan of the work frame. Dashed: float ambiguities. Red: in a loop that "
+        "fails its test."
+    )
+    return picture("gnss-map", "GNSS baselines", partial(_drawn, plan, names, lines), caption)
+
+
+def _drawn(plan: Array, names: Sequence[str], lines: Sequence[MapLine]) -> Figure:
+    """The figure of :func:`baseline_map`."""
     figure = new_figure(figsize=(7.2, 6.4), dpi=100, layout="constrained")
     panel = figure.subplots()
     sessions = list(dict.fromkeys(line.session for line in lines))
@@ -124,11 +137,7 @@ def baseline_map(plan: Array, names: Sequence[str], lines: Sequence[MapLine]) ->
     panel.margins(0.1)
     if told:
         panel.legend(loc="upper right", fontsize=8, frameon=False, title="session")
-    caption = (
-        "Baselines in the plan of the work frame. Dashed: float ambiguities. Red: in a loop that "
-        "fails its test."
-    )
-    return picture("gnss-map", "GNSS baselines", figure, caption)
+    return figure
 
 
 #: failing loops that are named one by one

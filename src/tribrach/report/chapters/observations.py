@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable
 from operator import attrgetter
 
+import numpy as np
+
+from tribrach._types import Array
 from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.observation_rows import observation_rows
 from tribrach.network.quality import Quality
-from tribrach.observations.base import Use
 from tribrach.observations.registry import kind_named
 from tribrach.report.chapter import Chapter
 from tribrach.report.columns import ColumnSet
-from tribrach.report.content import Head, Observation
-from tribrach.report.numbers import number
+from tribrach.report.content import Head, Observation, ObservedValues
 from tribrach.report.subject import Subject
 from tribrach.report.tables import (
     Cell,
@@ -26,30 +27,12 @@ from tribrach.report.tables import (
     text_cell,
 )
 
-__all__ = ["SUBJECT", "observations", "sights", "worst_first"]
-
-_FIGURES = ("residual", "redundancy", "w", "tau", "mdb", "external", "block_test", "block_limit")
+__all__ = ["SUBJECT", "observations", "printed_size", "worst_first"]
 
 
-def observations(adjustment: Adjustment, quality: Quality) -> tuple[Observation, ...]:
+def observations(adjustment: Adjustment, quality: Quality) -> ObservedValues:
     """All values in the order of the network, whatever their state."""
-    out = []
-    for k, row in enumerate(observation_rows(adjustment, quality)):
-        values = vars(row) | {name: number(getattr(row, name)) for name in _FIGURES}
-        out.append(Observation(number=k + 1, **values))
-    return tuple(out)
-
-
-def sights(adjustment: Adjustment) -> tuple[tuple[str, str], ...]:
-    """Pairs of positions joined by an observation, each pair once."""
-    layout = adjustment.layout
-    known = set(layout.names["point"]) | set(layout.names["pose"])
-    pairs: dict[tuple[str, str], None] = {}
-    for o in adjustment.network.observations:
-        for (start, end), use in zip(o.ends(layout), o.use, strict=True):
-            if use == Use.ACTIVE and start in known and end in known:
-                pairs[(start, end) if start <= end else (end, start)] = None
-    return tuple(pairs)
+    return ObservedValues(observation_rows(adjustment, quality))
 
 
 def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
@@ -57,17 +40,20 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
     yield Chapter("observations", "Observations", tables=(_observation_table(head),))
 
 
-def worst_first(observations: tuple[Observation, ...]) -> list[Observation]:
+def worst_first(observations: ObservedValues) -> ObservedValues:
     """By size of w; values without a test after them, those switched off last.
 
     Those of the same printed figure keep their order: two observations that only check each other
     have one w, whose last digits depend on the order in which sums were taken.
     """
+    size = printed_size(observations)
+    off = observations.column("state") == "off"
+    return observations.chosen(np.lexsort((-np.nan_to_num(size), np.isnan(size), off)))
 
-    def rank(o: Observation) -> tuple[bool, bool, float]:
-        return o.state == "off", o.w is None, -round(abs(o.w or 0.0), 2)
 
-    return sorted(observations, key=rank)
+def printed_size(observations: ObservedValues) -> Array:
+    """Sizes (n,) of w as they are printed, NaN where a value has none."""
+    return np.array([round(size, 2) for size in np.abs(observations.column("w")).tolist()])
 
 
 def _observation_table(head: Head) -> ReportTable:
