@@ -62,7 +62,7 @@ def write(paths: list[Path], target: Path) -> list[Placement]:
     frame, wish = OutputFrame(WorkFrame()), CloudSection(format=target.suffix[1:])
     scans, places = [one for one, _ in made], [where for _, where in made]
     numbers = range(1, len(scans) + 1)
-    CloudProduct(target.stem, scans, places, frame, wish, numbers, "prior").write(
+    CloudProduct(target.name, target.stem, scans, places, frame, wish, numbers, "prior").write(
         target, lambda *_: None
     )
     return places

@@ -8,7 +8,9 @@ import pytest
 
 from tribrach._types import Progress
 from tribrach.errors import InputError
-from tribrach.job.each import Item, each
+from tribrach.io.keeping import keeping
+from tribrach.io.outputs import write_text
+from tribrach.job.each import Item, each, facts_alone
 from tribrach.job.state import Remembered
 from tribrach.tasks.engine import Call
 
@@ -37,8 +39,9 @@ def items(*numbers: float) -> list[Item]:
 def wanted(state: Remembered, *numbers: float) -> tuple[list[float], list[str]]:
     """Squares, and what was said while they were made."""
     said: list[str] = []
+    wish = items(*numbers)
     made = each(
-        squared, items(*numbers), state=state, progress=lambda what, done, total: said.append(what)
+        squared, wish, facts_alone, state=state, progress=lambda what, *_: said.append(what)
     )
     return [facts["square"] for facts in made], said
 
@@ -65,3 +68,50 @@ def test_what_was_made_before_a_failure_is_remembered(tmp_path: Path) -> None:
         wanted(Remembered(tmp_path), 3.0, -1.0, 2.0)
     assert wanted(Remembered(tmp_path), 3.0)[1] == []
     assert wanted(Remembered(tmp_path), 2.0)[1] != []
+
+
+def written(number: float, *, path: Path, progress: Progress) -> dict[str, Any]:
+    """A square in a file; zero is a disk that is full."""
+    if number == 0:
+        path.write_text("half")
+        raise InputError("the file cannot be written (the disk is full)", file=path)
+    write_text(path, str(number**2))
+    return {}
+
+
+def squares(state: Remembered, folder: Path, *numbers: float) -> list[str]:
+    wish = [
+        Item(f"square-{n}", f"square of {n}", (n,), file=folder / f"{n:.0f}.txt") for n in numbers
+    ]
+    read = lambda item, facts: str(float(item.file.read_text()))  # noqa: E731
+    return each(written, wish, read, state=state, progress=lambda *_: None)
+
+
+def test_files_get_their_names_from_the_caller_alone(tmp_path: Path) -> None:
+    """A task that fails leaves nothing, and the user reads the name that he knows."""
+    state, folder = Remembered(tmp_path), tmp_path / "squares"
+    with keeping(folder=tmp_path):
+        assert squares(state, folder, 3.0, 2.0) == ["9.0", "4.0"]
+        with pytest.raises(InputError) as refused:
+            squares(state, folder, 5.0, 0.0)
+    assert str(refused.value).startswith(f"{folder / '0.txt'}: the file cannot be written")
+    left = {path.name for path in tmp_path.rglob("*") if path.is_file()}
+    assert left - {"lock"} == {"2.txt", "3.txt", "5.txt", "written.json"} | {
+        f"square-{n}.json" for n in ("2.0", "3.0", "5.0")
+    }
+
+
+def test_a_damaged_file_is_made_again(tmp_path: Path) -> None:
+    state = Remembered(tmp_path)
+    assert squares(state, tmp_path, 3.0, 2.0) == ["9.0", "4.0"]
+    (tmp_path / "3.txt").write_text("x.0")
+    assert squares(state, tmp_path, 3.0, 2.0) == ["9.0", "4.0"]
+    (tmp_path / "3.txt").unlink()
+    assert squares(state, tmp_path, 3.0, 2.0) == ["9.0", "4.0"]
+
+
+def test_a_file_of_another_program_is_not_replaced(tmp_path: Path) -> None:
+    (tmp_path / "3.txt").write_text("my own")
+    with keeping(folder=tmp_path), pytest.raises(InputError, match="did not write"):
+        squares(Remembered(tmp_path), tmp_path, 3.0)
+    assert (tmp_path / "3.txt").read_text() == "my own"

@@ -122,7 +122,13 @@ def test_killed_beside_its_first_cloud(job: Path, tmp_path: Path) -> None:
     undisturbed, disturbed = copied(job, tmp_path / "a"), copied(job, tmp_path / "b")
     finish_here(undisturbed)
     kill_at(disturbed, "clouds/*.laz")
-    for half in ("clouds/.S2.laz.part", ".report.html.x7.part", ".tribrach/.file.x7.part"):
+    for half in (
+        "clouds/.S2.laz.part",
+        ".report.html.x7.part",
+        ".tribrach/.file.x7.part",
+        ".tribrach/.made-1-2-S2.laz.part",
+        ".tribrach/made-1-2-S2.laz",
+    ):
         path = disturbed.parent / "out" / half
         path.write_bytes(b"what a run leaves that is killed a moment later")
     finish_here(disturbed)
@@ -157,8 +163,8 @@ def test_killed_beside_each_product(job: Path, tmp_path: Path) -> None:
     finish(undisturbed)
     signs = (
         ".tribrach/targets-*",
-        "clouds/.*.points.part",
-        "clouds/.S2.copc.laz.part",
+        ".tribrach/.made-*.points.part",
+        ".tribrach/.made-*-S2.copc.laz.part",
         "clouds/S1.*",
         ".tribrach/cloud-S1*",
     )

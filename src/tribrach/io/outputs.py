@@ -16,6 +16,7 @@ __all__ = [
     "destination",
     "reason",
     "special",
+    "take_over",
     "write_bytes",
     "write_text",
     "write_texts",
@@ -82,6 +83,40 @@ def write_texts(texts: Mapping[Path, Content]) -> list[Path]:
         for name in staged.values():
             Path(name).unlink(missing_ok=True)
     return list(texts)
+
+
+def take_over(made: Path, path: Path) -> Path:
+    """Give a whole file, which somebody wrote for this program, the name of a result.
+
+    Parameters
+    ----------
+    made
+        The file, on the disk of the result; it has that name no more afterwards.
+    path
+        The result.
+
+    Returns
+    -------
+    Path
+        The result.
+
+    Raises
+    ------
+    InputError
+        Something would be lost, a file that was read has changed, or the file cannot be renamed.
+    """
+    try:
+        place = destination(path)
+        if special(place):
+            raise OSError(22, "it is no ordinary file")
+        refuse_changes()
+        note_written(path, made)
+        os.replace(made, place)
+    except OSError as error:
+        raise InputError(
+            f"the file cannot be written ({reason(error)})", file=path, cure="check the folder"
+        ) from error
+    return path
 
 
 def destination(path: Path) -> Path:

@@ -9,13 +9,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from tribrach._types import Array
+from tribrach._types import Array, Progress
 from tribrach.cloud.budget import POINT_PARTS, SYSTEMATIC, PointBudget, point_budget
 from tribrach.cloud.placement import Placement
 from tribrach.geometry.rotation import skew
 from tribrach.job.scans import StationScan
 from tribrach.job.state import Remembered
-from tribrach.job.surface_samples import sample_of
+from tribrach.job.surface_samples import samples_of
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.contributions import by_category, contributions
 from tribrach.registration.geometry_warnings import (
@@ -23,6 +23,7 @@ from tribrach.registration.geometry_warnings import (
     extrapolation_factor,
     targets_around,
 )
+from tribrach.scan.surface_sample import SurfaceSample
 
 __all__ = ["BudgetPart", "BudgetRow", "error_budget", "reach_sentences"]
 
@@ -142,15 +143,20 @@ def reach_sentences(
     placements: Mapping[str, Placement],
     adjustment: Adjustment,
     state: Remembered,
+    progress: Progress = lambda what, done, total: None,
 ) -> list[str]:
     """One sentence for each station whose scans are extrapolated; placements by scan name."""
     sentences = []
-    for around in targets_around(adjustment):
-        seen = [s for s in scans if s.station == around.station and s.origin_known]
-        if not seen or len(around.targets) < 2:
+    placed = [around for around in targets_around(adjustment) if len(around.targets) > 1]
+    stations = {around.station for around in placed}
+    looked = [scan for scan in scans if scan.station in stations and scan.origin_known]
+    samples = samples_of(looked, state, progress)
+    for around in placed:
+        seen = [scan for scan in looked if scan.station == around.station]
+        if not seen:
             continue
         where = placements[seen[0].name]
-        points = np.concatenate([where.pose @ sample_of(scan, state).xyz for scan in seen])
+        points = np.concatenate([where.pose @ samples[scan.name].xyz for scan in seen])
         if len(points):
             sentences += _sentence(around, where, points)
     return sentences
@@ -224,6 +230,7 @@ def error_budget(
     adjustment: Adjustment,
     state: Remembered,
     factor: float = 1.0,
+    progress: Progress = lambda what, done, total: None,
 ) -> list[BudgetRow]:
     """State the budget of the regions of every station whose points have a covariance.
 
@@ -237,16 +244,20 @@ def error_budget(
         Where samples of points are remembered.
     factor
         On a-priori covariances, as in the placements (a posteriori variance).
+    progress
+        Told of scans that samples are taken of.
     """
     rows: list[BudgetRow] = []
+    known = [scan for scan in scans if placements[scan.name].noise is not None]
+    samples = samples_of(known, state, progress)
     for station in dict.fromkeys(scan.station for scan in scans):
         first = next(placements[scan.name] for scan in scans if scan.station == station)
         shares = by_category(contributions(adjustment, station), factor)
         shares |= _considered(first.covariance - factor * adjustment.covariance(station), first)
         sampled = [
-            _sampled(scan, placements[scan.name], shares, state)
-            for scan in scans
-            if scan.station == station and placements[scan.name].noise is not None
+            _sampled(samples[scan.name], placements[scan.name], shares)
+            for scan in known
+            if scan.station == station
         ]
         if sampled:
             rows += _regions(station, sampled)
@@ -259,11 +270,8 @@ def _considered(rest: Array, where: Placement) -> dict[str, Array]:
     return {COMMON_ERRORS: rest} if np.abs(rest / size[:, None] / size).max() > _NEGLIGIBLE else {}
 
 
-def _sampled(
-    scan: StationScan, where: Placement, shares: Mapping[str, Array], state: Remembered
-) -> _Sampled:
+def _sampled(sample: SurfaceSample, where: Placement, shares: Mapping[str, Array]) -> _Sampled:
     """Budget of a sample of one scan."""
-    sample = sample_of(scan, state)
     length = np.linalg.norm(sample.xyz, axis=1)
     cosine = np.abs(np.einsum("ni,ni->n", sample.xyz, sample.normals)) / length
     incidence = np.degrees(np.arccos(np.clip(cosine, 0.0, 1.0)))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tribrach._types import Array
+from tribrach._types import Array, Progress
 from tribrach.cloud.covariance import covariances, place_with_sigmas, rounded
 from tribrach.cloud.placement import Placement
 from tribrach.cloud.summary import CloudSummary
@@ -23,6 +23,7 @@ from tribrach.io.clouds.e57 import copy_with_poses
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader, CloudWriter, step_for
 from tribrach.io.keeping import is_read
+from tribrach.job.each import Item, each, facts_alone
 from tribrach.job.grouping import groups, whole_source
 from tribrach.job.poses import PLACED, pose_words, station_order
 from tribrach.job.scans import MeasuredScan, StationScan
@@ -218,39 +219,56 @@ def write_clouds(
         Whether the covariances of the placements are a priori or a posteriori.
     """
     state.sweep(folder)
-    products = []
     numbers = {name: k for k, name in enumerate(station_order(scans), start=1)}
-    for group in groups(scans, section):
-        path = folder / group.file
-        made = [placements[scan.name] for scan in group.scans]
+    wanted, items = groups(scans, section), []
+    for group in wanted:
+        placed = [placements[scan.name] for scan in group.scans]
         measured = [scan.measured for scan in group.scans]
-        source = tuple(numbers[scan.station] for scan in group.scans)
-        known = (group.name, measured, made, frame, section, source, sigma_origin)
-        key = state.key(CloudProduct, *known)
-        facts = state.recall(f"cloud-{group.file}", key, path)
-        new = facts is None
-        if facts is None:
-            cloud = CloudProduct(*known)
-            summary = cloud.write(path, progress)
-            facts = {
-                "summary": summary.to_facts(),
-                "step": None if cloud.copied else cloud.step,
-                "sentences": cloud.sentences,
-            }
-            note_written(state, path, group.scans)
-            state.remember(f"cloud-{group.file}", key, facts, path)
-        products.append(
-            Product(
-                path,
-                tuple(scan.name for scan in group.scans),
-                CloudSummary.from_facts(facts["summary"]),
-                facts["step"],
-                new,
-                tuple(facts["sentences"]),
+        sources = tuple(numbers[scan.station] for scan in group.scans)
+        items.append(
+            Item(
+                f"cloud-{group.file}",
+                group.name,
+                (group.file, group.name, measured, placed, frame, section, sources, sigma_origin),
+                source=group.scans[0].scan.path,
+                cost=sum(scan.scan.records or 0 for scan in group.scans),
+                file=folder / group.file,
             )
         )
+    fresh = set[int]()
+
+    def made(number: int) -> None:
+        fresh.add(number)
+        note_written(state, folder / wanted[number].file, wanted[number].scans)
+
+    written = each(_written, items, facts_alone, state=state, progress=progress, made=made)
+    products = [
+        Product(
+            folder / group.file,
+            tuple(scan.name for scan in group.scans),
+            CloudSummary.from_facts(facts["summary"]),
+            facts["step"],
+            number in fresh,
+            tuple(facts["sentences"]),
+        )
+        for number, (group, facts) in enumerate(zip(wanted, written, strict=True))
+    ]
     remove_superseded(state, folder, [p.path for p in products], scans)
     return products
+
+
+def _written(file: str, *of: Any, path: Path, progress: Progress) -> dict[str, Any]:
+    """Write a cloud; what is remembered of it.
+
+    file : its name in the end; of : what :class:`CloudProduct` takes besides.
+    """
+    cloud = CloudProduct(file, *of)
+    summary = cloud.write(path, progress)
+    return {
+        "summary": summary.to_facts(),
+        "step": None if cloud.copied else cloud.step,
+        "sentences": cloud.sentences,
+    }
 
 
 class CloudProduct:
@@ -258,6 +276,8 @@ class CloudProduct:
 
     Parameters
     ----------
+    file
+        The name that its file has in the end.
     name, scans, placements, frame, section
         What is in the cloud, where it stands, and what the project says of it.
     sources
@@ -268,6 +288,7 @@ class CloudProduct:
 
     def __init__(
         self,
+        file: str,
         name: str,
         scans: Sequence[MeasuredScan],
         placements: Sequence[Placement],
@@ -276,7 +297,7 @@ class CloudProduct:
         sources: Sequence[int],
         sigma_origin: str,
     ) -> None:
-        self.name, self.scans, self.placements = name, scans, placements
+        self.file, self.name, self.scans, self.placements = file, name, scans, placements
         self.sources, self.sigma_origin = sources, sigma_origin
         self.as_las = section.format in ("las", "laz", "copc")
         self.frame, self.section = frame, section
@@ -305,14 +326,14 @@ class CloudProduct:
         if self.in_scanner and not self.copied and len(self.scans) > 1:
             raise InputError(
                 "an E57 file keeps points in the frame of their scanner, one scan per file",
-                file=path,
+                file=self.file,
                 cure="say merged = false, or take another format",
             )
         path.parent.mkdir(parents=True, exist_ok=True)
         summary = self._copy(path, progress) if self.copied else self._new(path, progress)
-        self._say_no_sigmas(path)
-        self._say_outside_of_law(path)
-        self._say_misfit(path)
+        self._say_no_sigmas()
+        self._say_outside_of_law()
+        self._say_misfit()
         return summary
 
     def _new(self, path: Path, progress: Callable[[str, int, int | None], None]) -> CloudSummary:
@@ -343,12 +364,12 @@ class CloudProduct:
             [", ".join(["sigmas", *asked[:-1]]), asked[-1]] if asked else ["sigmas"]
         )
         self.sentences.append(
-            f"{path.name} has the points of {source.name} byte for byte: {lost} are not in it"
+            f"{self.file} has the points of {source.name} byte for byte: {lost} are not in it"
         )
-        self.sentences += [f"{path.name}: {sentence}" for sentence in remarks]
+        self.sentences += [f"{self.file}: {sentence}" for sentence in remarks]
         return summary
 
-    def _say_no_sigmas(self, path: Path) -> None:
+    def _say_no_sigmas(self) -> None:
         """Why points have no sigmas, if they have none."""
         for scan, where in zip(self.scans, self.placements, strict=True):
             if where.noise is not None:
@@ -360,10 +381,10 @@ class CloudProduct:
                 'origin = "scanner" in its [[scans]])'
             )
             self.sentences.append(
-                f"{path.name} has no sigmas of points because of scan {scan.name}: {why}"
+                f"{self.file} has no sigmas of points because of scan {scan.name}: {why}"
             )
 
-    def _say_outside_of_law(self, path: Path) -> None:
+    def _say_outside_of_law(self) -> None:
         """Which scans have intensities that the law of their noise says nothing of, or none."""
         for k, (scan, where) in enumerate(zip(self.scans, self.placements, strict=True)):
             law = None if where.noise is None else where.noise.law
@@ -371,26 +392,26 @@ class CloudProduct:
                 continue
             if "intensity" not in scan.scan.names:
                 self.sentences.append(
-                    f"{path.name}: scan {scan.name} has no intensities, so that its ranges have "
+                    f"{self.file}: scan {scan.name} has no intensities, so that its ranges have "
                     "the sigmas of the data sheet and not those of the law of their noise"
                 )
             elif self._outside[k] > _WORTH_SAYING * self._points_of[k]:
                 share = 100 * self._outside[k] / self._points_of[k]
                 self.sentences.append(
-                    f"{path.name}: {share:.2g} % of the points of scan {scan.name} have "
+                    f"{self.file}: {share:.2g} % of the points of scan {scan.name} have "
                     f"intensities outside of those that the law of their noise was estimated from "
                     f"({law.low:g} to {law.high:g}); weaker light has what "
                     f"it gives down to {law.weakest:g}, stronger light what it gives at its end"
                 )
 
-    def _say_misfit(self, path: Path) -> None:
+    def _say_misfit(self) -> None:
         """What a rigid pose in a projection costs, if it is anything."""
         if not self._misfit > _NEGLIGIBLE:
             return
         at = self.placements[0].pose.translation
         scale = np.sqrt(abs(np.linalg.det(self.frame.jacobian(at)[:2, :2]))) - 1
         self.sentences.append(
-            f"{path.name} has rigid poses, which do not carry the scale of {self.frame.crs} "
+            f"{self.file} has rigid poses, which do not carry the scale of {self.frame.crs} "
             f"({1e6 * scale:+.1f} ppm at this site, {1e5 * abs(scale):.1f} mm in 100 m): its "
             f"points are up to {1e3 * self._misfit:.1f} mm beside their coordinates in the "
             "projection; the frames work and ecef, and other formats, are exact"

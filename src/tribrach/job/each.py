@@ -1,21 +1,33 @@
 """Products of many scans or pairs: those of the last run where they hold, the others by tasks.
 
-Only the caller touches what is remembered. A product is noted as soon as its task is done, so that
+Only the caller touches what is remembered and gives files their names: a task writes its file under
+a name of its own in the folder of what is remembered, so that two that do the same, one of them
+taken for dead, never write into one file. A product is noted as soon as its task is done, so that
 a run that is stopped loses only what was being worked on.
 """
 
 from __future__ import annotations
 
+import uuid
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from tribrach._types import Progress
+from tribrach.errors import InputError
+from tribrach.io.keeping import refuse_loss
+from tribrach.io.outputs import take_over
 from tribrach.job.state import Remembered
 from tribrach.tasks.engine import Call
 
-__all__ = ["Item", "each"]
+__all__ = ["Item", "each", "facts_alone"]
+
+R = TypeVar("R")
+
+#: what is raised where remembered facts or their file are not what was written
+_DAMAGED = (InputError, KeyError, TypeError, ValueError, IndexError)
 
 
 @dataclass(frozen=True)
@@ -30,59 +42,122 @@ class Item:
         What is done for it, in words, such as ``targets of S1``.
     values
         What its task gets: all that it depends on.
-    file
+    source
         The file that its task reads above all.
     cost
         Work in comparison to the other items, such as points.
+    file
+        The file that its task writes, on the disk of the results; None if it writes none.
     """
 
     product: str
     what: str
     values: tuple[Any, ...]
-    file: Path | None = None
+    source: Path | None = None
     cost: float = 0.0
+    file: Path | None = None
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """The files of the product."""
+        return () if self.file is None else (self.file,)
+
+
+def facts_alone(item: Item, facts: dict[str, Any]) -> dict[str, Any]:
+    """Give facts as they are, for products that are no more."""
+    return facts
 
 
 def each(
     task: Callable[..., dict[str, Any]],
     items: Sequence[Item],
+    read: Callable[[Item, dict[str, Any]], R],
     *,
     state: Remembered,
     progress: Progress,
-) -> list[dict[str, Any]]:
-    """Facts of every item; those that have not changed since the last run come from there.
+    made: Callable[[int], None] = lambda number: None,
+) -> list[R]:
+    """Products of every item; those that have not changed since the last run come from there.
 
     Parameters
     ----------
     task
         A function of a module that makes the facts of an item from its values, and gets
-        ``progress``; see :mod:`tribrach.tasks.engine`.
+        ``progress``; where items have files ``path`` as well, under which it writes. See
+        :mod:`tribrach.tasks.engine`.
     items
         What is wanted; products of different names.
+    read
+        Makes the product from an item and its facts, in this process; where it cannot, because
+        what is remembered was damaged, the item is made anew.
     state
         What is remembered, and who does what is not.
     progress
         Told of what is done.
+    made
+        Told the number of an item that was made anew; its file is in place, and it is not yet
+        remembered.
 
     Returns
     -------
-    list of dict
-        Facts in the order of the items, as JSON can hold them.
+    list of R
+        In the order of the items.
 
     Raises
     ------
+    InputError
+        A file would take the place of one that is not ours.
     Exception
-        What the first task that fails raises; the products of those before it are remembered.
+        What the first task that fails raises; products that were ready are remembered.
     """
     keys = [state.key(task, *item.values) for item in items]
-    facts = [state.recall(item.product, key) for item, key in zip(items, keys, strict=True)]
-    missing = [number for number, known in enumerate(facts) if known is None]
-    calls = [
-        Call(item.what, item.values, item.file, item.cost)
-        for item in (items[number] for number in missing)
-    ]
-    for k, made in state.engine.completed(task, calls, progress):
-        number = missing[k]
-        state.remember(items[number].product, keys[number], made)
-        facts[number] = made
-    return [known for known in facts if known is not None]
+    products: dict[int, R] = {}
+    for number, (item, key) in enumerate(zip(items, keys, strict=True)):
+        facts = state.recall(item.product, key, *item.files)
+        if facts is not None:
+            with suppress(*_DAMAGED):
+                products[number] = read(item, facts)
+    missing = [number for number in range(len(items)) if number not in products]
+    mark = f"{state.MADE}{uuid.uuid4().hex[:8]}-"
+    calls = []
+    for item in (items[number] for number in missing):
+        values: tuple[Any, ...] = (task, item.values, None)
+        if item.file is not None:
+            refuse_loss(item.file)
+            values = (task, item.values, (state.folder, mark, item.file))
+        calls.append(Call(item.what, values, item.source, item.cost))
+    try:
+        for k, (facts, path) in state.engine.completed(_make, calls, progress):
+            number = missing[k]
+            item = items[number]
+            if item.file is not None and path is not None:
+                take_over(path, item.file)
+            made(number)
+            state.remember(item.product, keys[number], facts, *item.files)
+            products[number] = read(item, facts)
+    finally:
+        state.drop(mark)
+    return [products[number] for number in range(len(items))]
+
+
+def _make(
+    task: Callable[..., dict[str, Any]],
+    values: tuple[Any, ...],
+    place: tuple[Path, str, Path] | None,
+    *,
+    progress: Progress,
+) -> tuple[dict[str, Any], Path | None]:
+    """The facts of an item, and its file under a name that nobody else gives."""
+    if place is None:
+        return task(*values, progress=progress), None
+    folder, mark, file = place
+    path = folder / f"{mark}{uuid.uuid4().hex[:8]}-{file.name}"
+    try:
+        return task(*values, path=path, progress=progress), path
+    except InputError as error:
+        if error.file is None or Path(error.file) != path:
+            raise
+        # the user knows the file by the name that it would have had
+        raise InputError(
+            error.what, file=file, line=error.line, record=error.record, cure=error.cure
+        ) from error

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from tribrach.errors import InputError
+from tribrach._types import Progress
 from tribrach.io.arrays import named_bytes, read_named
 from tribrach.io.outputs import write_bytes
+from tribrach.job.each import Item, each
 from tribrach.job.scans import MeasuredScan, StationScan
 from tribrach.job.state import Remembered, digest
 from tribrach.registration.planes.plane_set import PlaneSet
@@ -27,7 +29,7 @@ def surroundings(
     least_area: float,
     floor: float,
     state: Remembered,
-    progress: Callable[[str], None],
+    progress: Progress,
 ) -> list[Surroundings]:
     """Find the planes and the view of every station.
 
@@ -47,51 +49,52 @@ def surroundings(
     progress
         Called with what is being done.
     """
-    stations: dict[str, list[StationScan]] = {}
-    for scan in scans:
-        stations.setdefault(scan.station, []).append(scan)
+    seen = _planes_and_views(
+        [s for s in scans if s.origin_known], least_area, floor, state, progress
+    )
     out = []
-    for name, members in stations.items():
-        seen = [
-            _remembered(scan.measured, least_area, floor, state, progress)
-            for scan in members
-            if scan.origin_known
-        ]
-        planes = PlaneSet.joined([planes for planes, _ in seen])
-        view = merged_view([view for _, view in seen]) if seen else StationView.empty()
+    for name in dict.fromkeys(scan.station for scan in scans):
+        members = [scan for scan in scans if scan.station == name]
+        parts = [seen[scan.name] for scan in members if scan.origin_known]
+        planes = PlaneSet.joined([planes for planes, _ in parts])
+        view = merged_view([view for _, view in parts]) if parts else StationView.empty()
         out.append(Surroundings.of(name, planes, view, members[0].levelled))
     return out
 
 
-def _remembered(
-    scan: MeasuredScan,
+def _planes_and_views(
+    scans: Sequence[StationScan],
     least_area: float,
     floor: float,
     state: Remembered,
-    progress: Callable[[str], None],
-) -> tuple[PlaneSet, StationView]:
-    """Planes and view of one scan, from the last run if nothing changed."""
-    key = state.key(_of_scan, scan, least_area, floor)
-    product = f"planes-{scan.name}"
-    plain = re.sub(r"[^\w-]", "_", scan.name)[:60]
-    file = state.folder / f"planes-{plain}-{digest(scan.name)[:8]}.npz"
-    if state.recall(product, key, file) is not None:
-        known = _read(file, scan.name)
-        if known is not None:
-            return known
-    progress(f"planes of {scan.name}")
-    planes, view = _of_scan(scan, least_area, floor)
-    write_bytes(file, _packed(planes, view))
-    state.remember(product, key, {"planes": len(planes)}, file)
-    return planes, view
+    progress: Progress,
+) -> dict[str, tuple[PlaneSet, StationView]]:
+    """Planes and views by the names of the scans, from the last run if nothing changed."""
+    items = []
+    for scan in scans:
+        plain = re.sub(r"[^\w-]", "_", scan.name)[:60]
+        items.append(
+            Item(
+                f"planes-{scan.name}",
+                f"planes of {scan.name}",
+                (scan.measured, least_area, floor),
+                source=scan.scan.path,
+                cost=scan.scan.records or 0,
+                file=state.folder / f"planes-{plain}-{digest(scan.name)[:8]}.npz",
+            )
+        )
+    found = each(_of_scan, items, _read, state=state, progress=progress)
+    return {scan.name: seen for scan, seen in zip(scans, found, strict=True)}
 
 
-def _of_scan(scan: MeasuredScan, least_area: float, floor: float) -> tuple[PlaneSet, StationView]:
-    """Planes and view of one scan."""
+def _of_scan(
+    scan: MeasuredScan, least_area: float, floor: float, *, path: Path, progress: Progress
+) -> dict[str, Any]:
+    """Write planes and view of one scan into a file."""
     cloud = load(scan.scan)
     image = organise(cloud.xyz, cloud.row, cloud.column)
     shared = None if scan.noise is None else scan.noise.estimated_shared
-    planes, _ = find_planes(
+    found, _ = find_planes(
         cloud.xyz,
         image,
         least_area=least_area,
@@ -100,7 +103,9 @@ def _of_scan(scan: MeasuredScan, least_area: float, floor: float) -> tuple[Plane
         scan=scan.name,
         **scan.fit_sigmas,
     )
-    return PlaneSet.of(planes), view_of(cloud.xyz, image)
+    planes = PlaneSet.of(found)
+    write_bytes(path, _packed(planes, view_of(cloud.xyz, image)))
+    return {"planes": len(planes)}
 
 
 def _packed(planes: PlaneSet, view: StationView) -> bytes:
@@ -122,28 +127,28 @@ def _packed(planes: PlaneSet, view: StationView) -> bytes:
     return named_bytes(arrays)
 
 
-def _read(file: Path, scan: str) -> tuple[PlaneSet, StationView] | None:
-    """What was packed; None if the file is damaged."""
-    try:
-        data = read_named(file)
-        ends = np.cumsum(data["count"])
-        samples = tuple(np.split(data["sample"], ends[:-1])) if len(ends) else ()
-        planes = PlaneSet(
-            data["normal"],
-            data["center"],
-            data["covariance"],
-            data["area"],
-            samples,
-            data["spacing"],
-            (scan,) * len(ends),
-        )
-        view = StationView(
-            data["near"],
-            data["far"],
-            data["looked"],
-            data["points"],
-            float(data["reach"]),
-        )
-    except (InputError, ValueError, KeyError, TypeError, IndexError):
-        return None
+def _read(item: Item, facts: dict[str, Any]) -> tuple[PlaneSet, StationView]:
+    """What was packed.
+
+    Raises
+    ------
+    InputError, ValueError, KeyError, TypeError, IndexError
+        The file is damaged.
+    """
+    assert item.file is not None
+    data = read_named(item.file)
+    ends = np.cumsum(data["count"])
+    samples = tuple(np.split(data["sample"], ends[:-1])) if len(ends) else ()
+    planes = PlaneSet(
+        data["normal"],
+        data["center"],
+        data["covariance"],
+        data["area"],
+        samples,
+        data["spacing"],
+        (item.values[0].name,) * len(ends),
+    )
+    view = StationView(
+        data["near"], data["far"], data["looked"], data["points"], float(data["reach"])
+    )
     return planes, view

@@ -77,8 +77,7 @@ def extract(
         )
         for scan in scans
     ]
-    found = each(_facts, items, state=state, progress=progress)
-    return [_from_facts(scan, facts) for scan, facts in zip(scans, found, strict=True)]
+    return each(_facts, items, _from_facts, state=state, progress=progress)
 
 
 def _facts(scan: MeasuredScan, wanted: TargetSection, *, progress: Progress) -> dict[str, Any]:
@@ -193,7 +192,8 @@ def _to_facts(findings: Findings) -> dict[str, Any]:
     }
 
 
-def _from_facts(scan: StationScan, facts: dict[str, Any]) -> Findings:
+def _from_facts(item: Item, facts: dict[str, Any]) -> Findings:
+    scan: MeasuredScan = item.values[0]
     view, sampling = facts["panorama"], facts["sampling"]
     return Findings(
         scan.name,

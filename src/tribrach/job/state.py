@@ -192,6 +192,9 @@ class Remembered:
         Who makes products that are not remembered, or hold no longer (:mod:`tribrach.job.each`).
     """
 
+    #: files in the folder that begin so are on their way to their places
+    MADE = "made-"
+
     def __init__(self, results: Path, engine: Engine = HERE) -> None:
         self.folder, self.engine = results / STATE_FOLDER, engine
 
@@ -277,8 +280,9 @@ class Remembered:
     def sweep(self, *folders: Path) -> None:
         """Remove what killed runs left half-written among the results and in further folders.
 
-        Those are files whose names begin with a dot and end in ``.part``. Another run that is still
-        writing has such files too, so the folder is held first.
+        Those are files whose names begin with a dot and end in ``.part``, and those that never got
+        to their places. Another run that is still writing has such files too, so the folder is held
+        first.
 
         Raises
         ------
@@ -286,8 +290,21 @@ class Remembered:
             Another run is writing there.
         """
         hold(self.folder)
+        self.drop(self.MADE)
         for folder in (self.folder, self.folder.parent, *folders):
             for path in folder.glob(".*.part") if folder.is_dir() else ():
+                path.unlink(missing_ok=True)
+
+    def drop(self, mark: str) -> None:
+        """Remove files that never got to their places, whole or not.
+
+        Parameters
+        ----------
+        mark
+            What their names begin with.
+        """
+        for pattern in (f"{mark}*", f".{mark}*.part"):
+            for path in self.folder.glob(pattern) if self.folder.is_dir() else ():
                 path.unlink(missing_ok=True)
 
     def _place(self, product: str) -> Path:

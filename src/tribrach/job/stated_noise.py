@@ -17,6 +17,7 @@ from tribrach._types import Progress
 from tribrach.errors import InputError
 from tribrach.instruments.range_law import RangeLaw
 from tribrach.instruments.scan_noise import ScanNoise
+from tribrach.job.each import Item, each, facts_alone
 from tribrach.job.scans import StationScan
 from tribrach.job.state import Remembered
 from tribrach.project.instrument import Instrument, Origin
@@ -193,23 +194,24 @@ def stated_noise(
         name = whose.get(scan.station)
         if name is not None and scan.noise is not None and scan.origin_known:
             by_instrument.setdefault(name, []).append(scan)
+    items = [
+        Item(
+            f"noise-{name}",
+            f"noise of {name}",
+            (tuple(scan.scan for scan in members), members[0].noise),
+            source=members[0].scan.path,
+        )
+        for name, members in by_instrument.items()
+    ]
+    seen = each(_facts, items, facts_alone, state=state, progress=progress)
     out = []
-    for name, members in by_instrument.items():
-        noise = members[0].noise
-        assert noise is not None
-        sources = tuple(scan.scan for scan in members)
-        key, product = state.key(_facts, sources, noise), f"noise-{name}"
-        facts = state.recall(product, key)
-        if facts is None:
-            progress(f"noise of {name}", 0, None)
-            facts = _facts(sources, noise)
-            state.remember(product, key, facts)
+    for (name, members), facts in zip(by_instrument.items(), seen, strict=True):
         basis = _BASIS[instruments[name].stated_by("range_mm")].format(name)
         out.append(_from_facts(name, basis, tuple(scan.name for scan in members), facts))
     return out
 
 
-def _facts(scans: Sequence[Scan], noise: ScanNoise) -> dict[str, Any]:
+def _facts(scans: Sequence[Scan], noise: ScanNoise, *, progress: Progress) -> dict[str, Any]:
     """What scans of one scanner show, as plain numbers."""
     observed = _observed(scans)
     lawful = noise.law is not None and bool(np.isfinite(observed.intensity).any())

@@ -31,6 +31,7 @@ from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.io.site_table import read_sites
 from tribrach.job.cloud_file import CloudFile
 from tribrach.job.compare import Method, compare_clouds, offset_test
+from tribrach.job.each import Item, each
 from tribrach.job.scans import MeasuredScan, StationScan
 from tribrach.job.state import Remembered
 from tribrach.scan.normals import normals
@@ -285,7 +286,7 @@ def compare_stations(
     shared : where the scans stand in the work frame, and what their points share; frame : of the
     clouds.
     """
-    comparisons = []
+    items = []
     delivered = shared.delivered(frame)
     for number, request in enumerate(requests, start=1):
         a, b = request.section.a, request.section.b
@@ -298,23 +299,27 @@ def compare_stations(
             request.section.method,
             request.section.limit_mm * MM,
         )
-        key = state.key(_compared, task)
-        product = f"comparison-{number}-{a}-{b}"
-        known = _recalled(state, product, key)
-        if known is None:
-            known = _compared(task, partial(_tell, progress, f"{a} against {b}"))
-            state.remember(product, key, to_facts(*known))
-        comparisons.append(StationComparison.of(a, b, task.limit, *known))
-    return comparisons
+        items.append(
+            Item(
+                f"comparison-{number}-{a}-{b}",
+                f"{a} against {b}",
+                (task, a, b),
+                source=request.a[0].scan.path,
+                cost=sum(scan.scan.records or 0 for scan in (*request.a, *request.b)),
+            )
+        )
+    return each(_facts, items, _from_facts, state=state, progress=progress)
 
 
-def _recalled(state: Remembered, product: str, key: str) -> Found | None:
-    """What the last run found; None if that was something else, or if it is damaged."""
-    facts = state.recall(product, key)
-    try:
-        return None if facts is None else from_facts(facts)
-    except (KeyError, TypeError, ValueError):
-        return None
+def _from_facts(item: Item, facts: Mapping[str, Any]) -> StationComparison:
+    """A comparison from plain numbers."""
+    task, a, b = item.values
+    return StationComparison.of(a, b, task.limit, *from_facts(facts))
+
+
+def _facts(task: _Task, a: str, b: str, *, progress: Progress) -> dict[str, Any]:
+    """One comparison as plain numbers; a, b : names of the stations."""
+    return to_facts(*_compared(task, partial(_tell, progress, f"{a} against {b}")))
 
 
 @dataclass(frozen=True)

@@ -264,7 +264,7 @@ def georeference(
             progress,
             sigma_origin,
         )
-    budget = error_budget(work.scans, placements, adjustment, work.state, factor)
+    budget = error_budget(work.scans, placements, adjustment, work.state, factor, progress)
     whose = {name: job.instruments.of_station(name) for name in names}
     loose = bool(adjustment.defect and not adjustment.layout.count("point"))
     return PlacedScans(
@@ -276,7 +276,7 @@ def georeference(
         products,
         budget,
         corrected=calibration_sentences(work.scans, adjustment),
-        reach=reach_sentences(work.scans, placements, adjustment, work.state),
+        reach=reach_sentences(work.scans, placements, adjustment, work.state, progress),
         noise=stated_noise(work.scans, whose, project.instruments, work.state, progress),
         truth=[] if loose else _truth(project, work, adjustment, placements),
         loose=loose and project.truth is not None,

@@ -2,31 +2,61 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from tribrach._types import Progress
+from tribrach.job.each import Item, each
 from tribrach.job.scans import StationScan
 from tribrach.job.state import Remembered
 from tribrach.scan.scan import Scan
 from tribrach.scan.surface_sample import SurfaceSample, surface_sample
 
-__all__ = ["sample_of"]
+__all__ = ["samples_of"]
 
 
-def sample_of(scan: StationScan, state: Remembered) -> SurfaceSample:
-    """Take some points of a scan with their normals, those of an unchanged scan from the last run.
+def samples_of(
+    scans: Sequence[StationScan], state: Remembered, progress: Progress
+) -> dict[str, SurfaceSample]:
+    """Take some points of scans with their normals, those of unchanged scans from the last run.
+
+    Parameters
+    ----------
+    scans
+        The scans.
+    state
+        Where samples are remembered.
+    progress
+        Told of what is done.
+
+    Returns
+    -------
+    dict of str to SurfaceSample
+        By the names of the scans.
 
     Raises
     ------
     InputError
-        The points of the scan cannot be read.
+        The points of a scan cannot be read.
     """
-    key = state.key(_facts, scan.scan)
-    facts = state.recall(f"surface-{scan.name}", key)
-    if facts is None:
-        facts = _facts(scan.scan)
-        state.remember(f"surface-{scan.name}", key, facts)
+    items = [
+        Item(
+            f"surface-{scan.name}",
+            f"sample of {scan.name}",
+            (scan.scan,),
+            source=scan.scan.path,
+            cost=scan.scan.records or 0,
+        )
+        for scan in scans
+    ]
+    taken = each(_facts, items, _from_facts, state=state, progress=progress)
+    return {scan.name: sample for scan, sample in zip(scans, taken, strict=True)}
+
+
+def _from_facts(item: Item, facts: dict[str, Any]) -> SurfaceSample:
+    """A sample from plain numbers."""
     normals = np.array(facts["normals"]).reshape(-1, 3)
     normals[(normals == 0).all(axis=1)] = np.nan
     light = facts["intensity"]
@@ -37,7 +67,7 @@ def sample_of(scan: StationScan, state: Remembered) -> SurfaceSample:
     )
 
 
-def _facts(scan: Scan) -> dict[str, Any]:
+def _facts(scan: Scan, *, progress: Progress) -> dict[str, Any]:
     """A sample as plain numbers; unknown normals are zero, unknown intensities None."""
     sample = surface_sample(scan)
     normals = np.nan_to_num(sample.normals)

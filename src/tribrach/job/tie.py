@@ -288,7 +288,7 @@ def _stations(
             settings.plane_area_m2,
             settings.plane_floor_mm * MM,
             state,
-            lambda what: progress(what, 0, None),
+            progress,
         )
     blank, blind = PlaneSet.joined([]), StationView.empty()
     levelled = {scan.station: scan.levelled for scan in scans}
