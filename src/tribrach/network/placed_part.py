@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach.errors import NoStartValues
+from tribrach.network.identity import file_and_line
 from tribrach.network.start.start_values import find_start
 from tribrach.network.survey import ObservationTable, Survey
 
@@ -68,15 +69,18 @@ def _without(survey: Survey, names: set[str]) -> Survey:
         for row in np.flatnonzero(~keep).tolist():
             for name in names & _names(table, row):
                 sources[name][str(table.columns["source"][row])] = None
+    sentences = [_sentence(n, sorted(s, key=file_and_line)) for n, s in sources.items()]
     return replace(
         survey.part(masks),
         points={name: given for name, given in survey.points.items() if name not in names},
-        warnings=[*survey.warnings, *(_sentence(name, list(s)) for name, s in sources.items())],
+        warnings=[*survey.warnings, *sentences],
     )
 
 
 def _untouched(table: ObservationTable, names: set[str]) -> NDArray[np.bool_]:
     """Which observations (n,) refer to none of the points."""
+    if not names & {*table.names("point"), *table.names("position")}:
+        return np.ones(table.n, dtype=bool)
     return np.array([not names & _names(table, row) for row in range(table.n)], dtype=bool)
 
 

@@ -116,14 +116,16 @@ def check_covariance(matrices: Array, source: Sequence[str], what: str) -> None:
     check_sigmas(np.where(scale > 0, scale, 1.0), source, what)
     scale[scale == 0] = 1.0
     unit = matrices / scale[:, :, None] / scale[:, None, :]
-    for i, matrix in enumerate(unit):
-        good = np.isfinite(matrix).all() and np.allclose(matrix, matrix.T, atol=1e-9)
-        if not good or np.linalg.eigvalsh(matrix)[0] <= 1e-14:
-            raise InputError(
-                f"covariance of {what} is not symmetric and positive definite",
-                record=source[i] or None,
-                cure="check the order and the signs of its elements",
-            )
+    finite = np.isfinite(unit).all(axis=(1, 2))
+    even = np.isclose(unit, unit.swapaxes(1, 2), atol=1e-9).all(axis=(1, 2)) & finite
+    good = even.copy()
+    good[even] = np.linalg.eigvalsh(unit[even])[:, 0] > 1e-14
+    if not good.all():
+        raise InputError(
+            f"covariance of {what} is not symmetric and positive definite",
+            record=source[int(np.argmin(good))] or None,
+            cure="check the order and the signs of its elements",
+        )
 
 
 def check_values(values: Array, source: Sequence[str], kind: str) -> None:

@@ -13,7 +13,8 @@ from tests.io.survey.gama_files import (
     full_network,
     read,
 )
-from tribrach.errors import InputError, NoStartValues
+from tribrach.errors import InputError, NoStartValues, Refusals
+from tribrach.io.survey.gama import observations
 from tribrach.io.survey.gama.reader import GamaFacts
 from tribrach.network.adjustment import adjust
 from tribrach.network.facts import facts_of
@@ -560,3 +561,85 @@ def test_networks_missing_or_doubled(tmp_path):
         read(tmp_path, f"<gama-local {XMLNS}><network/></gama-local>")
     with pytest.raises(InputError, match="the root element is"):
         read(tmp_path, "<dna/>")
+
+
+#: what a plain sight may have, and next to it what makes one not plain
+SIGHTS = """<point id="A" x="0" y="0" z="0" fix="xyz"/>
+<point id="B" x="100" y="0" z="1" adj="xyz"/>
+<point id="C" x="0" y="100" adj="xy"/>
+<obs from="A" from_dh="1.5">
+<direction to="B" val="399.9999" stdev="10"/>
+<direction to=" C " val=" 0.0000 " stdev="10"/>
+<direction to="B" val="410.5" stdev="10"/>
+<direction to="C" val="12-30-15.5" stdev="3"/>
+<direction to="D" val="1" stdev="3"/>
+<z-angle to="B" val="98.5" stdev="1e1" from_dh="1.6" to_dh="0.1"/>
+<z-angle to="C" val="98.5" stdev="10"/>
+<s-distance to="B" val="+100.005" stdev="2" extern="x"/>
+<s-distance to="B" val="100.006" stdev="2"/>
+<distance to="B" val="100" stdev="2"/>
+<!-- a comment -->
+</obs>
+<obs from="B">
+<direction to="A" val="17.123456" stdev="5"/><direction to="C" val="80" stdev="5"/>
+<cov-mat dim="2" band="0">25 25</cov-mat>
+</obs>
+"""
+
+
+@pytest.mark.parametrize("hand", HANDS)
+def test_plain_sights_are_read_as_all_others(tmp_path, hand, monkeypatch):
+    """Columns filled at once are those that elements fill, to the last digit, with their lines."""
+    text = document(SIGHTS, f'axes-xy="ne" angles="{hand}"')
+    plain = read(tmp_path, text)
+    taken = [t.n for t in plain.tables()]
+    monkeypatch.setattr(observations, "_PLAIN_SIGHTS", ())
+    other = read(tmp_path, text)
+    assert plain.warnings == other.warnings
+    assert taken == [t.n for t in other.tables()] == [6, 2, 2, 1]
+    for one, two in zip(plain.tables(), other.tables(), strict=True):
+        assert (one.kind, one.group, one.columns.keys()) == (
+            two.kind,
+            two.group,
+            two.columns.keys(),
+        )
+        for name, column in one.columns.items():
+            assert np.array_equal(column, two.columns[name]), name
+
+
+@pytest.mark.parametrize(
+    ("sight", "what"),
+    [
+        ('<direction to="B" val="nan" stdev="10"/>', "val of <direction> is not a finite angle"),
+        ('<direction to="B" val="1" stdev="0"/>', "stdev of <direction> is 0"),
+        ('<direction to="B" val="1" stdev="-1"/>', "stdev of <direction> is -1"),
+        ('<direction to="A" val="1" stdev="1"/>', "<direction> has the same point at two ends"),
+        ('<direction to="B" val="900" stdev="1"/>', "direction: 900 gon .* more than 2 circles"),
+        ('<direction to="B" val="1" stdev="1" odd="1"/>', "<direction> has no attribute odd"),
+        ('<direction val="1" stdev="1"/>', "<direction> has no to"),
+        ('<z-angle to="B" val="200" stdev="1"/>', "the zenith angle is not between 0 and 200"),
+        ('<s-distance to="B" val="0" stdev="1"/>', "val of <s-distance> is 0"),
+        ('<s-distance to="B" val="1e300" stdev="1"/>', "beyond any measurement"),
+        ('<s-distance to="B" val="1" stdev="1" to_dh="20000"/>', "height target of .* is 20000 m"),
+    ],
+)
+def test_sights_that_are_not_plain_are_refused_with_their_line(tmp_path, sight, what):
+    text = document(SIGHTS).splitlines()
+    line = next(k for k, one in enumerate(text) if "100.006" in one)
+    text[line] = sight
+    with pytest.raises(InputError, match=what) as error:
+        read(tmp_path, "\n".join(text))
+    assert error.value.line == line + 1
+
+
+def test_all_sights_that_are_refused_are_told(tmp_path):
+    """Those that only the survey refuses come to the others, each with its line."""
+    text = document(
+        SIGHTS.replace('val="410.5"', 'val="1410.5"').replace('val="399.9999"', 'val="900"')
+    )
+    with pytest.raises(Refusals) as refused:
+        read(tmp_path, text)
+    assert [e.line for e in refused.value.errors] == [
+        1 + next(k for k, one in enumerate(text.splitlines()) if word in one)
+        for word in ('val="900"', "1410.5")
+    ]

@@ -6,19 +6,17 @@ Every error names file and line. Attributes that the format does not have are re
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
-import numpy as np
-from lxml import etree
-
 from tribrach.errors import InputError, RefusalCollector
-from tribrach.units import CC, SEC, parse_angle, too_large
+from tribrach.units import CC, LARGEST, SEC, parse_angle
 
-__all__ = ["Element", "checked"]
+__all__ = ["Element", "checked", "local_name"]
 
 T = TypeVar("T")
 
@@ -73,12 +71,17 @@ class Element:
     @property
     def tag(self) -> str:
         """Name without the namespace, which older files leave out."""
-        return str(etree.QName(self.node).localname)
+        return local_name(self.node)
 
     @property
     def source(self) -> str:
         """``file:line``."""
-        return f"{self.label or self.path.name}:{self.node.sourceline}"
+        return f"{self.file}:{self.node.sourceline}"
+
+    @property
+    def file(self) -> str:
+        """What sources call the file."""
+        return self.label or self.path.name
 
     def error(self, what: str, cure: str | None = None) -> InputError:
         """An error with file and line, to be raised."""
@@ -93,17 +96,32 @@ class Element:
             Names that they may have, any if None.
         """
         for node in self.node:
-            if not isinstance(node.tag, str):
-                continue
-            child = None
-            with self.refused.record():
-                child = Element(node, self.path, self.label, self.refused)
-                if allowed is not None and child.tag not in allowed:
-                    raise child.error(
-                        f"<{child.tag}> is unknown in <{self.tag}>", f"use {', '.join(allowed)}"
-                    )
-            if child is not None and (allowed is None or child.tag in allowed):
+            child = self.allowed(node, allowed)
+            if child is not None:
                 yield child
+
+    def child(self, node: Any) -> Element:
+        """A node within this element.
+
+        Raises
+        ------
+        InputError
+            It has an attribute that the format does not have.
+        """
+        return Element(node, self.path, self.label, self.refused)
+
+    def allowed(self, node: Any, names: Collection[str] | None) -> Element | None:
+        """A child as an element; None for comments and for what is refused, which is noted."""
+        if not isinstance(node.tag, str):
+            return None
+        with self.refused.record():
+            child = self.child(node)
+            if names is None or child.tag in names:
+                return child
+            raise child.error(
+                f"<{child.tag}> is unknown in <{self.tag}>", f"use {', '.join(names)}"
+            )
+        return None
 
     def has(self, name: str) -> bool:
         """True if an attribute is given."""
@@ -172,9 +190,9 @@ class Element:
             value = float(text)
         except ValueError as error:
             raise self.error(f"{name} of <{self.tag}> is not a number: {text!r}") from error
-        if not np.isfinite(value):
+        if not math.isfinite(value):
             raise self.error(f"{name} of <{self.tag}> is not a finite number: {text}")
-        if too_large(value):
+        if abs(value) >= LARGEST:
             raise self.error(f"{name} of <{self.tag}> is {text}, beyond any measurement")
         return value
 
@@ -199,9 +217,14 @@ class Element:
             value = parse_angle(text, "dms" if sexagesimal else "gon")
         except ValueError as error:
             raise self.error(f"{name} of <{self.tag}> is not an angle: {text!r}") from error
-        if not np.isfinite(value):
+        if not math.isfinite(value):
             raise self.error(f"{name} of <{self.tag}> is not a finite angle: {text}")
         return value, SEC if sexagesimal else CC
+
+
+def local_name(node: Any) -> str:
+    """Name of a node without its namespace, "" for comments."""
+    return node.tag.rpartition("}")[2] if isinstance(node.tag, str) else ""
 
 
 def checked(element: Element, action: Callable[[], T]) -> T:

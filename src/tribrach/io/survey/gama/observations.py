@@ -13,15 +13,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tribrach.errors import InputError, RefusalCollector
 from tribrach.io.survey.gama.axes import Axes
-from tribrach.io.survey.gama.element import Element, checked
+from tribrach.io.survey.gama.element import Element, checked, local_name
 from tribrach.network.survey import Survey
+from tribrach.network.survey_rows import SurveyRows
 from tribrach.observations.base import Observations, Use
 from tribrach.observations.control import Coordinate
 from tribrach.observations.gnss import GnssBaselines
@@ -34,7 +37,7 @@ from tribrach.observations.sights import (
     SlopeDistances,
     ZenithAngles,
 )
-from tribrach.units import MM, beyond_circle
+from tribrach.units import CC, GON, MM, beyond_circle
 
 __all__ = ["ObservationReader"]
 
@@ -49,6 +52,11 @@ SIGHTS: dict[str, tuple[type[Observations], Needs]] = {
     "s-distance": (SlopeDistances, (True, True, True)),
     "z-angle": (ZenithAngles, (True, True, True)),
 }
+#: sights whose columns are filled at once where they have nothing special
+_PLAIN_SIGHTS = ("direction", "s-distance", "z-angle")
+#: numbers of theirs above this are looked at
+_USUAL = 1e6
+_TURN = 2 * np.pi
 #: attributes of a section with the default standard deviations of its angles
 _DEFAULTS = {
     "direction": "direction-stdev",
@@ -104,8 +112,8 @@ class GamaCluster:
     ----------
     element
         The ``<obs>`` or list.
-    table, row
-        Of each value, as :meth:`Survey.correlate` takes them.
+    number, row
+        Of each value: that of its observation among the rows, and which of its values it is.
     unit
         Of each standard deviation [m or rad], negative where the file's axis or angle runs against
         ours.
@@ -114,7 +122,7 @@ class GamaCluster:
     """
 
     element: Element
-    table: list[int] = field(default_factory=list)
+    number: list[int] = field(default_factory=list)
     row: list[int] = field(default_factory=list)
     unit: list[float] = field(default_factory=list)
     kept: list[bool] = field(default_factory=list)
@@ -128,18 +136,18 @@ class GamaCluster:
         InputError
             There are two.
         """
-        matrices = [child for child in self.element.children() if child.tag == "cov-mat"]
+        matrices = [node for node in self.element.node if local_name(node) == "cov-mat"]
         if len(matrices) > 1:
-            raise matrices[1].error("a second covariance matrix", "keep one")
-        return matrices[0] if matrices else None
+            raise self.element.child(matrices[1]).error("a second covariance matrix", "keep one")
+        return self.element.child(matrices[0]) if matrices else None
 
     def check(self) -> None:
         """Refuse a second covariance matrix before any of the observations."""
         _ = self.matrix_element
 
-    def take(self, table: int, rows: int, unit: float) -> None:
+    def take(self, number: int, rows: int, unit: float) -> None:
         """Note the values of one observation."""
-        self.table += [table] * rows
+        self.number += [number] * rows
         self.row += list(range(rows))
         self.unit += [unit] * rows
         self.kept += [True] * rows
@@ -187,10 +195,14 @@ def band_matrix(element: Element, size: int) -> NDArray[np.float64]:
     return matrix
 
 
+#: attributes of a sight whose columns are filled without further questions
+_PLAIN = frozenset(("to", "val", "stdev", "from_dh", "to_dh"))
+
+
 def _points(columns: dict[str, Any]) -> list[str]:
     """Names of the points of one observation."""
     keys = ("start", "end", "foresight", "position")
-    return [name for key in keys for name in columns.get(key, ())]
+    return [columns[key] for key in keys if key in columns]
 
 
 def _whole(element: Element, name: str) -> int:
@@ -219,6 +231,11 @@ class ObservationReader:
         self, survey: Survey, axes: Axes, hand: float, used: dict[str, NDArray[np.bool_]]
     ) -> None:
         self.survey, self.axes, self.hand, self.used = survey, axes, hand, used
+        self.rows = SurveyRows(survey)
+        #: clusters with their matrices, which are given to the survey behind the observations
+        self._matrices: list[tuple[GamaCluster, Element, NDArray[np.float64]]] = []
+        #: points whose coordinates are all part of the network
+        self._whole = {name for name, own in used.items() if own.all()}
         #: sources of the observations that are off
         self.off: list[str] = []
         #: sources of the observations that are left out, by the point that is not defined
@@ -256,8 +273,12 @@ class ObservationReader:
         if element.has("orientation"):
             element.angle("orientation")  # start values are found, but it must be an angle
         circle = f"orientation {station} ({element.source})"
-        for child in element.children((*SIGHTS, "dh", "cov-mat")):
-            if child.tag == "cov-mat":
+        plain = cluster.matrix_element is None and station in self._whole
+        for node in element.node:
+            if plain and self._plain_sight(node, element, station, height, circle, cluster):
+                continue
+            child = element.allowed(node, (*SIGHTS, "dh", "cov-mat"))
+            if child is None or child.tag == "cov-mat":
                 continue
             with child.refused.record():
                 start = child.text("from", station)
@@ -267,6 +288,52 @@ class ObservationReader:
                     self._dh(child, start, cluster, by_length=False)
                 else:
                     self._sight(child, start, height, circle, cluster, section)
+
+    def _plain_sight(
+        self,
+        node: Any,
+        element: Element,
+        station: str,
+        height: float,
+        circle: str,
+        cluster: GamaCluster,
+    ) -> bool:
+        """Take a sight that has nothing special; False for others, which :meth:`_sight` reads.
+
+        Those are most of a large file: their columns are filled without an object for each.
+        """
+        tag = local_name(node)
+        given = node.attrib
+        if tag not in _PLAIN_SIGHTS or not _PLAIN.issuperset(given):
+            return False
+        try:
+            end = given["to"].strip()
+            value, sigma = float(given["val"]), float(given["stdev"])
+            own, other = float(given.get("from_dh", height)), float(given.get("to_dh", 0.0))
+        except (KeyError, ValueError):
+            return False
+        # NaN is not below anything
+        small = max(abs(value), sigma, abs(own), abs(other)) < _USUAL and sigma > 0 and value > 0
+        if not small or end == station or end not in self._whole:
+            return False
+        kind, _ = SIGHTS[tag]
+        columns: dict[str, Any] = {"start": station, "end": end}
+        columns["height_instrument"], columns["height_target"] = own, other
+        unit = MM
+        if kind is not SlopeDistances:
+            unit, value = CC, value * GON
+            if kind is Directions:
+                if value > _TURN:
+                    return False
+                columns["orientation"] = circle
+                unit, value = self.hand * CC, self.hand * value % _TURN
+            elif value >= np.pi:
+                return False
+        columns["use"], columns["reason"] = int(Use.ACTIVE), ""
+        source = f"{element.file}:{node.sourceline}"
+        number = self.rows.add(kind, value, sigma * abs(unit), source, columns)
+        cluster.take(number, 1, unit)
+        return True
 
     def _sight(
         self,
@@ -285,11 +352,11 @@ class ObservationReader:
         for name in ("bs_dh", "fs_dh"):
             element.number(name, 0.0)  # heights do not enter horizontal angles
         if kind is Directions:
-            columns["orientation"] = [circle]
+            columns["orientation"] = circle
         value, unit = self._value(element)
         own = cluster.matrix_element is None
         sigma = observation_sigma(element, section) * abs(unit) if own else 1.0
-        self._add(kind, element, [value], sigma, cluster, unit, needs, columns)
+        self._add(kind, element, value, sigma, cluster, unit, needs, columns)
 
     def _value(self, element: Element) -> tuple[float, float]:
         """Value [m, rad] and the signed unit of its standard deviation [m, rad]."""
@@ -305,7 +372,7 @@ class ObservationReader:
         inside = not beyond_circle(value)
         return float(np.remainder(turned, 2 * np.pi)) if inside else turned, self.hand * unit
 
-    def _ends(self, element: Element, start: str) -> dict[str, list[str]]:
+    def _ends(self, element: Element, start: str) -> dict[str, Any]:
         """Start and end, or backsight and foresight of an angle."""
         if element.tag == "angle":
             names = {"start": start, "end": element.text("bs"), "foresight": element.text("fs")}
@@ -313,7 +380,7 @@ class ObservationReader:
             names = {"start": start, "end": element.text("to")}
         if len(set(names.values())) != len(names):
             raise element.error(f"<{element.tag}> has the same point at two ends")
-        return {key: [name] for key, name in names.items()}
+        return names
 
     def _height_differences(self, element: Element, cluster: GamaCluster) -> None:
         for child in element.children(("dh", "cov-mat")):
@@ -331,10 +398,10 @@ class ObservationReader:
             if default is None and not element.has("stdev"):
                 raise element.error("<dh> has no standard deviation", "add stdev")
             sigma *= element.positive("stdev", default)
-        values = [element.number("val")]
+        value = element.number("val")
         needs = (False, False, True)
         ends = self._ends(element, start)
-        self._add(HeightDifferences, element, values, sigma, cluster, MM, needs, ends)
+        self._add(HeightDifferences, element, value, sigma, cluster, MM, needs, ends)
 
     def _coordinates(self, element: Element, cluster: GamaCluster) -> None:
         """Observed coordinates, which have a covariance matrix."""
@@ -351,11 +418,11 @@ class ObservationReader:
         for column, axis in zip(self.axes.matrix().T, "xyz", strict=True):
             if element.has(axis):
                 to = int(np.argmax(np.abs(column)))
-                values = [element.number(axis) * column[to]]
-                columns = {"position": [name], "axis": np.array([to])}
+                value = element.number(axis) * float(column[to])
+                columns = {"position": name, "axis": to}
                 needs = (to == 0, to == 1, to == 2)
                 unit = float(column[to]) * MM
-                self._add(Coordinate, element, values, 1.0, cluster, unit, needs, columns)
+                self._add(Coordinate, element, value, 1.0, cluster, unit, needs, columns)
 
     def _vectors(self, element: Element, cluster: GamaCluster) -> None:
         """Coordinate differences, which have a covariance matrix."""
@@ -370,7 +437,7 @@ class ObservationReader:
         columns["height_start"] = element.number("from_dh", 0.0)
         columns["height_end"] = element.number("to_dh", 0.0)
         vector = np.array([element.number(name) for name in ("dx", "dy", "dz")])
-        values = [self.axes.matrix() @ vector]
+        values = self.axes.matrix() @ vector
         needs = (True, True, True)
         self._add(GnssBaselines, element, values, 1.0, cluster, MM, needs, columns)
 
@@ -378,7 +445,7 @@ class ObservationReader:
         self,
         kind: type[Observations],
         element: Element,
-        values: list[Any],
+        value: Any,
         sigma: float,
         cluster: GamaCluster,
         unit: float,
@@ -397,17 +464,13 @@ class ObservationReader:
                 return
         reason = self._unusable(columns, needs)
         if reason:
-            columns = columns | {"use": [int(Use.OFF)], "reason": [reason]}
             self.off.append(element.source)
         elif kind is Coordinate:
             self.controls = True
-        table = checked(
-            element,
-            lambda: self.survey.add(
-                kind, values=values, sigma=sigma, source=[element.source], **columns
-            ),
-        )
-        cluster.take(table, len(kind.units), unit)
+        use = Use.OFF if reason else Use.ACTIVE
+        columns = columns | {"use": int(use), "reason": reason}
+        number = self.rows.add(kind, value, sigma, element.source, columns)
+        cluster.take(number, len(kind.units), unit)
 
     def _unusable(self, columns: dict[str, Any], needs: Needs) -> str:
         """Why an observation cannot be used; empty if it can."""
@@ -418,8 +481,27 @@ class ObservationReader:
                 return f"{what} of {name} is neither fixed nor adjusted"
         return ""
 
+    def finish(self, refused: RefusalCollector, path: Path) -> None:
+        """Give all observations to the survey, and the clusters their matrices."""
+
+        def refuse(source: str, error: InputError) -> None:
+            line = int(source.rpartition(":")[2])
+            refused.add(InputError(error.what, file=path, line=line, cure=error.cure))
+
+        self.rows.settle(refuse)
+        for cluster, element, matrix in self._matrices:
+            places = self.rows.places(cluster.number)
+            if places is None:
+                continue
+            table, item = np.array(places, dtype=int).T
+            correlate = partial(
+                self.survey.correlate, table, item, cluster.row, matrix, element.source
+            )
+            with refused.record():
+                checked(element, correlate)
+
     def _correlate(self, cluster: GamaCluster) -> None:
-        """Give the values of the cluster its covariance matrix."""
+        """Read the covariance matrix of the cluster."""
         element = cluster.matrix_element
         if element is None:
             if cluster.element.tag in ("coordinates", "vectors") and cluster.kept:
@@ -434,9 +516,4 @@ class ObservationReader:
         kept = np.flatnonzero(cluster.kept)
         if len(kept) == 0:
             return
-        matrix = matrix[np.ix_(kept, kept)]
-        item = np.zeros(len(matrix), dtype=int)
-        checked(
-            element,
-            lambda: self.survey.correlate(cluster.table, item, cluster.row, matrix, element.source),
-        )
+        self._matrices.append((cluster, element, matrix[np.ix_(kept, kept)]))

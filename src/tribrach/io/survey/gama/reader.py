@@ -119,6 +119,7 @@ class _Reader:
         self.observations = ObservationReader(self.survey, self.axes, hand, used)
         for section in sections:
             self.observations.section(section)
+        self.observations.finish(network.refused, network.path)
         self._say_undefined()
         self._say_off()
         self._choose_datum()
