@@ -19,6 +19,7 @@ from tribrach.report import html, json_result, text
 from tribrach.report.build import build
 from tribrach.report.content import Report
 from tribrach.report.map import network_map, round_down
+from tribrach.report.tables import ColumnHead, Worst, build_table, number_cell
 
 
 def refuse(constant: str) -> float:
@@ -158,7 +159,35 @@ def test_html_limits_rows_and_says_so() -> None:
     tree = parser.document_fromstring(html.render(content, row_limit=10))
     assert len(tree.xpath("//section[@id='observations']//tbody/tr")) == 10
     note = tree.xpath("//section[@id='observations']//p[contains(@class,'cut')]")[0]
-    assert f"{len(content.observations) - 10} are left out" in note.text_content()
+    count = len(content.observations)
+    assert note.text_content() == (
+        f"10 of {count} rows are shown, those with the largest w; {count - 10} are left out: the "
+        "JSON result has all of them."
+    )
+
+
+def test_text_limits_rows_and_says_so() -> None:
+    content = scanner_content()
+    printed = " ".join(text.render(content, row_limit=3).split())
+    count = len(content.observations)
+    assert f"3 of {count} rows are shown, those with the largest w; {count - 3} are" in printed
+    points = len(content.points)
+    assert f"3 of {points} rows are shown, those of the points with the largest sigma;" in printed
+    assert "left out" not in text.render(content)
+
+
+def test_the_worst_rows_are_shown_in_the_order_of_the_table() -> None:
+    """By hand: sizes 3, 1, none, 4, 1, 5; the two ones stay in their order."""
+    sizes = [3.0, 1.0, float("nan"), 4.0, 1.0, 5.0]
+    columns = [(ColumnHead("size"), lambda k: number_cell(sizes[k], f"{sizes[k]:g}"))]
+    worst = Worst("the largest", lambda k: sizes[k])
+    table = build_table("t", "T", "", range(6), columns, worst=worst)
+    assert list(table.first(3).items) == [0, 3, 5]
+    assert list(table.first(4).items) == [0, 1, 3, 5]
+    assert list(table.first(6).items) == list(range(6))
+    assert table.first(4).first(2).left_out == 4
+    assert table.cut == ""
+    assert table.first(2).cut.startswith("2 of 6 rows are shown, the largest; 4 are left out")
 
 
 def test_angles_are_written_in_the_chosen_unit() -> None:

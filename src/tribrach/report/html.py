@@ -6,15 +6,13 @@ from tribrach.report.content import Report
 from tribrach.report.environment import render_page
 from tribrach.report.histogram import histogram
 from tribrach.report.map import network_map
+from tribrach.report.tables import ROW_LIMIT
 
-__all__ = ["ROW_LIMIT", "render"]
-
-#: rows per table; the JSON result always has all of them
-ROW_LIMIT = 2000
+__all__ = ["render"]
 
 
 def render(content: Report, *, row_limit: int = ROW_LIMIT) -> str:
-    """The whole report; tables end after ``row_limit`` rows and say so."""
+    """The whole report; tables have ``row_limit`` rows at most, the worst, and say so."""
     return render_page(
         "report.html.j2",
         content=content,

@@ -8,18 +8,25 @@ from functools import cached_property
 from itertools import compress
 from typing import Any, TypeVar
 
+import numpy as np
+
 __all__ = [
+    "ROW_LIMIT",
     "Cell",
     "ColumnHead",
     "ReportTable",
     "Row",
     "Spec",
+    "Worst",
     "build_table",
     "number_cell",
     "text_cell",
 ]
 
 Item = TypeVar("Item")
+
+#: rows of a table in text and HTML; nobody reads more, and the JSON result has all
+ROW_LIMIT = 1000
 
 
 @dataclass(frozen=True)
@@ -58,6 +65,22 @@ def _plain(item: Any) -> str:
 
 
 @dataclass(frozen=True)
+class Worst:
+    """Which rows of a long table are shown.
+
+    Parameters
+    ----------
+    words : str
+        In a sentence: "those with the largest w".
+    size : callable, optional
+        Of an item: those with the largest are shown; if not given, the items stand in that order.
+    """
+
+    words: str
+    size: Callable[[Any], float] | None = None
+
+
+@dataclass(frozen=True)
 class ReportTable:
     """A table with one row for each item; its cells are made when it is first looked at.
 
@@ -73,6 +96,8 @@ class ReportTable:
         State of the row of an item, see :class:`Row`.
     left_out : int
         How many further items have no row.
+    worst : Worst, optional
+        Which items keep their rows where not all can have one; the first if not given.
     """
 
     name: str
@@ -82,6 +107,7 @@ class ReportTable:
     specs: tuple[Spec, ...]
     state: Callable[[Any], str] = _plain
     left_out: int = 0
+    worst: Worst | None = None
 
     @cached_property
     def _made(self) -> tuple[tuple[ColumnHead, ...], tuple[Row, ...]]:
@@ -112,11 +138,28 @@ class ReportTable:
         return replace(self, specs=tuple(spec for spec in self.specs if not spec[0].wide))
 
     def first(self, most: int | None) -> ReportTable:
-        """The first ``most`` rows (all if None), the others counted as left out."""
+        """The ``most`` worst rows in their order (all if None), the others counted as left out."""
         if most is None or len(self.items) <= most:
             return self
         left_out = self.left_out + len(self.items) - most
-        return replace(self, items=self.items[:most], left_out=left_out)
+        items = self.items[:most]
+        if self.worst is not None and self.worst.size is not None:
+            size = np.array([self.worst.size(item) for item in self.items], dtype=float)
+            chosen = np.sort(np.argsort(-np.nan_to_num(size), kind="stable")[:most])
+            items = [self.items[k] for k in chosen.tolist()]
+        return replace(self, items=items, left_out=left_out)
+
+    @property
+    def cut(self) -> str:
+        """How many rows are left out, and which are shown; "" where all are."""
+        if not self.left_out:
+            return ""
+        which = self.worst.words if self.worst else "the first"
+        shown = len(self.items)
+        return (
+            f"{shown} of {shown + self.left_out} rows are shown, {which}; {self.left_out} are left "
+            "out: the JSON result has all of them."
+        )
 
 
 def text_cell(text: str, mark: str = "") -> Cell:
@@ -137,8 +180,9 @@ def build_table(
     columns: Sequence[tuple[ColumnHead, Callable[[Item], Cell]]],
     state: Callable[[Item], str] = _plain,
     most: int | None = None,
+    worst: Worst | None = None,
 ) -> ReportTable:
-    """A table with one row for each of the first ``most`` items (all if None).
+    """A table with one row for each of ``most`` items (all if None).
 
     Parameters
     ----------
@@ -146,5 +190,8 @@ def build_table(
         ``make`` says how a cell is made of an item; columns without any text are left out.
     state : callable
         State of the row of an item.
+    worst : Worst, optional
+        Which rows are shown where there are too many; the first if not given.
     """
-    return ReportTable(name, title, note, items, tuple(columns), state).first(most)
+    table = ReportTable(name, title, note, items, tuple(columns), state, worst=worst)
+    return table.first(most)

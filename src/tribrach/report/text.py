@@ -6,7 +6,7 @@ import textwrap
 
 from tribrach.report.characters import visible
 from tribrach.report.content import Report
-from tribrach.report.tables import ColumnHead, ReportTable, Row
+from tribrach.report.tables import ROW_LIMIT, ColumnHead, ReportTable, Row
 
 __all__ = ["WIDTH", "brief", "render", "table_text", "wrapped"]
 
@@ -15,15 +15,18 @@ WIDTH = 100
 _LEGEND = {"suspicious": "! suspicious", "check": "c held out as a check", "off": "x switched off"}
 
 
-def render(content: Report) -> str:
-    """The whole report; rows that are switched off start with ``x``, checks with ``c``."""
+def render(content: Report, *, row_limit: int = ROW_LIMIT) -> str:
+    """The whole report; rows that are switched off start with ``x``, checks with ``c``.
+
+    Tables have ``row_limit`` rows at most, the worst, and say so.
+    """
     parts = [
         _head(content),
         _section("Warnings", [f"! {text}" for text in content.warnings] or ["none"]),
         _section("Datum and standard deviations", [content.datum.sentence, content.sigma_origin]),
         _section("Adjustment", _facts(content)),
         *(_section(c.title, list(c.sentences)) for c in content.chapters if c.sentences),
-        *(table_text(table) for table in content.tables()),
+        *(table_text(table) for table in content.tables(row_limit)),
     ]
     return visible("\n\n".join(parts) + "\n")
 
@@ -88,7 +91,8 @@ def table_text(table: ReportTable) -> str:
     """Title, note and grid of a table."""
     title = [table.title, "-" * len(table.title)]
     legend = [_LEGEND[state] for state in _LEGEND if any(r.state == state for r in table.rows)]
-    note = " ".join(filter(None, [table.note, f"Marks: {', '.join(legend)}." if legend else ""]))
+    marks = f"Marks: {', '.join(legend)}." if legend else ""
+    note = " ".join(filter(None, [table.note, marks, table.cut]))
     return "\n".join([*title, *([wrapped(note)] if note else []), _grid(table)])
 
 

@@ -24,6 +24,7 @@ from tribrach.report.tables import (
     ColumnHead,
     ReportTable,
     Spec,
+    Worst,
     build_table,
     number_cell,
     text_cell,
@@ -37,6 +38,12 @@ _USES: dict[Use, Literal["weighted", "check", "off"]] = {
     Use.CHECK: "check",
     Use.OFF: "off",
 }
+
+#: rows of a network of very many given points
+_WORST = Worst(
+    "those with the largest test value for its limit",
+    lambda c: c.verdict.statistic / c.verdict.limit if c.verdict else 0.0,
+)
 
 
 def control(adjustment: Adjustment, settings: ReportSettings) -> tuple[Control, ...]:
@@ -190,6 +197,7 @@ def _table(head: Head) -> ReportTable:
         rows,
         columns,
         _control_state,
+        worst=_WORST,
     )
 
 

@@ -22,12 +22,16 @@ from tribrach.report.tables import (
     ColumnHead,
     ReportTable,
     Spec,
+    Worst,
     build_table,
     number_cell,
     text_cell,
 )
 
 __all__ = ["SUBJECT", "observations", "printed_size", "worst_first"]
+
+#: rows stand in this order
+_WORST = Worst("those with the largest w")
 
 
 def observations(adjustment: Adjustment, quality: Quality) -> ObservedValues:
@@ -99,7 +103,7 @@ def _observation_table(head: Head) -> ReportTable:
     ]
     rows = worst_first(head.observations)
     title = "Observations, worst first"
-    return build_table("observations", title, note, rows, specs, _row_state)
+    return build_table("observations", title, note, rows, specs, _row_state, worst=_WORST)
 
 
 def _kind(o: Observation) -> str:

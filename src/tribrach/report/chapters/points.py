@@ -24,10 +24,23 @@ from tribrach.report.content import (
 )
 from tribrach.report.numbers import matrix, sigmas, triple
 from tribrach.report.subject import Subject
-from tribrach.report.tables import Cell, ColumnHead, ReportTable, Spec, build_table, number_cell
+from tribrach.report.tables import (
+    Cell,
+    ColumnHead,
+    ReportTable,
+    Spec,
+    Worst,
+    build_table,
+    number_cell,
+)
 from tribrach.units import format_angle
 
 __all__ = ["SUBJECT", "Uncertainty", "points", "position_uncertainty"]
+
+#: rows of a network of very many points
+_WORST = Worst(
+    "those of the points with the largest sigma", lambda p: sum((s or 0.0) ** 2 for s in p.sigma)
+)
 
 
 class Uncertainty:
@@ -154,7 +167,7 @@ def _point_table(head: Head) -> ReportTable:
         *head.columns.axes("σ ", "sigma", head.columns.mm),
         *head.columns.ellipse(),
     ]
-    return build_table("points", "Adjusted points", note, head.points, columns)
+    return build_table("points", "Adjusted points", note, head.points, columns, worst=_WORST)
 
 
 def _ellipsoid_table(head: Head) -> ReportTable:
@@ -172,7 +185,9 @@ def _ellipsoid_table(head: Head) -> ReportTable:
         head.columns.bearing("elevation", lambda p: p.ellipsoid and p.ellipsoid.elevation),
     ]
     rows = [p for p in head.points if any(p.sigma)]
-    return build_table("ellipsoids", "Covariances and ellipsoids", note, rows, columns)
+    return build_table(
+        "ellipsoids", "Covariances and ellipsoids", note, rows, columns, worst=_WORST
+    )
 
 
 def _square(columns: ColumnSet, i: int, j: int) -> Spec:
@@ -210,7 +225,7 @@ def _geodetic_table(head: Head) -> ReportTable:
         "All are at the epoch of the reference system, where it has one."
     )
     rows = [p for p in head.points if p.geodetic]
-    return build_table("geodetic", "Geodetic coordinates", note, rows, columns)
+    return build_table("geodetic", "Geodetic coordinates", note, rows, columns, worst=_WORST)
 
 
 def _dms(value: float) -> Cell:

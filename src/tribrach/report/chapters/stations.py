@@ -17,12 +17,15 @@ from tribrach.report.chapters.points import Uncertainty
 from tribrach.report.content import Head, ReportSettings, StationRow
 from tribrach.report.numbers import matrix, number, sigmas, triple
 from tribrach.report.subject import Subject
-from tribrach.report.tables import ReportTable, Spec, build_table
+from tribrach.report.tables import ReportTable, Spec, Worst, build_table
 
 __all__ = ["SUBJECT", "Attitude", "attitude", "stations"]
 
 #: a total tilt below this [rad] has no direction, so no derivative
 _LEVEL = 1e-9
+
+#: rows of a network of very many stations
+_WORST = Worst("those with the largest sigma", lambda s: sum((v or 0.0) ** 2 for v in s.sigma))
 
 
 @dataclass(frozen=True)
@@ -145,7 +148,7 @@ def _table(head: Head) -> ReportTable:
         head.columns.small_angle("σ", attrgetter("tilt_sigma")),
         *head.columns.ellipse(wide=True),
     ]
-    return build_table("stations", "Stations", note, head.stations, columns)
+    return build_table("stations", "Stations", note, head.stations, columns, worst=_WORST)
 
 
 SUBJECT = Subject("stations", _chapters)

@@ -14,7 +14,15 @@ from tribrach.report.chapter import Chapter
 from tribrach.report.content import CorrelationRow, Head, ReportSettings, Unknown
 from tribrach.report.numbers import Style, matrix, numbers, sigmas
 from tribrach.report.subject import Subject
-from tribrach.report.tables import Cell, ColumnHead, ReportTable, Spec, build_table, text_cell
+from tribrach.report.tables import (
+    Cell,
+    ColumnHead,
+    ReportTable,
+    Spec,
+    Worst,
+    build_table,
+    text_cell,
+)
 from tribrach.statistics import largest_first
 
 __all__ = ["SUBJECT", "correlations", "other_unknowns"]
@@ -22,6 +30,15 @@ __all__ = ["SUBJECT", "correlations", "other_unknowns"]
 #: at most this many unknowns are compared, and this many pairs of correlated ones listed
 MOST_UNKNOWNS = 1500
 MOST_PAIRS = 300
+
+
+def _size(unknown: Unknown) -> float:
+    """Orientations by their sigma, everything else before them."""
+    return (unknown.sigma[0] or 0.0) if unknown.role == "orientation" else np.inf
+
+
+#: rows of a network of very many set-ups
+_WORST = Worst("all but orientations, and the orientations with the largest sigma", _size)
 
 
 def other_unknowns(adjustment: Adjustment, settings: ReportSettings) -> tuple[Unknown, ...]:
@@ -133,7 +150,7 @@ def _unknown_table(head: Head) -> ReportTable:
         (ColumnHead("value", numeric=False), _values(head.columns.style)),
         (ColumnHead("σ", numeric=False), _sigmas(head.columns.style)),
     ]
-    return build_table("unknowns", "Other unknowns", note, head.unknowns, columns)
+    return build_table("unknowns", "Other unknowns", note, head.unknowns, columns, worst=_WORST)
 
 
 def _what(unknown: Unknown) -> Cell:
