@@ -6,13 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from tribrach.gnss.sessions import SessionResult
-from tribrach.job.antennas import CarriedAntennas
-from tribrach.job.station_comparison import StationComparison
-from tribrach.job.steps import PlacedScans
-from tribrach.job.tie import Registered
-
 if TYPE_CHECKING:
+    from tribrach.gnss.sessions import SessionResult
+    from tribrach.job.antennas import CarriedAntennas
+    from tribrach.job.station_comparison import StationComparison
+    from tribrach.job.steps import PlacedScans
+    from tribrach.job.tie import Registered
     from tribrach.project import Project
 
 __all__ = ["JobResults"]

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tribrach.gnss.attempts import comparison
-from tribrach.gnss.baseline import Baseline
 from tribrach.gnss.orbits import calendar
 from tribrach.gnss.pieces import UNSEEN, PieceScatter
+
+if TYPE_CHECKING:
+    from tribrach.gnss.baseline import Baseline
 
 __all__ = ["baseline_facts", "baseline_headline", "baseline_lines"]
 

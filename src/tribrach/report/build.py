@@ -15,7 +15,7 @@ from tribrach.network.blunders.snooping import SnoopingLog
 from tribrach.network.facts import Reference
 from tribrach.network.quality import Quality
 from tribrach.network.variance_components import VarianceComponents
-from tribrach.report.chapters import SUBJECTS
+from tribrach.report.chapters import subjects
 from tribrach.report.chapters.adjustment import adjustment_warnings
 from tribrach.report.chapters.control import control
 from tribrach.report.chapters.observations import observations
@@ -101,7 +101,8 @@ def build(
         quality=quality,
         apart=adjustment if apart is None else apart,
     )
-    chapters = tuple(chapter for subject in SUBJECTS for chapter in subject.chapters(head, job))
+    asked = subjects(head, job)
+    chapters = tuple(chapter for subject in asked for chapter in subject.chapters(head, job))
     graded = [*adjustment_warnings(head), *warnings]
     graded += [warning for chapter in chapters for warning in chapter.warnings]
     given = {item.name: getattr(head, item.name) for item in fields(Head)}

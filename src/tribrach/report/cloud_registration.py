@@ -9,11 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tribrach._types import Array
-from tribrach.job.register import RegisteredFiles
-from tribrach.registration.clouds.graph import StationLoop
-from tribrach.registration.clouds.pair import CloudPair, PairFit
-from tribrach.registration.clouds.together import CloudGroup, CloudRegistration
-from tribrach.registration.edges import Edge
 from tribrach.report.figures import Picture, colour_scale, colours, new_figure, picture
 from tribrach.report.numbers import arcsec_cell, count_cell, mm_cell
 from tribrach.report.page import page
@@ -28,6 +23,12 @@ from tribrach.report.tables import (
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from tribrach.job.register import RegisteredFiles
+    from tribrach.registration.clouds.graph import StationLoop
+    from tribrach.registration.clouds.pair import CloudPair, PairFit
+    from tribrach.registration.clouds.together import CloudGroup, CloudRegistration
+    from tribrach.registration.edges import Edge
 
 #: largest ratio of test to limit in the colours of the plan
 _WORST = 2.0

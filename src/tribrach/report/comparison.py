@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tribrach.comparison.c2c import C2C
 from tribrach.comparison.predicted import BAND, OffsetTest
 from tribrach.comparison.predicted_classes import PredictedClass, predicted_classes
 from tribrach.comparison.results import SiteResult
@@ -23,6 +22,9 @@ from tribrach.report.tables import (
     number_cell,
     text_cell,
 )
+
+if TYPE_CHECKING:
+    from tribrach.comparison.c2c import C2C
 
 __all__ = [
     "comparison_page",

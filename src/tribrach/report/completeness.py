@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array
-from tribrach.comparison.completeness import Completeness, Gap
 from tribrach.report.figures import Picture, new_figure, picture
 from tribrach.report.page import page
 from tribrach.report.tables import (
@@ -24,6 +23,8 @@ from tribrach.report.tables import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from tribrach.comparison.completeness import Completeness, Gap
 
 __all__ = ["completeness_page", "completeness_text"]
 

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tribrach.io.outputs import write_texts
-from tribrach.job.find_targets import Findings
 from tribrach.job.grouping import file_name
 from tribrach.report.panoramas import panorama_file
 from tribrach.report.schema.base import document_text, heading
 from tribrach.report.schema.scans import SCHEMA, TargetsDocument
+
+if TYPE_CHECKING:
+    from tribrach.job.find_targets import Findings
 
 __all__ = ["FOLDER", "LIST", "targets_document", "write_found"]
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, create_model
 
-from tribrach.report.chapters import SUBJECTS
+from tribrach.report.chapters import CHAPTERS, named
 from tribrach.report.content import ObservedValues, Point, Report, StationRow, Unknown
 from tribrach.report.schema.base import Items, document_pieces, heading
 from tribrach.report.schema.result import SCHEMA, ResultHead
@@ -54,7 +54,10 @@ def pieces(content: Report) -> Iterator[str]:
     """
     long = _long(content)
     empty: dict[str, Any] = {key: [] if key == "observations" else {} for key in long}
-    document = result_model().model_validate(_short(content) | empty)
+    short = _short(content)
+    # only models of what it has: building them takes longer than a small network
+    model = result_model(tuple(name for name in CHAPTERS if name in short))
+    document = model.model_validate(short | empty)
     yield from document_pieces(document, long)
 
 
@@ -102,13 +105,12 @@ def _parts(whole: dict[str, Any]) -> Iterator[dict[str, Any]]:
 
 def _chapters(content: Report) -> dict[str, Any]:
     """Data of the chapters by their keys; a list where a subject may have several chapters."""
-    several = {subject.key for subject in SUBJECTS if subject.several}
     data: dict[str, Any] = {}
     for chapter in content.chapters:
         key = chapter.key or chapter.name
         if chapter.data is None:
             continue
-        if key in several:
+        if named(key).several:
             data.setdefault(key, []).append(chapter.data)
         else:
             data[key] = chapter.data
@@ -116,11 +118,11 @@ def _chapters(content: Report) -> dict[str, Any]:
 
 
 @cache
-def result_model() -> type[ResultHead]:
+def result_model(chapters: tuple[str, ...] = tuple(CHAPTERS)) -> type[ResultHead]:
     """The model of the whole document: the adjusted network, and what each chapter adds."""
     keys: dict[str, Any] = {
         subject.key: (subject.model, Field(default=None))
-        for subject in SUBJECTS
+        for subject in map(named, chapters)
         if subject.model is not None
     }
     return create_model("Result", __base__=ResultHead, __doc__=_DOCUMENT, **keys)

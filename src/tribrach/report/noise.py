@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from tribrach.job.estimate_noise import NoiseEstimate
 from tribrach.report.figures import Picture, new_figure, picture
 from tribrach.report.numbers import count_cell, fixed_cell, mm_cell
 from tribrach.report.page import page
@@ -20,11 +19,13 @@ from tribrach.report.tables import (
     number_cell,
     text_cell,
 )
-from tribrach.scan.noise_law import By, LastingEffect, NoiseClass
 from tribrach.units import SEC
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from tribrach.job.estimate_noise import NoiseEstimate
+    from tribrach.scan.noise_law import By, LastingEffect, NoiseClass
 
 __all__ = [
     "Finding",

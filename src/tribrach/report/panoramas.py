@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import io
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-from tribrach.job.panorama import Panorama
+if TYPE_CHECKING:
+    from tribrach.job.panorama import Panorama
 
 __all__ = ["panorama_file"]
 

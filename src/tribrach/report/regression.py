@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tribrach._types import Array
-from tribrach.comparison.regression import Regression, RegressionFit, Relation, Term
 from tribrach.report.figures import Picture, new_figure, picture
 from tribrach.report.numbers import fixed_cell
 from tribrach.report.page import page
@@ -23,6 +22,8 @@ from tribrach.report.tables import (
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from tribrach.comparison.regression import Regression, RegressionFit, Relation, Term
 
 __all__ = ["regression_page", "regression_pictures", "regression_tables", "regression_text"]
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from tribrach.job.results import JobResults
 from tribrach.report.chapter import Chapter
 from tribrach.report.content import Head
+
+if TYPE_CHECKING:
+    from tribrach.job.results import JobResults
 
 __all__ = ["Subject"]
 

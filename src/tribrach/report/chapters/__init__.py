@@ -1,50 +1,91 @@
 """The chapters of a report: one file each, and the order in which a report has them.
 
-A new chapter is a file that declares a ``SUBJECT``, and its name in :data:`SUBJECTS`.
+A new chapter is a file that declares a ``SUBJECT`` whose key is the name of the file, and that
+name in :data:`CHAPTERS`. A file is loaded for reports that may have the chapter: a network of some
+points needs nothing of what scans, comparisons or receivers need.
 """
 
-from tribrach.report.chapters import (
-    adjustment,
-    comparisons,
-    control,
-    georeferencing,
-    gnss,
-    instruments,
-    lever_arms,
-    observations,
-    observed_noise,
-    points,
-    reductions,
-    registration,
-    rigid_model,
-    scans,
-    side_shots,
-    stations,
-    unknowns,
-)
+from __future__ import annotations
 
-__all__ = ["SUBJECTS"]
+from collections.abc import Callable, Iterator
+from importlib import import_module
+from typing import TYPE_CHECKING
 
-#: in the order of the report
-SUBJECTS = tuple(
-    chapter.SUBJECT
-    for chapter in (
-        scans,
-        comparisons,
-        reductions,
-        gnss,
-        georeferencing,
-        registration,
-        lever_arms,
-        rigid_model,
-        adjustment,
-        control,
-        observations,
-        stations,
-        points,
-        side_shots,
-        unknowns,
-        instruments,
-        observed_noise,
-    )
-)
+from tribrach.observations.gnss import GnssBaselines
+from tribrach.report.subject import Subject
+
+if TYPE_CHECKING:
+    from tribrach.job.results import JobResults
+    from tribrach.report.content import Head
+
+__all__ = ["CHAPTERS", "named", "subjects"]
+
+#: whether a report may have a chapter
+When = Callable[["Head", "JobResults"], bool]
+
+
+def _always(head: Head, job: JobResults) -> bool:
+    return True
+
+
+def _with_baselines(head: Head, job: JobResults) -> bool:
+    observations = head.adjustment.network.observations
+    return bool(job.sessions) or any(isinstance(o, GnssBaselines) for o in observations)
+
+
+#: in the order of the report, with when there is something to ask the file for
+CHAPTERS: dict[str, When] = {
+    "scans": lambda head, job: job.placed is not None,
+    "comparisons": lambda head, job: bool(job.comparisons),
+    "reductions": lambda head, job: bool(head.adjustment.network.facts),
+    "gnss": _with_baselines,
+    "georeferencing": lambda head, job: job.project is not None,
+    "registration": lambda head, job: job.registered is not None,
+    "lever_arm_calibration": lambda head, job: job.antennas is not None,
+    "rigid_model": lambda head, job: job.antennas is not None,
+    "adjustment": _always,
+    "control": _always,
+    "observations": _always,
+    "stations": _always,
+    "points": _always,
+    "side_shots": lambda head, job: bool(head.adjustment.network.facts),
+    "unknowns": _always,
+    "instruments": _always,
+    "observed_noise": lambda head, job: job.placed is not None,
+}
+
+
+def named(name: str) -> Subject:
+    """What the file of a chapter declares.
+
+    Parameters
+    ----------
+    name : str
+        Of :data:`CHAPTERS`.
+
+    Returns
+    -------
+    Subject
+    """
+    subject: Subject = import_module(f"tribrach.report.chapters.{name}").SUBJECT
+    return subject
+
+
+def subjects(head: Head, job: JobResults) -> Iterator[Subject]:
+    """Give the subjects that a report may have chapters of.
+
+    Parameters
+    ----------
+    head : Head
+        The adjusted network in plain numbers.
+    job : JobResults
+        What the job left besides.
+
+    Yields
+    ------
+    Subject
+        In the order of the report.
+    """
+    for name, when in CHAPTERS.items():
+        if when(head, job):
+            yield named(name)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tribrach.job.results import JobResults
 from tribrach.network.quality import Quality, assess
 from tribrach.network.reactions import constraint_reactions
 from tribrach.network.significance import sidak
@@ -26,6 +26,9 @@ from tribrach.report.tables import (
     text_cell,
 )
 from tribrach.report.warnings import ReportWarning, Severity, warned
+
+if TYPE_CHECKING:
+    from tribrach.job.results import JobResults
 
 __all__ = ["SUBJECT", "adjustment_warnings"]
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-from tribrach.job.results import JobResults
 from tribrach.job.station_comparison import REGRESSION_UNITS, StationComparison
 from tribrach.report.chapter import Chapter
 from tribrach.report.characters import anchor
@@ -21,6 +20,9 @@ from tribrach.report.regression import regression_pictures, regression_tables
 from tribrach.report.schema.comparison import StationComparisonPart, station_comparison
 from tribrach.report.subject import Subject
 from tribrach.report.tables import ReportTable
+
+if TYPE_CHECKING:
+    from tribrach.job.results import JobResults
 
 __all__ = ["SUBJECT", "comparison_chapter"]
 

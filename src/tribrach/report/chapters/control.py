@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from tribrach._types import Array
-from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.quality import ROUNDED
 from tribrach.network.roles import given_coordinates, held_names, used_axes
@@ -30,6 +29,9 @@ from tribrach.report.tables import (
     text_cell,
 )
 from tribrach.statistics import chi2, f
+
+if TYPE_CHECKING:
+    from tribrach.job.results import JobResults
 
 __all__ = ["SUBJECT", "control"]
 

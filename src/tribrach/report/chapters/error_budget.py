@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tribrach.job.budget import BudgetRow
 from tribrach.report.columns import ColumnSet
 from tribrach.report.figures import Picture, colours, new_figure, picture
 from tribrach.report.tables import ColumnHead, ReportTable, Spec, build_table, number_cell
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from tribrach.job.budget import BudgetRow
 
 __all__ = ["budget_charts", "budget_table"]
 

@@ -10,7 +10,6 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.job.gnss_loops import frame_sentences
-from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.site_accuracy import CommonShift, SiteAccuracy, sessions, site_accuracy
 from tribrach.observations.base import Use
@@ -24,6 +23,7 @@ from tribrach.report.tables import ColumnHead, ReportTable, build_table, text_ce
 from tribrach.units import SEC
 
 if TYPE_CHECKING:
+    from tribrach.job.results import JobResults
     from tribrach.project import Project
 
 __all__ = ["SUBJECT"]

@@ -12,7 +12,6 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.gnss.attempts import Attempt
 from tribrach.gnss.baseline import Baseline
-from tribrach.gnss.loops import BaselineLoop
 from tribrach.gnss.orbits import calendar
 from tribrach.gnss.pieces import UNSEEN
 from tribrach.gnss.sessions import SessionResult
@@ -24,7 +23,6 @@ from tribrach.job.gnss_loops import (
     loops_of,
 )
 from tribrach.job.mounted_antennas import raised_antennas
-from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.facts import Reference
 from tribrach.report.baseline import baseline_facts, baseline_headline
@@ -46,6 +44,9 @@ from tribrach.report.warnings import Severity, warned
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from tribrach.gnss.loops import BaselineLoop
+    from tribrach.job.results import JobResults
 
 __all__ = ["SUBJECT", "gnss_chapter"]
 

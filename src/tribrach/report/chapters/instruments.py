@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
-from tribrach.job.results import JobResults
 from tribrach.report.chapter import Chapter
 from tribrach.report.content import Head
 from tribrach.report.schema.base import DocumentPart
 from tribrach.report.subject import Subject
 from tribrach.report.tables import ColumnHead, build_table, number_cell, text_cell
+
+if TYPE_CHECKING:
+    from tribrach.job.results import JobResults
 
 __all__ = ["SUBJECT", "InstrumentFigure"]
 

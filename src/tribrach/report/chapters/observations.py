@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from operator import attrgetter
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tribrach._types import Array
-from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.observation_rows import observation_rows
 from tribrach.network.quality import Quality
@@ -27,6 +27,9 @@ from tribrach.report.tables import (
     number_cell,
     text_cell,
 )
+
+if TYPE_CHECKING:
+    from tribrach.job.results import JobResults
 
 __all__ = ["SUBJECT", "observations", "printed_size", "worst_first"]
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tribrach.job.results import JobResults
 from tribrach.job.stated_noise import BAND, NeighbourNoise, StatedNoise, Verdict
 from tribrach.report.chapter import Chapter
 from tribrach.report.content import Head
@@ -15,7 +15,10 @@ from tribrach.report.schema.base import DocumentPart
 from tribrach.report.subject import Subject
 from tribrach.report.tables import Cell, ColumnHead, ReportTable, build_table, text_cell
 from tribrach.report.warnings import ReportWarning, Severity, warned
-from tribrach.scan.noise_law import By, NoiseClass
+
+if TYPE_CHECKING:
+    from tribrach.job.results import JobResults
+    from tribrach.scan.noise_law import By, NoiseClass
 
 __all__ = ["SUBJECT", "InstrumentNoise", "NoiseLaw", "NoiseOfClass"]
 

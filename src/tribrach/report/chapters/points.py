@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tribrach._types import Array
 from tribrach.geodesy.site import EllipsoidSite
-from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.ellipsoids import confidence_factor, plan_ellipses, principal_axes
 from tribrach.network.roles import point_roles, used_axes
@@ -34,6 +33,9 @@ from tribrach.report.tables import (
     number_cell,
 )
 from tribrach.units import format_angle
+
+if TYPE_CHECKING:
+    from tribrach.job.results import JobResults
 
 __all__ = ["SUBJECT", "Uncertainty", "points", "position_uncertainty"]
 

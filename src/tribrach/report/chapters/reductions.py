@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tribrach.io.survey.totalstation import ReducedFile
-from tribrach.job.results import JobResults
 from tribrach.network.facts import Fact, facts_of
 from tribrach.report.chapter import Chapter
 from tribrach.report.columns import ColumnSet
@@ -16,6 +16,9 @@ from tribrach.report.numbers import number
 from tribrach.report.schema.base import DocumentPart, Number
 from tribrach.report.subject import Subject
 from tribrach.report.tables import ColumnHead, ReportTable, Spec, build_table, text_cell
+
+if TYPE_CHECKING:
+    from tribrach.job.results import JobResults
 
 __all__ = [
     "SUBJECT",

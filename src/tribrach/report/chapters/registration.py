@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tribrach.geometry.pose import Pose
-from tribrach.job.results import JobResults
-from tribrach.job.tie import Registered
 from tribrach.network.adjustment import Adjustment
 from tribrach.observations.registry import kind_named
 from tribrach.registration.edges import ALPHA, MOST, Edge, edges
@@ -35,6 +33,9 @@ from tribrach.report.warnings import Severity, warned
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from tribrach.job.results import JobResults
+    from tribrach.job.tie import Registered
 
 __all__ = ["SUBJECT"]
 

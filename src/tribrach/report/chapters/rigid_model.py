@@ -7,14 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tribrach.job.results import JobResults
 from tribrach.job.rigid_placing import adjusted_place
 from tribrach.network.adjustment import Adjustment
-from tribrach.registration.rigid_model import RigidModel
 from tribrach.report.chapter import Chapter
 from tribrach.report.columns import ColumnSet, component
 from tribrach.report.content import Head
@@ -22,6 +20,10 @@ from tribrach.report.schema.base import DocumentPart, Matrix, Number
 from tribrach.report.subject import Subject
 from tribrach.report.tables import Spec, build_table
 from tribrach.report.warnings import Severity, warned
+
+if TYPE_CHECKING:
+    from tribrach.job.results import JobResults
+    from tribrach.registration.rigid_model import RigidModel
 
 __all__ = ["SUBJECT"]
 

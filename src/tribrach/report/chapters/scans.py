@@ -7,20 +7,14 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tribrach.cloud.budget import Weakest, weakest_direction
-from tribrach.cloud.placement import Placement
 from tribrach.cloud.summary import EDGES, CloudSummary
 from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.geodesy.projection import grid_scale
-from tribrach.job.clouds import Product
-from tribrach.job.find_targets import Findings
-from tribrach.job.name_targets import Named
-from tribrach.job.results import JobResults
-from tribrach.job.scans import StationScan
-from tribrach.job.steps import PlacedScans
 from tribrach.job.truth import Side, TruthRow
 from tribrach.report.chapter import Chapter
 from tribrach.report.chapters.error_budget import budget_charts, budget_table
@@ -40,7 +34,16 @@ from tribrach.report.tables import (
     text_cell,
 )
 from tribrach.report.warnings import ReportWarning, Severity, warned
-from tribrach.targets.detection import Detection
+
+if TYPE_CHECKING:
+    from tribrach.cloud.placement import Placement
+    from tribrach.job.clouds import Product
+    from tribrach.job.find_targets import Findings
+    from tribrach.job.name_targets import Named
+    from tribrach.job.results import JobResults
+    from tribrach.job.scans import StationScan
+    from tribrach.job.steps import PlacedScans
+    from tribrach.targets.detection import Detection
 
 __all__ = ["SUBJECT", "FoundTarget", "Rejection", "WrittenCloud"]
 

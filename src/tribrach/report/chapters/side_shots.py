@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tribrach.job.results import JobResults
 from tribrach.network.facts import facts_of
 from tribrach.network.side_shots import ComputedShot, SideShots, compute
 from tribrach.report.chapter import Chapter
@@ -15,6 +15,9 @@ from tribrach.report.numbers import counted, fixed_cell, matrix, mm_cell, triple
 from tribrach.report.schema.base import DocumentPart, Matrix, Triple
 from tribrach.report.subject import Subject
 from tribrach.report.tables import ColumnHead, ReportTable, build_table, text_cell
+
+if TYPE_CHECKING:
+    from tribrach.job.results import JobResults
 
 __all__ = ["SUBJECT", "SideShotPart"]
 

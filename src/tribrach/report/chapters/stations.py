@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from operator import attrgetter
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tribrach._types import Array
 from tribrach.geometry.rotation import skew
-from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.report.chapter import Chapter
 from tribrach.report.chapters.points import Uncertainty
@@ -18,6 +18,9 @@ from tribrach.report.content import Head, ReportSettings, StationRow
 from tribrach.report.numbers import matrix, number, sigmas, triple
 from tribrach.report.subject import Subject
 from tribrach.report.tables import ReportTable, Spec, Worst, build_table
+
+if TYPE_CHECKING:
+    from tribrach.job.results import JobResults
 
 __all__ = ["SUBJECT", "Attitude", "attitude", "stations"]
 

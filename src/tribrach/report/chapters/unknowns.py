@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tribrach.instruments.calibration import meaning_of
-from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.roles import scalar_roles, unknown_references
 from tribrach.report.chapter import Chapter
@@ -24,6 +24,9 @@ from tribrach.report.tables import (
     text_cell,
 )
 from tribrach.statistics import largest_first
+
+if TYPE_CHECKING:
+    from tribrach.job.results import JobResults
 
 __all__ = ["SUBJECT", "correlations", "other_unknowns"]
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tribrach.job.plan.steps import DesignResult
 from tribrach.network.quality import assess
 from tribrach.observations.scanner import ScannerPolar
 from tribrach.planning.prediction import Figures
@@ -25,6 +24,9 @@ from tribrach.report.planning.tables import (
 )
 from tribrach.report.schema.base import heading
 from tribrach.report.schema.plan import SCHEMA, PlanDocument
+
+if TYPE_CHECKING:
+    from tribrach.job.plan.steps import DesignResult
 
 __all__ = ["plan_document", "plan_report"]
 

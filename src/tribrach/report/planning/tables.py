@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tribrach._types import Array
-from tribrach.job.plan.lever_arm import LeverArmForecast
-from tribrach.job.plan.steps import DesignResult
 from tribrach.planning.prediction import CRITERIA, CriterionKind, Figures, largest_sigma
 from tribrach.report.numbers import mm_cell, number, numbers
 from tribrach.report.planning.sights import PlannedSight
@@ -22,6 +20,10 @@ from tribrach.report.tables import (
     number_cell,
     text_cell,
 )
+
+if TYPE_CHECKING:
+    from tribrach.job.plan.lever_arm import LeverArmForecast
+    from tribrach.job.plan.steps import DesignResult
 
 __all__ = ["criterion_words", "lever_arm_json", "lever_arm_sentences", "plan_tables", "shown"]
 

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from tribrach.comparison.c2c import C2C
-from tribrach.comparison.predicted import OffsetTest, Prediction
 from tribrach.comparison.predicted_classes import predicted_classes
-from tribrach.comparison.regression import Regression, RegressionFit
-from tribrach.comparison.results import M3C2Figures, SiteResult
 from tribrach.report.schema.base import Document, DocumentPart, Number, heading
+
+if TYPE_CHECKING:
+    from tribrach.comparison.c2c import C2C
+    from tribrach.comparison.predicted import OffsetTest, Prediction
+    from tribrach.comparison.regression import Regression, RegressionFit
+    from tribrach.comparison.results import M3C2Figures, SiteResult
 
 __all__ = [
     "ComparisonDocument",

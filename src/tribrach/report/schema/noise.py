@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from tribrach.job.estimate_noise import NoiseEstimate
 from tribrach.report.noise import noise_rows, noise_sentences
 from tribrach.report.numbers import matrix, number
 from tribrach.report.schema.base import Document, DocumentPart, Matrix, Number, heading
+
+if TYPE_CHECKING:
+    from tribrach.job.estimate_noise import NoiseEstimate
 
 __all__ = ["NoiseDocument", "noise_document"]
 

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tribrach.job.approximate_poses import ApproximatePoses
-from tribrach.job.register import RegisteredFiles
-from tribrach.registration.clouds.pair import PairFit
-from tribrach.registration.clouds.together import CloudGroup
 from tribrach.report.schema.base import Document, DocumentPart, Matrix, Number, heading
+
+if TYPE_CHECKING:
+    from tribrach.job.approximate_poses import ApproximatePoses
+    from tribrach.job.register import RegisteredFiles
+    from tribrach.registration.clouds.pair import PairFit
+    from tribrach.registration.clouds.together import CloudGroup
 
 __all__ = ["RegistrationDocument", "registration_document"]
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tribrach.job.antenna_lever_arms import EstimatedLeverArm
-from tribrach.job.results import JobResults
 from tribrach.report.chapter import Chapter
 from tribrach.report.columns import component
 from tribrach.report.content import Head
@@ -16,6 +15,10 @@ from tribrach.report.schema.base import DocumentPart, Matrix, Number
 from tribrach.report.subject import Subject
 from tribrach.report.tables import build_table
 from tribrach.report.warnings import ReportWarning, Severity, warned
+
+if TYPE_CHECKING:
+    from tribrach.job.antenna_lever_arms import EstimatedLeverArm
+    from tribrach.job.results import JobResults
 
 __all__ = ["SUBJECT"]
 
