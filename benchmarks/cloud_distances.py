@@ -1,9 +1,12 @@
 """Nearest-neighbour distances between two clouds, against the cKDTree of scipy; tiles on disk.
 
 Two stations in one hall, points in scan order. Each way runs in a process of its own, on all
-processors, so that the peak memory is its. The tiled mode takes clouds from files in chunks.
+processors, so that the peak memory is its. The tiled mode takes clouds from files in chunks. The
+mode of commands runs ``tribrach compare`` of two LAZ files, distances and M3C2, for clouds of
+several sizes, and says how its processor time grows.
 Run: ``python benchmarks/cloud_distances.py [millions of points, 1] [repeats, 3]``, or
-``python benchmarks/cloud_distances.py tiles [millions of points, 100]``.
+``python benchmarks/cloud_distances.py tiles [millions of points, 100]``, or
+``python benchmarks/cloud_distances.py compare [millions of points, 3 10]``.
 """
 
 import os
@@ -54,20 +57,23 @@ def ours(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 def tiled(points: int, folder: Path) -> None:
     """Clouds of any size from files, in parts of bounded memory."""
     from tribrach.comparison.nearest import Neighbours
-    from tribrach.comparison.streams import Spool, parts
+    from tribrach.comparison.streams import Spool
+    from tribrach.comparison.tiles import tiles
 
     files = Spool(folder, 2)
     for number in (0, 1):
         for chunk in station(points, number):
             files.add(number, chunk)
     start, count, total, largest = time.perf_counter(), 0, 0.0, 0
-    for part in parts(files.stream(0), files.stream(1), LIMIT):
-        largest = max(largest, len(part.reference))
-        tree = Neighbours(part.reference)
-        for queries in part.queries():
-            distances = tree.query(queries, LIMIT)[0]
-            near = distances[np.isfinite(distances)]
-            count, total = count + len(near), total + near.sum()
+    with tiles(files.stream(0), files.stream(1), LIMIT) as cut:
+        for tile in cut:
+            reference = tile.reference(LIMIT)
+            largest = max(largest, len(reference))
+            tree = Neighbours(reference)
+            for queries in tile.queries():
+                distances = tree.query(queries, LIMIT)[0]
+                near = distances[np.isfinite(distances)]
+                count, total = count + len(near), total + near.sum()
     took = time.perf_counter() - start
     print(
         f"{points / 1e6:g} against {points / 1e6:g} million points in tiles: {took:.1f} s, "
@@ -75,6 +81,46 @@ def tiled(points: int, folder: Path) -> None:
         f"reference in memory, peak {peak():.0f} MB; mean of {count} distances "
         f"{1e3 * total / count:.4f} mm"
     )
+
+
+def commands(millions: list[float]) -> None:
+    """``tribrach compare`` as a whole process, the second of two runs, and its growth."""
+    runs = []
+    for size in millions:
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            for number, letter in enumerate("ab"):
+                write(folder / f"{letter}.laz", int(size * 1e6), number)
+            command = [sys.executable, "-m", "tribrach", "compare", "a.laz", "b.laz"]
+            for _ in range(1 if runs else 2):  # the first compiles
+                before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+                child = [sys.executable, __file__, "run", *command]
+                out = subprocess.run(child, cwd=folder, check=True, capture_output=True, text=True)
+                wall = time.perf_counter() - start
+                after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+        runs.append((size, cpu))
+        print(
+            f"compare of {size:g} with {size:g} million points: {cpu:.1f} s of the processors, "
+            f"{wall:.1f} s, peak {float(out.stdout.split()[-1]):.0f} MB"
+        )
+    if len(runs) > 1:
+        (small, first), (large, last) = runs[0], runs[-1]
+        growth = np.log(last / first) / np.log(large / small)
+        print(f"growth with the number of points: exponent {growth:.2f}")
+
+
+def write(path: Path, points: int, number: int) -> None:
+    """A station as LAZ."""
+    import laspy
+
+    header = laspy.LasHeader(point_format=6, version="1.4")
+    header.scales = [1e-4] * 3
+    with laspy.open(path, "w", header=header) as file:
+        for chunk in station(points, number):
+            record = laspy.ScaleAwarePointRecord.zeros(len(chunk), header=header)
+            record.x, record.y, record.z = chunk.T
+            file.write_points(record)
 
 
 def peak() -> float:
@@ -125,6 +171,13 @@ def main() -> None:
     if arguments[:1] == ["tiles"]:
         with tempfile.TemporaryDirectory() as folder:
             tiled(int(float((arguments[1:] or ["100"])[0]) * 1e6), Path(folder))
+        return
+    if arguments[:1] == ["compare"]:
+        commands([float(size) for size in arguments[1:] or ["3", "10"]])
+        return
+    if arguments[:1] == ["run"]:  # a command in a process of its own, and its peak memory
+        subprocess.run(arguments[1:], check=True, stdout=subprocess.DEVNULL)
+        print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024)
         return
     millions = float(arguments[0]) if arguments else 1.0
     compared(millions, int(arguments[1]) if len(arguments) > 1 else 3)

@@ -59,6 +59,7 @@ def test_no_two_public_classes_share_a_name() -> None:
 TOUCH_FILES = {
     "gnss/engine.py": "writes what the engine reads into a temporary folder of the run",
     "comparison/streams.py": "keeps points in temporary files that nobody else reads",
+    "comparison/tiles.py": "keeps points in temporary files that only its own tasks read",
     "job/state.py": "keeps what is remembered between runs beside the results",
     "code_version.py": "reads the sources of the program itself",
 }

@@ -107,7 +107,7 @@ def interrupted_comparison(folder: Path, number: int, code: str = MAIN) -> None:
 
 def test_sigterm_leaves_no_temporary_files(tmp_path: Path) -> None:
     # with less memory at hand, 300,000 points go through temporary files
-    little = "import tribrach.comparison.streams as streams; streams.SIZE = 30_000; "
+    little = "import tribrach.comparison.tiles as tiles; tiles.SIZE = 30_000; "
     interrupted_comparison(tmp_path, 300_000, little + MAIN)
 
 

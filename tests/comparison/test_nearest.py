@@ -1,18 +1,13 @@
-"""Nearest neighbours against scipy, in any order and far from the origin; parts as one piece."""
+"""Nearest neighbours against scipy, in any order and far from the origin."""
 
-import itertools
-import tempfile
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
 from tribrach.comparison.nearest import Neighbours, nearest
-from tribrach.comparison.streams import Spool, in_memory, parts
+from tribrach.comparison.streams import Spool
 
 UTM = np.array([505_123.4, 2_331_456.7, 20.0])
 
@@ -90,76 +85,6 @@ def test_numbers_that_are_none_are_refused(bad: float, rows: int) -> None:
         nearest(spoiled, B)
     with pytest.raises(ValueError, match="finite"):
         nearest(A, spoiled)
-
-
-def chunked(points: np.ndarray, size: int):
-    """A stream in chunks of a size."""
-
-    def chunks() -> Iterator[np.ndarray]:
-        return (points[k : k + size] for k in range(0, len(points), size))
-
-    return chunks
-
-
-@settings(max_examples=15, deadline=None)
-@given(
-    seed=st.integers(0, 10**6),
-    size=st.sampled_from([40, 150, 600, 5000]),
-    limit=st.sampled_from([0.01, 0.05, 0.3]),
-    flat=st.booleans(),
-    chunk=st.integers(30, 900),
-)
-def test_parts_give_what_the_whole_gives(
-    seed: int, size: int, limit: float, flat: bool, chunk: int
-) -> None:
-    rng = np.random.default_rng(seed)
-    a, b = rng.uniform(0, 3, (900, 3)), rng.uniform(0, 3, (1200, 3))
-    if flat:  # more than half of the points share a coordinate
-        a[:, 2], b[:700, 0] = 1.0, 0.5
-    expected = np.sort(nearest(a, b, limit)[0])
-    found, asked = [], 0
-    for part in parts(chunked(a, chunk), chunked(b, chunk + 7), limit, size):
-        tree = Neighbours(part.reference)
-        for queries in part.queries():
-            asked += len(queries)
-            found.append(tree.query(queries, limit)[0])
-    missing = np.full(len(a) - asked, np.inf)
-    assert asked <= len(a)
-    assert np.sort(np.concatenate([*found, missing])) == pytest.approx(expected, abs=1e-12)
-
-
-def test_parts_are_bounded_and_keep_the_order() -> None:
-    line = np.column_stack([np.linspace(0, 100, 40_000), np.zeros((40_000, 2))])
-    sizes = []
-    for part in parts(chunked(line, 3000), chunked(line, 3000), 0.1, 5000):
-        sizes.append(len(part.reference))
-        xs = np.concatenate([q[:, 0] for q in part.queries()])
-        assert (np.diff(xs) > 0).all()
-        again = np.concatenate([q[:, 0] for q in part.queries()])
-        assert (xs == again).all()
-    assert len(sizes) >= 8
-    assert max(sizes) <= 5500
-
-
-def test_small_clouds_leave_the_disk_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(tempfile, "TemporaryDirectory", None)
-    assert len(list(parts(in_memory(A), in_memory(B), 0.1))) == 1
-
-
-def test_nothing_stays_on_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    some = parts(chunked(A, 900), chunked(B, 900), 0.05, 4000)
-    for part in itertools.islice(some, 2):
-        assert list(tmp_path.rglob("*.points"))
-        assert len(part.reference)
-    some.close()
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("limit", [0.0, -1.0, np.inf, np.nan])
-def test_a_limit_that_is_none(limit: float) -> None:
-    with pytest.raises(ValueError, match="limit"):
-        next(parts(in_memory(A), in_memory(B), limit))
 
 
 def test_spool(tmp_path: Path) -> None:

@@ -8,25 +8,37 @@ Beside them stand signed distances from the plane through the nearest points of 
 plane has no gaps: this takes most of the sampling out of nearest-neighbour distances. What remains
 is the noise of both clouds, that of the plane reduced by its points.
 
-Metres; A is compared with B, the reference. Millions of distances are summed up chunk by chunk.
+Metres; A is compared with B, the reference. Millions of distances are summed up chunk by chunk and
+tile by tile; a tile takes its share of every sample, so that its result depends on no other.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tribrach._types import Array
+from tribrach._types import Array, Progress
 from tribrach.comparison.nearest import Neighbours
 from tribrach.comparison.sampling_floor import Floor, SamplingPattern, pattern
-from tribrach.comparison.streams import SIZE, Part, Stream, in_memory, parts
+from tribrach.comparison.streams import Stream
+from tribrach.comparison.tiles import Tile, Tiles, tiles
 from tribrach.kernels import njit, prange
+from tribrach.tasks.engine import HERE, Call, Engine
 
-__all__ = ["C2C", "Pitch", "Sample", "Signed", "Tally", "cloud_to_cloud", "plane_distances"]
+__all__ = [
+    "C2C",
+    "Pitch",
+    "Sample",
+    "Signed",
+    "Tally",
+    "cloud_to_cloud",
+    "plane_distances",
+    "tile_distances",
+]
 
 #: bins of the histogram that quantiles are read from
 BINS = 20_000
@@ -37,7 +49,7 @@ _THIN = 0.35
 #: places at which the pattern is looked at: per million points, and at least so many in a chunk
 _PLACES, _FEWEST = 400, 50
 #: points for local planes, over all; points on the map; places of the compared cloud
-_PLANES, _MAP, _OWN = 1_000_000, 20_000, 2_000
+_PLANES, _MAP, _OWN = 400_000, 20_000, 2_000
 #: a lattice is named as the model of the floor where more of the places than this are on one
 _MOSTLY = 0.5
 #: below this many points a figure is not worth its name; noise over pitch where debiasing fails
@@ -144,8 +156,7 @@ def cloud_to_cloud(
     limit: float,
     *,
     viewpoint: Array | None = None,
-    size: int = SIZE,
-    progress: Callable[[int], None] = lambda points: None,
+    size: int | None = None,
 ) -> C2C:
     """Compare every point of a cloud with the nearest of a reference within a limit.
 
@@ -158,9 +169,7 @@ def cloud_to_cloud(
     viewpoint : array (3,)
         Distances from local planes are positive towards it.
     size
-        Points of a cloud in memory at a time.
-    progress
-        Called with the number of points done.
+        Points of either cloud in and around a tile, which is in memory at a time.
 
     Returns
     -------
@@ -171,103 +180,188 @@ def cloud_to_cloud(
     ------
     ValueError
         The limit is not a length.
+    InputError
+        A coordinate is not a number.
     """
-    work = _Work(limit, viewpoint)
-    for part in parts(compared, reference, limit, size):
-        work.take(part, progress)
-    own = Sample(_OWN, 3)
-    own.add(np.concatenate([np.empty((0, 3)), *work.places]))
-    patterns = [
-        pattern(Neighbours(part.reference), places)
-        for part in parts(in_memory(own.rows), compared, limit, size)
-        for places in part.queries()
+    with tiles(compared, reference, limit, size=size) as cut:
+        return tile_distances(cut, limit, viewpoint=viewpoint)
+
+
+def tile_distances(
+    cut: Tiles,
+    limit: float,
+    *,
+    viewpoint: Array | None = None,
+    what: str = "distances",
+    engine: Engine = HERE,
+    progress: Progress = lambda what, done, total: None,
+) -> C2C:
+    """Compare two clouds that are cut into tiles; see :func:`cloud_to_cloud`.
+
+    Parameters
+    ----------
+    cut
+        The clouds.
+    limit
+        Largest distance that counts [m].
+    viewpoint : array (3,)
+        Distances from local planes are positive towards it.
+    what
+        What progress calls this.
+    engine
+        Who does the tiles.
+    progress
+        Told of the points done.
+
+    Returns
+    -------
+    C2C
+        Distances, their floor, and what is left of them.
+    """
+    calls = [Call(what, (tile, limit, viewpoint, what), cost=tile.asked) for tile in cut]
+    found = dict(engine.completed(_look_at, calls, progress))
+    looked = [found[number] for number in sorted(found)]
+    # some of the places, by their numbers over all tiles
+    own = Sample(_OWN, 2)
+    for number, tile in enumerate(looked):
+        count = len(tile.places)
+        own.add(np.column_stack([np.full(count, number), np.arange(count)]))
+    chosen = own.rows.astype(np.int64)
+    calls = [
+        Call(what, (tile, limit, looked[k].places[chosen[chosen[:, 0] == k, 1]]), cost=tile.asked)
+        for k, tile in enumerate(cut)
+        if (chosen[:, 0] == k).any()
     ]
-    return work.result(SamplingPattern.join(patterns))
+    patterns = dict(engine.completed(_own_pattern, calls, progress))
+    return _result(looked, limit, SamplingPattern.join([patterns[k] for k in sorted(patterns)]))
 
 
-class _Work:
-    """What has been gathered so far."""
+@dataclass(eq=False)
+class _Looked:
+    """What one tile says.
 
-    def __init__(self, limit: float, viewpoint: Array | None) -> None:
-        self.limit, self.viewpoint = limit, viewpoint
-        self.tally = Tally(0.0, limit)
-        self.signed = Tally(-limit, limit)
-        self.sizes = Tally(0.0, limit)
-        self.sample = Sample(_MAP, 4)
-        self.patterns: list[SamplingPattern] = []
-        self.places: list[Array] = []
-        self.weights: list[Array] = []
-        self.done = 0
+    Attributes
+    ----------
+    tally, signed, sizes
+        Distances to points, from planes, and the sizes of these.
+    sample : array (k, 4)
+        Points on the map with their distances [m].
+    pattern
+        How the reference lies around the places.
+    places : array (p, 3)
+        Where it was looked at [m].
+    weights : array (p,)
+        How many points each stands for.
+    """
 
-    def take(self, part: Part, progress: Callable[[int], None]) -> None:
-        """Distances, planes and patterns of one part."""
-        tree = Neighbours(part.reference)
-        for chunk in part.queries():
-            distances, _ = tree.query(chunk, self.limit)
-            self.tally.add(distances)
-            near = np.isfinite(distances)
-            matched = chunk[near]
-            self.sample.add(np.column_stack([matched, distances[near]]))
-            if len(matched):
-                self._look(tree, matched)
-            self.done += len(chunk)
-            progress(self.done)
+    tally: Tally
+    signed: Tally
+    sizes: Tally
+    sample: Array
+    pattern: SamplingPattern
+    places: Array
+    weights: Array
 
-    def _look(self, tree: Neighbours, matched: Array) -> None:
-        """Patterns and planes at some of the points that have a neighbour."""
-        first = _PLACES - sum(len(places) for places in self.places)
-        some = min(len(matched), max(first, _FEWEST, len(matched) * _PLACES // 1_000_000))
-        places = matched[np.linspace(0, len(matched) - 1, some).astype(np.int64)]
-        self.patterns.append(pattern(tree, places, self.limit))
-        self.places.append(places)
-        self.weights.append(np.full(some, len(matched) / some))
-        left = _PLANES - self.signed.count
-        if left > 0:
-            # the further on, the fewer: every chunk gets at most a quarter of what is left
-            step = max(1, -(-4 * len(matched) // max(left, 1)))
-            signed = plane_distances(tree, matched[::step], self.limit, self.viewpoint)
-            self.signed.add(signed)
-            self.sizes.add(np.abs(signed))
 
-    def result(self, own: SamplingPattern) -> C2C:
-        """All figures."""
-        sampling = SamplingPattern.join(self.patterns)
-        places = np.concatenate([np.empty((0, 3)), *self.places])
-        weights = np.concatenate([np.empty(0), *self.weights])
-        floor, model = _floor(sampling, weights)
-        t = self.tally
-        some = t.count > 0
-        rms = t.rms if some else None
-        pitch_b = _pitch(sampling)
-        debiased = _debiased(rms, floor)
-        return C2C(
-            limit=self.limit,
-            count=t.count,
-            beyond=t.share_beyond,
-            mean=t.mean if some else None,
-            std=t.std if some else None,
-            rms=rms,
-            median=t.quantile(0.5) if some else None,
-            q95=t.quantile(0.95) if some else None,
-            floor=floor,
-            model=model,
-            pitch_a=_pitch(own),
-            pitch_b=pitch_b,
-            debiased=debiased,
-            plane=self._plane(),
-            sentences=tuple(_sentences(t, floor, pitch_b, debiased, self.limit)),
-            tally=t,
-            sample=self.sample.rows,
-            places=places,
-            normals=sampling.normal,
-        )
+def _look_at(
+    tile: Tile, limit: float, viewpoint: Array | None, what: str, *, progress: Progress
+) -> _Looked:
+    """Distances, planes and patterns of one tile."""
+    tree = Neighbours(tile.reference(limit)[:, :3])
+    tally, signed, sizes = Tally(0.0, limit), Tally(-limit, limit), Tally(0.0, limit)
+    total = tile.tiles.total
+    on_map, on_planes = _every(total, _MAP), max(1, -(-total // _PLANES))
+    # the tile's share of the places that even a small cloud has
+    least = -(-_PLACES * tile.asked // total)
+    sample, patterns, places, weights = [], [], [], []
+    at = tile.before
+    for chunk in tile.queries():
+        distances, _ = tree.query(chunk, limit)
+        tally.add(distances)
+        near = np.isfinite(distances)
+        some = np.arange(-at % on_map, len(chunk), on_map)
+        some = some[near[some]]
+        sample.append(np.column_stack([chunk[some], distances[some]]))
+        at += len(chunk)
+        matched = chunk[near]
+        if len(matched):
+            count = max(least, _FEWEST, len(matched) * _PLACES // 1_000_000)
+            count = min(len(matched), count)
+            where = matched[np.linspace(0, len(matched) - 1, count).astype(np.int64)]
+            patterns.append(pattern(tree, where, limit))
+            places.append(where)
+            weights.append(np.full(count, len(matched) / count))
+            least = max(least - count, 0)
+            across = plane_distances(tree, matched[::on_planes], limit, viewpoint)
+            signed.add(across)
+            sizes.add(np.abs(across))
+        progress(what, at, total)
+    return _Looked(
+        tally,
+        signed,
+        sizes,
+        np.concatenate([np.empty((0, 4)), *sample]),
+        SamplingPattern.join(patterns),
+        np.concatenate([np.empty((0, 3)), *places]),
+        np.concatenate([np.empty(0), *weights]),
+    )
 
-    def _plane(self) -> Signed | None:
-        """Figures of the distances from local planes."""
-        s = self.signed
-        if s.count == 0:
-            return None
-        return Signed(s.count, s.mean, s.std, s.rms, s.quantile(0.5), self.sizes.quantile(0.95))
+
+def _own_pattern(tile: Tile, limit: float, places: Array, *, progress: Progress) -> SamplingPattern:
+    """How the compared cloud lies around some places of a tile."""
+    return pattern(Neighbours(tile.compared(limit)[:, :3]), places)
+
+
+def _every(total: int, most: int) -> int:
+    """The power of two by which so many rows become at most so many."""
+    step = 1
+    while -(-total // step) > most:
+        step *= 2
+    return step
+
+
+def _result(looked: Sequence[_Looked], limit: float, own: SamplingPattern) -> C2C:
+    """All figures of all tiles."""
+    sampling = SamplingPattern.join([tile.pattern for tile in looked])
+    places = np.concatenate([np.empty((0, 3)), *(tile.places for tile in looked)])
+    weights = np.concatenate([np.empty(0), *(tile.weights for tile in looked)])
+    floor, model = _floor(sampling, weights)
+    t = Tally.joined(0.0, limit, [tile.tally for tile in looked])
+    signed = Tally.joined(-limit, limit, [tile.signed for tile in looked])
+    sizes = Tally.joined(0.0, limit, [tile.sizes for tile in looked])
+    some = t.count > 0
+    rms = t.rms if some else None
+    pitch_b = _pitch(sampling)
+    debiased = _debiased(rms, floor)
+    return C2C(
+        limit=limit,
+        count=t.count,
+        beyond=t.share_beyond,
+        mean=t.mean if some else None,
+        std=t.std if some else None,
+        rms=rms,
+        median=t.quantile(0.5) if some else None,
+        q95=t.quantile(0.95) if some else None,
+        floor=floor,
+        model=model,
+        pitch_a=_pitch(own),
+        pitch_b=pitch_b,
+        debiased=debiased,
+        plane=_plane_figures(signed, sizes),
+        sentences=tuple(_sentences(t, floor, pitch_b, debiased, limit)),
+        tally=t,
+        sample=np.concatenate([np.empty((0, 4)), *(tile.sample for tile in looked)]),
+        places=places,
+        normals=sampling.normal,
+    )
+
+
+def _plane_figures(signed: Tally, sizes: Tally) -> Signed | None:
+    """Figures of the distances from local planes."""
+    s = signed
+    if s.count == 0:
+        return None
+    return Signed(s.count, s.mean, s.std, s.rms, s.quantile(0.5), sizes.quantile(0.95))
 
 
 def _floor(sampling: SamplingPattern, weights: Array) -> tuple[Floor | None, str | None]:
@@ -444,6 +538,23 @@ class Tally:
         self.squares += float(((near - self.shift) ** 2).sum())
         scaled = (near - self.low) * (BINS / (self.high - self.low))
         self.bins += np.bincount(np.minimum(scaled.astype(np.int64), BINS - 1), minlength=BINS)
+
+    @classmethod
+    def joined(cls, low: float, high: float, several: Sequence[Tally]) -> Tally:
+        """All distances of tallies with these limits."""
+        out = cls(low, high)
+        for one in several:
+            out.beyond += one.beyond
+            if one.count == 0:
+                continue
+            if out.count == 0:
+                out.shift = one.shift
+            by = one.shift - out.shift
+            out.count += one.count
+            out.total += one.total + one.count * by
+            out.squares += one.squares + 2 * by * one.total + one.count * by**2
+            out.bins += one.bins
+        return out
 
     @property
     def mean(self) -> float:

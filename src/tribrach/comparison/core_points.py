@@ -30,11 +30,12 @@ MOST = 5_000_000
 _CELLS = 1 << 21
 
 
-def core_points(cloud: Source, spacing: float, most: int = MOST) -> Array:
+def core_points(
+    cloud: Source, spacing: float, most: int = MOST, *, origin: Array | None = None
+) -> Array:
     """Choose of each cubic cell of a grid the point nearest to its middle.
 
-    The grid hangs at the first point, so that large coordinates cost no digits; the order of the
-    parts does not matter but for ties.
+    The order of the parts does not matter but for ties, which the first of them wins.
 
     Parameters
     ----------
@@ -44,6 +45,9 @@ def core_points(cloud: Source, spacing: float, most: int = MOST) -> Array:
         Side of the cells [m].
     most
         Core points at most.
+    origin : array (3,)
+        A corner of the grid, near the points, so that large coordinates cost no digits [m]; the
+        first point if None.
 
     Returns
     -------
@@ -58,52 +62,79 @@ def core_points(cloud: Source, spacing: float, most: int = MOST) -> Array:
     """
     if not spacing > 0:
         raise InputError("the spacing of core points is not positive", record=f"{spacing:g} m")
-    origin: Array | None = None
-    key, miss, kept = np.empty(0, np.int64), np.empty(0), np.empty((0, 3))
+    known: _Cells | None = None
+    waiting: list[_Cells] = []
     for part in cloud():
         if len(part.xyz) == 0:
             continue
         if origin is None:
             origin = part.xyz[0].copy()
-        new = _keys((part.xyz - origin) / spacing, spacing)
-        key, miss, kept = _merged((key, miss, kept), (*new, part.xyz))
-        if len(key) > most:
-            raise InputError(
-                f"a spacing of {spacing:g} m makes more than {most} core points",
-                cure="take a wider spacing",
-            )
-    if origin is None:
+        waiting.append(_cells(part.xyz, origin, spacing))
+        # all that is known is sorted again only when as much is waiting: n log n over all parts
+        if known is None or sum(len(cells[0]) for cells in waiting) >= len(known[0]):
+            known, waiting = _merged([*([] if known is None else [known]), *waiting]), []
+        if len(known[0]) > most:
+            break
+    if known is None:
         raise InputError("the cloud has no points to compare at")
-    return kept
+    known = _merged([known, *waiting])
+    if len(known[0]) > most:
+        raise InputError(
+            f"a spacing of {spacing:g} m makes more than {most} core points",
+            cure="take a wider spacing",
+        )
+    return known[2]
 
 
-def _keys(cells: Array, spacing: float) -> tuple[Index, Array]:
-    """Number (n,) of the cell of each point and its squared miss (n,) of the middle, in cells."""
-    whole = np.floor(cells)
-    if not (np.abs(whole) < _CELLS // 2).all():
+#: numbers of cells, squared misses of their middles [cells], and the points
+_Cells = tuple[Index, Array, Array]
+
+
+def _cells(xyz: Array, origin: Array, spacing: float) -> _Cells:
+    """The cells of points (n, 3), each with the nearest to its middle; the first of equal ones."""
+    key, miss = np.empty(len(xyz), np.int64), np.empty(len(xyz))
+    rows = np.empty(len(xyz), np.int64)
+    runs = _runs(np.ascontiguousarray(xyz), origin, spacing, key, miss, rows)
+    if runs < 0:
         raise InputError(
             f"the cloud is wider than {_CELLS // 2} cells of {spacing:g} m, or not a number",
             cure="take a wider spacing, or drop points far away",
         )
-    i, j, k = (whole.T + _CELLS // 2).astype(np.int64)
-    miss: Array = ((cells - whole - 0.5) ** 2).sum(axis=1)
-    return (i * _CELLS + j) * _CELLS + k, miss
+    return _merged([(key[:runs], miss[:runs], xyz[rows[:runs]])])
 
 
-def _merged(
-    old: tuple[Index, Array, Array], new: tuple[Index, Array, Array]
-) -> tuple[Index, Array, Array]:
-    """The nearest point of each cell of both."""
-    key, miss = np.concatenate([old[0], new[0]]), np.concatenate([old[1], new[1]])
+@njit(cache=True, nogil=True)
+def _runs(xyz, origin, spacing, key, miss, rows):  # type: ignore[no-untyped-def]
+    """Cell, miss and row of the best point of each run of points of one cell; -1 if too wide.
+
+    Points follow each other on a surface, so that runs are far fewer than points.
+    """
+    half, count = _CELLS // 2, 0
+    for n in range(len(xyz)):
+        cell, square = np.int64(0), 0.0
+        for axis in range(3):
+            at = (xyz[n, axis] - origin[axis]) / spacing
+            whole = np.floor(at)
+            if not abs(whole) < half:
+                return -1
+            cell = cell * _CELLS + np.int64(whole) + half
+            square += (at - whole - 0.5) ** 2
+        if count == 0 or key[count - 1] != cell:
+            key[count], miss[count], rows[count] = cell, square, n
+            count += 1
+        elif square < miss[count - 1]:
+            miss[count - 1], rows[count - 1] = square, n
+    return count
+
+
+def _merged(several: Sequence[_Cells]) -> _Cells:
+    """The nearest point of each cell of all; the first of equal ones."""
+    key, miss, xyz = (np.concatenate(column) for column in zip(*several, strict=True))
     order = np.lexsort((miss, key))
     first = np.ones(len(order), dtype=bool)
     first[1:] = key[order[1:]] != key[order[:-1]]
     chosen = order[first]
-    split = len(old[0])
-    xyz = np.empty((len(chosen), 3))
-    fresh = chosen >= split
-    xyz[~fresh], xyz[fresh] = old[2][chosen[~fresh]], new[2][chosen[fresh] - split]
-    return key[chosen], miss[chosen], xyz
+    return key[chosen], miss[chosen], xyz[chosen]
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from pykdtree.kdtree import KDTree
 from tribrach._types import Array
 from tribrach.kernels import njit, prange
 
-__all__ = ["Neighbours", "nearest"]
+__all__ = ["Neighbours", "corners", "nearest"]
 
 Indices = NDArray[np.uint32]
 
@@ -142,6 +142,26 @@ def nearest(query: Array, reference: Array, limit: float = np.inf) -> tuple[Arra
         Coordinates that are not finite.
     """
     return Neighbours(reference).query(query, limit)
+
+
+def corners(points: Array) -> Array:
+    """Find the least and largest coordinates of points.
+
+    Parameters
+    ----------
+    points : array (n, 3)
+        Points [m].
+
+    Returns
+    -------
+    array (2, 3)
+        Two corners of their box [m]: infinite without points, NaN along an axis with a coordinate
+        that is not finite.
+    """
+    if len(points) == 0:
+        return np.array([[np.inf] * 3, [-np.inf] * 3])
+    # one layout is compiled once
+    return np.asarray(_bounds(np.ascontiguousarray(points, dtype=np.float64)), dtype=np.float64)
 
 
 def _checked_bounds(points: Array) -> Array:

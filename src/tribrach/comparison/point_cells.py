@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
+from tribrach.comparison.nearest import corners
 from tribrach.kernels import njit
 
 __all__ = ["PointCells", "ball_ranges", "cylinder_ranges"]
@@ -76,8 +77,7 @@ class PointCells(NamedTuple):
         PointCells
             The points in the order of their cells.
         """
-        corner = xyz.min(axis=0) if len(xyz) else np.zeros(3)
-        top = xyz.max(axis=0) if len(xyz) else corner
+        corner, top = corners(xyz) if len(xyz) else np.zeros((2, 3))
         while True:
             # the same arithmetic as in the sort, so that the topmost point has the last cell
             nx, ny, nz = (float(np.floor(x)) + 1 for x in (top - corner) / size)

@@ -2,34 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Literal
 
 import numpy as np
 
-from tribrach._types import Array
-from tribrach.comparison.c2c import C2C, cloud_to_cloud
+from tribrach._types import Array, Progress
+from tribrach.comparison.by_tiles import tile_m3c2, tile_m3c2_ep, tile_normals
+from tribrach.comparison.c2c import C2C, tile_distances
 from tribrach.comparison.cloud_parts import plain
-from tribrach.comparison.core_points import core_normals, core_points
+from tribrach.comparison.core_points import core_points
 from tribrach.comparison.footprints import beam_areas, shared_share
-from tribrach.comparison.m3c2 import M3C2Settings, m3c2
-from tribrach.comparison.m3c2_ep import m3c2_ep
-from tribrach.comparison.predicted import (
-    OffsetTest,
-    Prediction,
-    compare_offsets,
-    predict,
-    with_random,
-)
+from tribrach.comparison.m3c2 import M3C2Settings
+from tribrach.comparison.predicted import OffsetTest, Prediction, compare_offsets, predict
 from tribrach.comparison.results import M3C2Figures, SiteResult
 from tribrach.comparison.sites import ComparisonSite, cut, seen_from
 from tribrach.comparison.station_pair import StationPair
-from tribrach.comparison.streams import Stream, without_light
+from tribrach.comparison.streams import Stream
+from tribrach.comparison.tiles import TiledCloud, Tiles, tiles
 from tribrach.errors import InputError
 from tribrach.job.cloud_file import CloudFile, refuse_other_frames
 from tribrach.scratch import scratch_folder
+from tribrach.tasks.engine import HERE, Engine
 
 __all__ = ["LIMIT", "Method", "compare_clouds", "offset_test"]
 
@@ -55,22 +51,12 @@ _WIDER, _ROUGH = 2.0, 25.0
 
 @dataclass(frozen=True)
 class _Pair:
-    """Streams of one site: A in it, A and B also within the limit around it, these with light."""
+    """Streams of one site: A and B within the limit around it, with light; the site itself."""
 
     name: str
-    compared: Stream
-    around_lit: Stream
-    reference_lit: Stream
-
-    @property
-    def around(self) -> Stream:
-        """A within the limit around the site, coordinates alone."""
-        return without_light(self.around_lit)
-
-    @property
-    def reference(self) -> Stream:
-        """B within the limit around the site, coordinates alone."""
-        return without_light(self.reference_lit)
+    around: Stream
+    reference: Stream
+    site: ComparisonSite | None
 
 
 def compare_clouds(
@@ -82,21 +68,23 @@ def compare_clouds(
     limit: float = LIMIT,
     stations: StationPair | None = None,
     incidence: bool = True,
-    progress: Callable[[str, int, int | None], None] = lambda what, done, total: None,
+    engine: Engine = HERE,
+    progress: Progress = lambda what, done, total: None,
 ) -> list[SiteResult]:
     """Compare cloud A with B, the reference, on every site, or as a whole without sites.
 
     limit [m] : up to which distance points and surfaces belong together; stations : of B, then of
     A, with their joint covariance, for predictions where both clouds have placements with noise;
-    incidence : does the predicted noise of ranges grow with the incidence angle?; progress : called
-    with what is done, points so far, points in all.
+    incidence : does the predicted noise of ranges grow with the incidence angle?; engine : who
+    compares the tiles of large clouds; progress : called with what is done, points so far and in
+    all.
 
     Raises
     ------
     InputError : damaged files, frames that differ, nothing of A within the limit of B.
     """
     refuse_other_frames(a, b)
-    work = _Work(a, b, method, limit, stations, incidence, progress)
+    work = _Work(a, b, method, limit, stations, incidence, engine, progress)
     results = [work.compare(pair) for pair in _pairs(a, b, sites, limit, progress)]
     if not any(r.c2c is not None and r.c2c.count for r in results):
         raise InputError(
@@ -119,11 +107,11 @@ def _pairs(
     b: CloudFile,
     sites: Sequence[ComparisonSite],
     limit: float,
-    progress: Callable[[str, int, int | None], None],
+    progress: Progress,
 ) -> Iterator[_Pair]:
     """The points of every site; each cloud is read once for all sites."""
     if not sites:
-        yield _Pair(_ALL, a.stream, a.lit, b.lit)
+        yield _Pair(_ALL, a.lit, b.lit, None)
         return
     with scratch_folder() as scratch:
         spools = []
@@ -134,19 +122,12 @@ def _pairs(
             spools.append(cut(cloud.lit, sites, folder, limit, told, cloud.columns))
         for number, site in enumerate(sites):
             around, reference = (spool.stream(number) for spool in spools)
-            yield _Pair(site.name, _within(without_light(around), site), around, reference)
+            yield _Pair(site.name, around, reference, site)
 
 
-def _tell(
-    progress: Callable[[str, int, int | None], None], what: str, total: int | None, done: int
-) -> None:
+def _tell(progress: Progress, what: str, total: int | None, done: int) -> None:
     """Progress with the number of points last."""
     progress(what, done, total)
-
-
-def _within(stream: Stream, site: ComparisonSite) -> Stream:
-    """Only the points inside of a site."""
-    return lambda: (chunk[site.inside(chunk)] for chunk in stream())
 
 
 @dataclass(frozen=True)
@@ -159,18 +140,32 @@ class _Work:
     limit: float
     stations: StationPair | None
     incidence: bool
-    progress: Callable[[str, int, int | None], None]
+    engine: Engine
+    progress: Progress
 
     def compare(self, pair: _Pair) -> SiteResult:
         """One site."""
+        clouds = {"A": self.a, "B": self.b}
+
+        def told(which: str, points: int) -> None:
+            # those of sites were told of when they were cut out
+            if pair.site is None:
+                cloud = clouds[which]
+                self.progress(f"reading {cloud.path.name}", points, cloud.records)
+
+        with tiles(pair.around, pair.reference, self.limit, site=pair.site, progress=told) as cut:
+            return self._compared(pair, cut)
+
+    def _compared(self, pair: _Pair, cut: Tiles) -> SiteResult:
+        """One site whose clouds are cut into tiles."""
         a, b = self.a, self.b
-        total = a.records if pair.name == _ALL else None
-        c2c = cloud_to_cloud(
-            pair.compared,
-            pair.reference,
+        c2c = tile_distances(
+            cut,
             self.limit,
             viewpoint=a.scanner if b.scanner is None else b.scanner,
-            progress=partial(_tell, self.progress, f"distances on {pair.name}", total),
+            what=f"distances on {pair.name}",
+            engine=self.engine,
+            progress=self.progress,
         )
         seen = [
             None if cloud.scanner is None else seen_from(cloud.scanner, c2c.places, c2c.normals)
@@ -180,49 +175,44 @@ class _Work:
         result = SiteResult(pair.name, n, seen[0], seen[1], c2c)
         if self.method == "c2c" or c2c.pitch_a is None or c2c.pitch_b is None:
             return result
-        along, prediction = self._along_normals(pair, c2c)
+        along, prediction = self._along_normals(cut, c2c)
         result = replace(result, m3c2=along, prediction=prediction)
         if prediction is None:
             return result
-        lights = (_mean_light(stream) for stream in (pair.around_lit, pair.reference_lit))
+        lights = (_mean_light(cloud) for cloud in (cut.compared, cut.reference))
         light_a, light_b = lights
         return replace(result, light_a=light_a, light_b=light_b)
 
-    def _along_normals(self, pair: _Pair, c2c: C2C) -> tuple[M3C2Figures, Prediction | None]:
+    def _along_normals(self, cut: Tiles, c2c: C2C) -> tuple[M3C2Figures, Prediction | None]:
         """M3C2 from B to A, and the same with propagated uncertainty where the stations are known.
 
         Cylinders and normals fit both pitches.
         """
         settings = self._settings(c2c)
-        first, second = plain(pair.reference), plain(pair.around)
-        core = core_points(plain(pair.compared), settings.diameter)
-        normals = core_normals(
-            first, core, settings.scales, scanner=settings.scanner, direction=settings.direction
-        )
+        core = core_points(plain(cut.queries), settings.diameter, origin=cut.origin)
+        normals = tile_normals(cut, core, settings, engine=self.engine, progress=self.progress)
         one, two, stations = self.b.placement, self.a.placement, self.stations
+        along = partial(tile_m3c2, cut, core, settings, normals, engine=self.engine)
         if one is None or two is None or stations is None:
-            return M3C2Figures.of(m3c2(first, second, core, settings, normals=normals)), None
+            return M3C2Figures.of(along(progress=self.progress)), None
         beams = (
             beam_areas(core, normals.vectors, one),
             beam_areas(core, normals.vectors, two),
         )
         shares = shared_share(one), shared_share(two)
-        plainly = m3c2(
-            first, second, core, settings, normals=normals, footprints=beams, shares=shares
-        )
-        one_with, two_with = (
-            with_random(stream, where, core, normals.vectors, incidence=self.incidence)
-            for stream, where in ((pair.reference_lit, one), (pair.around_lit, two))
-        )
-        propagated = m3c2_ep(
-            one_with,
-            two_with,
+        plainly = along(footprints=beams, shares=shares, progress=self.progress)
+        propagated = tile_m3c2_ep(
+            cut,
             core,
             settings,
+            normals,
             stations,
-            normals=normals,
+            (one, two),
+            incidence=self.incidence,
             footprints=beams,
             shares=shares,
+            engine=self.engine,
+            progress=self.progress,
         )
         return M3C2Figures.of(plainly), predict(propagated, stations, settings.diameter)
 
@@ -243,14 +233,15 @@ class _Work:
         )
 
 
-def _mean_light(stream: Stream) -> float | None:
-    """Mean intensity of the points of a stream, None where it has none."""
+def _mean_light(cloud: TiledCloud) -> float | None:
+    """Mean intensity of the points of a cloud, None where it has none."""
+    if cloud.columns == 3:
+        return None
     total, count = 0.0, 0
-    for chunk in stream():
-        if chunk.shape[1] == 3:
-            return None
-        known = chunk[np.isfinite(chunk[:, 3]), 3]
-        total, count = total + float(known.sum()), count + len(known)
+    for number in range(len(cloud.blocks)):
+        for rows in cloud.stream(number):
+            known = rows[np.isfinite(rows[:, 3]), 3]
+            total, count = total + float(known.sum()), count + len(known)
     return total / count if count else None
 
 
